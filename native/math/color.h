@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "math/scalar.h"
+
+namespace selenite {
+
+/// Three channels of linear Rec. 709; all arithmetic is per channel.
+///
+/// A ticked colour parameter is seeded *diagonally*: all three channels share one dual slot, and the
+/// derivative of channel c in that slot is with respect to the parameter's own channel c.
+template <class T>
+struct Color {
+  T r{}, g{}, b{};
+
+  constexpr Color() = default;
+  constexpr Color(T r, T g, T b) : r(r), g(g), b(b) {}
+  explicit constexpr Color(T grey) : r(grey), g(grey), b(grey) {}
+  template <class U>
+  explicit constexpr Color(const Color<U>& c) : r(T(c.r)), g(T(c.g)), b(T(c.b)) {}
+
+  constexpr T& operator[](int c) { return c == 0 ? r : (c == 1 ? g : b); }
+  constexpr const T& operator[](int c) const { return c == 0 ? r : (c == 1 ? g : b); }
+
+  constexpr Color& operator+=(const Color& o) { return *this = *this + o; }
+  constexpr Color& operator*=(const Color& o) { return *this = *this * o; }
+
+  friend constexpr Color operator+(const Color& a, const Color& b) {
+    return {a.r + b.r, a.g + b.g, a.b + b.b};
+  }
+  friend constexpr Color operator-(const Color& a, const Color& b) {
+    return {a.r - b.r, a.g - b.g, a.b - b.b};
+  }
+  friend constexpr Color operator*(const Color& a, const Color& b) {
+    return {a.r * b.r, a.g * b.g, a.b * b.b};
+  }
+  friend constexpr Color operator/(const Color& a, const Color& b) {
+    return {a.r / b.r, a.g / b.g, a.b / b.b};
+  }
+  template <class S>
+  friend constexpr Color operator*(const Color& a, const S& s) {
+    return {a.r * s, a.g * s, a.b * s};
+  }
+  template <class S>
+  friend constexpr Color operator/(const Color& a, const S& s) {
+    return {a.r / s, a.g / s, a.b / s};
+  }
+};
+
+using Colorf = Color<float>;
+
+template <class T>
+constexpr Color<scalar_t<T>> value_of(const Color<T>& c) {
+  return {value_of(c.r), value_of(c.g), value_of(c.b)};
+}
+template <class T>
+constexpr bool has_slope(const Color<T>& c) {
+  return has_slope(c.r) || has_slope(c.g) || has_slope(c.b);
+}
+template <class T>
+constexpr T max_channel(const Color<T>& c) {
+  return max(max(c.r, c.g), c.b);
+}
+template <class T>
+constexpr T mean_channel(const Color<T>& c) {
+  return (c.r + c.g + c.b) * (scalar_t<T>(1) / 3);
+}
+/// Per-channel function, one name for values and duals.
+template <class T, class F>
+constexpr Color<T> map(const Color<T>& c, F&& f) {
+  return {f(c.r), f(c.g), f(c.b)};
+}
+
+}  // namespace selenite

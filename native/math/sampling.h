@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "math/vec.h"
+
+namespace selenite {
+
+/// Unit square to unit disc, area-preserving and continuous. Source: Shirley and Chiu 1997.
+template <class S>
+Vec2<S> square_to_disc(S u, S v) {
+  const S a = 2 * u - 1, b = 2 * v - 1;
+  if (a == 0 && b == 0) return {};
+  const bool wide = std::abs(a) > std::abs(b);
+  const S radius = wide ? a : b;
+  const S angle = wide ? kPi<S> / 4 * (b / a) : kPi<S> / 2 - kPi<S> / 4 * (a / b);
+  return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+/// Direction in the upper hemisphere with density cos/pi.
+template <class S>
+Vec3<S> square_to_cosine_hemisphere(S u, S v) {
+  const Vec2<S> d = square_to_disc(u, v);
+  return {d.x, d.y, safe_sqrt(S(1) - d.x * d.x - d.y * d.y)};
+}
+
+/// Direction uniform in the cone around +z with cosine in [cos_max, 1]; density 1/(2 pi (1 - cos_max)).
+/// Takes 1 - cos_max, which a narrow cone keeps its digits in.
+template <class S>
+Vec3<S> square_to_cone(S u, S v, S one_minus_cos_max) {
+  const Vec2<S> d = square_to_disc(u, v);
+  const S r2 = d.x * d.x + d.y * d.y;
+  const S one_minus_cos = r2 * one_minus_cos_max;
+  const S scale = safe_sqrt(one_minus_cos_max * (S(2) - one_minus_cos));
+  return {d.x * scale, d.y * scale, S(1) - one_minus_cos};
+}
+
+/// Weight of the strategy with density `a` against the one with density `b`.
+/// Source: Veach 1997, power heuristic with exponent 2 (what Cycles uses).
+template <class S>
+S power_heuristic(S a, S b) {
+  if (!(a > 0)) return 0;
+  const S ratio = b / a;  // keeps a^2 from overflowing
+  return S(1) / (S(1) + ratio * ratio);
+}
+
+}  // namespace selenite

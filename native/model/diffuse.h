@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "math/color.h"
+#include "math/vec.h"
+#include "model/narrow.h"
+
+namespace selenite {
+
+/// Diffuse reflection of a rough surface, Oren and Nayar's model in Fujii's form with the energy that
+/// single scattering loses given back. Roughness 0 is exactly Lambert's law, and has a derivative.
+///
+/// With s = roughness, A = 1 / (pi + s k), k = pi/2 - 2/3 and the albedo E(c) = A (pi + s G(c)):
+/// 1 - E = A s (k - G), which keeps the energy term free of 0/0 at s = 0.
+template <class T>
+class OrenNayar {
+  using S = scalar_t<T>;
+
+ public:
+  OrenNayar() = default;
+  /// cos_i: viewer's cosine to the shading normal. albedo: single-scattering colour, at least 0.
+  OrenNayar(const T& roughness, const Color<T>& albedo, S cos_i) : cos_i_(max(cos_i, S(0))) {
+    flat_ = T(1) / (roughness * kShadow + T(kPi<S>));
+    tilt_ = roughness * flat_;
+    const T mean_loss = tilt_ * (kShadow - kMeanGain);
+    const T view_loss = tilt_ * (kShadow - gain(cos_i_));
+    const T shape = (T(1) - mean_loss) * view_loss * (kInvPi<S> / (kShadow - kMeanGain));
+    for (int c = 0; c < 3; ++c) {
+      const T rho = clamp01(albedo[c]);
+      rescattered_[c] = rho * rho * shape / (T(1) - rho * mean_loss);
+    }
+  }
+
+  /// Per unit of albedo, 1/sr, without the cosine. cos_o > 0; cos_io = dot(wi, wo).
+  Color<T> value(S cos_o, S cos_io) const {
+    S t = cos_io - cos_i_ * cos_o;
+    if (t > 0) t /= max(cos_i_, cos_o);
+    const T single = flat_ + tilt_ * t;
+    const S light_loss = kShadow - gain(cos_o);
+    return rescattered_ * light_loss + Color<T>(single);
+  }
+
+ private:
+  static constexpr S kShadow = kPi<S> / 2 - S(2) / 3;
+  static constexpr S kMeanGain = (2 * kPi<S> - S(5.6)) / 3;  // cosine-weighted mean of gain
+
+  /// G(c) = sin (theta - 2/3 - sin c) + 2/3 tan (1 - sin^3); the last term without 0 * inf at c = 0.
+  static S gain(S c) {
+    c = min(c, S(1));
+    const S s = safe_sqrt((1 - c) * (1 + c));
+    const S last = s * c * (1 + s + s * s) / (1 + s);
+    return s * (std::acos(c) - S(2) / 3 - s * c) + last * S(2) / 3;
+  }
+
+  S cos_i_ = 0;
+  T flat_{}, tilt_{};
+  Color<T> rescattered_{};
+};
+
+}  // namespace selenite

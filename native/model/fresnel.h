@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "math/color.h"
+#include "model/narrow.h"
+
+// Reflectances. An interface is described by its excess e = eta^2 - 1 rather than by eta, and no
+// difference of nearly equal numbers is left: relative errors stay at rounding level down to eta = 1.
+namespace selenite {
+
+/// Unpolarised reflectance of a smooth dielectric at incidence cosine c > 0; 1 beyond the critical
+/// angle. Fresnel's equations with g = eta cos_t = sqrt(e + c^2), multiplied out:
+/// r_s = -e / (c + g)^2,  r_p = e ((e + 2) c^2 - 1) / ((e + 1) c + g)^2.
+template <class T>
+T fresnel_dielectric(const T& c, const T& e) {
+  using std::sqrt;
+  const T c2 = c * c;
+  const T g2 = e + c2;
+  if (!(g2 > T(0))) return T(1);
+  const T g = sqrt(g2);
+  const T s = e / square(c + g);
+  const T p = e * ((e + T(2)) * c2 - T(1)) / square((e + T(1)) * c + g);
+  return (s * s + p * p) * scalar_t<T>(0.5);
+}
+
+/// Reflectance at normal incidence, ((eta - 1) / (eta + 1))^2 = (e / (eta + 1)^2)^2.
+template <class T>
+T fresnel_normal(const T& e) {
+  using std::sqrt;
+  return square(e / square(sqrt(e + T(1)) + T(1)));
+}
+
+/// How far a reflectance has risen from its value at normal incidence f0 to 1, in [0, 1]. The
+/// Principled lobes replace f0 by a tinted one and keep the rise.
+template <class T>
+T fresnel_rise(const T& reflectance, const T& f0) {
+  return clamp01((reflectance - f0) / (T(1) - f0));
+}
+
+/// Rise of the exact dielectric reflectance at cosine c.
+template <class T>
+T dielectric_rise(const T& c, const T& e) {
+  return fresnel_rise(fresnel_dielectric(c, e), fresnel_normal(e));
+}
+
+/// Cosine-weighted mean of the dielectric reflectance over the hemisphere; a rational fit that Cycles
+/// uses for energy compensation, so its error (below 1e-3) is part of the picture.
+template <class T>
+T fresnel_mean(const T& eta) {
+  using S = scalar_t<T>;
+  if (eta < T(1))
+    return T(S(0.997118)) + eta * (T(S(0.1014)) - eta * (T(S(0.965241)) + eta * S(0.130607)));
+  return (eta - T(1)) / (eta * S(1.00071) + T(S(4.08567)));
+}
+
+/// Metal with a colour at normal incidence (f0) and one near 82 degrees: Schlick's curve minus a
+/// bump, F(c) = f0 + (1 - f0) (1 - c)^5 - b c (1 - c)^6, clamped to [0, 1].
+template <class T>
+struct MetalFresnel {
+  Color<T> f0, bump;
+
+  /// `edge` multiplies the reflectance that Schlick's curve has at cosine 1/7.
+  MetalFresnel(const Color<T>& f0, const Color<T>& edge) : f0(f0) {
+    using S = scalar_t<T>;
+    const S f = S(6) / 7, f5 = f * f * f * f * f;
+    for (int c = 0; c < 3; ++c)
+      bump[c] = (f0[c] + (T(1) - f0[c]) * f5) * (S(7) / (f5 * f)) * (T(1) - edge[c]);
+  }
+  MetalFresnel() = default;
+
+  Color<T> at(scalar_t<T> c) const {
+    using S = scalar_t<T>;
+    const S q = 1 - c, q5 = q * q * q * q * q;
+    return map(f0 * (1 - q5) + Color<T>(T(q5)) - bump * (c * q5 * q),
+               clamp01<T>);
+  }
+  /// Cosine-weighted mean over the hemisphere (without the clamp).
+  Color<T> mean() const {
+    using S = scalar_t<T>;
+    return f0 * (S(20) / 21) + Color<T>(T(S(1) / 21)) - bump * (S(1) / 126);
+  }
+};
+
+}  // namespace selenite

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string_view>
+
+namespace selenite {
+
+/// What a change of the parameter does to a picture; decides which model a fit needs.
+enum class Effect { kSurface, kEmission, kVolume, kVisibility };
+
+/// Coordinate in which an optimiser should step: the picture is closest to linear in it.
+enum class Coordinate { kLinear, kLog, kLogExcess };  // kLogExcess: log(x - 1), for IOR
+
+/// The one description of a parameter. It stands beside the member that a lobe computes with
+/// (`fields` of the model) and everything else follows from it: the Python table, panel rows, box
+/// constraints, the command line, the manual, derivative seeding, gradient and round-trip tests.
+struct Parameter {
+  std::string_view name;     ///< as in `selenite fit --fit Body:NAME`
+  std::string_view sockets;  ///< names of the Blender socket, newest first, separated by '|'
+  std::string_view unit;     ///< "1" if dimensionless
+  double lower;              ///< smallest permitted value
+  double upper;              ///< largest permitted value
+  double fit_lower;          ///< default box constraint of a fit, inside [lower, upper]
+  double fit_upper;
+  double initial;            ///< default of the Blender node; of every channel of a colour
+  Coordinate coordinate = Coordinate::kLinear;
+  Effect effect = Effect::kSurface;
+  /// Colours only: channel c of the picture depends on channel c of the parameter alone, so one dual
+  /// slot serves the three channels.
+  bool diagonal = true;
+  std::string_view help;  ///< one sentence for tooltips and the manual
+};
+
+}  // namespace selenite

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "math/vec.h"
+
+namespace selenite {
+
+/// Where a ray meets a surface; world frame, unit vectors.
+template <class S>
+struct SurfacePoint {
+  Vec3<S> ng;        ///< geometric normal on the viewer's side: dot(ng, wi) > 0
+  Vec3<S> n;         ///< interpolated shading normal, flipped whenever ng was
+  Vec3<S> wi;        ///< towards the viewer
+  bool backfacing;   ///< the geometric face is seen from behind: glass is left, not entered
+};
+
+/// The shading normal, tilted towards the geometric one until the mirror image of the viewer stands
+/// at least min(0.9 cos, 0.01) above the geometric surface, cos = dot(ng, wi).
+///
+/// In the plane of both normals let the new normal make the angle a with ng, and let wi have the
+/// components (x, z) there. The mirror direction's height is x sin 2a + z cos 2a = r cos(2a - b) with
+/// r = |(x, z)|, b = atan2(x, z); it equals the wanted height t first at 2a = b + acos(t / r).
+template <class S>
+Vec3<S> visible_normal(const SurfacePoint<S>& p) {
+  const S cos_g = dot(p.ng, p.wi), cos_n = dot(p.n, p.wi), cos_gn = dot(p.n, p.ng);
+  const S wanted = min(S(0.9) * cos_g, S(0.01));
+  if (cos_gn > 0 && 2 * cos_n * cos_gn - cos_g >= wanted) return p.n;
+  const Vec3<S> side = p.n - p.ng * cos_gn;
+  const S side_length = length(side);
+  if (!(side_length > S(1e-6))) return p.ng;  // the normals are parallel: no plane, nothing to tilt
+  const Vec3<S> axis = side / side_length;
+  const S x = dot(axis, p.wi), r2 = x * x + cos_g * cos_g;
+  if (!(r2 > wanted * wanted)) return p.ng;
+  const S rise = safe_sqrt(r2 - wanted * wanted);
+  const S cos_2a = (cos_g * wanted - x * rise) / r2, sin_2a = (x * wanted + cos_g * rise) / r2;
+  const S cos_a = safe_sqrt((1 + cos_2a) / 2);
+  if (!(cos_a > S(1e-3))) return p.ng;
+  return normalize(p.ng * cos_a + axis * (sin_2a / (2 * cos_a)));
+}
+
+}  // namespace selenite

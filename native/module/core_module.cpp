@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/pybind11.h>
+
+#include "math/error.h"
+#include "module/bindings.h"
+#include "scene/geometry.h"
+
+namespace py = pybind11;
+
+namespace selenite {
+namespace {
+
+/// One triangle, one ray whose answer is known. A host with another Embree in its global symbols
+/// answers wrongly and silently (facts sheet "blender", section 2.2); this turns it into a message.
+void self_test() {
+  Mesh mesh;
+  mesh.name = "self test";
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  mesh.corner_normals = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+  mesh.material_slots = {0};
+  Instance instance;
+  instance.name = "self test";
+  instance.materials = {0};
+  const Geometry geometry({mesh}, {instance});
+  const Vec3f below = Vec3f(Vec3d{0.25, 0.25, -2} - geometry.origin());
+  const auto hit = geometry.intersect({below, {0, 0, 1}, 0, 100}, false);
+  if (!hit || std::abs(hit->t - 2) > 1e-5f || std::abs(hit->b1 - 0.25f) > 1e-5f)
+    throw py::import_error(
+        "selenite._core: Embree gives a wrong answer in this process; another version of it is "
+        "loaded in front of ours. Use the self-contained release build of Selenite.");
+}
+
+}  // namespace
+}  // namespace selenite
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "Differentiable rendering and fitting of Blender scenes (Embree).";
+  m.attr("__version__") = SELENITE_VERSION;
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const selenite::UnknownName& error) {
+      PyErr_SetString(PyExc_KeyError, error.what());
+    } catch (const selenite::InvalidArgument& error) {
+      PyErr_SetString(PyExc_ValueError, error.what());
+    }
+  });
+  py::register_exception<selenite::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
+  selenite::bind_scene(m);
+  selenite::bind_render(m);
+  selenite::bind_fit(m);
+  selenite::self_test();
+}

@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/stl.h>
+
+#include <map>
+
+#include "module/arrays.h"
+#include "module/bindings.h"
+#include "scene/scene_builder.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+template <class T>
+T one_of(const std::string& what, const std::string& value,
+         const std::vector<std::pair<const char*, T>>& choices) {
+  std::string names;
+  for (const auto& [name, result] : choices) {
+    if (value == name) return result;
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  throw InvalidArgument(what + " = '" + value + "' is not one of " + names);
+}
+
+Flavour make_flavour(bool multi_ggx, const std::string& version) {
+  Flavour flavour;
+  flavour.distribution = multi_ggx ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
+  one_of<int>("flavour", version, {{"v2", 2}});
+  return flavour;
+}
+
+py::list parameters() {
+  py::list out;
+  const std::pair<OwnerKind, const char*> owners[] = {{OwnerKind::kMaterial, "material"},
+                                                      {OwnerKind::kLight, "light"},
+                                                      {OwnerKind::kWorld, "world"}};
+  for (const auto& [kind, owner] : owners) {
+    const auto& table = parameter_table(kind);
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const Parameter& p = table[i];
+      py::list sockets;
+      for (std::string_view rest = p.sockets; !rest.empty();) {
+        const auto bar = rest.find('|');
+        sockets.append(std::string(rest.substr(0, bar)));
+        rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
+      }
+      static constexpr const char* kCoordinates[] = {"linear", "log", "log_excess"};
+      static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
+      out.append(py::dict("owner"_a = owner, "name"_a = std::string(p.name), "sockets"_a = sockets,
+                          "unit"_a = std::string(p.unit), "width"_a = parameter_widths(kind)[i],
+                          "lower"_a = p.lower, "upper"_a = p.upper, "fit_lower"_a = p.fit_lower,
+                          "fit_upper"_a = p.fit_upper, "initial"_a = p.initial,
+                          "coordinate"_a = kCoordinates[static_cast<int>(p.coordinate)],
+                          "effect"_a = kEffects[static_cast<int>(p.effect)],
+                          "help"_a = std::string(p.help)));
+    }
+  }
+  return out;
+}
+
+/// Writes named values into a material; a parameter that is not named keeps its default.
+void set_values(Material& material, const py::dict& values) {
+  struct Visit {
+    const py::dict& values;
+    std::size_t used = 0;
+    void operator()(const Parameter& p, double& x) {
+      const py::str key(std::string(p.name));
+      if (!values.contains(key)) return;
+      x = values[key].cast<double>();
+      ++used;
+    }
+    void operator()(const Parameter& p, Color<double>& c) {
+      const py::str key(std::string(p.name));
+      if (!values.contains(key)) return;
+      c = color_of(values[key].cast<Array<double>>(), std::string(p.name));
+      ++used;
+    }
+  } visit{values};
+  Principled<double>::fields(material.values, visit);
+  if (visit.used == values.size()) return;
+  std::string names;
+  for (const Parameter& p : parameter_table(OwnerKind::kMaterial))
+    names += " " + std::string(p.name);
+  throw UnknownName("Material '" + material.name + "': a value's name is none of" + names);
+}
+
+int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
+                 const std::string& flavour) {
+  Material material;
+  material.name = name;
+  material.flavour = make_flavour(multi_ggx, flavour);
+  set_values(material, values);
+  return b.add_material(std::move(material));
+}
+
+int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
+             const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
+             const std::optional<Array<float>>& uvs) {
+  const std::string who = "Mesh '" + name + "': ";
+  Mesh mesh;
+  mesh.name = name;
+  mesh.positions = rows<Vec3f>(positions, who + "positions");
+  mesh.triangles = rows<std::array<int, 3>>(triangles, who + "triangles");
+  mesh.corner_normals = rows<Vec3f>(normals, who + "corner normals");
+  require_shape(slots, who + "material slots", {-1});
+  mesh.material_slots.assign(slots.data(), slots.data() + slots.size());
+  if (uvs) mesh.uvs = rows<Vec2f>(*uvs, who + "UV coordinates");
+  return b.add_mesh(std::move(mesh));
+}
+
+Light lamp(LightKind kind, const std::string& name, const Array<double>& matrix, double power,
+           const Array<double>& color, const std::string& units, double radiance_scale) {
+  const std::string who = "Light '" + name + "': ";
+  Light light;
+  light.name = name;
+  light.kind = kind;
+  light.to_world = transform_of(matrix, who + "matrix");
+  light.values.power = power;
+  light.values.color = color_of(color, who + "colour");
+  light.units = one_of<LightUnits>(who + "light_units", units,
+                                   {{"v3", LightUnits::kBlender3}, {"v4", LightUnits::kBlender4}});
+  light.radiance_scale = radiance_scale;
+  return light;
+}
+
+void set_world(SceneBuilder& b, const Array<double>& color, double strength,
+               const std::optional<Array<float>>& image, const Array<double>& to_map) {
+  World world;
+  world.values.color = color_of(color, "World: colour");
+  world.values.strength = strength;
+  require_shape(to_map, "World: to_map", {3, 3});
+  for (int i = 0; i < 3; ++i)
+    world.to_map[i] = Vec3f(Vec3d{to_map.at(i, 0), to_map.at(i, 1), to_map.at(i, 2)});
+  if (image) {
+    require_shape(*image, "World: image", {-1, -1, 3});
+    std::vector<Colorf> pixels(static_cast<std::size_t>(image->size() / 3));
+    std::memcpy(static_cast<void*>(pixels.data()), image->data(), pixels.size() * sizeof(Colorf));
+    world.map = std::make_shared<EnvironmentMap>(
+        static_cast<int>(image->shape(1)), static_cast<int>(image->shape(0)), std::move(pixels));
+  }
+  world.check();
+  b.appearance.world = world;
+}
+
+int add_camera(SceneBuilder& b, const std::string& name, const Array<double>& matrix,
+               const std::string& kind, double lens, double sensor_width, double sensor_height,
+               const std::string& fit, double shift_x, double shift_y, double ortho_scale,
+               double clip_start, double clip_end, double aspect_x, double aspect_y) {
+  const std::string who = "Camera '" + name + "': ";
+  Camera c;
+  c.name = name;
+  c.orthographic = one_of<bool>(who + "kind", kind, {{"PERSP", false}, {"ORTHO", true}});
+  c.lens_mm = lens;
+  c.sensor_width_mm = sensor_width;
+  c.sensor_height_mm = sensor_height;
+  c.sensor_fit = one_of<SensorFit>(who + "sensor_fit", fit,
+                                   {{"AUTO", SensorFit::kAuto},
+                                    {"HORIZONTAL", SensorFit::kHorizontal},
+                                    {"VERTICAL", SensorFit::kVertical}});
+  c.shift_x = shift_x;
+  c.shift_y = shift_y;
+  c.ortho_scale = ortho_scale;
+  c.clip_start = clip_start;
+  c.clip_end = clip_end;
+  c.pixel_aspect_x = aspect_x;
+  c.pixel_aspect_y = aspect_y;
+  c.to_world = transform_of(matrix, who + "matrix");
+  return b.add_camera(std::move(c));
+}
+
+py::array_t<double> get(const Scene& scene, const std::string& owner,
+                        const std::string& parameter) {
+  const auto values = scene.get(scene.find(owner, parameter));
+  return py::array_t<double>(static_cast<py::ssize_t>(values.size()), values.data());
+}
+
+Scene with_values(const Scene& scene,
+                  const std::map<std::pair<std::string, std::string>, Array<double>>& changes) {
+  std::vector<std::pair<ParameterRef, std::vector<double>>> list;
+  for (const auto& [key, value] : changes)
+    list.emplace_back(scene.find(key.first, key.second),
+                      std::vector<double>(value.data(), value.data() + value.size()));
+  return scene.with(list);
+}
+
+template <class List>
+std::vector<std::string> names_of(const List& list) {
+  std::vector<std::string> names;
+  for (const auto& item : list) names.push_back(item.name);
+  return names;
+}
+
+void bind_builder(py::module_& m) {
+  py::class_<SceneBuilder>(m, "SceneBuilder", "Collects a scene in Blender's units; see `build`.")
+      .def(py::init<>())
+      .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
+           "flavour"_a = "v2",
+           "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
+           "node's defaults. ValueError: out of range. KeyError: unknown name.")
+      .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
+           "material_slots"_a, "uvs"_a = py::none(),
+           "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, (3m,2) float32 or None; "
+           "object space.")
+      .def(
+          "add_object",
+          [](SceneBuilder& b, const std::string& name, int mesh, const Array<double>& matrix,
+             std::vector<int> materials, bool visible_to_camera) {
+            return b.add_object({name, mesh, transform_of(matrix, "Object '" + name + "': matrix"),
+                                 std::move(materials), visible_to_camera});
+          },
+          "name"_a, "mesh"_a, "matrix"_a, "materials"_a, py::kw_only(),
+          "visible_to_camera"_a = true, "An instance of a mesh; materials[i] for material slot i.")
+      .def(
+          "add_point_light",
+          [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,
+             const Array<double>& color, double radius, bool soft, const std::string& units,
+             double scale) {
+            Light light = lamp(LightKind::kPoint, name, matrix, power, color, units, scale);
+            light.radius = radius;
+            light.soft_falloff = soft;
+            return b.add_light(light);
+          },
+          "name"_a, "matrix"_a, "power"_a, "color"_a, "radius"_a, "soft_falloff"_a, py::kw_only(),
+          "light_units"_a = "v4", "radiance_scale"_a = 1.0)
+      .def(
+          "add_sun_light",
+          [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double strength,
+             const Array<double>& color, double angle, const std::string& units, double scale) {
+            Light light = lamp(LightKind::kSun, name, matrix, strength, color, units, scale);
+            light.angle = angle;
+            return b.add_light(light);
+          },
+          "name"_a, "matrix"_a, "strength"_a, "color"_a, "angle"_a, py::kw_only(),
+          "light_units"_a = "v4", "radiance_scale"_a = 1.0)
+      .def(
+          "add_spot_light",
+          [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,
+             const Array<double>& color, double radius, bool soft, double size, double blend,
+             const std::string& units, double scale) {
+            Light light = lamp(LightKind::kSpot, name, matrix, power, color, units, scale);
+            light.radius = radius;
+            light.soft_falloff = soft;
+            light.spot_size = size;
+            light.spot_blend = blend;
+            return b.add_light(light);
+          },
+          "name"_a, "matrix"_a, "power"_a, "color"_a, "radius"_a, "soft_falloff"_a, "size"_a,
+          "blend"_a, py::kw_only(), "light_units"_a = "v4", "radiance_scale"_a = 1.0)
+      .def(
+          "add_area_light",
+          [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,
+             const Array<double>& color, const std::string& shape, double size_x, double size_y,
+             double spread, const std::string& units, double scale) {
+            Light light = lamp(LightKind::kArea, name, matrix, power, color, units, scale);
+            light.ellipse = one_of<bool>(
+                "Light '" + name + "': shape", shape,
+                {{"SQUARE", false}, {"RECTANGLE", false}, {"DISK", true}, {"ELLIPSE", true}});
+            light.size_x = size_x;
+            light.size_y = shape == "SQUARE" || shape == "DISK" ? size_x : size_y;
+            light.spread = spread;
+            return b.add_light(light);
+          },
+          "name"_a, "matrix"_a, "power"_a, "color"_a, "shape"_a, "size_x"_a, "size_y"_a, "spread"_a,
+          py::kw_only(), "light_units"_a = "v4", "radiance_scale"_a = 1.0)
+      .def("set_world", &set_world, "color"_a, "strength"_a, "image"_a = py::none(),
+           "to_map"_a = std::vector<std::vector<double>>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+           "Constant background, or an equirectangular (h,w,3) float32 image, row 0 at the top, "
+           "times the colour; map direction = to_map @ world direction.")
+      .def("add_camera", &add_camera, "name"_a, "matrix"_a, "kind"_a, "lens_mm"_a, "sensor_width"_a,
+           "sensor_height"_a, "sensor_fit"_a, "shift_x"_a, "shift_y"_a, "ortho_scale"_a,
+           "clip_start"_a, "clip_end"_a, "pixel_aspect_x"_a = 1.0, "pixel_aspect_y"_a = 1.0)
+      .def("build", &SceneBuilder::build, py::call_guard<py::gil_scoped_release>(),
+           "The finished scene with its acceleration structure.");
+}
+
+}  // namespace
+
+void bind_scene(py::module_& m) {
+  m.def("parameters", &parameters,
+        "The table of every parameter that can be fitted: owner kind, name, Blender sockets, unit, "
+        "width, permitted range, default range of a fit, default value, coordinate, effect, help.");
+  bind_builder(m);
+  py::class_<Scene>(m, "Scene", "Immutable scene; `with_values` shares its geometry.")
+      .def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })
+      .def_property_readonly("materials",
+                             [](const Scene& s) { return names_of(s.appearance.materials); })
+      .def_property_readonly("lights", [](const Scene& s) { return names_of(s.appearance.lights); })
+      .def_property_readonly("objects",
+                             [](const Scene& s) { return names_of(s.geometry->instances()); })
+      .def_property_readonly("triangle_count",
+                             [](const Scene& s) { return s.geometry->triangle_count(); })
+      .def_property_readonly("dropped_triangles",
+                             [](const Scene& s) {
+                               py::dict out;
+                               for (const auto& [name, count] : s.geometry->dropped())
+                                 out[py::str(name)] = count;
+                               return out;
+                             })
+      .def("get", &get, "owner"_a, "parameter"_a, "(1,) or (3,) float64. KeyError: no such name.")
+      .def("with_values", &with_values, "values"_a,
+           "{(owner, parameter): value} -> Scene. ValueError: not finite or out of range.")
+      .def(
+          "project",
+          [](const Scene& s, const std::string& camera, int width, int height,
+             const Array<double>& points) {
+            const PixelCamera pixels(s.camera(camera), width, height);
+            const auto world = rows<Vec3d>(points, "points");
+            py::array_t<double> out({static_cast<py::ssize_t>(world.size()), py::ssize_t{2}});
+            for (std::size_t i = 0; i < world.size(); ++i) {
+              const auto p = pixels.project(world[i] - s.geometry->origin());
+              out.mutable_at(i, 0) = p.x;
+              out.mutable_at(i, 1) = p.y;
+            }
+            return out;
+          },
+          "camera"_a, "width"_a, "height"_a, "points"_a,
+          "(n,3) world points -> (n,2) pixels from the top left; NaN behind the camera.");
+}
+
+}  // namespace selenite

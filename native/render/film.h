@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "math/color.h"
+
+namespace selenite {
+
+/// A picture: height x width, row 0 at the top.
+using Picture = std::vector<Colorf>;
+
+/// Derivative pictures of one slot (see SlotLayout), all over the samples of one pixel.
+struct SlotFilm {
+  Picture mean;        ///< d(radiance)/d(parameter)
+  Picture half_a;      ///< the same over the even samples only
+  Picture variance;    ///< of `mean`
+  Picture covariance;  ///< of `mean` with the image's mean: what makes a product of both unbiased
+};
+
+/// What a render gives. Samples are independent, so the two halves are too; the half over the odd
+/// samples follows from mean and half_a (`half_b`).
+struct Film {
+  int width = 0, height = 0, spp = 0;
+  Picture mean;
+  Picture half_a;    ///< mean over the even samples
+  Picture variance;  ///< of `mean`; 0 where spp is 1
+  std::vector<SlotFilm> slots;
+  std::int64_t dropped = 0;    ///< samples left out because a value was not finite
+  std::string first_dropped;   ///< pixel, sample and what was not finite
+  std::int64_t truncated = 0;  ///< paths ended by the hard limit on their length
+  double seconds = 0, cpu_seconds = 0;
+
+  std::size_t size() const { return mean.size(); }
+  /// Mean over the odd samples of a pixel, from the mean over all and over the even ones.
+  Colorf half_b(const Colorf& mean, const Colorf& half_a) const {
+    const float even = static_cast<float>((spp + 1) / 2), odd = static_cast<float>(spp / 2);
+    return (mean * static_cast<float>(spp) - half_a * even) / odd;
+  }
+};
+
+}  // namespace selenite

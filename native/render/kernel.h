@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "render/prepared.h"
+#include "render/render.h"
+
+namespace selenite {
+
+/// Local slots that a kernel is compiled for: no derivatives, or up to 4, 8 or 16 ticked parameters
+/// of one material.
+inline constexpr int kMaxLocalSlots = 16;
+
+/// Counts of what went wrong in a tile.
+struct TileReport {
+  std::int64_t dropped = 0;
+  std::int64_t truncated = 0;
+  std::string first_dropped;
+};
+
+struct Tile {
+  int x0, y0, x1, y1;
+};
+
+/// Renders all samples of the pixels of a tile and writes their statistics into the film.
+template <int L>
+TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
+                       const RenderSettings& settings, const Tile& tile, Film& film);
+
+extern template TileReport render_tile<0>(const Prepared<0>&, const PixelCamera&,
+                                          const RenderSettings&, const Tile&, Film&);
+extern template TileReport render_tile<4>(const Prepared<4>&, const PixelCamera&,
+                                          const RenderSettings&, const Tile&, Film&);
+extern template TileReport render_tile<8>(const Prepared<8>&, const PixelCamera&,
+                                          const RenderSettings&, const Tile&, Film&);
+extern template TileReport render_tile<16>(const Prepared<16>&, const PixelCamera&,
+                                           const RenderSettings&, const Tile&, Film&);
+
+}  // namespace selenite

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <limits>
+
+#include "math/rng.h"
+#include "math/sampling.h"
+#include "render/prepared.h"
+#include "render/render.h"
+
+namespace selenite {
+
+/// Unidirectional path tracer with next-event estimation, multiple importance sampling (power
+/// heuristic) and Russian roulette. Values and derivatives in one pass: every factor of the path is
+/// evaluated once with dual numbers; directions, densities and probabilities are plain numbers
+/// ("detached" sampling), so f and df share a denominator and both estimates are unbiased.
+template <int L>
+class PathTracer {
+ public:
+  PathTracer(const Prepared<L>& prepared, int depth) : p_(prepared), depth_(depth) {}
+
+  /// One sample of the radiance that arrives along a camera ray.
+  Radiance<L> trace(Ray ray, Random& random) {
+    Radiance<L> radiance(p_.slots);
+    Throughput<L> beta(p_.slots);
+    bool camera_ray = true;
+    float density = kSingular;  // of the ray's direction, per solid angle
+    Vec3f from = ray.origin;    // where that density was taken
+    float travelled = 0;        // from there to the ray's origin, through transparent surfaces
+    int scatterings = 0;
+    truncated = false;
+
+    for (std::uint32_t vertex = 0;; ++vertex) {
+      random.start_bounce(vertex + 1);
+      const auto hit = p_.geometry.intersect(ray, camera_ray);
+      const float reach = hit ? travelled + hit->t : kInfinity;
+      if (!camera_ray) add_lamps(from, ray.direction, travelled, reach, density, beta, radiance);
+      if (!hit) {
+        add_world(ray, camera_ray, density, beta, radiance);
+        return radiance;
+      }
+      const Surface surface = p_.geometry.surface(*hit);
+      const PreparedMaterial<L>& material = p_.materials[surface.material];
+      const Vec3f wi = -ray.direction;
+      const PrincipledBsdf<Scalar> bsdf(material.values, material.flavour, point(surface, wi));
+
+      if (material.emitter_density > 0) {
+        const Vec3f d = surface.position - from;
+        const float light = camera_ray ? 0 : mesh_density(material, surface, d);
+        radiance.add(beta, material.factor(bsdf.emission()), bsdf_weight(density, light));
+      }
+
+      if (material.transparent && pass_through(material, bsdf, random, beta)) {
+        if (vertex >= kHardLimit) break;
+        // The ray goes on as if nothing had been there; its density stays that of its origin.
+        ray = {surface.leave(ray.direction), ray.direction, 0, kInfinity};
+        travelled = reach;
+        continue;
+      }
+      if (depth_ > 0 && scatterings >= depth_) return radiance;
+
+      if (!bsdf.all_singular()) add_light_sample(surface, material, bsdf, random, beta, radiance);
+
+      const auto sample =
+          bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
+      if (!sample) return radiance;
+      beta.multiply(material.factor(sample->weight));
+      if (++scatterings >= kRouletteStart) {
+        // sqrt keeps more of the dim paths than their share, as Cycles does.
+        const float survival = std::min(1.0f, std::sqrt(beta.importance()));
+        if (!(random.uniform(kRoulette) < survival)) return radiance;
+        beta.multiply(1 / survival);
+      }
+      if (vertex >= kHardLimit) break;
+      density = sample->singular ? kSingular : sample->density;
+      camera_ray = false;
+      from = surface.position;
+      travelled = 0;
+      ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
+    }
+    truncated = true;
+    return radiance;
+  }
+
+  bool truncated = false;  ///< the last path ran into the hard limit on its length
+
+ private:
+  using Scalar = PathScalar<L>;
+  using Source = typename Prepared<L>::Source;
+
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  static constexpr float kSingular =
+      kInfinity;  ///< density of a direction that cannot be met by chance
+  static constexpr int kRouletteStart = 4;
+  static constexpr std::uint32_t kHardLimit = 4096;
+  enum Dimension : std::uint32_t {
+    kLobe,
+    kLobe1,
+    kLobe2,
+    kLightChoice,
+    kLight1,
+    kLight2,
+    kTriangle,
+    kRoulette,
+    kPass
+  };
+
+  static SurfacePoint<float> point(const Surface& s, const Vec3f& wi) {
+    const bool back = dot(s.ng, wi) < 0;
+    return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back};
+  }
+
+  /// MIS weight of a direction that the bsdf chose, where light sampling has density `light`.
+  static float bsdf_weight(float density, float light) {
+    return density == kSingular || !(light > 0) ? 1 : power_heuristic(density, light);
+  }
+
+  /// Per solid angle, by which light sampling would have chosen the point at `d` from its origin.
+  float mesh_density(const PreparedMaterial<L>& m, const Surface& s, const Vec3f& d) const {
+    const float distance2 = dot(d, d);
+    const float cosine = std::abs(dot(s.ng, d)) / std::sqrt(distance2);
+    return cosine > 0 ? p_.mesh_probability() * m.emitter_density * distance2 / cosine : 0;
+  }
+
+  void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
+                 const Throughput<L>& beta, Radiance<L>& radiance) const {
+    const auto& lights = p_.scene.appearance.lights;
+    for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
+      const auto hit = lights[i].intersect(from, direction, t_min, t_max);
+      if (!hit || !(hit->factor > 0)) continue;
+      const float light = hit->density * p_.lamp_probability(i);
+      radiance.add(beta, p_.lamp(i, hit->factor), bsdf_weight(density, light));
+    }
+  }
+
+  void add_world(const Ray& ray, bool camera_ray, float density, const Throughput<L>& beta,
+                 Radiance<L>& radiance) const {
+    const World& world = p_.scene.appearance.world;
+    const float light = camera_ray ? 0 : world.density(ray.direction) * p_.world_probability();
+    radiance.add(beta, p_.world(world.factor(ray.direction)), bsdf_weight(density, light));
+  }
+
+  /// Decides whether the ray passes straight through; either way `beta` takes the factor.
+  bool pass_through(const PreparedMaterial<L>& material, const PrincipledBsdf<Scalar>& bsdf,
+                    const Random& random, Throughput<L>& beta) const {
+    const auto transparency = bsdf.transparency();
+    float probability = mean_channel(value_of(transparency));
+    // A derivative with respect to alpha needs both events at either end of its range.
+    if (has_slope(transparency)) probability = clamp(probability, 0.1f, 0.9f);
+    if (!(probability > 0)) return false;
+    if (random.uniform(kPass) < probability) {
+      beta.multiply(material.factor(transparency));
+      beta.multiply(1 / probability);
+      return true;
+    }
+    beta.multiply(1 / (1 - probability));
+    return false;
+  }
+
+  /// Unoccluded part of the way to a light: the throughput after all transparent surfaces.
+  bool visible(const Surface& surface, const Vec3f& direction, float distance,
+               Throughput<L>& beta) const {
+    Ray ray{surface.leave(direction), direction, 0, distance};
+    if (!p_.any_transparent) return !p_.geometry.occluded(ray);
+    for (std::uint32_t i = 0; i < kHardLimit; ++i) {
+      const auto hit = p_.geometry.intersect(ray, false);
+      if (!hit) return true;
+      const Surface s = p_.geometry.surface(*hit);
+      const PreparedMaterial<L>& material = p_.materials[s.material];
+      if (!material.transparent) return false;
+      const PrincipledBsdf<Scalar> bsdf(material.values, material.flavour, point(s, -direction));
+      beta.multiply(material.factor(bsdf.transparency()));
+      if (!(beta.importance() > 0)) return false;
+      const Vec3f next = s.leave(direction);
+      const float left =
+          distance == kInfinity ? kInfinity : ray.t_max - dot(next - ray.origin, direction);
+      ray = {next, direction, 0, left};
+      if (!(left > 0)) return true;
+    }
+    return false;
+  }
+
+  void add_light_sample(const Surface& surface, const PreparedMaterial<L>& material,
+                        const PrincipledBsdf<Scalar>& bsdf, const Random& random,
+                        const Throughput<L>& beta, Radiance<L>& radiance) const {
+    const auto choice = p_.choose(random.uniform(kLightChoice));
+    if (choice.source == Source::kNone) return;
+    const float u1 = random.uniform(kLight1), u2 = random.uniform(kLight2);
+    Vec3f direction;
+    float distance = kInfinity, density = 0;
+    bool delta = false;
+    Factor<L> emitted;
+    switch (choice.source) {
+      case Source::kLamp: {
+        const auto s = p_.scene.appearance.lights[choice.index].sample(surface.position, u1, u2);
+        if (!s) return;
+        direction = s->direction;
+        distance = s->distance;
+        density = s->density;
+        delta = s->delta;
+        emitted = p_.lamp(choice.index, s->factor);
+        break;
+      }
+      case Source::kWorld: {
+        const World& world = p_.scene.appearance.world;
+        direction = world.sample(u1, u2, density);
+        emitted = p_.world(world.factor(direction));
+        break;
+      }
+      case Source::kMesh: {
+        const auto& t = p_.choose_triangle(random.uniform(kTriangle));
+        const float root = std::sqrt(u1);
+        const Hit on{t.instance, t.triangle, root * (1 - u2), root * u2, 0};
+        const Surface target = p_.geometry.surface(on);
+        const Vec3f d = target.position - surface.position;
+        const float distance2 = dot(d, d);
+        if (!(distance2 > 0)) return;
+        direction = d / std::sqrt(distance2);
+        // Stop short of the emitter itself.
+        distance = std::sqrt(distance2) * (1 - 1e-4f);
+        const PreparedMaterial<L>& source = p_.materials[t.material];
+        density = mesh_density(source, target, d) / choice.probability;
+        const PrincipledBsdf<Scalar> there(source.values, source.flavour,
+                                           point(target, -direction));
+        emitted = source.factor(there.emission());
+        break;
+      }
+      case Source::kNone:
+        return;
+    }
+    density *= choice.probability;
+    if (!(density > 0)) return;
+
+    Color<Scalar> value;
+    float bsdf_density = 0;
+    bsdf.value_and_density(direction, value, bsdf_density);
+    if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
+    Throughput<L> through = beta;
+    if (!visible(surface, direction, distance, through)) return;
+    const float weight = delta ? 1 : power_heuristic(density, bsdf_density);
+    radiance.add(through, material.factor(value), emitted, weight / density);
+  }
+
+  const Prepared<L>& p_;
+  int depth_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "render/prepared.h"
+
+#include <algorithm>
+
+#include "math/error.h"
+#include "render/kernel.h"
+
+namespace selenite {
+namespace {
+
+double luminance(const Color<double>& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
+
+/// All numbers of a material, field by field, three for a colour.
+std::vector<double> flatten(const Principled<double>& values) {
+  std::vector<double> flat;
+  struct Visit {
+    std::vector<double>& flat;
+    void operator()(const Parameter&, double& x) const { flat.push_back(x); }
+    void operator()(const Parameter&, Color<double>& c) const {
+      for (int i = 0; i < 3; ++i) flat.push_back(c[i]);
+    }
+  };
+  Principled<double> copy = values;
+  Principled<double>::fields(copy, Visit{flat});
+  return flat;
+}
+
+/// Copies the numbers of a material into path scalars and seeds those that carry a derivative.
+template <int L>
+struct Seed {
+  using T = PathScalar<L>;
+  const std::vector<double>& flat;
+  const std::vector<std::vector<int>>& local;  ///< per field: local slots, -1 or none if not ticked
+  std::size_t at = 0;
+  std::size_t field = 0;
+
+  T scalar(int slot) {
+    const auto value = static_cast<float>(flat[at++]);
+    if constexpr (L > 0)
+      if (slot >= 0) return T::variable(value, slot);
+    return T(value);
+  }
+  void operator()(const Parameter&, T& x) {
+    const auto& slots = local[field++];
+    x = scalar(slots.empty() ? -1 : slots[0]);
+  }
+  void operator()(const Parameter&, Color<T>& c) {
+    const auto& slots = local[field++];
+    for (int i = 0; i < 3; ++i)
+      c[i] = scalar(slots.empty() ? -1 : slots[slots.size() == 1 ? 0 : i]);
+  }
+};
+
+template <class T>
+bool emits(const Principled<T>& m) {
+  const auto power = m.emission_color * m.emission_strength;
+  return max_channel(value_of(power)) > 0 || has_slope(power);
+}
+
+}  // namespace
+
+template <int L>
+Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout)
+    : scene(s),
+      geometry(*s.geometry),
+      slots(static_cast<int>(layout.slots.size())),
+      lamp_slots_(s.appearance.lights.size()) {
+  for (int i = 0; i < slots; ++i) {
+    const ParameterRef& ref = layout.slots[i].parameter;
+    if (ref.kind == OwnerKind::kMaterial) continue;
+    OwnerSlots& owner = ref.kind == OwnerKind::kLight ? lamp_slots_[ref.owner] : world_slots_;
+    (layout.slots[i].component < 0 ? owner.color : owner.intensity) = i;
+  }
+  prepare_materials(layout);
+  prepare_emitters();
+  prepare_choice();
+}
+
+template <int L>
+void Prepared<L>::prepare_materials(const SlotLayout& layout) {
+  const auto& fields = parameter_table(OwnerKind::kMaterial);
+  for (std::size_t m = 0; m < scene.appearance.materials.size(); ++m) {
+    const Material& material = scene.appearance.materials[m];
+    PreparedMaterial<L> prepared;
+    prepared.flavour = material.flavour;
+    std::vector<std::vector<int>> local(fields.size());
+    if constexpr (L > 0) {
+      for (int i = 0; i < slots; ++i) {
+        const ParameterRef& ref = layout.slots[i].parameter;
+        if (ref.kind != OwnerKind::kMaterial || ref.owner != static_cast<int>(m)) continue;
+        prepared.slot[prepared.count] = i;
+        local[ref.field].push_back(prepared.count++);
+      }
+    }
+    const std::vector<double> flat = flatten(material.values);
+    Seed<L> seed{flat, local};
+    Principled<PathScalar<L>>::fields(prepared.values, seed);
+    prepared.transparent = value_of(prepared.values.alpha) < 1 || has_slope(prepared.values.alpha);
+    any_transparent = any_transparent || prepared.transparent;
+    materials.push_back(prepared);
+  }
+}
+
+template <int L>
+void Prepared<L>::prepare_emitters() {
+  std::vector<double> weight(materials.size(), 0);
+  bool any = false;
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    const auto& values = scene.appearance.materials[m].values;
+    if (!emits(materials[m].values)) continue;
+    // A ticked emission of 0 is sampled too: its derivative is not 0.
+    weight[m] = std::max(luminance(values.emission_color) * values.emission_strength, 1e-3);
+    any = true;
+  }
+  if (!any) return;
+  std::vector<double> cumulative;
+  const auto& instances = geometry.instances();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const Mesh& mesh = geometry.meshes()[instances[i].mesh];
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const int m = instances[i].materials[mesh.material_slots[t]];
+      if (weight[m] == 0) continue;
+      const auto [a, b, c] = geometry.corners(static_cast<int>(i), static_cast<int>(t));
+      emitter_flux_ += weight[m] * length(cross(b - a, c - a)) / 2;
+      triangles_.push_back({static_cast<int>(i), static_cast<int>(t), m});
+      cumulative.push_back(emitter_flux_);
+    }
+  }
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    if (weight[m] > 0 && emitter_flux_ > 0)
+      materials[m].emitter_density = static_cast<float>(weight[m] / emitter_flux_);
+  for (double x : cumulative) triangle_cdf_.push_back(static_cast<float>(x / emitter_flux_));
+}
+
+template <int L>
+void Prepared<L>::prepare_choice() {
+  const auto& lights = scene.appearance.lights;
+  const float radius = geometry.radius();
+  std::vector<double> flux;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const bool ticked = lamp_slots_[i].intensity >= 0 || lamp_slots_[i].color >= 0;
+    flux.push_back(std::max<double>(lights[i].flux(radius), ticked ? 1e-6 : 0));
+  }
+  flux.push_back(emitter_flux_ * 2 * kPi<double>);  // both sides emit
+  const World& world = scene.appearance.world;
+  double sky = 0;
+  if (world.map) {
+    const bool ticked = world_slots_.intensity >= 0 || world_slots_.color >= 0;
+    sky = std::max(luminance(world.values.color) * world.values.strength *
+                       world.map->mean_luminance() * square(kPi<double>) * square(radius),
+                   ticked ? 1e-6 : 0);
+  }
+  flux.push_back(sky);
+
+  double total = 0;
+  int active = 0;
+  for (double f : flux) {
+    total += f;
+    active += f > 0;
+  }
+  probability_.assign(flux.size(), 0);
+  cdf_.assign(flux.size(), 0);
+  double sum = 0;
+  for (std::size_t i = 0; i < flux.size(); ++i) {
+    // Half by power, half evenly: a weak lamp close by is not starved.
+    if (flux[i] > 0) probability_[i] = static_cast<float>(0.5 * flux[i] / total + 0.5 / active);
+    sum += probability_[i];
+    cdf_[i] = static_cast<float>(sum);
+  }
+}
+
+template <int L>
+typename Prepared<L>::Choice Prepared<L>::choose(float u) const {
+  const auto it = std::upper_bound(cdf_.begin(), cdf_.end(), u);
+  if (it == cdf_.end()) return {};
+  const auto i = static_cast<std::size_t>(it - cdf_.begin());
+  const std::size_t lamps = scene.appearance.lights.size();
+  const Source source = i < lamps ? Source::kLamp : (i == lamps ? Source::kMesh : Source::kWorld);
+  return {source, static_cast<int>(i), probability_[i]};
+}
+
+template <int L>
+const typename Prepared<L>::EmissiveTriangle& Prepared<L>::choose_triangle(float u) const {
+  const auto it = std::upper_bound(triangle_cdf_.begin(), triangle_cdf_.end(), u);
+  return triangles_[std::min<std::size_t>(it - triangle_cdf_.begin(), triangles_.size() - 1)];
+}
+
+template class Prepared<0>;
+template class Prepared<4>;
+template class Prepared<8>;
+template class Prepared<16>;
+
+}  // namespace selenite

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <type_traits>
+#include <vector>
+
+#include "model/bsdf.h"
+#include "render/throughput.h"
+
+namespace selenite {
+
+/// float without derivatives, or a dual with L local slots.
+template <int L>
+using PathScalar = std::conditional_t<L == 0, float, Dual<float, L == 0 ? 1 : L>>;
+
+/// A material with its ticked parameters seeded as independent variables.
+template <int L>
+struct PreparedMaterial {
+  Principled<PathScalar<L>> values;
+  Flavour flavour;
+  int count = 0;              ///< local slots in use
+  std::array<int, L> slot{};  ///< local slot -> slot of the layout
+  bool transparent = false;   ///< lets rays pass straight through (alpha below 1, or ticked)
+  float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
+
+  Factor<L> factor(const Color<PathScalar<L>>& c) const {
+    Factor<L> f{value_of(c)};
+    if constexpr (L > 0)
+      for (int k = 0; k < count; ++k) f.add_slope(slot[k], {c.r.d[k], c.g.d[k], c.b.d[k]});
+    return f;
+  }
+};
+
+/// Everything that one render reads, worked out once from scene and layout: seeded materials, the
+/// slots of lamps and world, and the table for choosing a light.
+template <int L>
+class Prepared {
+ public:
+  Prepared(const Scene& scene, const SlotLayout& layout);
+
+  const Scene& scene;
+  const Geometry& geometry;
+  std::vector<PreparedMaterial<L>> materials;
+  int slots;
+  bool any_transparent = false;
+
+  /// Radiance (delta lamp: irradiance) of a lamp or the world for its shape's factor.
+  Factor<L> lamp(int light, float shape) const {
+    const LightParameters& p = scene.appearance.lights[light].values;
+    return product(p.color, p.power, Colorf(shape), lamp_slots_[light]);
+  }
+  Factor<L> world(const Colorf& shape) const {
+    const WorldParameters& p = scene.appearance.world.values;
+    return product(p.color, p.strength, shape, world_slots_);
+  }
+
+  enum class Source { kNone, kLamp, kMesh, kWorld };
+  struct Choice {
+    Source source = Source::kNone;
+    int index = 0;
+    float probability = 0;
+  };
+  /// Picks a light; `u` in [0, 1).
+  Choice choose(float u) const;
+  float lamp_probability(int light) const { return probability_[light]; }
+  float mesh_probability() const { return probability_[scene.appearance.lights.size()]; }
+  float world_probability() const { return probability_[scene.appearance.lights.size() + 1]; }
+
+  struct EmissiveTriangle {
+    int instance, triangle, material;
+  };
+  /// A point on an emissive triangle, chosen by area and emission.
+  const EmissiveTriangle& choose_triangle(float u) const;
+
+ private:
+  struct OwnerSlots {
+    int intensity = -1, color = -1;  ///< slot of power or strength; of the colour
+  };
+  static Factor<L> product(const Color<double>& color, double intensity, const Colorf& shape,
+                           const OwnerSlots& slots) {
+    const Colorf c(color);
+    const auto i = static_cast<float>(intensity);
+    Factor<L> f{c * shape * i};
+    if (slots.intensity >= 0) f.add_slope(slots.intensity, c * shape);
+    if (slots.color >= 0) f.add_slope(slots.color, shape * i);
+    return f;
+  }
+  void prepare_materials(const SlotLayout& layout);
+  void prepare_emitters();
+  void prepare_choice();
+
+  std::vector<OwnerSlots> lamp_slots_;
+  OwnerSlots world_slots_;
+  std::vector<float> probability_, cdf_;  ///< lamps, emissive meshes, world
+  std::vector<EmissiveTriangle> triangles_;
+  std::vector<float> triangle_cdf_;
+  double emitter_flux_ = 0;
+};
+
+}  // namespace selenite

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "math/color.h"
+#include "math/dual.h"
+#include "render/slots.h"
+
+namespace selenite {
+
+/// A colour and its derivatives in the few slots that it depends on: what a surface, a lamp or the
+/// world contributes to a path. K bounds the slots of one such owner.
+template <int K>
+struct Factor {
+  Colorf value;
+  int count = 0;
+  std::array<int, K> slot{};
+  std::array<Colorf, K> slope{};
+
+  void add_slope(int s, const Colorf& d) {
+    if constexpr (K > 0) {
+      slot[count] = s;
+      slope[count++] = d;
+    }
+  }
+};
+
+/// A colour and its derivatives in all slots of a render, updated by the product rule
+/// d(ab) = da b + a db. Nothing is divided by a factor, so a black one keeps its derivative.
+template <int K>
+class Throughput {
+ public:
+  explicit Throughput(int slots) : slots_(K > 0 ? slots : 0) {}
+
+  Colorf value{1, 1, 1};
+  std::array<Colorf, K == 0 ? 1 : kMaxSlots> slope{};
+
+  void multiply(float f) {
+    value = value * f;
+    for (int s = 0; s < slots_; ++s) slope[s] = slope[s] * f;
+  }
+  void multiply(const Factor<K>& f) {
+    for (int s = 0; s < slots_; ++s) slope[s] = slope[s] * f.value;
+    for (int k = 0; k < f.count; ++k) slope[f.slot[k]] += value * f.slope[k];
+    value = value * f.value;
+  }
+  /// Largest of the value and its derivatives: what Russian roulette may not throw away.
+  float importance() const {
+    float most = max_channel(value);
+    if constexpr (K > 0)
+      for (int s = 0; s < slots_; ++s)
+        for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(slope[s][c]));
+    return most;
+  }
+  int slots() const { return slots_; }
+
+ private:
+  int slots_;
+};
+
+/// What a path brings to its pixel: sum of throughput times emission, with derivatives.
+template <int K>
+class Radiance {
+ public:
+  explicit Radiance(int slots) : slots_(K > 0 ? slots : 0) {}
+
+  Colorf value;
+  std::array<Colorf, K == 0 ? 1 : kMaxSlots> slope{};
+
+  void add(const Throughput<K>& t, const Factor<K>& emitted, float weight) {
+    const Colorf e = emitted.value * weight;
+    value += t.value * e;
+    for (int s = 0; s < slots_; ++s) slope[s] += t.slope[s] * e;
+    for (int k = 0; k < emitted.count; ++k)
+      slope[emitted.slot[k]] += t.value * emitted.slope[k] * weight;
+  }
+  /// The same with one more factor, a bsdf's value, between throughput and emission.
+  void add(const Throughput<K>& t, const Factor<K>& f, const Factor<K>& emitted, float weight) {
+    const Colorf e = emitted.value * weight, fe = f.value * e;
+    value += t.value * fe;
+    for (int s = 0; s < slots_; ++s) slope[s] += t.slope[s] * fe;
+    for (int k = 0; k < f.count; ++k) slope[f.slot[k]] += t.value * f.slope[k] * e;
+    for (int k = 0; k < emitted.count; ++k)
+      slope[emitted.slot[k]] += t.value * f.value * emitted.slope[k] * weight;
+  }
+
+ private:
+  int slots_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "render/kernel.h"
+#include "render/path_tracer.h"
+
+namespace selenite {
+
+/// Sums over the samples of one pixel. Float is enough: at most a few thousand samples, and what
+/// goes over the whole picture is summed in double elsewhere.
+struct PixelSums {
+  Colorf sum, even, squares;
+  void add(const Colorf& x, bool is_even) {
+    sum += x;
+    if (is_even) even += x;
+    squares += x * x;
+  }
+  /// Unbiased variance of the mean of n samples.
+  Colorf variance(int n) const { return covariance(squares, sum, sum, n); }
+  static Colorf covariance(const Colorf& products, const Colorf& a, const Colorf& b, int n) {
+    if (n < 2) return {};
+    const auto count = static_cast<float>(n);
+    return (products - a * b / count) / (count * (count - 1));
+  }
+};
+
+inline bool is_finite(const Colorf& c) {
+  return std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b);
+}
+
+template <int L>
+TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
+                       const RenderSettings& settings, const Tile& tile, Film& film) {
+  TileReport report;
+  PathTracer<L> tracer(prepared, settings.depth);
+  const int slots = L > 0 ? prepared.slots : 0;
+  const int n = settings.spp;
+  std::vector<PixelSums> slot_sums(slots);
+  std::vector<Colorf> products(slots);
+
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    for (int x = tile.x0; x < tile.x1; ++x) {
+      const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
+      PixelSums image;
+      std::fill(slot_sums.begin(), slot_sums.end(), PixelSums{});
+      std::fill(products.begin(), products.end(), Colorf{});
+      for (int i = 0; i < n; ++i) {
+        Random random(settings.seed, static_cast<std::uint32_t>(pixel),
+                      static_cast<std::uint32_t>(i));
+        const Ray ray = camera.ray(static_cast<float>(x) + random.uniform(0),
+                                   static_cast<float>(y) + random.uniform(1));
+        const Radiance<L> radiance = tracer.trace(ray, random);
+        report.truncated += tracer.truncated;
+
+        int bad = is_finite(radiance.value) ? -1 : slots;
+        for (int s = 0; s < slots; ++s)
+          if (!is_finite(radiance.slope[s])) bad = s;
+        if (bad >= 0) {
+          // Counted as a sample of zero: the pixel stays finite and the report says so.
+          if (report.dropped++ == 0)
+            report.first_dropped =
+                "pixel (" + std::to_string(x) + ", " + std::to_string(y) + "), sample " +
+                std::to_string(i) + ", " +
+                (bad == slots ? "radiance" : "derivative " + std::to_string(bad));
+          continue;
+        }
+        const bool even = i % 2 == 0;
+        image.add(radiance.value, even);
+        for (int s = 0; s < slots; ++s) {
+          slot_sums[s].add(radiance.slope[s], even);
+          products[s] += radiance.slope[s] * radiance.value;
+        }
+      }
+      const auto all = static_cast<float>(n), evens = static_cast<float>((n + 1) / 2);
+      film.mean[pixel] = image.sum / all;
+      film.half_a[pixel] = image.even / evens;
+      film.variance[pixel] = image.variance(n);
+      for (int s = 0; s < slots; ++s) {
+        SlotFilm& slot = film.slots[s];
+        slot.mean[pixel] = slot_sums[s].sum / all;
+        slot.half_a[pixel] = slot_sums[s].even / evens;
+        slot.variance[pixel] = slot_sums[s].variance(n);
+        slot.covariance[pixel] = PixelSums::covariance(products[s], image.sum, slot_sums[s].sum, n);
+      }
+    }
+  }
+  return report;
+}
+
+}  // namespace selenite

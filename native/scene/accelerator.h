@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+// The only file that knows Embree, version 3 or 4.
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "math/error.h"
+#include "scene/camera.h"
+
+namespace selenite {
+
+/// Bounding volume hierarchy over triangle meshes and instances of them.
+class Accelerator {
+ public:
+  struct Found {
+    int item;  ///< index in the order of `add_*`
+    int triangle;
+    float b1, b2, t;
+  };
+
+  Accelerator() : device_(rtcNewDevice(nullptr)) {
+    if (!device_) throw InvalidArgument("Embree: no device could be created");
+    if (rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION) / 10000 != RTC_VERSION_MAJOR)
+      throw InvalidArgument("Embree: the library in this process is of another version than " +
+                            std::string(RTC_VERSION_STRING) + ", which this module was built for");
+    scene_ = new_scene();
+  }
+  ~Accelerator() {
+    for (RTCScene child : children_) rtcReleaseScene(child);
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  Accelerator(const Accelerator&) = delete;
+  Accelerator& operator=(const Accelerator&) = delete;
+
+  /// Triangles in world space, seen by rays as one item.
+  void add_mesh(std::span<const Vec3f> positions, std::span<const std::array<int, 3>> triangles,
+                bool visible_to_camera) {
+    RTCGeometry geometry = new_triangles(positions, triangles);
+    attach(scene_, geometry, visible_to_camera);
+  }
+  /// Triangles in their own space, to be placed by `add_instance`.
+  int add_prototype(std::span<const Vec3f> positions,
+                    std::span<const std::array<int, 3>> triangles) {
+    RTCScene child = new_scene();
+    attach(child, new_triangles(positions, triangles), true);
+    rtcCommitScene(child);
+    children_.push_back(child);
+    return static_cast<int>(children_.size()) - 1;
+  }
+  /// `matrix`: 3x4, column-major.
+  void add_instance(int prototype, const std::array<float, 12>& matrix, bool visible_to_camera) {
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(geometry, children_[prototype]);
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
+    attach(scene_, geometry, visible_to_camera);
+  }
+  void build() { rtcCommitScene(scene_); }
+
+  std::optional<Found> intersect(const Ray& ray, bool camera_ray) const {
+    RTCRayHit query;
+    query.ray = embree_ray(ray, camera_ray);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+    rtcIntersect1(scene_, &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene_, &context, &query);
+#endif
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const unsigned item =
+        query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
+    return Found{static_cast<int>(item), static_cast<int>(query.hit.primID), query.hit.u,
+                 query.hit.v, query.ray.tfar};
+  }
+  bool occluded(const Ray& ray) const {
+    RTCRay query = embree_ray(ray, false);
+#if RTC_VERSION_MAJOR >= 4
+    rtcOccluded1(scene_, &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(scene_, &context, &query);
+#endif
+    return query.tfar < 0;
+  }
+
+ private:
+  static constexpr unsigned kCameraMask = 1, kOtherMask = 2;
+
+  RTCScene new_scene() {
+    RTCScene scene = rtcNewScene(device_);
+    // ROBUST: no ray slips between two triangles into a closed object.
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    return scene;
+  }
+  RTCGeometry new_triangles(std::span<const Vec3f> positions,
+                            std::span<const std::array<int, 3>> triangles) {
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                3 * sizeof(float), positions.size()));
+    for (const Vec3f& p : positions) {
+      *vertices++ = p.x;
+      *vertices++ = p.y;
+      *vertices++ = p.z;
+    }
+    auto* indices = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                3 * sizeof(unsigned), triangles.size()));
+    for (const auto& triangle : triangles)
+      for (int corner : triangle) *indices++ = static_cast<unsigned>(corner);
+    return geometry;
+  }
+  static void attach(RTCScene scene, RTCGeometry geometry, bool visible_to_camera) {
+    rtcSetGeometryMask(geometry, visible_to_camera ? kCameraMask | kOtherMask : kOtherMask);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+  }
+  static RTCRay embree_ray(const Ray& ray, bool camera_ray) {
+    RTCRay query{};
+    query.org_x = ray.origin.x;
+    query.org_y = ray.origin.y;
+    query.org_z = ray.origin.z;
+    query.dir_x = ray.direction.x;
+    query.dir_y = ray.direction.y;
+    query.dir_z = ray.direction.z;
+    query.tnear = ray.t_min;
+    query.tfar = ray.t_max;
+    query.mask = camera_ray ? kCameraMask : kOtherMask;
+    return query;
+  }
+
+  RTCDevice device_;
+  RTCScene scene_;
+  std::vector<RTCScene> children_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/camera.h"
+#include "scene/transform.h"
+
+namespace selenite {
+
+struct Mesh {
+  std::string name;
+  std::vector<Vec3f> positions;
+  std::vector<std::array<int, 3>> triangles;  ///< geometric normal by the right-hand rule
+  std::vector<Vec3f> corner_normals;          ///< three per triangle, unit
+  std::vector<Vec2f> uvs;                     ///< three per triangle, or empty
+  std::vector<int> material_slots;            ///< one per triangle
+};
+
+struct Instance {
+  std::string name;
+  int mesh = 0;
+  Transform to_world;
+  std::vector<int> materials;  ///< scene material of each slot
+  bool visible_to_camera = true;
+};
+
+struct Hit {
+  int instance;
+  int triangle;
+  float b1, b2;  ///< barycentric coordinates of the second and third corner
+  float t;
+};
+
+/// What a hit looks like in world space.
+struct Surface {
+  Vec3f position;  ///< from the barycentrics: exact to rounding of the corners, not of the ray
+  Vec3f ng;        ///< geometric normal, unit, by the winding
+  Vec3f n;         ///< interpolated shading normal, unit
+  Vec2f uv;
+  int material;
+  float offset;  ///< bound of the position's error: rays start this far off along ng
+  /// Origin of a ray that leaves towards `direction` without meeting this surface again.
+  Vec3f leave(const Vec3f& direction) const {
+    return position + ng * (dot(direction, ng) < 0 ? -offset : offset);
+  }
+};
+
+class Accelerator;
+
+/// Meshes, instances and their acceleration structure. Immutable once built; shared between scenes
+/// that differ in appearance only.
+///
+/// A mesh used once is transformed to world space in double; a mesh used several times stays in its
+/// own space and is instanced. All coordinates are relative to `origin`, the centre of the scene, so
+/// that a scene far from the world's origin keeps its digits.
+class Geometry {
+ public:
+  /// Drops triangles with non-finite corners or no area, counts them in `dropped`.
+  Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances);
+  ~Geometry();
+  Geometry(const Geometry&) = delete;
+  Geometry& operator=(const Geometry&) = delete;
+
+  std::optional<Hit> intersect(const Ray& ray, bool camera_ray) const;
+  bool occluded(const Ray& ray) const;
+  Surface surface(const Hit& hit) const;
+  /// World-space corners of a triangle.
+  std::array<Vec3f, 3> corners(int instance, int triangle) const;
+
+  const std::vector<Mesh>& meshes() const { return meshes_; }
+  const std::vector<Instance>& instances() const { return instances_; }
+  const Vec3d& origin() const { return origin_; }
+  float radius() const { return radius_; }  ///< of a sphere around `origin` that holds everything
+  const std::vector<std::pair<std::string, long>>& dropped() const { return dropped_; }
+  long triangle_count() const;
+
+ private:
+  std::vector<Mesh> meshes_;
+  std::vector<Instance> instances_;
+  std::vector<char> in_world_space_;  ///< per instance
+  Vec3d origin_;
+  float radius_ = 0;
+  std::vector<std::pair<std::string, long>> dropped_;
+  std::unique_ptr<Accelerator> accelerator_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/scene.h"
+
+#include <sstream>
+
+#include "math/error.h"
+
+namespace selenite {
+namespace {
+
+struct Table {
+  std::vector<Parameter> rows;
+  std::vector<int> widths;
+};
+
+template <class Owner>
+Table table_of() {
+  Table table;
+  Owner owner;
+  struct Collect {
+    Table& table;
+    void operator()(const Parameter& p, double&) const {
+      table.rows.push_back(p);
+      table.widths.push_back(1);
+    }
+    void operator()(const Parameter& p, Color<double>&) const {
+      table.rows.push_back(p);
+      table.widths.push_back(3);
+    }
+  };
+  Owner::fields(owner, Collect{table});
+  return table;
+}
+
+const Table& table(OwnerKind kind) {
+  static const Table material = table_of<Principled<double>>();
+  static const Table light = table_of<LightParameters>();
+  static const Table world = table_of<WorldParameters>();
+  switch (kind) {
+    case OwnerKind::kMaterial:
+      return material;
+    case OwnerKind::kLight:
+      return light;
+    default:
+      return world;
+  }
+}
+
+/// Calls `action(double*, count)` with the storage of one field of its owner.
+template <class Owner, class Action>
+void visit_field(Owner& owner, int field, Action&& action) {
+  int index = 0;
+  const auto on_field = [&](double* first, int count) {
+    if (index++ == field) action(first, count);
+  };
+  struct Visit {
+    decltype(on_field)& at;
+    void operator()(const Parameter&, double& x) const { at(&x, 1); }
+    void operator()(const Parameter&, Color<double>& c) const { at(&c.r, 3); }
+  };
+  Owner::fields(owner, Visit{on_field});
+}
+
+template <class Action>
+void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& action) {
+  switch (ref.kind) {
+    case OwnerKind::kMaterial:
+      return visit_field(appearance.materials.at(ref.owner).values, ref.field, action);
+    case OwnerKind::kLight:
+      return visit_field(appearance.lights.at(ref.owner).values, ref.field, action);
+    case OwnerKind::kWorld:
+      return visit_field(appearance.world.values, ref.field, action);
+  }
+}
+
+template <class Range, class Name>
+std::string listed(const Range& range, Name&& name) {
+  std::string text;
+  for (const auto& item : range)
+    text += (text.empty() ? "'" : ", '") + std::string(name(item)) + "'";
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+const std::vector<Parameter>& parameter_table(OwnerKind kind) { return table(kind).rows; }
+const std::vector<int>& parameter_widths(OwnerKind kind) { return table(kind).widths; }
+
+void check_value(std::string_view owner, const Parameter& p, double value) {
+  if (value >= p.lower && value <= p.upper) return;  // false for NaN
+  std::ostringstream text;
+  text << owner << ':' << p.name << " = " << value << " lies outside [" << p.lower << ", "
+       << p.upper << "]; give a value inside";
+  throw InvalidArgument(text.str());
+}
+
+const Camera& Scene::camera(std::string_view name) const {
+  for (const Camera& c : cameras)
+    if (c.name == name) return c;
+  throw UnknownName("Camera '" + std::string(name) + "' is not in the scene; cameras: " +
+                    listed(cameras, [](const Camera& c) { return c.name; }));
+}
+
+ParameterRef Scene::find(std::string_view owner, std::string_view parameter) const {
+  ParameterRef ref{OwnerKind::kWorld, -1, -1};
+  for (std::size_t i = 0; i < appearance.materials.size(); ++i)
+    if (appearance.materials[i].name == owner)
+      ref = {OwnerKind::kMaterial, static_cast<int>(i), -1};
+  if (ref.owner < 0)
+    for (std::size_t i = 0; i < appearance.lights.size(); ++i)
+      if (appearance.lights[i].name == owner) ref = {OwnerKind::kLight, static_cast<int>(i), -1};
+  if (ref.owner < 0 && owner == "World") ref.owner = 0;
+  if (ref.owner < 0)
+    throw UnknownName(
+        "'" + std::string(owner) + "' is no material or light of the scene; materials: " +
+        listed(appearance.materials, [](const Material& m) { return m.name; }) + "; lights: " +
+        listed(appearance.lights, [](const Light& l) { return l.name; }) + "; or 'World'");
+  const auto& rows = parameter_table(ref.kind);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (rows[i].name == parameter) ref.field = static_cast<int>(i);
+  if (ref.field < 0)
+    throw UnknownName("'" + std::string(owner) + "' has no parameter '" + std::string(parameter) +
+                      "'; it has: " + listed(rows, [](const Parameter& p) { return p.name; }));
+  return ref;
+}
+
+std::string Scene::owner_name(const ParameterRef& ref) const {
+  switch (ref.kind) {
+    case OwnerKind::kMaterial:
+      return appearance.materials.at(ref.owner).name;
+    case OwnerKind::kLight:
+      return appearance.lights.at(ref.owner).name;
+    default:
+      return "World";
+  }
+}
+
+const Parameter& Scene::description(const ParameterRef& ref) const {
+  return parameter_table(ref.kind).at(ref.field);
+}
+
+std::vector<double> Scene::get(const ParameterRef& ref) const {
+  std::vector<double> values;
+  Appearance copy = appearance;  // `fields` visits references to non-const members
+  visit_parameter(copy, ref,
+                  [&](const double* first, int count) { values.assign(first, first + count); });
+  return values;
+}
+
+Scene Scene::with(const std::vector<std::pair<ParameterRef, std::vector<double>>>& values) const {
+  Scene scene = *this;
+  for (const auto& [ref, numbers] : values) {
+    const Parameter& p = description(ref);
+    const std::string owner = owner_name(ref);
+    const int width = parameter_widths(ref.kind).at(ref.field);
+    if (static_cast<int>(numbers.size()) != width)
+      throw InvalidArgument(owner + ":" + std::string(p.name) + " takes " + std::to_string(width) +
+                            " numbers, not " + std::to_string(numbers.size()));
+    for (double x : numbers) check_value(owner, p, x);
+    visit_parameter(scene.appearance, ref, [&](double* first, int count) {
+      for (int i = 0; i < count; ++i) first[i] = numbers[i];
+    });
+  }
+  return scene;
+}
+
+}  // namespace selenite

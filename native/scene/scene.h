@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "model/principled.h"
+#include "scene/geometry.h"
+#include "scene/light.h"
+#include "scene/world.h"
+
+namespace selenite {
+
+struct Material {
+  std::string name;
+  Principled<double> values;
+  Flavour flavour;
+};
+
+enum class OwnerKind { kMaterial, kLight, kWorld };
+
+/// Where a parameter lives in a scene. `field` counts the owner's `fields` in their order.
+struct ParameterRef {
+  OwnerKind kind;
+  int owner;
+  int field;
+  bool operator==(const ParameterRef&) const = default;
+};
+
+/// Everything that a fit can change: small, copied for every set of values.
+struct Appearance {
+  std::vector<Material> materials;
+  std::vector<Light> lights;
+  World world;
+};
+
+/// A scene: values only. Nothing writes into a scene that is being rendered; `with` makes another.
+struct Scene {
+  std::shared_ptr<const Geometry> geometry;
+  std::vector<Camera> cameras;
+  Appearance appearance;
+
+  const Camera& camera(std::string_view name) const;  ///< UnknownName lists the cameras there are
+  /// Owner: name of a material or light, or "World". UnknownName names what exists.
+  ParameterRef find(std::string_view owner, std::string_view parameter) const;
+  std::string owner_name(const ParameterRef& ref) const;
+  const Parameter& description(const ParameterRef& ref) const;
+  /// One or three values.
+  std::vector<double> get(const ParameterRef& ref) const;
+  /// This scene with other values; InvalidArgument when one is not finite or out of range.
+  Scene with(const std::vector<std::pair<ParameterRef, std::vector<double>>>& values) const;
+};
+
+/// Throws InvalidArgument naming `owner:parameter`, the value and the permitted range.
+void check_value(std::string_view owner, const Parameter& parameter, double value);
+
+/// The table of one kind of owner, in the order of its `fields`.
+const std::vector<Parameter>& parameter_table(OwnerKind kind);
+/// 1 or 3 components, beside `parameter_table`.
+const std::vector<int>& parameter_widths(OwnerKind kind);
+
+}  // namespace selenite

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/scene_builder.h"
+
+#include <algorithm>
+
+#include "math/error.h"
+
+namespace selenite {
+namespace {
+
+template <class List>
+void require_new_name(const List& list, const std::string& name, const char* kind) {
+  for (const auto& item : list)
+    if (item.name == name)
+      throw InvalidArgument(std::string(kind) + " '" + name +
+                            "' was added twice; names must differ");
+}
+
+template <class Item, class List>
+int append(List& list, Item&& item) {
+  list.push_back(std::forward<Item>(item));
+  return static_cast<int>(list.size()) - 1;
+}
+
+std::string count_of(std::size_t n) { return std::to_string(n); }
+
+}  // namespace
+
+int SceneBuilder::add_material(Material material) {
+  require_new_name(appearance.materials, material.name, "Material");
+  struct Check {
+    const std::string& owner;
+    void operator()(const Parameter& p, double& x) const { check_value(owner, p, x); }
+    void operator()(const Parameter& p, Color<double>& c) const {
+      for (int i = 0; i < 3; ++i) check_value(owner, p, c[i]);
+    }
+  };
+  Principled<double>::fields(material.values, Check{material.name});
+  return append(appearance.materials, std::move(material));
+}
+
+int SceneBuilder::add_mesh(Mesh mesh) {
+  const std::string who = "Mesh '" + mesh.name + "': ";
+  const std::size_t n = mesh.triangles.size();
+  for (const auto& t : mesh.triangles)
+    for (int corner : t)
+      if (corner < 0 || corner >= static_cast<int>(mesh.positions.size()))
+        throw InvalidArgument(who + "vertex index " + std::to_string(corner) +
+                              " lies outside [0, " + count_of(mesh.positions.size()) + ")");
+  if (mesh.corner_normals.size() != 3 * n)
+    throw InvalidArgument(who + count_of(mesh.corner_normals.size()) + " corner normals for " +
+                          count_of(n) + " triangles; give three a triangle");
+  if (!mesh.uvs.empty() && mesh.uvs.size() != 3 * n)
+    throw InvalidArgument(who + count_of(mesh.uvs.size()) + " UV coordinates for " + count_of(n) +
+                          " triangles; give three a triangle or none");
+  if (mesh.material_slots.size() != n)
+    throw InvalidArgument(who + count_of(mesh.material_slots.size()) + " material slots for " +
+                          count_of(n) + " triangles; give one a triangle");
+  return append(meshes, std::move(mesh));
+}
+
+int SceneBuilder::add_object(Instance instance) {
+  const std::string who = "Object '" + instance.name + "': ";
+  if (instance.mesh < 0 || instance.mesh >= static_cast<int>(meshes.size()))
+    throw InvalidArgument(who + "mesh " + std::to_string(instance.mesh) + " was not added");
+  for (int m : instance.materials)
+    if (m < 0 || m >= static_cast<int>(appearance.materials.size()))
+      throw InvalidArgument(who + "material " + std::to_string(m) + " was not added");
+  for (int slot : meshes[instance.mesh].material_slots)
+    if (slot < 0 || slot >= static_cast<int>(instance.materials.size()))
+      throw InvalidArgument(who + "a face uses material slot " + std::to_string(slot) + " of " +
+                            count_of(instance.materials.size()));
+  const double determinant = instance.to_world.determinant();
+  if (!std::isfinite(determinant) || determinant == 0)
+    throw InvalidArgument(who + "its matrix has determinant " + std::to_string(determinant) +
+                          "; give it a scale other than 0 in every direction");
+  return append(instances, std::move(instance));
+}
+
+int SceneBuilder::add_light(Light light) {
+  require_new_name(appearance.lights, light.name, "Light");
+  light.prepare({});  // checks; placed for good by `build`
+  return append(appearance.lights, std::move(light));
+}
+
+int SceneBuilder::add_camera(Camera camera) {
+  require_new_name(cameras, camera.name, "Camera");
+  camera.check();
+  return append(cameras, std::move(camera));
+}
+
+Scene SceneBuilder::build() const {
+  appearance.world.check();
+  Scene scene{std::make_shared<Geometry>(meshes, instances), cameras, appearance};
+  const Vec3d& origin = scene.geometry->origin();
+  for (Light& light : scene.appearance.lights) light.prepare(origin);
+  for (Camera& camera : scene.cameras) camera.to_world.translate(-origin);
+  return scene;
+}
+
+}  // namespace selenite

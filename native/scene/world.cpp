@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "scene/world.h"
+
+#include <algorithm>
+#include <string>
+
+#include "math/error.h"
+
+namespace selenite {
+namespace {
+
+float luminance(const Colorf& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
+
+/// Index of the step of a cumulative table that holds `x`; the position inside it goes back into x.
+int pick(const float* cdf, int count, float& x) {
+  const float* upper = std::upper_bound(cdf, cdf + count, x);
+  const int i = std::min(static_cast<int>(upper - cdf), count - 1);
+  const float below = i > 0 ? cdf[i - 1] : 0;
+  const float step = cdf[i] - below;
+  x = step > 0 ? clamp((x - below) / step, 0.0f, 0x1.fffffep-1f) : 0.5f;
+  return i;
+}
+
+}  // namespace
+
+EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels)
+    : width_(width), height_(height), pixels_(std::move(pixels)) {
+  if (width < 1 || height < 1 || pixels_.size() != static_cast<std::size_t>(width) * height)
+    throw InvalidArgument("World image: " + std::to_string(width) + " x " + std::to_string(height) +
+                          " pixels do not match the data; give an image of at least 1 x 1 pixel");
+  for (const Colorf& c : pixels_)
+    for (int k = 0; k < 3; ++k)
+      if (!(c[k] >= 0) || !std::isfinite(c[k]))
+        throw InvalidArgument(
+            "World image: a pixel is negative, infinite or not a number; repair the file");
+
+  // Bilinear lookups reach one pixel further than the pixel itself: the table takes the 3x3 maximum,
+  // so that no direction with radiance has zero density.
+  std::vector<float> weight(pixels_.size());
+  double sum = 0, solid = 0;
+  for (int y = 0; y < height; ++y) {
+    const float sine = std::sin(kPi<float> * (y + 0.5f) / height);
+    for (int x = 0; x < width; ++x) {
+      float largest = 0;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const int yy = std::clamp(y + dy, 0, height - 1), xx = (x + dx + width) % width;
+          largest =
+              std::max(largest, luminance(pixels_[static_cast<std::size_t>(yy) * width + xx]));
+        }
+      const float own = luminance(pixels_[static_cast<std::size_t>(y) * width + x]);
+      weight[static_cast<std::size_t>(y) * width + x] = (0.5f * own + 0.5f * largest) * sine;
+      sum += own * sine;
+      solid += sine;
+    }
+  }
+  mean_ = static_cast<float>(sum / solid);
+
+  row_cdf_.resize(height);
+  column_cdf_.resize(pixels_.size());
+  double total = 0;
+  for (int y = 0; y < height; ++y) {
+    double row = 0;
+    float* columns = &column_cdf_[static_cast<std::size_t>(y) * width];
+    for (int x = 0; x < width; ++x) {
+      row += weight[static_cast<std::size_t>(y) * width + x];
+      columns[x] = static_cast<float>(row);
+    }
+    for (int x = 0; x < width; ++x)
+      columns[x] = row > 0 ? static_cast<float>(columns[x] / row) : (x + 1.0f) / width;
+    total += row;
+    row_cdf_[y] = static_cast<float>(total);
+  }
+  for (int y = 0; y < height; ++y)
+    row_cdf_[y] = total > 0 ? static_cast<float>(row_cdf_[y] / total) : (y + 1.0f) / height;
+}
+
+Colorf EnvironmentMap::radiance(const Vec3f& d) const {
+  const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
+  const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;  // from the top
+  const float x = u * width_ - 0.5f, y = v * height_ - 0.5f;
+  const float fx = std::floor(x), fy = std::floor(y);
+  const auto texel = [&](int i, int j) -> const Colorf& {
+    const int column = ((i % width_) + width_) % width_, row = std::clamp(j, 0, height_ - 1);
+    return pixels_[static_cast<std::size_t>(row) * width_ + column];
+  };
+  const int i = static_cast<int>(fx), j = static_cast<int>(fy);
+  const float a = x - fx, b = y - fy;
+  return (texel(i, j) * (1 - a) + texel(i + 1, j) * a) * (1 - b) +
+         (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
+}
+
+float EnvironmentMap::density(const Vec3f& d) const {
+  const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
+  const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;
+  const int x = std::clamp(static_cast<int>(u * width_), 0, width_ - 1);
+  const int y = std::clamp(static_cast<int>(v * height_), 0, height_ - 1);
+  const float* columns = &column_cdf_[static_cast<std::size_t>(y) * width_];
+  const float row = row_cdf_[y] - (y > 0 ? row_cdf_[y - 1] : 0);
+  const float column = columns[x] - (x > 0 ? columns[x - 1] : 0);
+  const float sine = safe_sqrt(1 - d.z * d.z);
+  if (!(sine > 0)) return 0;
+  return row * column * width_ * height_ / (2 * kPi<float> * kPi<float> * sine);
+}
+
+Vec3f EnvironmentMap::sample(float u1, float u2, float& density_out) const {
+  const int y = pick(row_cdf_.data(), height_, u1);
+  const int x = pick(&column_cdf_[static_cast<std::size_t>(y) * width_], width_, u2);
+  const float u = (x + u2) / width_, v = (y + u1) / height_;
+  const float azimuth = (0.5f - u) * 2 * kPi<float>, elevation = (0.5f - v) * kPi<float>;
+  const float c = std::cos(elevation);
+  const Vec3f d{c * std::cos(azimuth), c * std::sin(azimuth), std::sin(elevation)};
+  density_out = density(d);
+  return d;
+}
+
+void World::check() const {
+  for (int c = 0; c < 3; ++c)
+    if (!(values.color[c] >= 0) || !std::isfinite(values.color[c]))
+      throw InvalidArgument("World: colour = " + std::to_string(values.color[c]) +
+                            " is not permitted; set it to a finite number, at least 0");
+  if (!(values.strength >= 0) || !std::isfinite(values.strength))
+    throw InvalidArgument("World: strength = " + std::to_string(values.strength) +
+                          " is not permitted; set it to a finite number, at least 0");
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j)
+      if (!(std::abs(dot(to_map[i], to_map[j]) - (i == j ? 1 : 0)) < 1e-4f))
+        throw InvalidArgument(
+            "World: the mapping of its image is not a rotation; set the scale of the Mapping node "
+            "to 1");
+}
+
+Colorf World::factor(const Vec3f& d) const {
+  if (!map) return {1, 1, 1};
+  return map->radiance({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+}
+float World::density(const Vec3f& d) const {
+  if (!map) return 0;
+  return map->density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+}
+Vec3f World::sample(float u1, float u2, float& density_out) const {
+  const Vec3f d = map->sample(u1, u2, density_out);
+  return to_map[0] * d.x + to_map[1] * d.y + to_map[2] * d.z;
+}
+
+}  // namespace selenite

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "math/color.h"
+#include "math/vec.h"
+#include "model/parameter.h"
+
+namespace selenite {
+
+struct WorldParameters {
+  Color<double> color{0, 0, 0};
+  double strength = 1;
+
+  template <class Self, class Visit>
+  static constexpr void fields(Self& p, Visit&& visit) {
+    visit(Parameter{.name = "strength",
+                    .sockets = "Strength",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1e9,
+                    .fit_lower = 0.001,
+                    .fit_upper = 1000,
+                    .initial = 1,
+                    .coordinate = Coordinate::kLog,
+                    .effect = Effect::kEmission,
+                    .help = "Strength of the background; multiplies its colour or image"},
+          p.strength);
+    visit(
+        Parameter{
+            .name = "color",
+            .sockets = "Color",
+            .unit = "1",
+            .lower = 0,
+            .upper = 1e6,
+            .fit_lower = 0.001,
+            .fit_upper = 1,
+            .initial = 0.05,
+            .effect = Effect::kEmission,
+            .help = "Colour of the background, linear Rec. 709; tints the image if there is one"},
+        p.color);
+  }
+};
+
+/// Equirectangular picture with its table for importance sampling. Immutable, shared.
+/// u = 1/2 - atan2(y, x)/(2 pi), v = 1/2 + asin(z)/pi from the bottom; bilinear, u repeats.
+/// Source: facts sheet "cycles", section 3.
+class EnvironmentMap {
+ public:
+  EnvironmentMap(int width, int height, std::vector<Colorf> pixels);  ///< row 0 at the top
+
+  Colorf radiance(const Vec3f& map_direction) const;
+  float density(const Vec3f& map_direction) const;  ///< per solid angle
+  Vec3f sample(float u1, float u2, float& density) const;
+  float mean_luminance() const { return mean_; }  ///< over the sphere
+
+ private:
+  int width_, height_;
+  std::vector<Colorf> pixels_;
+  std::vector<float> row_cdf_, column_cdf_;
+  float mean_ = 0;
+};
+
+/// Background: constant, or an image times the colour.
+struct World {
+  WorldParameters values;
+  std::shared_ptr<const EnvironmentMap> map;
+  std::array<Vec3f, 3> to_map{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< rows; orthonormal
+
+  void check() const;
+  /// Radiance at colour 1 and strength 1.
+  Colorf factor(const Vec3f& direction) const;
+  float density(
+      const Vec3f& direction) const;  ///< 0 where there is no image: not sampled as a light
+  Vec3f sample(float u1, float u2, float& density) const;
+};
+
+}  // namespace selenite
