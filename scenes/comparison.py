@@ -5,6 +5,8 @@ The factory settings are not: they clamp, filter, denoise and end paths early (m
 is what Cycles renders").
 """
 
+from pathlib import Path
+
 import bpy
 
 
@@ -47,3 +49,26 @@ def set_comparison(scene: bpy.types.Scene, samples: int, seed: int = 0) -> None:
     view.look = "None"
     view.exposure = 0
     view.gamma = 1
+
+
+def render_cameras(
+    blend: Path, cameras: list[str], size: tuple[int, int], folder: Path, samples: int
+) -> dict[str, Path]:
+    """Renders a saved file with Cycles from some of its cameras; returns camera -> OpenEXR file.
+
+    Opens `blend`; pictures are `size` (width, height) pixels, 32-bit float, scene-linear.
+    """
+    bpy.ops.wm.open_mainfile(filepath=str(blend), load_ui=False)
+    scene = bpy.context.scene
+    set_comparison(scene, samples)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.resolution_percentage = 100
+    image = scene.render.image_settings
+    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
+    pictures = {}
+    for name in cameras:
+        scene.camera = bpy.data.objects[name]
+        pictures[name] = folder / f"{name}_cycles.exr"
+        scene.render.filepath = str(pictures[name])
+        bpy.ops.render.render(write_still=True)
+    return pictures

@@ -147,6 +147,12 @@ def render_photos(folder: Path, samples: int) -> None:
     (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
 
 
+def save_start(path: Path) -> None:
+    """Writes the scene with the start values as a .blend file."""
+    build(START)
+    bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), check_existing=False)
+
+
 def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--save", type=Path, help="write the scene with the start values here")
@@ -154,8 +160,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--spp", type=int, default=512, help="samples of the photos")
     options = parser.parse_args(arguments)
     if options.save:
-        build(START)
-        bpy.ops.wm.save_as_mainfile(filepath=str(options.save.resolve()))
+        save_start(options.save)
     if options.photos:
         render_photos(options.photos.resolve(), options.spp)
 

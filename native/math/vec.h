@@ -63,6 +63,8 @@ Vec3<T> normalize(const Vec3<T>& v) {
 template <class T>
 struct Vec2 {
   T x{}, y{};
+  friend constexpr Vec2 operator+(const Vec2& a, const Vec2& b) { return {a.x + b.x, a.y + b.y}; }
+  friend constexpr Vec2 operator*(const Vec2& a, T s) { return {a.x * s, a.y * s}; }
 };
 using Vec2f = Vec2<float>;
 

@@ -63,74 +63,89 @@ struct Lattice {
   }
 };
 
-/// One visible micronormal with everything that does not depend on the index of refraction.
-struct Seen {
-  double weight;    // of the quadrature; they add up to 1
-  double cos_m;     // m.wi
-  double m_z;
-  double mirrored;  // G2 / G1 of the reflection, 0 below the horizon
-};
-
-/// The lobe's view from one direction.
-struct View {
-  double cos_i, width2, lambda_i;
-  std::vector<Seen> normals;
-
-  View(double roughness, double cosine, const Lattice& lattice) {
-    const double width = roughness * roughness;
-    cos_i = cosine > kLeastCosine ? cosine : kLeastCosine;
-    width2 = width * width;
-    const Vec3d wi{safe_sqrt(1 - cos_i * cos_i), 0, cos_i};
-    lambda_i = ggx_lambda(tangent2(wi), width2);
-    normals.reserve(lattice.points.size());
-    for (const Lattice::Point& p : lattice.points) {
-      const Vec3d m = ggx_sample_visible(wi, width, p.turn, p.u);
-      const double cos_m = dot(m, wi);
-      const double out_z = 2 * cos_m * m.z - wi.z;
-      normals.push_back({p.weight, cos_m, m.z, out_z > 0 ? shadowing(out_z) : 0});
-    }
-  }
-  /// G2 / G1 for an outgoing direction whose cosine has the absolute value c.
-  double shadowing(double c) const {
-    // (1 + L_i) / (1 + L_i + L_o) with L_o = (sqrt(c^2 + width2 (1 - c^2)) - c) / (2 c).
-    const double root = safe_sqrt(width2 + (1 - width2) * c * c);
-    return 2 * c * (1 + lambda_i) / (c * (1 + 2 * lambda_i) + root);
-  }
-  double mirror() const {
-    double sum = 0;
-    for (const Seen& s : normals) sum += s.weight * s.mirrored;
-    return sum;
-  }
+/// The lobe's view from one direction: its visible micronormals, with everything that does not depend
+/// on the index of refraction. One array per quantity, so that the loops over them vectorise.
+class View {
+ public:
   /// The entries for one index of refraction on the axis z.
   struct Entries {
     double rise = 0;
-    std::array<double, 2> glass{};  // towards the optically denser and the thinner side
+    std::array<double, 2> glass{1, 1};  // towards the optically denser and the thinner side
   };
-  Entries entries(double z) const {
-    if (z <= 0) return {0, {1, 1}};  // nothing is reflected, nothing bent, nothing lost
-    const bool conductor = z >= 1;
-    const double n = conductor ? 1 : index_of_refraction(z), f0 = square(z * z);
-    const std::array<double, 2> eta{n, 1 / n};
-    Entries sum;
-    for (const Seen& s : normals) {
-      const double f = conductor ? 1 : fresnel_dielectric(s.cos_m, n * n - 1);
-      if (s.mirrored > 0) sum.rise += s.weight * (conductor ? 1 : fresnel_rise(f, f0));
-      sum.glass[0] += s.weight * glass(s, f, eta[0], false);
-      const double inside = conductor ? 1 : fresnel_dielectric(s.cos_m, eta[1] * eta[1] - 1);
-      sum.glass[1] += s.weight * glass(s, inside, eta[1], true);
+
+  View(double roughness, double cosine, const Lattice& lattice) : lattice_(lattice) {
+    const double width = roughness * roughness;
+    cos_i_ = cosine > kLeastCosine ? cosine : kLeastCosine;
+    width2_ = width * width;
+    const Vec3d wi{safe_sqrt(1 - cos_i_ * cos_i_), 0, cos_i_};
+    lambda_i_ = ggx_lambda(tangent2(wi), width2_);
+    const std::size_t count = lattice.points.size();
+    cos_m_.resize(count), m_z_.resize(count), mirrored_.resize(count), terms_.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3d m = ggx_sample_visible(wi, width, lattice.points[i].turn, lattice.points[i].u);
+      const double cos_m = dot(m, wi), out_z = 2 * cos_m * m.z - wi.z;
+      cos_m_[i] = static_cast<float>(cos_m);
+      m_z_[i] = static_cast<float>(m.z);
+      mirrored_[i] = out_z > 0 ? shadowing(static_cast<float>(out_z)) : 0;
     }
-    if (width2 <= kSingularWidth2) sum.glass = {1, 1};
-    return sum;
+  }
+
+  double mirror() const {
+    return mean([&](std::size_t i) { return mirrored_[i]; });
+  }
+
+  Entries entries(double z) {
+    if (z <= 0) return {};  // nothing is reflected, nothing bent, nothing lost
+    Entries result;
+    const bool conductor = z >= 1;
+    const double n = conductor ? 1 : index_of_refraction(z);
+    const auto e = static_cast<float>(n * n - 1), f0 = static_cast<float>(square(z * z));
+    result.rise = mean([&](std::size_t i) {
+      const float f = conductor ? 1 : fresnel_dielectric(cos_m_[i], e);
+      return mirrored_[i] > 0 ? fresnel_rise(f, conductor ? 0 : f0) : 0;
+    });
+    if (width2_ <= kSingularWidth2) return result;
+    if (conductor) return {result.rise, {mirror(), mirror()}};
+    for (const bool thinner : {false, true})
+      result.glass[thinner] = glass(static_cast<float>(thinner ? 1 / n : n), thinner);
+    return result;
+  }
+
+ private:
+  /// G2 / G1 for an outgoing direction whose cosine has the absolute value c:
+  /// (1 + L_i) / (1 + L_i + L_o) with L_o = (sqrt(c^2 + width2 (1 - c^2)) - c) / (2 c).
+  float shadowing(float c) const {
+    const auto lambda = static_cast<float>(lambda_i_), width2 = static_cast<float>(width2_);
+    const float root = std::sqrt(width2 + (1 - width2) * c * c);
+    return 2 * c * (1 + lambda) / (c * (1 + 2 * lambda) + root);
   }
   /// Refraction towards the optically thinner side may leave a micronormal on the wrong side of the
   /// surface. Cycles drops such a sample, yet its table counts it; so does this one.
-  double glass(const Seen& s, double f, double eta, bool thinner) const {
-    if (f >= 1) return s.mirrored;
-    const double g = std::sqrt((eta - 1) * (eta + 1) + s.cos_m * s.cos_m);
-    const double out_z = (s.m_z * (s.cos_m - g) - cos_i) / eta;
-    const bool counted = out_z < 0 || thinner;
-    return f * s.mirrored + (counted ? (1 - f) * shadowing(std::abs(out_z)) : 0);
+  double glass(float eta, bool thinner) {
+    const float e = (eta - 1) * (eta + 1), inverse = 1 / eta;
+    const auto cos_i = static_cast<float>(cos_i_);
+    return mean([&](std::size_t i) {
+      const float c = cos_m_[i], g2 = e + c * c, g = std::sqrt(g2 > 0 ? g2 : 0);
+      const float f = fresnel_dielectric(c, e);
+      const float out_z = (m_z_[i] * (c - g) - cos_i) * inverse;
+      const float through = (1 - f) * shadowing(std::abs(out_z));
+      return f * mirrored_[i] + (thinner || out_z < 0 ? through : 0);
+    });
   }
+  template <class Term>
+  double mean(const Term& term) const {
+    for (std::size_t i = 0; i < terms_.size(); ++i) terms_[i] = term(i);
+    double sum = 0;
+    for (std::size_t i = 0; i < terms_.size(); ++i) sum += lattice_.points[i].weight * terms_[i];
+    return sum;
+  }
+
+  const Lattice& lattice_;
+  double cos_i_, width2_, lambda_i_;
+  std::vector<float> cos_m_;     // m.wi
+  std::vector<float> m_z_;       // m.z
+  std::vector<float> mirrored_;  // G2 / G1 of the reflection, 0 below the horizon
+  mutable std::vector<float> terms_;
 };
 
 }  // namespace
@@ -138,10 +153,10 @@ struct View {
 AlbedoTables::AlbedoTables() {
   const Gauss gauss;
   // What means and smooth tables need, and what the jumps of the others need, for errors of 1e-4.
-  const Lattice coarse(987, 1597), fine(4181, 6765);
+  const Lattice coarse(1597, 2584), fine(6765, 10946);
   for (int i = 0; i < kFine; ++i) {
     for (int j = 0; j < kFine; ++j)
-      mirror_[i][j] = static_cast<float>(View(node(i, kFine), node(j, kFine), coarse).mirror());
+      mirror_[i][j] = static_cast<float>(View(node(i, kFine), node(j, kFine), fine).mirror());
     double mean = 0;
     for (int g = 0; g < kCosines; ++g)
       mean += 2 * gauss.weight[g] * gauss.x[g] * View(node(i, kFine), gauss.x[g], coarse).mirror();
@@ -149,7 +164,7 @@ AlbedoTables::AlbedoTables() {
   }
   for (int i = 0; i < kCoarse; ++i) {
     for (int j = 0; j < kCoarse; ++j) {
-      const View view(node(i, kCoarse), node(j, kCoarse), fine);
+      View view(node(i, kCoarse), node(j, kCoarse), fine);
       for (int k = 0; k < kCoarse; ++k) {
         const View::Entries entries = view.entries(node(k, kCoarse));
         rise_[i][j][k] = static_cast<float>(entries.rise);
@@ -159,7 +174,7 @@ AlbedoTables::AlbedoTables() {
     }
     std::array<std::array<double, kCoarse>, 2> mean{};
     for (int g = 0; g < kCosines; ++g) {
-      const View view(node(i, kCoarse), gauss.x[g], coarse);
+      View view(node(i, kCoarse), gauss.x[g], coarse);
       for (int k = 0; k < kCoarse; ++k) {
         const View::Entries entries = view.entries(node(k, kCoarse));
         for (int thinner = 0; thinner < 2; ++thinner)

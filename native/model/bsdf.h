@@ -39,8 +39,9 @@ class PrincipledBsdf {
         unphysical_(flavour.evaluate_unphysical_refraction) {
     const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const auto& width2) { return ggx_lambda(tan2, width2); };
-    base_.start(layers_.width2, has(kSpecular) || has(kMetal) || has(kGlass), lambda);
-    coat_.start(layers_.coat_width2, has(kCoat), lambda);
+    const S singular = static_cast<S>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
+    base_.start(layers_.width2, has(kSpecular) || has(kMetal) || has(kGlass), singular, lambda);
+    coat_.start(layers_.coat_width2, has(kCoat), singular, lambda);
   }
 
   /// f(wi, wo) |cos| of everything that is not singular, 1/sr.
@@ -72,9 +73,8 @@ class PrincipledBsdf {
     if (!(layers_.pick[lobe] > 0)) return std::nullopt;
     if (lobe == kDiffuse) return sample_diffuse(u1, u2);
     const Width& width = lobe == kCoat ? coat_ : base_;
-    const Vec3<S> m = width.singular
-                          ? Vec3<S>{0, 0, 1}
-                          : ggx_sample_visible(wi_, std::sqrt(width.width2), u1, u2);
+    const Vec3<S> m = width.singular ? Vec3<S>{0, 0, 1}
+                                     : ggx_sample_visible(wi_, std::sqrt(width.width2), u1, u2);
     const S cos_m = dot(wi_, m);
     if (!(cos_m > 0)) return std::nullopt;
     if (lobe == kGlass && left >= layers_.pick[kGlass] * reflected_share(cos_m))
@@ -98,9 +98,9 @@ class PrincipledBsdf {
     bool spreads = false;   ///< present and not a mirror
 
     template <class Lambda>
-    void start(const T& dual_width2, bool present, const Lambda& lambda) {
+    void start(const T& dual_width2, bool present, S singular_width2, const Lambda& lambda) {
       width2 = value_of(dual_width2);
-      singular = width2 <= S(kSingularWidth2);
+      singular = width2 <= singular_width2;
       spreads = present && !singular;
       lambda_i = lambda(width2);
     }
@@ -131,9 +131,15 @@ class PrincipledBsdf {
     const S cos_o = dot(point_.n, wo);
     if (!(cos_o > 0)) return;
     if constexpr (kValue) {
-      f += layers_.rough_diffuse
-               ? layers_.diffuse * layers_.rough_diffuse->value(cos_o, dot(point_.wi, wo)) * cos_o
-               : layers_.diffuse * (cos_o * kInvPi<S>);
+      if (layers_.version1) {
+        f += layers_.diffuse * (disney_diffuse(layers_.retro_roughness, dot(point_.n, point_.wi),
+                                               cos_o, dot(point_.wi, wo)) *
+                                cos_o);
+      } else {
+        f += layers_.rough_diffuse
+                 ? layers_.diffuse * layers_.rough_diffuse->value(cos_o, dot(point_.wi, wo)) * cos_o
+                 : layers_.diffuse * (cos_o * kInvPi<S>);
+      }
     }
     if constexpr (kDensity) p += layers_.pick[kDiffuse] * cos_o * kInvPi<S>;
   }
@@ -150,12 +156,11 @@ class PrincipledBsdf {
       r2 = drawn->x * drawn->x + drawn->y * drawn->y;
       z2 = drawn->z * drawn->z;
     }
-    const S tan2_o = tangent2(o);
+    const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     const S per_cos = 1 / (4 * cos_i_);
     const auto shape = [&](const T& width2) {
       return narrow(width2, [&](const auto& w2) {
-        return ggx_normals(r2, z2, w2) * per_cos /
-               (ggx_lambda(tangent2(wi_), w2) + ggx_lambda(tan2_o, w2) + S(1));
+        return ggx_normals(r2, z2, w2) * per_cos * shadowing(tan2_i, tan2_o, w2);
       });
     };
     const auto seen = [&](const Width& width) {
@@ -171,11 +176,20 @@ class PrincipledBsdf {
     }
   }
 
+  /// Masking and shadowing, G2.
+  template <class X>
+  X shadowing(S tan2_i, S tan2_o, const X& width2) const {
+    const X i = ggx_lambda(tan2_i, width2), o = ggx_lambda(tan2_o, width2);
+    return X(1) / (layers_.version1 ? (i + S(1)) * (o + S(1)) : i + o + S(1));
+  }
   /// Weighted Fresnel term of one dielectric reflection.
   Color<T> reflectance(const Gloss<T>& gloss, S cos_m) const {
-    return gloss.at(narrow(gloss.excess, [&](const auto& e) {
+    return gloss.at(rise(gloss, cos_m));
+  }
+  static T rise(const Gloss<T>& gloss, S cos_m) {
+    return narrow(gloss.excess, [&](const auto& e) {
       return dielectric_rise(std::decay_t<decltype(e)>(cos_m), e);
-    }));
+    });
   }
   /// Weighted Fresnel terms of the reflections that share the base roughness.
   Color<T> base_reflectance(S cos_m) const {
@@ -193,6 +207,7 @@ class PrincipledBsdf {
   }
   /// Probability that the glass lobe reflects at a micronormal, close to its share of the energy.
   S reflected_share(S cos_m) const {
+    if (layers_.version1) return layers_.macro_reflected;
     return reflected_share_of_rise(dielectric_rise(cos_m, value_of(layers_.glass.excess)));
   }
   S reflected_share_of_rise(S rise) const {
@@ -239,15 +254,15 @@ class PrincipledBsdf {
     if (!drawn && !unphysical_ && !reachable(sum, o, eta)) return;
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     const auto flow = [&](const auto& width2, const auto& n, const auto& g) {
-      return ggx_normals(g.r2, g.z2, width2) * g.cos_m * g.cos_o * (n * n) /
-             (g.length2 * cos_i_);
+      return ggx_normals(g.r2, g.z2, width2) * g.cos_m * g.cos_o * (n * n) / (g.length2 * cos_i_);
     };
     if constexpr (kValue) {
       const T shape = narrow(layers_.width2, layers_.eta, [&](const auto& width2, const auto& n) {
         using X = std::decay_t<decltype(n)>;
         const Refraction<X> g(wi_, o, n, drawn);
-        return flow(width2, n, g) * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1)))) /
-               (ggx_lambda(tan2_i, width2) + ggx_lambda(tan2_o, width2) + S(1));
+        const X lobe = flow(width2, n, g) * shadowing(tan2_i, tan2_o, width2);
+        return layers_.version1 ? lobe
+                                : lobe * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1))));
       });
       f += layers_.glass_through * shape;
     }
@@ -303,9 +318,10 @@ class PrincipledBsdf {
     if (!base_.singular && !bends_nothing(eta)) return finish(wo, &m, true);
     if (!(dot(point_.ng, wo) < 0)) return std::nullopt;
     const S p = layers_.pick[kGlass] * (1 - reflected_share(cos_m));
+    if (!(p > 0)) return std::nullopt;
     const T through = T(1) - narrow(layers_.glass.excess, [&](const auto& x) {
-      return dielectric_rise(std::decay_t<decltype(x)>(cos_m), x);
-    });
+                        return dielectric_rise(std::decay_t<decltype(x)>(cos_m), x);
+                      });
     return BsdfSample<T>{wo, p, layers_.glass_through * through / p, true, true};
   }
 

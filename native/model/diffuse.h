@@ -23,7 +23,7 @@ class OrenNayar {
     flat_ = T(1) / (roughness * kShadow + T(kPi<S>));
     tilt_ = roughness * flat_;
     const T mean_loss = tilt_ * (kShadow - kMeanGain);
-    const T view_loss = tilt_ * (kShadow - gain(cos_i_));
+    const T view_loss = tilt_ * max(kShadow - gain(cos_i_), S(0));
     const T shape = (T(1) - mean_loss) * view_loss * (kInvPi<S> / (kShadow - kMeanGain));
     for (int c = 0; c < 3; ++c) {
       const T rho = clamp01(albedo[c]);
@@ -33,10 +33,10 @@ class OrenNayar {
 
   /// Per unit of albedo, 1/sr, without the cosine. cos_o > 0; cos_io = dot(wi, wo).
   Color<T> value(S cos_o, S cos_io) const {
-    S t = cos_io - cos_i_ * cos_o;
+    S t = max(cos_io - cos_i_ * cos_o, S(-1));  // rounding must not make light negative
     if (t > 0) t /= max(cos_i_, cos_o);
     const T single = flat_ + tilt_ * t;
-    const S light_loss = kShadow - gain(cos_o);
+    const S light_loss = max(kShadow - gain(cos_o), S(0));
     return rescattered_ * light_loss + Color<T>(single);
   }
 
@@ -56,5 +56,21 @@ class OrenNayar {
   T flat_{}, tilt_{};
   Color<T> rescattered_{};
 };
+
+/// Diffuse reflection of the Principled BSDF of Blender 3.x. Source: Burley 2012 (base diffuse) with
+/// the retro-reflection separated, Burley 2015.
+/// Per unit of albedo, 1/sr, without the cosine; cosines to the shading normal, cos_io = dot(wi, wo).
+template <class T>
+T disney_diffuse(const T& roughness, scalar_t<T> cos_i, scalar_t<T> cos_o, scalar_t<T> cos_io) {
+  using S = scalar_t<T>;
+  const auto schlick = [](S c) {
+    const S q = 1 - clamp01(c);
+    return q * q * q * q * q;
+  };
+  const S i = schlick(cos_i), o = schlick(cos_o);
+  const T retro = roughness * (cos_io + 1);
+  return ((retro - T(1)) * (i * o) + T(i + o)) * retro * kInvPi<S> +
+         T((1 - i / 2) * (1 - o / 2) * kInvPi<S>);
+}
 
 }  // namespace selenite

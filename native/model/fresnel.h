@@ -44,7 +44,7 @@ T dielectric_rise(const T& c, const T& e) {
 }
 
 /// Cosine-weighted mean of the dielectric reflectance over the hemisphere; a rational fit that Cycles
-/// uses for energy compensation, so its error (below 1e-3) is part of the picture.
+/// uses for energy compensation, so its error (up to 0.006) is part of the picture.
 template <class T>
 T fresnel_mean(const T& eta) {
   using S = scalar_t<T>;
@@ -71,8 +71,7 @@ struct MetalFresnel {
   Color<T> at(scalar_t<T> c) const {
     using S = scalar_t<T>;
     const S q = 1 - c, q5 = q * q * q * q * q;
-    return map(f0 * (1 - q5) + Color<T>(T(q5)) - bump * (c * q5 * q),
-               clamp01<T>);
+    return map(f0 * (1 - q5) + Color<T>(T(q5)) - bump * (c * q5 * q), clamp01<T>);
   }
   /// Cosine-weighted mean over the hemisphere (without the clamp).
   Color<T> mean() const {

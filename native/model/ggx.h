@@ -10,8 +10,9 @@
 // lobes (measured: 4e-7 instead of 0.1 relative at width 0.001 in float).
 namespace selenite {
 
-/// At or below this squared width a lobe is a mirror, in Cycles as here.
-inline constexpr double kSingularWidth2 = 2e-10;
+/// At or below this squared width a lobe is a mirror, in Cycles as here; the second value is that of
+/// Blender 3.x.
+inline constexpr double kSingularWidth2 = 2e-10, kSingularWidth2V1 = 1e-7;
 
 /// Density of micronormals, 1/sr. r2 = x^2 + y^2 and z2 = z^2 of the unit micronormal.
 template <class T, class U>

@@ -83,23 +83,40 @@ struct Layers {
   MetalFresnel<T> metal;
   Color<T> metal_weight{}, glass_through{}, diffuse{}, emission{}, transparency{};
   std::optional<OrenNayar<T>> rough_diffuse;
-  T eta{1};  ///< index of refraction of the far side over the viewer's side, for glass
+  T retro_roughness{};  ///< of the diffuse lobe of version 1
+  T eta{1};             ///< index of refraction of the far side over the viewer's side, for glass
   /// Reflected and refracted share of white glass; for the choice between the two.
   S glass_flat = 0, glass_tint = 0, glass_least = 0, glass_most = 1;
+  /// Version 1: masking and shadowing multiply instead of being height-correlated, glass is weighted
+  /// by the Fresnel term at the shading normal and not at the micronormal, diffuse is Disney's.
+  bool version1;
+  S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
   /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0; cos_diffuse: to the
   /// shading normal.
   Layers(const Principled<T>& m, const Flavour& flavour, bool backfacing, S cos_i, S cos_diffuse)
-      : cos_i_(cos_i), compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx) {
+      : version1(flavour.version == Flavour::Version::kV1),
+        cos_i_(cos_i),
+        compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx) {
     const T alpha = clamp01(m.alpha);
     transparency = Color<T>(T(1) - alpha);
-    T w = alpha;  // what the layers above let through, one number for all channels
-
     const T roughness = clamp01(m.roughness);
     width2 = square(square(roughness));
+    if (version1) {
+      stack_version1(m, alpha, backfacing);
+    } else {
+      stack(m, alpha, backfacing, cos_diffuse);
+    }
+    choose();
+  }
+
+ private:
+  void stack(const Principled<T>& m, const T& alpha, bool backfacing, S cos_diffuse) {
+    T w = alpha;  // what the layers above let through, one number for all channels
+    const T roughness = clamp01(m.roughness);
     const T coat_weight = nonnegative(m.coat_weight);
     if (matters(w * coat_weight)) add_coat(m, coat_weight, w);
-    emission = m.emission_color * (m.emission_strength * w);
+    if (matters(m.emission_strength)) emission = m.emission_color * (m.emission_strength * w);
 
     const T metallic = clamp01(m.metallic);
     if (matters(w * metallic)) add_metal(m, roughness, w * metallic);
@@ -116,10 +133,9 @@ struct Layers {
       add_diffuse(m, w, cos_diffuse);
     }
     if (present[kCoat]) tint_below_coat(m, coat_weight);
-    choose();
   }
+  void stack_version1(const Principled<T>& m, const T& alpha, bool backfacing);  // layers_v1.h
 
- private:
   // Cycles leaves out lobes below this weight; here only if no derivative would be lost.
   static constexpr S kLeastWeight = S(1e-5);
   // Share of the samples given to a lobe that carries derivatives, however dark it is.
@@ -134,46 +150,66 @@ struct Layers {
       return value_of(weight) >= kLeastWeight || has_slope(weight);
     }
   }
-  static Color<T> base01(const Principled<T>& m) {
-    return map(m.base_color, clamp01<T>);
-  }
+  static Color<T> base01(const Principled<T>& m) { return map(m.base_color, clamp01<T>); }
 
   /// Applies a per-channel function; once only if the channels are equal constants.
   template <class F>
   static Color<T> map_tint(const Color<T>& c, F&& f) {
-    if (!has_slope(c) && value_of(c.r) == value_of(c.g) && value_of(c.g) == value_of(c.b))
-      return Color<T>(f(c.r));
-    return map(c, f);
+    return is_constant_grey(c) ? Color<T>(f(c.r)) : map(c, f);
+  }
+  static bool is_constant_grey(const Color<T>& c) {
+    return !has_slope(c) && value_of(c.r) == value_of(c.g) && value_of(c.g) == value_of(c.b);
   }
 
   /// Factor by which a lobe with single-scattering albedo e (mean e_mean over the hemisphere) and mean
   /// Fresnel reflectance f has to be scaled to account for the light it scatters more than once.
-  static T compensation(const T& f, const T& e, const T& e_mean) {
-    const T rescattered = f * e_mean / (T(1) - f * (T(1) - e_mean));
-    return T(1) + rescattered * (T(1) - e) / e;
+  template <class X>
+  static X compensation(const X& f, const X& e, const X& e_mean) {
+    const X rescattered = f * e_mean / (X(1) - f * (X(1) - e_mean));
+    return X(1) + rescattered * (X(1) - e) / e;
   }
 
-  /// A GGX reflection under `d` whose reflectance at normal incidence is tinted. Returns its weighted
-  /// Fresnel terms (it covers `share` of the surface) and takes from w what it reflects: the largest
-  /// channel, so that grey stays grey.
-  Gloss<T> dielectric_layer(const Dielectric<T>& d, const Color<T>& tint, const T& roughness,
-                            bool compensate, const T& share, T& w, S& albedo) const {
+  /// Fresnel terms of a GGX reflection under an interface of relative tint `tint` (flat and risen, see
+  /// Gloss), and the share of light that it reflects.
+  template <class X>
+  std::array<X, 3> reflection(const X& roughness, const Dielectric<X>& d, const X& tint,
+                              bool compensate) const {
     const AlbedoTables& tables = AlbedoTables::get();
-    const T risen = tables.rise(roughness, cos_i_, d.z);
-    const T e = compensate ? tables.mirror(roughness, cos_i_) : T(1);
-    const T e_mean = compensate ? tables.mirror_mean(roughness) : T(1);
-    const T rise_mean = compensate ? fresnel_rise(fresnel_mean(d.eta), d.normal) : T(0);
-    Gloss<T> gloss{.excess = d.excess};
-    const Color<T> factor = map_tint(tint, [&](const T& t) {
-      const T f0 = t * d.normal;
-      return compensate ? compensation(f0 + (T(1) - f0) * rise_mean, e, e_mean) : T(1);
-    });
-    const Color<T> f0 = map_tint(tint, [&](const T& t) { return t * d.normal; });
-    T reflected = max_channel(factor * (f0 + (Color<T>(T(1)) - f0) * risen));
-    if (compensate) reflected = reflected * e;
+    const X f0 = d.normal * tint, rest = X(1) - f0;
+    X reflected = f0 + rest * tables.rise(roughness, cos_i_, d.z);
+    if (!compensate) return {f0, rest, reflected};
+    const X e = tables.mirror(roughness, cos_i_), e_mean = tables.mirror_mean(roughness);
+    const X rise_mean = fresnel_rise(fresnel_mean(d.eta), d.normal);
+    const X factor = compensation(f0 + rest * rise_mean, e, e_mean);
+    reflected = reflected * e * factor;
+    return {f0 * factor, rest * factor, reflected};
+  }
+
+  /// Puts a reflection over `share` of the surface and takes from w what it reflects: the largest
+  /// channel, so that grey stays grey. `interface(parameter)` makes the Dielectric.
+  template <class Interface>
+  Gloss<T> layer(const T& parameter, const Interface& interface, const Color<T>& tint,
+                 const T& roughness, bool compensate, const T& share, T& w, S& albedo) const {
     const T weight = w * share;
-    gloss.flat = f0 * factor * weight;
-    gloss.risen = (Color<T>(T(1)) - f0) * factor * weight;
+    const Dielectric<T> d = interface(parameter);
+    Gloss<T> gloss{.excess = d.excess};
+    T reflected(0);
+    if (is_constant_grey(tint)) {
+      const auto terms = narrow_all(roughness, parameter, [&](const auto& r, const auto& x) {
+        using X = std::decay_t<decltype(r)>;
+        return reflection<X>(r, interface(x), X(value_of(tint.r)), compensate);
+      });
+      gloss.flat = Color<T>(terms[0] * weight);
+      gloss.risen = Color<T>(terms[1] * weight);
+      reflected = terms[2];
+    } else {
+      for (int c = 0; c < 3; ++c) {
+        const auto terms = reflection<T>(roughness, d, tint[c], compensate);
+        gloss.flat[c] = terms[0] * weight;
+        gloss.risen[c] = terms[1] * weight;
+        reflected = max(reflected, terms[2]);
+      }
+    }
     albedo = value_of(reflected) * value_of(weight);
     w = w * clamp01(T(1) - reflected * share);
     return gloss;
@@ -182,11 +218,13 @@ struct Layers {
   void add_coat(const Principled<T>& m, const T& coat_weight, T& w) {
     const T roughness = clamp01(m.coat_roughness);
     coat_width2 = square(square(roughness));
-    const auto d = Dielectric<T>::from_ior(max(m.coat_ior, T(1)));
-    coat = dielectric_layer(d, Color<T>(T(1)), roughness, true, coat_weight, w, estimate_[kCoat]);
+    const auto interface = [](const auto& n) {
+      return Dielectric<std::decay_t<decltype(n)>>::from_ior(n);
+    };
+    coat = layer(max(m.coat_ior, T(1)), interface, Color<T>(T(1)), roughness, true, coat_weight, w,
+                 estimate_[kCoat]);
     present[kCoat] = true;
-    carries_slope_[kCoat] = has_slope(coat.flat) || has_slope(coat.risen) ||
-                            has_slope(coat_width2);
+    carries_slope_[kCoat] = has_slope(coat.flat) || has_slope(coat.risen) || has_slope(coat_width2);
   }
 
   void tint_below_coat(const Principled<T>& m, const T& coat_weight) {
@@ -211,9 +249,8 @@ struct Layers {
     if (compensate_) {
       const AlbedoTables& tables = AlbedoTables::get();
       const T e = tables.mirror(roughness, cos_i_), e_mean = tables.mirror_mean(roughness);
-      metal_weight = map(metal.mean(), [&](const T& f) {
-        return weight * compensation(f, e, e_mean);
-      });
+      metal_weight =
+          map(metal.mean(), [&](const T& f) { return weight * compensation(f, e, e_mean); });
     }
     present[kMetal] = true;
     estimate_[kMetal] = value_of(weight) * value_of(mean_channel(metal.at(cos_i_)));
@@ -233,7 +270,12 @@ struct Layers {
       const bool thinner = value_of(eta) < 1;
       const T e = tables.glass(roughness, cos_i_, d.z, thinner);
       const T e_mean = tables.glass_mean(roughness, d.z, thinner);
-      lobe = map_tint(tint, [&](const T& t) { return weight * compensation(t, e, e_mean); });
+      // Where nothing is transmitted, exactly black, Cycles takes the Fresnel mean of a reflection.
+      // The parameter's slope there is that of the limit instead, so that it does not jump.
+      const bool opaque = !has_slope(tint) && value_of(max_channel(tint)) == 0;
+      const T rise_mean = opaque ? fresnel_rise(fresnel_mean(d.eta), d.normal) : T(0);
+      const Color<T> mean = opaque ? f0 + (Color<T>(T(1)) - f0) * rise_mean : tint;
+      lobe = map_tint(mean, [&](const T& f) { return weight * compensation(f, e, e_mean); });
     }
     glass = {f0 * lobe, (Color<T>(T(1)) - f0) * lobe, d.excess};
     glass_through = tint * glass.risen;  // 1 - F' = (1 - f0) (1 - rise)
@@ -243,10 +285,24 @@ struct Layers {
     if (has_slope(tint)) glass_most = S(0.95);
     present[kGlass] = true;
     const S rise = value_of(dielectric_rise(T(cos_i_), d.excess));
-    estimate_[kGlass] = value_of(weight) * (glass_flat + (1 - glass_flat) * rise +
-                                            glass_tint * (1 - rise));
+    estimate_[kGlass] =
+        value_of(weight) * (glass_flat + (1 - glass_flat) * rise + glass_tint * (1 - rise));
     carries_slope_[kGlass] = has_slope(glass.flat) || has_slope(glass.risen) ||
                              has_slope(glass_through) || has_slope(eta) || has_slope(width2);
+  }
+
+  /// Interface whose reflectance at normal incidence is given; the far side may be the thinner one.
+  template <class X>
+  static Dielectric<X> of_reflectance(const X& reflectance, bool thinner) {
+    const X x = capped_root(reflectance, kLeastAmplitude);
+    auto d = Dielectric<X>::from_amplitude(thinner ? -x : x);
+    d.normal = reflectance;
+    if (value_of(x) < kLeastAmplitude && has_slope(reflectance)) {
+      // The rise depends on x^2; its slope is worked out at the least x where that of x is finite.
+      const X least = capped_root(with_value(reflectance, square(kLeastAmplitude)), S(0));
+      d.excess = Dielectric<X>::from_amplitude(thinner ? -least : least).excess;
+    }
+    return d;
   }
 
   void add_specular(const Principled<T>& m, const T& roughness, const T& ior, T& w) {
@@ -254,19 +310,13 @@ struct Layers {
     T reflectance = square(r) * (nonnegative(m.specular_level) * S(2));
     if (value_of(m.specular_level) != S(0.5)) reflectance = min(reflectance, T(S(0.99)));
     if (value_of(reflectance) == 0 && !has_slope(reflectance)) return;
-    const T x = capped_root(reflectance, kLeastAmplitude);
-    auto d = Dielectric<T>::from_amplitude(value_of(ior) < 1 ? -x : x);
-    d.normal = reflectance;
-    if (value_of(x) < kLeastAmplitude && has_slope(reflectance)) {
-      // The rise depends on x^2; its slope is worked out at the least x where that of x is finite.
-      const T least = capped_root(with_value(reflectance, square(kLeastAmplitude)), S(0));
-      d.excess = Dielectric<T>::from_amplitude(value_of(ior) < 1 ? -least : least).excess;
-    }
-    const Color<T> tint = map_tint(m.specular_tint, nonnegative);
-    specular = dielectric_layer(d, tint, roughness, compensate_, T(1), w, estimate_[kSpecular]);
+    const bool thinner = value_of(ior) < 1;
+    const auto interface = [thinner](const auto& x) { return of_reflectance(x, thinner); };
+    specular = layer(reflectance, interface, map_tint(m.specular_tint, nonnegative), roughness,
+                     compensate_, T(1), w, estimate_[kSpecular]);
     present[kSpecular] = true;
     carries_slope_[kSpecular] = has_slope(specular.flat) || has_slope(specular.risen) ||
-                                has_slope(d.excess) || has_slope(width2);
+                                has_slope(specular.excess) || has_slope(width2);
   }
 
   void add_diffuse(const Principled<T>& m, const T& w, S cos_diffuse) {
@@ -303,3 +353,5 @@ struct Layers {
 };
 
 }  // namespace selenite
+
+#include "model/layers_v1.h"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
+#include <tuple>
 #include <type_traits>
 
 #include "math/dual.h"
@@ -23,28 +25,38 @@ T narrow(const T& x, F&& f) {
   }
 }
 
-/// f(x, y), both arguments of one type.
+/// Several functions of (x, y) at once, both arguments of one type; `f` returns a std::array.
 template <class T, class F>
-T narrow(const T& x, const T& y, F&& f) {
+auto narrow_all(const T& x, const T& y, F&& f) {
   using S = scalar_t<T>;
   if constexpr (std::is_same_v<T, S>) {
     return f(x, y);
   } else {
+    constexpr std::size_t kOutputs = std::tuple_size_v<decltype(f(x.v, y.v))>;
+    std::array<T, kOutputs> result;
     const bool x_moves = has_slope(x), y_moves = has_slope(y);
-    if (!x_moves && !y_moves) return T(f(x.v, y.v));
-    using D = Dual<S, 1>;
-    if (!y_moves) {
-      const D z = f(D::variable(x.v, 0), D(y.v));
-      return chain(x, z.v, z.d[0]);
+    if (!x_moves && !y_moves) {
+      const auto z = f(x.v, y.v);
+      for (std::size_t i = 0; i < kOutputs; ++i) result[i] = T(z[i]);
+    } else if (x_moves && y_moves) {
+      using D = Dual<S, 2>;
+      const auto z = f(D::variable(x.v, 0), D::variable(y.v, 1));
+      for (std::size_t i = 0; i < kOutputs; ++i)
+        result[i] = chain(x, z[i].v, z[i].d[0]) + chain(y, S(0), z[i].d[1]);
+    } else {
+      using D = Dual<S, 1>;
+      const auto z = x_moves ? f(D::variable(x.v, 0), D(y.v)) : f(D(x.v), D::variable(y.v, 0));
+      for (std::size_t i = 0; i < kOutputs; ++i)
+        result[i] = chain(x_moves ? x : y, z[i].v, z[i].d[0]);
     }
-    if (!x_moves) {
-      const D z = f(D(x.v), D::variable(y.v, 0));
-      return chain(y, z.v, z.d[0]);
-    }
-    using D2 = Dual<S, 2>;
-    const D2 z = f(D2::variable(x.v, 0), D2::variable(y.v, 1));
-    return chain(x, z.v, z.d[0]) + chain(y, S(0), z.d[1]);
+    return result;
   }
+}
+
+/// f(x, y), both arguments of one type.
+template <class T, class F>
+T narrow(const T& x, const T& y, F&& f) {
+  return narrow_all(x, y, [&](const auto& a, const auto& b) { return std::array{f(a, b)}; })[0];
 }
 
 /// Replaces the value and keeps the derivatives: for a value that is known more precisely than the

@@ -12,9 +12,14 @@ namespace selenite {
 /// What a material has beside the numbers on its sockets.
 struct Flavour {
   enum class Distribution { kGgx, kMultiGgx };
+  enum class Version { kV1, kV2 };
 
   /// Blender's "GGX" is single scattering; "Multiscatter GGX" scales it by its missing energy.
   Distribution distribution = Distribution::kMultiGgx;
+  /// Which Principled node: that of Blender 3.x or that of 4.x and 5.x. Of version 1 only the
+  /// distribution GGX is closed form and modelled (Multiscatter GGX is rendered as GGX), without
+  /// clearcoat, sheen and transmission roughness; its tint is a number: set the three channels equal.
+  Version version = Version::kV2;
   /// Cycles evaluates refraction towards a light for every pair of directions, also for those whose
   /// half vector no visible micronormal can have; its sampling never produces them. True renders what
   /// Cycles renders: `value` and `density` then include those pairs, so the density integrates to
@@ -22,8 +27,8 @@ struct Flavour {
   bool evaluate_unphysical_refraction = true;
 };
 
-/// Values of Blender's Principled BSDF node (version 2: Blender 4.x and 5.x), without sheen,
-/// subsurface, anisotropy and thin film. Members start at the defaults of the node in Blender 4.5.
+/// Values of Blender's Principled BSDF node, without sheen, subsurface, anisotropy and thin film.
+/// Members start at the defaults of the node in Blender 4.5.
 template <class T>
 struct Principled {
   Color<T> base_color{T(0.8)};
@@ -46,75 +51,162 @@ struct Principled {
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
     using enum Coordinate;
-    visit(Parameter{.name = "base_color", .sockets = "Base Color", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 0.8,
+    visit(Parameter{.name = "base_color",
+                    .sockets = "Base Color",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0.8,
                     .help = "Colour of diffuse reflection, of metal and of light passing through"},
           m.base_color);
-    visit(Parameter{.name = "roughness", .sockets = "Roughness", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.02, .fit_upper = 0.999, .initial = 0.5,
+    visit(Parameter{.name = "roughness",
+                    .sockets = "Roughness",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.02,
+                    .fit_upper = 0.999,
+                    .initial = 0.5,
                     .coordinate = kLog,
                     .help = "Square root of the GGX width; at or below 0.0037 a perfect mirror, "
                             "which has no derivative"},
           m.roughness);
-    visit(Parameter{.name = "metallic", .sockets = "Metallic", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 0,
+    visit(Parameter{.name = "metallic",
+                    .sockets = "Metallic",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
                     .help = "Share of metal"},
           m.metallic);
-    visit(Parameter{.name = "ior", .sockets = "IOR", .unit = "1",
-                    .lower = 1e-5, .upper = 10, .fit_lower = 1, .fit_upper = 2.5, .initial = 1.5,
+    visit(Parameter{.name = "ior",
+                    .sockets = "IOR",
+                    .unit = "1",
+                    .lower = 1e-5,
+                    .upper = 10,
+                    .fit_lower = 1,
+                    .fit_upper = 2.5,
+                    .initial = 1.5,
                     .coordinate = kLogExcess,
                     .help = "Index of refraction of the inside over the outside"},
           m.ior);
-    visit(Parameter{.name = "alpha", .sockets = "Alpha", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 1,
+    visit(Parameter{.name = "alpha",
+                    .sockets = "Alpha",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 1,
                     .help = "Opacity: the rest passes straight through"},
           m.alpha);
-    visit(Parameter{.name = "transmission", .sockets = "Transmission Weight|Transmission",
+    visit(Parameter{.name = "transmission",
+                    .sockets = "Transmission Weight|Transmission",
                     .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 0,
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
                     .help = "Share of glass in what is not metal"},
           m.transmission);
-    visit(Parameter{.name = "specular_level", .sockets = "Specular IOR Level|Specular", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 0.5,
+    visit(Parameter{.name = "specular_level",
+                    .sockets = "Specular IOR Level|Specular",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0.5,
                     .help = "Scales the reflection of the opaque part; 0.5 leaves that of the IOR"},
           m.specular_level);
-    visit(Parameter{.name = "specular_tint", .sockets = "Specular Tint", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 1,
+    visit(Parameter{.name = "specular_tint",
+                    .sockets = "Specular Tint",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 1,
                     .diagonal = false,
                     .help = "Colour of dielectric reflection at normal incidence and of metal near "
                             "its edge"},
           m.specular_tint);
-    visit(Parameter{.name = "diffuse_roughness", .sockets = "Diffuse Roughness", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 0,
+    visit(Parameter{.name = "diffuse_roughness",
+                    .sockets = "Diffuse Roughness",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
                     .help = "Roughness of the diffuse part; 0 is Lambertian"},
           m.diffuse_roughness);
-    visit(Parameter{.name = "coat_weight", .sockets = "Coat Weight|Clearcoat", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 0,
+    visit(Parameter{.name = "coat_weight",
+                    .sockets = "Coat Weight|Clearcoat",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
                     .help = "Share of the surface under a clear coat"},
           m.coat_weight);
-    visit(Parameter{.name = "coat_roughness", .sockets = "Coat Roughness|Clearcoat Roughness",
+    visit(Parameter{.name = "coat_roughness",
+                    .sockets = "Coat Roughness|Clearcoat Roughness",
                     .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.02, .fit_upper = 0.999, .initial = 0.03,
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.02,
+                    .fit_upper = 0.999,
+                    .initial = 0.03,
                     .coordinate = kLog,
                     .help = "Square root of the GGX width of the coat"},
           m.coat_roughness);
-    visit(Parameter{.name = "coat_ior", .sockets = "Coat IOR", .unit = "1",
-                    .lower = 1, .upper = 4, .fit_lower = 1, .fit_upper = 2.5, .initial = 1.5,
+    visit(Parameter{.name = "coat_ior",
+                    .sockets = "Coat IOR",
+                    .unit = "1",
+                    .lower = 1,
+                    .upper = 4,
+                    .fit_lower = 1,
+                    .fit_upper = 2.5,
+                    .initial = 1.5,
                     .coordinate = kLogExcess,
                     .help = "Index of refraction of the coat"},
           m.coat_ior);
-    visit(Parameter{.name = "coat_tint", .sockets = "Coat Tint", .unit = "1",
-                    .lower = 0, .upper = 1, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 1,
+    visit(Parameter{.name = "coat_tint",
+                    .sockets = "Coat Tint",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 1,
                     .help = "Transmittance of the coat at normal incidence"},
           m.coat_tint);
-    visit(Parameter{.name = "emission_color", .sockets = "Emission Color|Emission", .unit = "1",
-                    .lower = 0, .upper = 1e6, .fit_lower = 0.001, .fit_upper = 0.999, .initial = 1,
+    visit(Parameter{.name = "emission_color",
+                    .sockets = "Emission Color|Emission",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1e6,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 1,
                     .effect = Effect::kEmission,
                     .help = "Colour of the emitted light"},
           m.emission_color);
-    visit(Parameter{.name = "emission_strength", .sockets = "Emission Strength",
+    visit(Parameter{.name = "emission_strength",
+                    .sockets = "Emission Strength",
                     .unit = "W/(m^2 sr)",
-                    .lower = 0, .upper = 1e6, .fit_lower = 0.001, .fit_upper = 10, .initial = 0,
+                    .lower = 0,
+                    .upper = 1e6,
+                    .fit_lower = 0.001,
+                    .fit_upper = 10,
+                    .initial = 0,
                     .effect = Effect::kEmission,
                     .help = "Radiance of the emitted light where its colour is 1"},
           m.emission_strength);

@@ -25,8 +25,7 @@ double parse(std::string_view column, const std::string& text) {
     if (used == text.size()) return x;
   } catch (const std::exception&) {  // reported below, with the name of the column
   }
-  throw std::invalid_argument("column " + std::string(column) + ": '" + text +
-                              "' is not a number");
+  throw std::invalid_argument("column " + std::string(column) + ": '" + text + "' is not a number");
 }
 
 int channel(std::string_view suffix) {
@@ -44,10 +43,19 @@ bool Probe::set(std::string_view column, const std::string& text) {
         text == "GGX" ? Flavour::Distribution::kGgx : Flavour::Distribution::kMultiGgx;
     return true;
   }
-  if (column == "sheen_weight") {
+  if (column == "sheen_weight" || column == "transmission_roughness") {
     if (parse(column, text) != 0)
-      throw std::invalid_argument("column sheen_weight: " + text +
-                                  ", but sheen is not modelled; permitted is 0");
+      throw std::invalid_argument("column " + std::string(column) + ": " + text +
+                                  ", but it is not modelled; permitted is 0");
+    return true;
+  }
+  if (column == "specular") {  // the socket of Blender 3.x
+    flavour.version = Flavour::Version::kV1;
+    material.specular_level = static_cast<float>(parse(column, text));
+    return true;
+  }
+  if (column == "specular_tint") {  // a number there
+    material.specular_tint = Color<double>(static_cast<float>(parse(column, text)));
     return true;
   }
   if (column.size() == 4 && column[0] == 'w' && (column[1] == 'i' || column[1] == 'o') &&

@@ -19,10 +19,11 @@ struct Probe {
 
   /// Sets what a column of the table stands for: a parameter by its name (a channel of a colour by
   /// `name_r`, `name_g`, `name_b`; `base_r` is short for `base_color_r`), or wi_x ... wo_z, or
-  /// distribution (GGX, MULTI_GGX). Numbers are rounded to 32 bits first, as Blender's sockets hold
+  /// distribution (GGX, MULTI_GGX). The columns of Blender 3.x, `specular` and a `specular_tint`
+  /// without channel, choose version 1. Numbers are rounded to 32 bits first, as Blender's sockets hold
   /// them. Returns false for a column that means nothing here (results, remarks).
   /// Throws std::invalid_argument for a value that is not a number, and for one of a feature that the
-  /// model leaves out (sheen).
+  /// model leaves out (sheen, transmission roughness).
   bool set(std::string_view column, const std::string& value);
 };
 

@@ -8,10 +8,10 @@ namespace selenite {
 /// Where a ray meets a surface; world frame, unit vectors.
 template <class S>
 struct SurfacePoint {
-  Vec3<S> ng;        ///< geometric normal on the viewer's side: dot(ng, wi) > 0
-  Vec3<S> n;         ///< interpolated shading normal, flipped whenever ng was
-  Vec3<S> wi;        ///< towards the viewer
-  bool backfacing;   ///< the geometric face is seen from behind: glass is left, not entered
+  Vec3<S> ng;       ///< geometric normal on the viewer's side: dot(ng, wi) > 0
+  Vec3<S> n;        ///< interpolated shading normal, flipped whenever ng was
+  Vec3<S> wi;       ///< towards the viewer
+  bool backfacing;  ///< the geometric face is seen from behind: glass is left, not entered
 };
 
 /// The shading normal, tilted towards the geometric one until the mirror image of the viewer stands

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <map>
 
 #include "module/arrays.h"
@@ -86,18 +87,68 @@ void set_values(Material& material, const py::dict& values) {
   throw UnknownName("Material '" + material.name + "': a value's name is none of" + names);
 }
 
+/// One texture or vertex colour: {texture: index or None, attribute: str, uv: (2,3)}.
+FieldMap field_map(const SceneBuilder& b, const std::string& material, const std::string& parameter,
+                   const py::dict& values) {
+  const std::string who = "Material '" + material + "': " + parameter;
+  const auto& table = parameter_table(OwnerKind::kMaterial);
+  FieldMap map;
+  map.field =
+      static_cast<int>(std::find_if(table.begin(), table.end(),
+                                    [&](const Parameter& p) { return p.name == parameter; }) -
+                       table.begin());
+  if (map.field == static_cast<int>(table.size()))
+    throw UnknownName(who + " is no parameter of a material");
+  if (!values["texture"].is_none()) {
+    const int index = values["texture"].cast<int>();
+    if (index < 0 || index >= static_cast<int>(b.textures.size()))
+      throw InvalidArgument(who + ": texture " + std::to_string(index) + " was not added");
+    map.texture = b.textures[index];
+  }
+  map.attribute = values["attribute"].cast<std::string>();
+  if (values.contains("uv")) {
+    const auto uv = values["uv"].cast<Array<float>>();
+    require_shape(uv, who + ": uv", {2, 3});
+    std::copy(uv.data(), uv.data() + 6, map.uv.begin());
+  }
+  return map;
+}
+
+int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pixels, bool encoded,
+                const std::string& extension, const std::string& interpolation) {
+  const std::string who = "Image '" + name + "': ";
+  require_shape(pixels, who + "pixels", {-1, -1, 3});
+  std::vector<Colorf> colors(static_cast<std::size_t>(pixels.size() / 3));
+  std::memcpy(static_cast<void*>(colors.data()), pixels.data(), colors.size() * sizeof(Colorf));
+  b.textures.push_back(std::make_shared<Texture>(
+      name, static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), std::move(colors),
+      encoded,
+      one_of<Extension>(who + "extension", extension,
+                        {{"REPEAT", Extension::kRepeat},
+                         {"EXTEND", Extension::kExtend},
+                         {"CLIP", Extension::kClip},
+                         {"MIRROR", Extension::kMirror}}),
+      one_of<bool>(who + "interpolation", interpolation, {{"Linear", true}, {"Closest", false}})));
+  return static_cast<int>(b.textures.size()) - 1;
+}
+
 int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
-                 const std::string& flavour) {
+                 const std::string& flavour, const std::map<std::string, py::dict>& maps) {
   Material material;
   material.name = name;
   material.flavour = make_flavour(multi_ggx, flavour);
   set_values(material, values);
+  for (const auto& [parameter, value] : maps)
+    material.maps.push_back(field_map(b, name, parameter, value));
   return b.add_material(std::move(material));
 }
 
+using NamedArrays = std::vector<std::pair<std::string, Array<float>>>;
+
 int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
              const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
-             const std::optional<Array<float>>& uvs) {
+             const std::optional<Array<float>>& uvs, const NamedArrays& uv_maps,
+             const NamedArrays& colors) {
   const std::string who = "Mesh '" + name + "': ";
   Mesh mesh;
   mesh.name = name;
@@ -106,7 +157,12 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   mesh.corner_normals = rows<Vec3f>(normals, who + "corner normals");
   require_shape(slots, who + "material slots", {-1});
   mesh.material_slots.assign(slots.data(), slots.data() + slots.size());
-  if (uvs) mesh.uvs = rows<Vec2f>(*uvs, who + "UV coordinates");
+  if (uvs) mesh.uvs.push_back({"", rows<Vec2f>(*uvs, who + "UV coordinates")});
+  for (const auto& [map, values] : uv_maps)
+    mesh.uvs.push_back({map, rows<Vec2f>(values, who + "UV map '" + map + "'")});
+  for (const auto& [attribute, values] : colors)
+    mesh.colors.push_back(
+        {attribute, rows<Colorf>(values, who + "colour attribute '" + attribute + "'")});
   return b.add_mesh(std::move(mesh));
 }
 
@@ -196,13 +252,21 @@ void bind_builder(py::module_& m) {
   py::class_<SceneBuilder>(m, "SceneBuilder", "Collects a scene in Blender's units; see `build`.")
       .def(py::init<>())
       .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
-           "flavour"_a = "v2",
+           "flavour"_a = "v2", "maps"_a = std::map<std::string, py::dict>{},
            "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
-           "node's defaults. ValueError: out of range. KeyError: unknown name.")
+           "node's defaults. `maps`: parameter name to {texture: index or None for the colour "
+           "attribute, attribute: UV map or colour attribute ('' for the active one), uv: (2,3)}. "
+           "ValueError: out of range. KeyError: unknown name.")
+      .def(
+          "add_texture", &add_texture, "name"_a, "pixels"_a, py::kw_only(), "encoded"_a,
+          "extension"_a = "REPEAT", "interpolation"_a = "Linear",
+          "(h,w,3) float32, row 0 at the top; `encoded`: sRGB values, decoded after interpolation.")
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
-           "material_slots"_a, "uvs"_a = py::none(),
-           "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, (3m,2) float32 or None; "
-           "object space.")
+           "material_slots"_a, "uvs"_a = py::none(), "uv_maps"_a = NamedArrays{},
+           "colors"_a = NamedArrays{},
+           "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
+           "and "
+           "linear colour attributes [(name, (3m,3))], the active ones first; object space.")
       .def(
           "add_object",
           [](SceneBuilder& b, const std::string& name, int mesh, const Array<double>& matrix,

@@ -42,7 +42,9 @@ class PathTracer {
       const Surface surface = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[surface.material];
       const Vec3f wi = -ray.direction;
-      const PrincipledBsdf<Scalar> bsdf(material.values, material.flavour, point(surface, wi));
+      Principled<Scalar> room;
+      const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
+                                        point(surface, wi));
 
       if (material.emitter_density > 0) {
         const Vec3f d = surface.position - from;
@@ -168,7 +170,9 @@ class PathTracer {
       const Surface s = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[s.material];
       if (!material.transparent) return false;
-      const PrincipledBsdf<Scalar> bsdf(material.values, material.flavour, point(s, -direction));
+      Principled<Scalar> room;
+      const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
+                                        point(s, -direction));
       beta.multiply(material.factor(bsdf.transparency()));
       if (!(beta.importance() > 0)) return false;
       const Vec3f next = s.leave(direction);
@@ -220,7 +224,8 @@ class PathTracer {
         distance = std::sqrt(distance2) * (1 - 1e-4f);
         const PreparedMaterial<L>& source = p_.materials[t.material];
         density = mesh_density(source, target, d) / choice.probability;
-        const PrincipledBsdf<Scalar> there(source.values, source.flavour,
+        Principled<Scalar> room;
+        const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));
         emitted = source.factor(there.emission());
         break;

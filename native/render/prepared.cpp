@@ -58,7 +58,36 @@ bool emits(const Principled<T>& m) {
   return max_channel(value_of(power)) > 0 || has_slope(power);
 }
 
+/// Puts a looked-up colour into one field; a number takes its luminance, as Blender's sockets do.
+template <class T>
+struct Put {
+  int field;
+  const Colorf& color;
+  int index = 0;
+  void operator()(const Parameter&, T& x) {
+    if (index++ == field) x = T(0.2126f * color.r + 0.7152f * color.g + 0.0722f * color.b);
+  }
+  void operator()(const Parameter&, Color<T>& c) {
+    if (index++ == field) c = Color<T>(color);
+  }
+};
+
 }  // namespace
+
+template <int L>
+void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
+                                Principled<PathScalar<L>>& room) {
+  Colorf color;
+  if (map.texture) {
+    const Vec2f uv = geometry.uv(hit, map.attribute);
+    const auto& m = map.uv;
+    color = map.texture->at({m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]});
+  } else {
+    color = geometry.color(hit, map.attribute);
+  }
+  Put<PathScalar<L>> put{map.field, color};
+  Principled<PathScalar<L>>::fields(room, put);
+}
 
 template <int L>
 Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout)
@@ -84,6 +113,7 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     const Material& material = scene.appearance.materials[m];
     PreparedMaterial<L> prepared;
     prepared.flavour = material.flavour;
+    prepared.maps = &material.maps;
     std::vector<std::vector<int>> local(fields.size());
     if constexpr (L > 0) {
       for (int i = 0; i < slots; ++i) {
@@ -97,6 +127,8 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     Seed<L> seed{flat, local};
     Principled<PathScalar<L>>::fields(prepared.values, seed);
     prepared.transparent = value_of(prepared.values.alpha) < 1 || has_slope(prepared.values.alpha);
+    for (const FieldMap& map : material.maps)
+      prepared.transparent = prepared.transparent || fields[map.field].name == "alpha";
     any_transparent = any_transparent || prepared.transparent;
     materials.push_back(prepared);
   }
@@ -186,6 +218,10 @@ const typename Prepared<L>::EmissiveTriangle& Prepared<L>::choose_triangle(float
   return triangles_[std::min<std::size_t>(it - triangle_cdf_.begin(), triangles_.size() - 1)];
 }
 
+template struct PreparedMaterial<0>;
+template struct PreparedMaterial<4>;
+template struct PreparedMaterial<8>;
+template struct PreparedMaterial<16>;
 template class Prepared<0>;
 template class Prepared<4>;
 template class Prepared<8>;

@@ -21,14 +21,27 @@ struct PreparedMaterial {
   int count = 0;              ///< local slots in use
   std::array<int, L> slot{};  ///< local slot -> slot of the layout
   bool transparent = false;   ///< lets rays pass straight through (alpha below 1, or ticked)
+  const std::vector<FieldMap>* maps = nullptr;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
 
+  /// The values at a hit: the constants, or `room` filled from textures and vertex colours.
+  const Principled<PathScalar<L>>& at(const Geometry& geometry, const Hit& hit,
+                                      Principled<PathScalar<L>>& room) const {
+    if (maps->empty()) return values;
+    room = values;
+    for (const FieldMap& map : *maps) apply(map, geometry, hit, room);
+    return room;
+  }
   Factor<L> factor(const Color<PathScalar<L>>& c) const {
     Factor<L> f{value_of(c)};
     if constexpr (L > 0)
       for (int k = 0; k < count; ++k) f.add_slope(slot[k], {c.r.d[k], c.g.d[k], c.b.d[k]});
     return f;
   }
+
+ private:
+  static void apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
+                    Principled<PathScalar<L>>& room);
 };
 
 /// Everything that one render reads, worked out once from scene and layout: seeded materials, the

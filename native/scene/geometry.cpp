@@ -17,6 +17,13 @@ bool finite(const Vec3f& v) {
 }
 float largest(const Vec3f& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
+template <class Action>
+void for_each_corner_list(Mesh& mesh, Action&& action) {
+  action(mesh.corner_normals);
+  for (auto& map : mesh.uvs) action(map.values);
+  for (auto& attribute : mesh.colors) action(attribute.values);
+}
+
 /// Keeps the triangles that have an area and finite corners; returns how many went.
 long drop_degenerate(Mesh& mesh) {
   std::size_t kept = 0;
@@ -28,18 +35,16 @@ long drop_degenerate(Mesh& mesh) {
     if (kept != i) {
       mesh.triangles[kept] = mesh.triangles[i];
       mesh.material_slots[kept] = mesh.material_slots[i];
-      for (int k = 0; k < 3; ++k) {
-        mesh.corner_normals[3 * kept + k] = mesh.corner_normals[3 * i + k];
-        if (!mesh.uvs.empty()) mesh.uvs[3 * kept + k] = mesh.uvs[3 * i + k];
-      }
+      for_each_corner_list(mesh, [&](auto& list) {
+        for (std::size_t k = 0; k < 3; ++k) list[3 * kept + k] = list[3 * i + k];
+      });
     }
     ++kept;
   }
   const long gone = static_cast<long>(mesh.triangles.size() - kept);
   mesh.triangles.resize(kept);
   mesh.material_slots.resize(kept);
-  mesh.corner_normals.resize(3 * kept);
-  if (!mesh.uvs.empty()) mesh.uvs.resize(3 * kept);
+  for_each_corner_list(mesh, [&](auto& list) { list.resize(3 * kept); });
   return gone;
 }
 
@@ -68,8 +73,7 @@ void to_world_space(Mesh& mesh, const Transform& transform) {
   // A mirrored object keeps its outside out: the winding turns with the determinant.
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
-    std::swap(mesh.corner_normals[3 * i + 1], mesh.corner_normals[3 * i + 2]);
-    if (!mesh.uvs.empty()) std::swap(mesh.uvs[3 * i + 1], mesh.uvs[3 * i + 2]);
+    for_each_corner_list(mesh, [&](auto& list) { std::swap(list[3 * i + 1], list[3 * i + 2]); });
   }
 }
 
@@ -150,6 +154,27 @@ std::array<Vec3f, 3> Geometry::corners(int index, int triangle) const {
   return p;
 }
 
+namespace {
+
+template <class T>
+T at_hit(const std::vector<CornerData<T>>& lists, const std::string& name, const Hit& hit) {
+  for (const CornerData<T>& list : lists) {
+    if (!name.empty() && list.name != name) continue;
+    const T* corner = &list.values[3 * static_cast<std::size_t>(hit.triangle)];
+    return corner[0] * (1 - hit.b1 - hit.b2) + corner[1] * hit.b1 + corner[2] * hit.b2;
+  }
+  return {};
+}
+
+}  // namespace
+
+Vec2f Geometry::uv(const Hit& hit, const std::string& name) const {
+  return at_hit(meshes_[instances_[hit.instance].mesh].uvs, name, hit);
+}
+Colorf Geometry::color(const Hit& hit, const std::string& name) const {
+  return at_hit(meshes_[instances_[hit.instance].mesh].colors, name, hit);
+}
+
 Surface Geometry::surface(const Hit& hit) const {
   const Instance& instance = instances_[hit.instance];
   const Mesh& mesh = meshes_[instance.mesh];
@@ -169,11 +194,6 @@ Surface Geometry::surface(const Hit& hit) const {
   }
   const float size = length(n);
   s.n = size > 0 ? n / size : s.ng;  // opposite corner normals cancel: fall back on the face
-  if (!mesh.uvs.empty()) {
-    const Vec2f* uv = &mesh.uvs[3 * hit.triangle];
-    s.uv = {uv[0].x * b0 + uv[1].x * hit.b1 + uv[2].x * hit.b2,
-            uv[0].y * b0 + uv[1].y * hit.b1 + uv[2].y * hit.b2};
-  }
   s.material = instance.materials[mesh.material_slots[hit.triangle]];
   s.offset = kPositionError * std::max({largest(a), largest(b), largest(c)});
   return s;

@@ -7,17 +7,26 @@
 #include <string>
 #include <vector>
 
+#include "math/color.h"
 #include "scene/camera.h"
 #include "scene/transform.h"
 
 namespace selenite {
+
+/// Values at the corners of triangles, three per triangle.
+template <class T>
+struct CornerData {
+  std::string name;
+  std::vector<T> values;
+};
 
 struct Mesh {
   std::string name;
   std::vector<Vec3f> positions;
   std::vector<std::array<int, 3>> triangles;  ///< geometric normal by the right-hand rule
   std::vector<Vec3f> corner_normals;          ///< three per triangle, unit
-  std::vector<Vec2f> uvs;                     ///< three per triangle, or empty
+  std::vector<CornerData<Vec2f>> uvs;         ///< UV maps; the first is the active one
+  std::vector<CornerData<Colorf>> colors;     ///< colour attributes, linear; likewise
   std::vector<int> material_slots;            ///< one per triangle
 };
 
@@ -41,7 +50,6 @@ struct Surface {
   Vec3f position;  ///< from the barycentrics: exact to rounding of the corners, not of the ray
   Vec3f ng;        ///< geometric normal, unit, by the winding
   Vec3f n;         ///< interpolated shading normal, unit
-  Vec2f uv;
   int material;
   float offset;  ///< bound of the position's error: rays start this far off along ng
   /// Origin of a ray that leaves towards `direction` without meeting this surface again.
@@ -69,6 +77,10 @@ class Geometry {
   std::optional<Hit> intersect(const Ray& ray, bool camera_ray) const;
   bool occluded(const Ray& ray) const;
   Surface surface(const Hit& hit) const;
+  /// Of a UV map or colour attribute by name (empty: the first); zero where the mesh has none, as in
+  /// Cycles.
+  Vec2f uv(const Hit& hit, const std::string& name) const;
+  Colorf color(const Hit& hit, const std::string& name) const;
   /// World-space corners of a triangle.
   std::array<Vec3f, 3> corners(int instance, int triangle) const;
 

@@ -8,6 +8,7 @@
 #include "model/principled.h"
 #include "scene/geometry.h"
 #include "scene/light.h"
+#include "scene/texture.h"
 #include "scene/world.h"
 
 namespace selenite {
@@ -16,6 +17,7 @@ struct Material {
   std::string name;
   Principled<double> values;
   Flavour flavour;
+  std::vector<FieldMap> maps;  ///< parameters with a texture or vertex colours
 };
 
 enum class OwnerKind { kMaterial, kLight, kWorld };

@@ -50,9 +50,15 @@ int SceneBuilder::add_mesh(Mesh mesh) {
   if (mesh.corner_normals.size() != 3 * n)
     throw InvalidArgument(who + count_of(mesh.corner_normals.size()) + " corner normals for " +
                           count_of(n) + " triangles; give three a triangle");
-  if (!mesh.uvs.empty() && mesh.uvs.size() != 3 * n)
-    throw InvalidArgument(who + count_of(mesh.uvs.size()) + " UV coordinates for " + count_of(n) +
-                          " triangles; give three a triangle or none");
+  const auto check_corners = [&](const auto& lists, const char* what) {
+    for (const auto& list : lists)
+      if (list.values.size() != 3 * n)
+        throw InvalidArgument(who + what + " '" + list.name + "' has " +
+                              count_of(list.values.size()) + " values for " + count_of(n) +
+                              " triangles; give three a triangle");
+  };
+  check_corners(mesh.uvs, "UV map");
+  check_corners(mesh.colors, "colour attribute");
   if (mesh.material_slots.size() != n)
     throw InvalidArgument(who + count_of(mesh.material_slots.size()) + " material slots for " +
                           count_of(n) + " triangles; give one a triangle");

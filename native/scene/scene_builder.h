@@ -14,6 +14,7 @@ struct SceneBuilder {
   std::vector<Mesh> meshes;
   std::vector<Instance> instances;
   std::vector<Camera> cameras;
+  std::vector<std::shared_ptr<const Texture>> textures;  ///< for the maps of materials
   Appearance appearance;
 
   int add_material(Material material);

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: `selenite`, `python -m selenite`, `blender --command selenite`.
+
+Exit status: 0 done; 2 bad input (one line per problem on stderr, nothing written); 1 failure.
+With --json stdout holds one JSON object; everything else goes to stderr.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+from typing import TextIO
+
+from . import __version__
+from .commands.terminal import say
+from .native import NativeUnavailable
+from .problems import BadInput, Problem
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit status.
+
+    Without `argv` it is the whole process: file descriptor 1 is kept for the JSON object, since
+    Blender prints to it, and the process ends here, since bpy can hang in its own destructors.
+    """
+    if argv is not None:
+        return _run(argv, sys.stdout)
+    status = run_as_process(sys.argv[1:])
+    os._exit(status)
+
+
+def run_as_process(argv: Sequence[str]) -> int:
+    """Runs one command with file descriptor 1 reserved for the JSON object from now on."""
+    with os.fdopen(os.dup(1), "w", encoding="utf-8") as json_out:
+        sys.stdout.flush()
+        os.dup2(2, 1)
+        status = _run(argv, json_out)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    return status
+
+
+def _run(argv: Sequence[str], json_out: TextIO) -> int:
+    parser = build_parser()
+    try:
+        args = parser.parse_args(argv)
+    except SystemExit as stop:  # argparse has written its message
+        return int(stop.code or 0)
+    args.parser = parser
+    try:
+        report, status = importlib.import_module(args.module, __package__).run(args), 0
+    except BadInput as error:
+        report, status = {"problems": [problem.as_json() for problem in error.problems]}, 2
+    except NativeUnavailable as error:
+        say(f"{args.command}: {error}")
+        report, status = {"error": str(error)}, 1
+    except KeyboardInterrupt:
+        say(f"{args.command}: interrupted")
+        report, status = {"error": "interrupted"}, 1
+    except Exception as error:  # the contract's exit status 1
+        say(traceback.format_exc())
+        report, status = {"error": f"{type(error).__name__}: {error}"}, 1
+    for problem in report.get("problems", ()):  # `check` reports them with all the rest
+        say(f"{args.command}: {Problem(**problem).line()}")
+        status = 2
+    if args.json:
+        json.dump(report, json_out, ensure_ascii=False)
+        json_out.write("\n")
+        json_out.flush()
+    return status
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """All commands; importing neither bpy nor the native modules."""
+    parser = argparse.ArgumentParser(
+        prog="selenite",
+        description="Finds the material parameters that make a render match photos.",
+    )
+    parser.add_argument("--version", action="version", version=f"selenite {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_check(commands)
+    _add_render(commands)
+    _add_gradient(commands)
+    _add_fit(commands)
+    _add_demo(commands)
+    return parser
+
+
+def _command(
+    commands: argparse._SubParsersAction, name: str, module: str
+) -> argparse.ArgumentParser:
+    summary = {
+        "check": "what is understood of a scene and what stands in the way",
+        "render": "renders one picture",
+        "gradient": "renders a picture with its derivatives",
+        "fit": "fits parameters to photos",
+        "demo": "fits the demo scene",
+    }[name]
+    parser = commands.add_parser(name, help=summary, description=summary.capitalize() + ".")
+    parser.set_defaults(module=module)
+    parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
+    return parser
+
+
+def _add_check(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "check", ".commands.check")
+    parser.add_argument("scene", metavar="SCENE.blend")
+
+
+def _add_view(parser: argparse.ArgumentParser, spp: int) -> None:
+    parser.add_argument("scene", metavar="SCENE.blend")
+    parser.add_argument("--camera", metavar="NAME", help="name of the camera object")
+    parser.add_argument("--width", type=int, help="pixels; default: the scene's")
+    parser.add_argument("--height", type=int, help="pixels; default: the scene's")
+    parser.add_argument(
+        "--spp", type=_at_least(1), default=spp, help="samples per pixel (%(default)s)"
+    )
+    parser.add_argument("--seed", type=_at_least(0), default=0)
+    parser.add_argument("--depth", type=_at_least(0), default=0, help="bounces; 0: unlimited")
+    parser.add_argument("--threads", type=_at_least(0), default=0, help="0: all")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="OWNER:PARAM=V[,V,V]",
+        help="change a value before rendering",
+    )
+
+
+def _add_render(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "render", ".commands.render")
+    _add_view(parser, spp=64)
+    parser.add_argument("--out", required=True, metavar="F.exr", help="OpenEXR (linear) or PNG")
+    parser.add_argument("--sem", metavar="F2.exr", help="standard error of the mean per pixel")
+
+
+def _add_gradient(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "gradient", ".commands.gradient")
+    _add_view(parser, spp=64)
+    parser.add_argument(
+        "--parameter",
+        action="extend",
+        nargs="+",
+        required=True,
+        metavar="OWNER:PARAM",
+        help="what to differentiate by, e.g. Body:ior",
+    )
+    parser.add_argument("--repeat", type=_at_least(0), default=0, help="measured iterations")
+    parser.add_argument("--out-dir", metavar="DIR", help="writes the derivative images here")
+
+
+def _add_fit(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "fit", ".commands.fit")
+    add = parser.add_argument
+    add("scene", metavar="SCENE", help="a .blend file, or the run.json of an earlier fit")
+    many = {"action": "append", "default": []}
+    add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
+    add("--photo", **many, metavar="CAMERA=FILE", help="default: the captures of the scene")
+    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
+    add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
+    add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
+    add("--loss", help="dual-buffer, mse, brightness-independent-mse, mae, mean-bias-error")
+    add("--optimiser", help="auto or adam")
+    add("--iterations", type=int)
+    add("--spp", type=int, help="samples per pixel and iteration")
+    add("--height", type=int, help="pixels of the compared pictures")
+    add("--learning-rate", type=float)
+    add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
+    add("--depth", type=int, help="bounces; 0: unlimited")
+    add("--seed", type=int)
+    add("--threads", type=int, help="0: all")
+    add("--out", default="selenite-fits", metavar="DIR", help="gets a folder <date>_<time>")
+    add("--save", metavar="OUT.blend", help="saves a copy of the scene with the fitted values")
+
+
+def _add_demo(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "demo", ".demo")
+    parser.add_argument("--out", default="selenite-demo", metavar="DIR")
+
+
+def _at_least(low: int) -> type:
+    def integer(text: str) -> int:
+        value = int(text)
+        if value < low:
+            raise argparse.ArgumentTypeError(f"{value} is less than {low}")
+        return value
+
+    return integer

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arguments of the form OWNER:PARAMETER=V[,V,V] and the like; what is wrong is a Problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from .. import parameters
+from ..parameters import Values
+from ..problems import BadInput, Problem
+
+Key = tuple[str, str]  # owner, parameter
+
+
+def names(texts: Sequence[str], problems: list[Problem]) -> list[Key]:
+    """["Body:ior,roughness", "World:strength"] -> [("Body", "ior"), ("Body", "roughness"), ...]."""
+    keys: list[Key] = []
+    for text in texts:
+        try:
+            owner, rest = parameters.split_name(text)
+        except ValueError as error:
+            cure = "write OWNER:PARAMETER"
+            problems.append(Problem(f"Argument '{text}'", str(error), cure))
+            continue
+        keys += [(owner, name.strip()) for name in rest.split(",") if name.strip()]
+    return list(dict.fromkeys(keys))
+
+
+def assignments(texts: Sequence[str], problems: list[Problem]) -> dict[Key, Values]:
+    """["Body:ior=1.4"] -> {("Body", "ior"): (1.4,)}."""
+    found: dict[Key, Values] = {}
+    for text in texts:
+        left, equals, right = text.rpartition("=")
+        try:
+            if not equals:
+                raise ValueError(f"'{text}' has no '='")
+            key = parameters.split_name(left)
+            numbers = tuple(float(part) for part in right.split(","))
+            if not all(math.isfinite(number) for number in numbers):
+                raise ValueError(f"'{right}' is not finite")
+        except ValueError as error:
+            cure = "write OWNER:PARAMETER=V or OWNER:PARAMETER=V,V,V"
+            problems.append(Problem(f"Argument '{text}'", str(error), cure))
+            continue
+        if key in found:
+            problems.append(Problem(f"Argument '{text}'", "given twice", "give it once"))
+        found[key] = numbers
+    return found
+
+
+def files(texts: Sequence[str], problems: list[Problem]) -> dict[str, str]:
+    """["Camera=photo.png"] -> {"Camera": absolute path}."""
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, path = text.partition("=")
+        if not (name and equals and path):
+            cure = "write CAMERA=FILE"
+            problems.append(Problem(f"Argument '{text}'", "it is not CAMERA=FILE", cure))
+        elif name in found:
+            cause, cure = "it has two files", "keep one, or add a camera at the same place"
+            problems.append(Problem(f"Camera '{name}'", cause, cure))
+        else:
+            found[name] = str(Path(path).expanduser().resolve())
+    return found
+
+
+def output_file(text: str, suffixes: Sequence[str], problems: list[Problem]) -> Path:
+    """A file to be written; its folder must exist."""
+    path = Path(text).expanduser().resolve()
+    if path.suffix.lower() not in suffixes:
+        cause = f"its ending '{path.suffix}' is not known"
+        problems.append(Problem(f"File '{text}'", cause, f"end it in {' or '.join(suffixes)}"))
+    if path.is_dir() or not path.parent.is_dir():
+        cause = "it is a folder" if path.is_dir() else "its folder does not exist"
+        problems.append(Problem(f"File '{text}'", cause, "give a file in an existing folder"))
+    return path
+
+
+def output_folder(text: str, problems: list[Problem]) -> Path:
+    """A folder that may have to be made."""
+    path = Path(text).expanduser().resolve()
+    if path.exists() and not path.is_dir():
+        problems.append(Problem(f"Folder '{text}'", "it is a file", "give the name of a folder"))
+    return path
+
+
+def stop_if(problems: list[Problem]) -> None:
+    """Raises BadInput if there are problems."""
+    if problems:
+        raise BadInput(problems)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite check`: what was understood of a scene, and what stands in the way."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .. import parameters
+from ..fit_run.plan import build_scene
+from ..fit_run.unknowns import USUAL
+from ..problems import BadInput
+from ..scene_read.values import Owner
+from .scene import open_scene
+from .terminal import say
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Reads and builds the scene; exit status 2 if anything stands in the way."""
+    from ..scene_read.photos import captures_of
+
+    scene, values = open_scene(args.scene)
+    problems = list(values.problems)
+    dropped: dict[str, int] = {}
+    if not problems:
+        try:
+            dropped = dict(build_scene(values).dropped_triangles)
+        except BadInput as error:
+            problems = error.problems
+    report = {
+        "scene": args.scene,
+        "cameras": [
+            {"name": item.name, "kind": item.kind, "width": item.width, "height": item.height}
+            for item in values.cameras
+        ],
+        "captures": [
+            {"camera": item.camera, "photo": item.photo, "mask": item.mask}
+            for item in captures_of(scene)
+        ],
+        "objects": len(values.objects),
+        "triangles": values.triangle_count(),
+        "dropped_triangles": dropped,
+        "lights": [{"name": item.name, "kind": item.kind} for item in values.lights],
+        "owners": {owner.name: _owner(owner) for owner in values.owners.values()},
+        "flavour": sorted({item.flavour for item in values.materials}),
+        "model": "surface: the scene has no medium",
+        "problems": [problem.as_json() for problem in problems],
+        "warnings": values.warnings,
+    }
+    _say(report, values.owners)
+    return report
+
+
+def _owner(owner: Owner) -> dict[str, Any]:
+    rows = {}
+    for parameter in parameters.of(owner.kind):
+        value = owner.values.get(parameter.name)
+        rows[parameter.name] = {
+            "value": list(value) if value is not None else None,
+            "unit": parameter.unit,
+            "minimum": parameter.fit_lower,
+            "maximum": parameter.fit_upper,
+            "fixed": owner.fixed.get(parameter.name),
+        }
+    return {"kind": owner.kind, "datablock": owner.datablock, "parameters": rows}
+
+
+def _say(report: dict[str, Any], owners: dict[str, Owner]) -> None:
+    say(f"{report['objects']} objects, {report['triangles']} triangles; model {report['model']}")
+    for camera in report["cameras"]:
+        say(f"camera '{camera['name']}': {camera['width']} x {camera['height']}")
+    for light in report["lights"]:
+        say(f"light '{light['name']}' ({light['kind'].lower()})")
+    for owner in owners.values():
+        free = [name for name in owner.values if name not in owner.fixed]
+        say(f"{owner.kind} '{owner.name}': can be fitted: {', '.join(free) or 'nothing'}")
+        for name in USUAL:
+            if name in owner.fixed:
+                say(f"  not {name}: {owner.fixed[name]}")
+    for text in report["warnings"]:
+        say(f"warning: {text}")

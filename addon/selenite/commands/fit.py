@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite fit`: from photos to a result folder, and to a .blend with the fitted values."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..fit_run.job import FitJob, fitted_values
+from ..fit_run.plan import FitPlan, prepare
+from ..fit_run.request import RunRequest, UnknownRequest, read_run
+from ..fit_run.results import result_json, summary, write_results
+from ..fit_run.settings import PRESETS, FitSettings, with_overrides
+from ..fit_run.unknowns import usual_requests
+from ..problems import BadInput, Problem
+from ..scene_read.values import CaptureRequest, SceneValues
+from . import arguments
+from .scene import open_scene
+from .terminal import bar, say
+
+# Arguments that replace a setting of the preset or of the run file.
+_SETTINGS = (
+    "loss",
+    "optimiser",
+    "iterations",
+    "spp",
+    "height",
+    "learning_rate",
+    "tolerance",
+    "seed",
+    "depth",
+    "threads",
+)
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
+    problems: list[Problem] = []
+    out = arguments.output_folder(args.out, problems)
+    save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
+    base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    scene, values = open_scene(base.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    request = RunRequest(
+        scene=str(Path(base.scene).expanduser().resolve()),
+        unknowns=_unknowns(args, base, values, problems),
+        captures=_captures(args, base.captures or tuple(captures_of(scene)), problems),
+        settings=_settings(args, base, problems),
+    )
+    try:
+        plan = prepare(values, request, packed_photos())
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    for text in plan.warnings:
+        say(f"warning: {text}")
+    say(f"model {plan.model}")
+    result = _fit(plan)
+
+    import bpy
+
+    with bar("writing") as shown:
+        folder = write_results(
+            plan,
+            result,
+            out,
+            bpy.app.version_string,
+            lambda text, fraction: shown.update(fraction, note=text),
+        )
+    for line in summary(plan, result):
+        say(line)
+    say(f"stopped because: {result['stopped_because']}; results in {folder}")
+    report = result_json(plan, result, bpy.app.version_string) | {"folder": str(folder)}
+    if save is not None:
+        from .. import write_back
+
+        write_back.write(scene, values.owners, fitted_values(plan, result))
+        write_back.save_copy(str(save))
+        report["saved"] = str(save)
+        say(f"wrote {save}")
+    return report
+
+
+def _fit(plan: FitPlan) -> dict[str, Any]:
+    """Runs to the end; Ctrl+C stops and keeps the best values so far."""
+    job = FitJob(plan)
+    job.start()
+    try:
+        with bar("fitting") as shown:
+            while (state := job.progress()).running:
+                note = f"{state.iteration}/{state.iterations}  loss {state.loss:.3g}"
+                shown.update(state.fraction, state.seconds_left, note)
+                time.sleep(0.05)
+    except KeyboardInterrupt:
+        say("stopping; the best values so far are kept")
+        job.cancel()
+    finally:
+        job.join()
+    return job.result()
+
+
+def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem]) -> FitSettings:
+    given = {name: getattr(args, name) for name in _SETTINGS}
+    try:
+        return with_overrides(PRESETS[args.preset] if args.preset else base.settings, given)
+    except BadInput as error:
+        problems += error.problems
+        return FitSettings()
+
+
+def _unknowns(
+    args: argparse.Namespace, base: RunRequest, values: SceneValues, problems: list[Problem]
+) -> tuple[UnknownRequest, ...]:
+    """--fit, or the run file's, or the usual ones; with --start and --bounds."""
+    requests = [UnknownRequest(*key) for key in arguments.names(args.fit, problems)]
+    requests = requests or list(base.unknowns) or usual_requests(values, problems)
+    found = {(item.owner, item.parameter): item for item in requests}
+    for key, numbers in arguments.assignments(args.start, problems).items():
+        if _known(key, found, problems):
+            found[key] = replace(found[key], start=numbers)
+    for key, numbers in arguments.assignments(args.bounds, problems).items():
+        if len(numbers) != 2:
+            title = f"Argument --bounds {key[0]}:{key[1]}"
+            problems.append(Problem(title, f"it has {len(numbers)} numbers", "give LO,HI"))
+        elif _known(key, found, problems):
+            found[key] = replace(found[key], minimum=numbers[0], maximum=numbers[1])
+    return tuple(found.values())
+
+
+def _known(
+    key: tuple[str, str], found: dict[tuple[str, str], UnknownRequest], problems: list[Problem]
+) -> bool:
+    if key not in found:
+        name = f"{key[0]}:{key[1]}"
+        cause, cure = "it is not fitted", f"add --fit {name}"
+        problems.append(Problem(f"Parameter '{name}'", cause, cure))
+    return key in found
+
+
+def _captures(
+    args: argparse.Namespace, stored: tuple[CaptureRequest, ...], problems: list[Problem]
+) -> tuple[CaptureRequest, ...]:
+    """--photo, or else what is stored; --mask adds to either."""
+    photos = arguments.files(args.photo, problems)
+    masks = arguments.files(args.mask, problems)
+    captures = [CaptureRequest(name, photo) for name, photo in photos.items()] or list(stored)
+    for name in masks:
+        if name not in {item.camera for item in captures}:
+            cause, cure = "a mask is given but no photo", f"add --photo {name}=FILE"
+            problems.append(Problem(f"Camera '{name}'", cause, cure))
+    return tuple(replace(item, mask=masks.get(item.camera, item.mask)) for item in captures)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite render`: one picture of one camera."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from .. import native
+from ..problems import Problem
+from . import arguments
+from .scene import camera_of, native_scene, open_scene, picture_size
+from .terminal import say
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Renders and writes --out (OpenEXR: linear; PNG: sRGB) and --sem, the standard error."""
+    problems: list[Problem] = []
+    out = arguments.output_file(args.out, (".exr", ".png"), problems)
+    sem = arguments.output_file(args.sem, (".exr",), problems) if args.sem else None
+    changes = arguments.assignments(args.set, problems)
+    _, values = open_scene(args.scene)
+    camera = camera_of(values, args.camera, problems)
+    width, height = picture_size(camera, args.width, args.height, problems)
+    scene = native_scene(values, changes, problems)
+    say(f"rendering {width} x {height}, {args.spp} samples per pixel")
+    film = native.core().render(
+        scene,
+        camera.name,
+        width,
+        height,
+        args.spp,
+        seed=args.seed,
+        depth=args.depth,
+        threads=args.threads,
+    )
+    image = native.image()
+    (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), film.image)
+    if sem is not None:
+        image.write_exr(str(sem), film.standard_error)
+    say(f"wrote {out} in {film.seconds:.1f} s")
+    return {
+        "camera": camera.name,
+        "width": width,
+        "height": height,
+        "spp": film.spp,
+        "seed": args.seed,
+        "out": str(out),
+        "sem": str(sem) if sem is not None else None,
+        "mean_image": film.image.mean(axis=(0, 1), dtype=float).tolist(),
+        "dropped": film.dropped,
+        "seconds": film.seconds,
+        "cpu_seconds": film.cpu_seconds,
+    }

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Messages and progress on stderr; stdout belongs to --json."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+
+def say(text: str) -> None:
+    """One line on stderr."""
+    sys.stderr.write(text + "\n")
+    sys.stderr.flush()
+
+
+def table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Columns of text on stderr, numbers to the right."""
+    lines = [titles, *rows]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(titles))]
+    for line in lines:
+        cells = [line[0].ljust(widths[0])]
+        cells += [cell.rjust(width) for cell, width in zip(line[1:], widths[1:], strict=True)]
+        say("  ".join(cells).rstrip())
+
+
+class Bar:
+    """A progress bar with seconds left; without `rich` a line every few seconds."""
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._last = -math.inf
+        self._rich = None
+        try:
+            from rich.console import Console
+            from rich.progress import BarColumn, Progress, TextColumn
+        except ImportError:  # Blender's own Python
+            return
+        console = Console(file=sys.stderr)
+        if console.is_terminal:
+            columns = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TextColumn("{task.fields[note]}"),
+            )
+            self._rich = Progress(*columns, console=console, transient=True)
+            self._task = self._rich.add_task(title, total=1.0, note="")
+            self._rich.start()
+
+    def update(self, fraction: float, seconds_left: float = math.nan, note: str = "") -> None:
+        """`fraction` in [0, 1]; `seconds_left` NaN while unknown."""
+        left = "" if math.isnan(seconds_left) else f"{seconds_left:.0f} s left"
+        text = "  ".join(part for part in (note, left) if part)
+        if self._rich is not None:
+            self._rich.update(self._task, completed=fraction, note=text)
+        elif time.monotonic() - self._last > 5:
+            self._last = time.monotonic()
+            say(f"{self._title}: {fraction:.0%}  {text}")
+
+    def close(self) -> None:
+        """Removes the bar."""
+        if self._rich is not None:
+            self._rich.stop()
+
+
+@contextmanager
+def bar(title: str) -> Iterator[Bar]:
+    """A bar that goes away whatever happens."""
+    shown = Bar(title)
+    try:
+        yield shown
+    finally:
+        shown.close()

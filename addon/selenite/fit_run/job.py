@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A running fit: a native thread that touches only its own copies, polled from here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import native
+from ..problems import BadInput, Problem
+from .plan import FitPlan
+
+
+class FitFailed(RuntimeError):
+    """The native fit stopped with an error."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a fit at one moment. `seconds_left` is NaN while unknown."""
+
+    running: bool
+    iteration: int
+    iterations: int
+    loss: float
+    seconds: float
+    seconds_left: float
+    stopped_because: str
+    values: dict[str, list[float]]
+
+    @property
+    def fraction(self) -> float:
+        """Between 0 and 1."""
+        return min(1.0, self.iteration / self.iterations) if self.iterations else 0.0
+
+
+class FitJob:
+    """Start, poll, cancel, join, result. The caller joins before it drops the job."""
+
+    def __init__(self, plan: FitPlan) -> None:
+        """Validates natively and starts nothing. Raises BadInput."""
+        self.plan = plan
+        try:
+            self._fit = native.core().Fit(
+                plan.scene,
+                [capture.native() for capture in plan.captures],
+                [unknown.native() for unknown in plan.unknowns],
+                plan.request.settings.native(),
+            )
+        except (ValueError, KeyError) as error:
+            cure = "change the settings or the bounds"
+            raise BadInput(Problem("Fit", _text(error), cure)) from error
+
+    def start(self) -> None:
+        """Returns at once; the native thread works without the GIL."""
+        self._fit.start()
+
+    def progress(self) -> Progress:
+        """Cheap, at any time. Raises FitFailed when the thread met an error."""
+        state = self._fit.state()
+        if state["error"]:
+            raise FitFailed(state["error"])
+        return Progress(
+            running=state["running"],
+            iteration=state["iteration"],
+            iterations=state["iterations"],
+            loss=state["loss"],
+            seconds=state["seconds"],
+            seconds_left=state["seconds_left"],
+            stopped_because=state["stopped_because"],
+            values={name: [float(x) for x in value] for name, value in state["values"].items()},
+        )
+
+    def preview(self, capture: int) -> np.ndarray | None:
+        """Newest picture of a capture, (h, w, 3)."""
+        return self._fit.preview(capture)
+
+    def cancel(self) -> None:
+        """Asks the thread to stop; it does within a tile."""
+        self._fit.cancel()
+
+    def join(self) -> None:
+        """Waits for the thread; the GIL is released meanwhile."""
+        self._fit.join()
+
+    def result(self) -> dict[str, Any]:
+        """After the end: the native result. Raises FitFailed."""
+        self.progress()
+        return self._fit.result()
+
+
+def fitted_values(
+    plan: FitPlan, result: dict[str, Any], *, best: bool = True
+) -> dict[tuple[str, str], tuple[float, ...]]:
+    """(owner, parameter) -> value at the best or the last iteration."""
+    values = result["values_best" if best else "values_last"]
+    return {
+        (item.owner, item.parameter.name): tuple(float(x) for x in np.ravel(values[item.name]))
+        for item in plan.unknowns
+    }
+
+
+def _text(error: Exception) -> str:
+    return str(error.args[0]) if error.args else str(error)

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The result folder: complete under its name, or not there at all."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import platform
+import shutil
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__, native
+from ..parameters import Values
+from .captures import Capture
+from .job import fitted_values
+from .plan import FitPlan
+
+SCHEMA = 1
+
+
+def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, Any]:
+    """The content of result.json; units are in it. Uncertainties are null until they are known."""
+    values = fitted_values(plan, result)
+    rows = {}
+    for item in plan.unknowns:
+        rows[item.name] = {
+            "initial": _plain(item.start),
+            "value": _plain(values[item.owner, item.parameter.name]),
+            "minimum": item.minimum,
+            "maximum": item.maximum,
+            "standard_error": None,
+            "interval_90": None,
+            "determined": None,
+            "unit": item.parameter.unit,
+        }
+    return {
+        "schema": SCHEMA,
+        "versions": {
+            "selenite": __version__,
+            "blender": host,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+        },
+        "seed": plan.request.settings.seed,
+        "parameters": rows,
+        "best_iteration": result["best_iteration"],
+        "iterations": result["iterations"],
+        "stopped_because": result["stopped_because"],
+        "samples": result["samples"],
+        "seconds": result["seconds"],
+        "cpu_seconds": result["cpu_seconds"],
+        "dropped": result["dropped"],
+        "model": plan.model,
+        "warnings": plan.warnings,
+    }
+
+
+def write_results(
+    plan: FitPlan,
+    result: dict[str, Any],
+    parent: Path,
+    host: str,
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+) -> Path:
+    """Renders the pictures and writes `parent/<date>_<time>/`; returns the folder.
+
+    Everything is written into a hidden folder beside it that is renamed at the end. Raises OSError.
+    """
+    parent.mkdir(parents=True, exist_ok=True)
+    final = _free_name(parent, datetime.now().strftime("%Y-%m-%d_%H-%M-%S"))
+    partial = parent / f".{final.name}.partial"
+    partial.mkdir()
+    try:
+        report = result_json(plan, result, host)
+        _write_json(partial / "result.json", report)
+        _write_json(partial / "run.json", plan.request.as_json())
+        _write_history(partial / "history.csv", result["history"])
+        (partial / "log.txt").write_text(_log(plan, report), encoding="utf-8")
+        _write_pictures(plan, result, partial, progress)
+        partial.rename(final)
+    finally:
+        if partial.exists():
+            shutil.rmtree(partial)
+    return final
+
+
+def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
+    """One line per parameter: start and fitted value."""
+    values = fitted_values(plan, result)
+    lines = []
+    for item in plan.unknowns:
+        value = values[item.owner, item.parameter.name]
+        unit = "" if item.parameter.unit == "1" else f" {item.parameter.unit}"
+        lines.append(f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}")
+    return lines
+
+
+def _write_pictures(
+    plan: FitPlan, result: dict[str, Any], folder: Path, progress: Callable[[str, float], None]
+) -> None:
+    """Per camera: initial, optimised, reference, error (absolute difference, black where the photo
+    does not count). Both renders use the same seed, so that their difference is the fit's."""
+    optimised = plan.scene.with_values(fitted_values(plan, result))
+    steps = 2 * len(plan.captures)
+    for index, capture in enumerate(plan.captures):
+        stem = _file_name(capture.camera)
+        progress(f"initial picture of {capture.camera}", 2 * index / steps)
+        initial = _render(plan, plan.scene, capture)
+        progress(f"optimised picture of {capture.camera}", (2 * index + 1) / steps)
+        final = _render(plan, optimised, capture)
+        error = np.abs(final - capture.reference) * (capture.weight > 0)[..., None]
+        for name, pixels in (
+            ("initial", initial),
+            ("optimised", final),
+            ("reference", capture.reference),
+            ("error", error),
+        ):
+            pixels = np.ascontiguousarray(pixels, np.float32)
+            native.image().write_exr(str(folder / f"{stem}_{name}.exr"), pixels)
+            native.image().write_png(str(folder / f"{stem}_{name}.png"), pixels)
+
+
+def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa: ANN401
+    settings = plan.request.settings
+    height, width = capture.reference.shape[:2]
+    film = native.core().render(
+        scene,
+        capture.camera,
+        width,
+        height,
+        settings.picture_spp,
+        seed=settings.seed,
+        depth=settings.depth,
+        threads=settings.threads,
+    )
+    return film.image
+
+
+def _write_history(path: Path, history: dict[str, Any]) -> None:
+    """One row per iteration; a value that was not measured is left empty."""
+    columns: list[tuple[str, np.ndarray]] = [
+        (name, np.asarray(history[name])) for name in ("iteration", "loss", "validation")
+    ]
+    bias = np.asarray(history["mean_bias"])
+    columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
+    for name, values in history["values"].items():
+        values = np.asarray(values).reshape(len(bias), -1)
+        names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
+        columns += [(label, values[:, i]) for i, label in enumerate(names)]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([name for name, _ in columns])
+        for row in range(len(bias)):
+            writer.writerow([_cell(values[row]) for _, values in columns])
+
+
+def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
+    if isinstance(value, np.integer):
+        return str(int(value))
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def _log(plan: FitPlan, report: dict[str, Any]) -> str:
+    lines = [
+        f"Selenite {__version__}, Blender {report['versions']['blender']}",
+        f"Scene: {plan.request.scene}",
+        f"Model: {plan.model}",
+        *(
+            f"Camera {item.camera}: {item.photo}, {item.photo_size[0]} x {item.photo_size[1]} "
+            f"compared at {item.reference.shape[1]} x {item.reference.shape[0]}"
+            for item in plan.captures
+        ),
+        f"Settings: {json.dumps(plan.request.settings.as_json())}",
+        *(f"Warning: {text}" for text in plan.warnings),
+        f"Stopped because: {report['stopped_because']} after {report['iterations']} iterations, "
+        f"{report['seconds']:.2f} s ({report['cpu_seconds']:.2f} s of CPU)",
+        f"Best iteration: {report['best_iteration']}",
+        *(
+            f"{name}: {row['initial']} -> {row['value']}"
+            for name, row in report["parameters"].items()
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _write_json(path: Path, data: dict[str, Any]) -> None:
+    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+    path.write_text(text + "\n", encoding="utf-8")
+
+
+def _plain(values: Values) -> float | list[float]:
+    """A number, or a list for a colour."""
+    return values[0] if len(values) == 1 else list(values)
+
+
+def _text(values: Values) -> str:
+    return ", ".join(f"{value:.4f}" for value in values)
+
+
+def _file_name(text: str) -> str:
+    """A camera's name as part of a file name."""
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
+
+
+def _free_name(parent: Path, name: str) -> Path:
+    candidate, number = parent / name, 2
+    while candidate.exists() or (parent / f".{candidate.name}.partial").exists():
+        candidate, number = parent / f"{name}-{number}", number + 1
+    return candidate

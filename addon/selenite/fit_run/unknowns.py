@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which parameters are fitted, from where and between which bounds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .. import parameters
+from ..parameters import Parameter, Values
+from ..problems import Problem, listed
+from ..scene_read.values import Owner, SceneValues
+from .request import UnknownRequest
+from .settings import FitSettings
+
+USUAL = ("base_color", "roughness", "transmission", "ior")
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One parameter of the fit; the bounds hold for each component."""
+
+    owner: str
+    parameter: Parameter
+    start: Values
+    minimum: float
+    maximum: float
+    learning_rate: float
+
+    @property
+    def name(self) -> str:
+        """As in `Body:roughness`."""
+        return parameters.join_name(self.owner, self.parameter.name)
+
+    def native(self) -> dict[str, Any]:
+        """What the native Fit takes."""
+        return {
+            "owner": self.owner,
+            "parameter": self.parameter.name,
+            "start": list(self.start),
+            "minimum": self.minimum,
+            "maximum": self.maximum,
+            "learning_rate": self.learning_rate,
+        }
+
+
+def usual_requests(scene: SceneValues, problems: list[Problem]) -> list[UnknownRequest]:
+    """The usual parameters of the only material that can be fitted."""
+    candidates = [
+        owner
+        for owner in scene.owners.values()
+        if owner.kind == "material" and _fittable(owner, USUAL)
+    ]
+    if len(candidates) != 1:
+        names = listed(owner.name for owner in candidates)
+        cause = f"which material to fit is not clear; candidates: {names}"
+        cure = "name the parameters, as in --fit Body:base_color,roughness"
+        problems.append(Problem("Fit", cause, cure))
+        return []
+    owner = candidates[0]
+    return [UnknownRequest(owner.name, name) for name in _fittable(owner, USUAL)]
+
+
+def choose(
+    scene: SceneValues,
+    requests: Sequence[UnknownRequest],
+    settings: FitSettings,
+    problems: list[Problem],
+    warnings: list[str],
+) -> list[Unknown]:
+    """Requests -> unknowns with every default filled in; what is wrong goes to `problems`."""
+    found: dict[tuple[str, str], Unknown] = {}
+    for request in requests:
+        unknown = _unknown(scene, request, settings, problems, warnings)
+        if unknown is None:
+            continue
+        key = (unknown.owner, unknown.parameter.name)
+        if key in found:
+            problems.append(Problem(f"Parameter '{unknown.name}'", "given twice", "give it once"))
+        found[key] = unknown
+    return list(found.values())
+
+
+def find_parameter(
+    scene: SceneValues, owner_name: str, name: str, problems: list[Problem]
+) -> tuple[Owner, Parameter] | None:
+    """Looks a parameter up; a world may also be called by its datablock's name."""
+    owner = scene.owners.get(owner_name)
+    if owner is None:
+        named = (
+            o for o in scene.owners.values() if o.kind == "world" and o.datablock == owner_name
+        )
+        owner = next(named, None)
+    title = f"Parameter '{parameters.join_name(owner_name, name)}'"
+    if owner is None:
+        cause = f"no material, light or world of the scene is called '{owner_name}'"
+        problems.append(Problem(title, cause, f"use one of {listed(scene.owners)}"))
+        return None
+    parameter = parameters.table().get((owner.kind, name))
+    if parameter is None:
+        names = ", ".join(item.name for item in parameters.of(owner.kind))
+        cause = f"a {owner.kind} has no parameter '{name}'"
+        problems.append(Problem(title, cause, f"use one of {names}"))
+        return None
+    return owner, parameter
+
+
+def _fittable(owner: Owner, names: Sequence[str]) -> list[str]:
+    return [name for name in names if name in owner.values and name not in owner.fixed]
+
+
+def _unknown(
+    scene: SceneValues,
+    request: UnknownRequest,
+    settings: FitSettings,
+    problems: list[Problem],
+    warnings: list[str],
+) -> Unknown | None:
+    found = find_parameter(scene, request.owner, request.parameter, problems)
+    if found is None:
+        return None
+    owner, parameter = found
+    title = f"Parameter '{parameters.join_name(owner.name, parameter.name)}'"
+    reason = owner.fixed.get(parameter.name)
+    if reason or parameter.name not in owner.values:
+        cause, _, cure = (reason or "its value could not be read").partition(": ")
+        problems.append(Problem(title, cause, cure or "fit another parameter"))
+        return None
+    current = owner.values[parameter.name]
+    bounds = _bounds(parameter, request, current, title, problems)
+    rate = settings.learning_rate if request.learning_rate is None else request.learning_rate
+    if not (math.isfinite(rate) and 0 < rate <= 1):
+        cure = "give a number above 0 and at most 1"
+        problems.append(Problem(title, f"its learning rate is {rate}", cure))
+        return None
+    if bounds is None:
+        return None
+    low, high = bounds
+    start = current
+    if request.start is not None:
+        start = parameter.broadcast(request.start)
+        complaint = parameter.complaint(start)
+        if not complaint and not all(low <= value <= high for value in start):
+            complaint = f"{_text(start)} lies outside its bounds [{low:g}, {high:g}]"
+        if complaint:
+            cure = "give a start inside or wider bounds"
+            problems.append(Problem(title, f"start: {complaint}", cure))
+            return None
+    clamped = tuple(min(max(value, low), high) for value in start)
+    if max(abs(a - b) for a, b in zip(clamped, start, strict=True)) > 0.01 * (high - low):
+        warnings.append(f"{title} starts at {_text(clamped)}, the nearest value inside its bounds")
+    return Unknown(owner.name, parameter, clamped, low, high, rate)
+
+
+def _bounds(
+    parameter: Parameter,
+    request: UnknownRequest,
+    current: Values,
+    title: str,
+    problems: list[Problem],
+) -> tuple[float, float] | None:
+    low, high = parameter.fit_lower, parameter.fit_upper
+    if parameter.effect == "emission":  # lights have no natural upper bound
+        high = min(max(high, 10 * max(current)), parameter.upper)
+    low = low if request.minimum is None else request.minimum
+    high = high if request.maximum is None else request.maximum
+    inside = parameter.lower <= low < high <= parameter.upper  # False for NaN
+    if not inside:
+        cause = f"its bounds [{low:g}, {high:g}] are not an interval inside the permitted range"
+        cure = f"give bounds inside [{parameter.lower:g}, {parameter.upper:g}]"
+        problems.append(Problem(title, cause, cure))
+        return None
+    return low, high
+
+
+def _text(values: Values) -> str:
+    return ", ".join(f"{value:.6g}" for value in values)

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the user sees: properties, operators, panels; and `blender --command selenite`."""
+
+from __future__ import annotations
+
+import bpy
+
+from . import fit_operators, panels, properties, row_operators, state
+
+_MODULES = (properties, row_operators, fit_operators, panels)
+_command: object | None = None
+
+
+def register() -> None:
+    """Registers every class, the scene's settings and the command line."""
+    global _command
+    for module in _MODULES:
+        for item in module.CLASSES:
+            bpy.utils.register_class(item)
+    bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
+    if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
+        _command = bpy.utils.register_cli_command("selenite", _run_command)
+
+
+def unregister() -> None:
+    """The inverse of `register`; a running fit is stopped first."""
+    global _command
+    state.RUN.stop(keep=False)
+    if _command is not None:
+        bpy.utils.unregister_cli_command(_command)
+        _command = None
+    del bpy.types.Scene.selenite
+    for module in reversed(_MODULES):
+        for item in reversed(module.CLASSES):
+            bpy.utils.unregister_class(item)
+
+
+def _run_command(arguments: list[str]) -> int:
+    from .. import cli
+
+    return cli.run_as_process(arguments)

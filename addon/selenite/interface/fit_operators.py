@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Start, stop, apply, restore. A fit changes nothing in the scene until Apply."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from .. import write_back
+from ..fit_run.job import FitFailed, FitJob, fitted_values
+from ..fit_run.plan import prepare
+from ..fit_run.results import write_results
+from ..native import NativeUnavailable
+from ..problems import BadInput, Problem
+from ..scene_read.photos import packed_photos
+from ..scene_read.scene import read_scene
+from ..scene_read.values import Owner
+from .request import refresh_rows, run_request, values_text
+from .row_operators import report_problems
+from .state import RUN
+
+_TICK = 0.2  # seconds between two looks at the native thread
+
+
+class SELENITE_OT_start(bpy.types.Operator):
+    """Fit the ticked parameters to the photos. Esc stops and keeps the best values so far"""
+
+    bl_idname = "selenite.start"
+    bl_label = "Start Fit"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """One fit at a time."""
+        cls.poll_message_set("A fit is running")
+        return RUN.job is None
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Starts the native thread; a timer looks at it."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(_TICK, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Without a window: runs to the end."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        RUN.job.join()
+        return self._finish(context)
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Everything but Esc passes through, so that Blender stays usable."""
+        if RUN.job is None:  # stopped from elsewhere
+            self._remove_timer(context)
+            return {"CANCELLED"}
+        if event.type == "ESC" and event.value == "PRESS":
+            RUN.ask_to_stop(keep=True)
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        try:
+            RUN.progress = RUN.job.progress()
+        except FitFailed:
+            return self._finish(context)
+        _redraw(context)
+        return {"PASS_THROUGH"} if RUN.progress.running else self._finish(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender quits or loads another file: the thread must end first."""
+        RUN.stop(keep=False)
+        self._remove_timer(context)
+
+    def _start(self, context: bpy.types.Context) -> bool:
+        problems: list[Problem] = []
+        try:
+            values = read_scene(context.scene, context.evaluated_depsgraph_get())
+            wanted = run_request(context.scene, values, problems)
+            if problems:
+                raise BadInput([*values.problems, *problems])
+            job = FitJob(prepare(values, wanted, packed_photos()))
+        except BadInput as error:
+            report_problems(self, error)
+            return False
+        except NativeUnavailable as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        for text in job.plan.warnings:
+            self.report({"WARNING"}, text)
+        RUN.start(job, context.scene.name, values.owners)
+        return True
+
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        self._remove_timer(context)
+        job, RUN.job = RUN.job, None
+        job.join()
+        scene = bpy.data.scenes.get(RUN.scene_name)
+        try:
+            result = job.result()
+        except FitFailed as error:
+            RUN.message = str(error)
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if not RUN.keep or scene is None:
+            RUN.message = "Cancelled; nothing was changed"
+            _redraw(context)
+            return {"CANCELLED"}
+        RUN.result = result
+        RUN.message = f"Stopped because: {result['stopped_because']}"
+        _keep_result(scene)
+        _redraw(context)
+        self.report({"INFO"}, RUN.message)
+        return {"FINISHED"}
+
+    def _remove_timer(self, context: bpy.types.Context) -> None:
+        timer = getattr(self, "_timer", None)
+        if timer is not None:
+            context.window_manager.event_timer_remove(timer)
+            self._timer = None
+
+
+class SELENITE_OT_stop(bpy.types.Operator):
+    """Stop the fit and keep the best values so far"""
+
+    bl_idname = "selenite.stop"
+    bl_label = "Stop and Keep Best"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """A fit is running."""
+        return RUN.job is not None
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        """The fit ends at its next tick."""
+        RUN.ask_to_stop(keep=True)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_cancel(bpy.types.Operator):
+    """Stop the fit and forget it"""
+
+    bl_idname = "selenite.cancel"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """A fit is running."""
+        return RUN.job is not None
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        """The scene was never touched."""
+        RUN.ask_to_stop(keep=False)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_apply(bpy.types.Operator):
+    """Write the fitted values to materials, lights and world"""
+
+    bl_idname = "selenite.apply"
+    bl_label = "Apply"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There is a result that is not applied."""
+        settings = context.scene.selenite
+        return len(settings.results) > 0 and not settings.applied
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All values or none; one undo step."""
+        settings = context.scene.selenite
+        try:
+            before = _write(context.scene, "value")
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        for row in settings.results:
+            row.original = _three(before[row.owner, row.parameter])
+        settings.applied = True
+        _refresh(context)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_restore(bpy.types.Operator):
+    """Put back the values that stood in the scene before Apply"""
+
+    bl_idname = "selenite.restore"
+    bl_label = "Restore Originals"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """A result was applied."""
+        return context.scene.selenite.applied
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All values or none; one undo step."""
+        try:
+            _write(context.scene, "original")
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        context.scene.selenite.applied = False
+        _refresh(context)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_save_result(bpy.types.Operator):
+    """Write the last result with its pictures to a folder named by date and time"""
+
+    bl_idname = "selenite.save_result"
+    bl_label = "Save Result Folder"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """A fit has ended in this session."""
+        cls.poll_message_set("Run a fit first")
+        return RUN.result is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """The folder appears complete or not at all."""
+        parent = Path(bpy.path.abspath(context.scene.selenite.output))
+        manager = context.window_manager
+        manager.progress_begin(0, 100)
+        try:
+            folder = write_results(
+                RUN.plan,
+                RUN.result,
+                parent,
+                bpy.app.version_string,
+                lambda _text, fraction: manager.progress_update(int(100 * fraction)),
+            )
+        except OSError as error:
+            self.report({"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
+            return {"CANCELLED"}
+        finally:
+            manager.progress_end()
+        self.report({"INFO"}, f"Wrote {folder}")
+        return {"FINISHED"}
+
+
+def _keep_result(scene: bpy.types.Scene) -> None:
+    """The result goes into the scene, so that Apply works after saving and loading."""
+    settings = scene.selenite
+    settings.results.clear()
+    settings.applied = False
+    values = fitted_values(RUN.plan, RUN.result)
+    for unknown in RUN.plan.unknowns:
+        owner, name = RUN.owners[unknown.owner], unknown.parameter.name
+        row = settings.results.add()
+        row.owner, row.kind, row.parameter = owner.name, owner.kind, name
+        row.datablock, row.library = owner.datablock, owner.library
+        row.width = unknown.parameter.width
+        value = values[owner.name, name]
+        row.start, row.value = _three(unknown.start), _three(value)
+        row.original = _three(owner.values[name])
+        row.text = f"{values_text(unknown.start)} to {values_text(value)}"
+
+
+def _write(scene: bpy.types.Scene, which: str) -> dict[tuple[str, str], tuple[float, ...]]:
+    rows = scene.selenite.results
+    owners = {
+        row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {}) for row in rows
+    }
+    values = {(row.owner, row.parameter): tuple(getattr(row, which)[: row.width]) for row in rows}
+    return write_back.write(scene, owners, values)
+
+
+def _refresh(context: bpy.types.Context) -> None:
+    """The current values in the list of parameters."""
+    if len(context.scene.selenite.rows):
+        refresh_rows(context.scene, read_scene(context.scene, context.evaluated_depsgraph_get()))
+
+
+def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
+    return (values * 3)[:3]
+
+
+def _redraw(context: bpy.types.Context) -> None:
+    """Only the sidebars: redrawing a whole 3D view at every tick makes Blender slow."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
+
+
+CLASSES = (
+    SELENITE_OT_start,
+    SELENITE_OT_stop,
+    SELENITE_OT_cancel,
+    SELENITE_OT_apply,
+    SELENITE_OT_restore,
+    SELENITE_OT_save_result,
+)

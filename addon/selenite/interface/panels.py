@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sidebar tab of the 3D View. Drawing computes nothing."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+
+from . import state
+
+_TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
+
+
+class SELENITE_UL_captures(bpy.types.UIList):
+    """Camera and photo"""
+
+    def draw_item(
+        self,
+        _context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        _data: bpy.types.AnyType,
+        item: bpy.types.PropertyGroup,
+        _icon: int,
+        _active_data: bpy.types.AnyType,
+        _active_property: str,
+    ) -> None:
+        """Tick, camera, photo."""
+        row = layout.row(align=True)
+        row.prop(item, "enabled", text="")
+        row.label(text=item.camera.name if item.camera else "no camera", icon="CAMERA_DATA")
+        row.label(text=item.photo.name if item.photo else "no photo", icon="IMAGE_DATA")
+
+
+class SELENITE_UL_rows(bpy.types.UIList):
+    """Parameter and its value"""
+
+    def draw_item(
+        self,
+        _context: bpy.types.Context,
+        layout: bpy.types.UILayout,
+        _data: bpy.types.AnyType,
+        item: bpy.types.PropertyGroup,
+        _icon: int,
+        _active_data: bpy.types.AnyType,
+        _active_property: str,
+    ) -> None:
+        """Tick, name, current value; greyed with a lock where it cannot be fitted."""
+        row = layout.row(align=True)
+        row.enabled = not item.reason
+        row.prop(item, "enabled", text="")
+        row.label(text=f"{item.owner}: {item.parameter}", icon="LOCKED" if item.reason else "NONE")
+        row.label(text=item.value)
+
+
+class SELENITE_PT_captures(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_captures"
+    bl_label = "Captures"
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """List of photos, and the active one below."""
+        settings, layout = context.scene.selenite, self.layout
+        missing = state.why_native_is_missing()
+        if missing:
+            layout.label(text="Selenite cannot work:", icon="ERROR")
+            for line in _wrapped(missing):
+                layout.label(text=line)
+            return
+        row = layout.row()
+        row.template_list(
+            "SELENITE_UL_captures", "", settings, "captures", settings, "active_capture", rows=3
+        )
+        column = row.column(align=True)
+        column.operator("selenite.add_capture", text="", icon="ADD")
+        column.operator("selenite.remove_capture", text="", icon="REMOVE")
+        layout.operator("selenite.load_photos", icon="FILE_FOLDER")
+        if settings.active_capture < len(settings.captures):
+            item = settings.captures[settings.active_capture]
+            layout.prop(item, "camera")
+            layout.template_ID(item, "photo", open="image.open")
+            layout.prop(item, "mask_path")
+
+
+class SELENITE_PT_parameters(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_parameters"
+    bl_label = "Parameters"
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """List of parameters; start, bounds and rate of the active one below."""
+        settings, layout = context.scene.selenite, self.layout
+        row = layout.row(align=True)
+        row.operator("selenite.refresh_rows", icon="FILE_REFRESH")
+        row.operator("selenite.reset_rows", text="Reset", icon="LOOP_BACK")
+        if not len(settings.rows):
+            return
+        layout.template_list(
+            "SELENITE_UL_rows", "", settings, "rows", settings, "active_row", rows=6
+        )
+        if settings.active_row >= len(settings.rows):
+            return
+        item = settings.rows[settings.active_row]
+        if item.reason:
+            for line in _wrapped(item.reason):
+                layout.label(text=line)
+            return
+        column = layout.column()
+        column.use_property_split = True
+        for line in _wrapped(item.help):
+            layout.label(text=line)
+        column.prop(item, "use_start")
+        if item.use_start:
+            for index in range(item.width):
+                column.prop(item, "start", index=index, text="Start" if index == 0 else "")
+        column.prop(item, "minimum")
+        column.prop(item, "maximum")
+        column.prop(item, "learning_rate")
+
+
+class SELENITE_PT_fit(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_fit"
+    bl_label = "Fit"
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Quality and Start; while a fit runs its progress, Stop and Cancel."""
+        settings, layout = context.scene.selenite, self.layout
+        if state.RUN.job is None:
+            layout.prop(settings, "preset")
+            layout.operator("selenite.start", icon="PLAY")
+            if state.RUN.message:
+                for line in _wrapped(state.RUN.message):
+                    layout.label(text=line)
+            return
+        progress = state.RUN.progress
+        if progress is None:
+            layout.label(text="Starting")
+        else:
+            left = progress.seconds_left
+            text = f"{progress.iteration} of {progress.iterations}"
+            text += "" if math.isnan(left) else f", {left:.0f} s left"
+            if hasattr(layout, "progress"):  # 4.0 on
+                layout.progress(factor=progress.fraction, text=text)
+            else:
+                layout.label(text=f"{progress.fraction:.0%}: {text}")
+            layout.label(text=f"Loss {progress.loss:.5g}")
+            for name, value in progress.values.items():
+                layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
+        row = layout.row(align=True)
+        row.operator("selenite.stop", icon="CHECKMARK")
+        row.operator("selenite.cancel", icon="X")
+
+
+class SELENITE_PT_advanced(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_advanced"
+    bl_label = "Advanced"
+    bl_parent_id = "SELENITE_PT_fit"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Settings that the preset sets."""
+        column = self.layout.column()
+        column.use_property_split = True
+        column.enabled = state.RUN.job is None
+        for name in ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads"):
+            column.prop(context.scene.selenite, name)
+
+
+class SELENITE_PT_result(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_result"
+    bl_label = "Result"
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There is a result."""
+        return len(context.scene.selenite.results) > 0
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Start and fitted values, Apply and Restore."""
+        settings, layout = context.scene.selenite, self.layout
+        for row in settings.results:
+            layout.label(text=f"{row.owner}: {row.parameter}")
+            layout.label(text=row.text, icon="BLANK1")
+        buttons = layout.row(align=True)
+        buttons.operator("selenite.apply", icon="CHECKMARK")
+        buttons.operator("selenite.restore", text="Restore", icon="LOOP_BACK")
+        layout.prop(settings, "output")
+        layout.operator("selenite.save_result", icon="FILE_TICK")
+
+
+def _wrapped(text: str, width: int = 44) -> list[str]:
+    """A sentence in lines that fit the sidebar."""
+    lines = [""]
+    for word in text.split():
+        if lines[-1] and len(lines[-1]) + len(word) >= width:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines
+
+
+CLASSES = (
+    SELENITE_UL_captures,
+    SELENITE_UL_rows,
+    SELENITE_PT_captures,
+    SELENITE_PT_parameters,
+    SELENITE_PT_fit,
+    SELENITE_PT_advanced,
+    SELENITE_PT_result,
+)

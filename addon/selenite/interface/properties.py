@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings that are kept in the .blend, on the Scene. Enum numbers and names must not change."""
+
+import bpy
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    FloatVectorProperty,
+    IntProperty,
+    PointerProperty,
+    StringProperty,
+)
+
+from ..fit_run.settings import PRESETS, FitSettings
+from ..scene_read import hosts
+
+SCHEMA = 1
+
+_DEFAULTS = FitSettings()
+
+# A test compares the names with the native list of losses.
+LOSS_ITEMS = (
+    ("dual-buffer", "Dual Buffer", "Squared error without the bias of noise", 0),
+    ("mse", "Mean Squared Error", "Plain squared error; noise pulls it", 1),
+    ("brightness-independent-mse", "Brightness Independent", "Each picture over its own mean", 2),
+    ("mae", "Mean Absolute Error", "Less drawn by outliers; needs more samples", 3),
+    ("mean-bias-error", "Mean Bias Error", "Overall brightness and colour only", 4),
+)
+PRESET_ITEMS = (
+    ("draft", "Draft", "Small pictures, few iterations", 0),
+    ("balanced", "Balanced", "The usual choice", 1),
+    ("accurate", "Accurate", "More samples and iterations", 2),
+)
+KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
+
+
+def _is_camera(_self: bpy.types.bpy_struct, item: bpy.types.Object) -> bool:
+    return item.type == "CAMERA"
+
+
+def _show_photo(capture: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    """The photo also becomes the camera's background image, so that it can be compared by eye."""
+    if capture.camera is None or capture.photo is None:
+        return
+    data = capture.camera.data
+    if not hosts.is_editable(data):
+        return
+    backgrounds = data.background_images
+    background = backgrounds[0] if len(backgrounds) else backgrounds.new()
+    background.image = capture.photo
+    background.frame_method = "CROP"
+    data.show_background_images = True
+
+
+def _take_preset(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    preset = PRESETS[settings.preset]
+    for name in ("iterations", "spp", "height", "tolerance", "picture_spp"):
+        setattr(settings, name, getattr(preset, name))
+
+
+class SeleniteCapture(bpy.types.PropertyGroup):
+    """A camera and the photo that was taken from there."""
+
+    enabled: BoolProperty(name="Use", default=True, description="Compare with this photo")
+    camera: PointerProperty(
+        name="Camera",
+        type=bpy.types.Object,
+        poll=_is_camera,
+        update=_show_photo,
+        description="Camera that stands where the photo was taken",
+    )
+    photo: PointerProperty(
+        name="Photo", type=bpy.types.Image, update=_show_photo, description="Photo of this camera"
+    )
+    mask_path: StringProperty(
+        name="Mask", subtype="FILE_PATH", description="Picture whose black pixels do not count"
+    )
+
+
+class SeleniteRow(bpy.types.PropertyGroup):
+    """A parameter that can be fitted: tick, start, box constraint and step."""
+
+    enabled: BoolProperty(name="Fit", default=False, description="Fit this parameter")
+    kind: EnumProperty(name="Kind", items=KIND_ITEMS)
+    material: PointerProperty(type=bpy.types.Material)
+    light: PointerProperty(type=bpy.types.Light)
+    owner: StringProperty(description="Name of the owner as on the command line")
+    parameter: StringProperty(description="Name of the parameter as on the command line")
+    unit: StringProperty()
+    help: StringProperty()
+    width: IntProperty(default=1)
+    value: StringProperty(description="Value in the scene when the list was last refreshed")
+    reason: StringProperty(description="Why this parameter cannot be fitted")
+    use_start: BoolProperty(
+        name="Own Start", default=False, description="Start elsewhere than at the scene's value"
+    )
+    start: FloatVectorProperty(name="Start", size=3, precision=4, description="First value")
+    minimum: FloatProperty(name="Minimum", precision=4, description="Smallest value of the fit")
+    maximum: FloatProperty(name="Maximum", precision=4, description="Largest value of the fit")
+    learning_rate: FloatProperty(
+        name="Rate", default=0.03, min=1e-6, max=1.0, precision=4, description="Step of the fit"
+    )
+
+
+class SeleniteResult(bpy.types.PropertyGroup):
+    """One fitted parameter. `original` is what stood in the scene before Apply."""
+
+    owner: StringProperty()
+    kind: EnumProperty(items=KIND_ITEMS)
+    datablock: StringProperty()
+    library: StringProperty()
+    parameter: StringProperty()
+    width: IntProperty(default=1)
+    start: FloatVectorProperty(size=3, precision=4)
+    value: FloatVectorProperty(size=3, precision=4)
+    original: FloatVectorProperty(size=3, precision=4)
+    text: StringProperty(description="Start and fitted value")
+
+
+class SeleniteSettings(bpy.types.PropertyGroup):
+    """Everything that Selenite keeps in a scene."""
+
+    schema: IntProperty(default=SCHEMA, description="Version of these properties")
+    captures: CollectionProperty(type=SeleniteCapture)
+    active_capture: IntProperty()
+    rows: CollectionProperty(type=SeleniteRow)
+    active_row: IntProperty()
+    results: CollectionProperty(type=SeleniteResult)
+    applied: BoolProperty(description="The fitted values are in the scene")
+    preset: EnumProperty(
+        name="Quality", items=PRESET_ITEMS, default="balanced", update=_take_preset
+    )
+    loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default="dual-buffer")
+    iterations: IntProperty(name="Iterations", default=_DEFAULTS.iterations, min=1, soft_max=1000)
+    spp: IntProperty(
+        name="Samples",
+        default=_DEFAULTS.spp,
+        min=1,
+        soft_max=64,
+        description="Samples per pixel and iteration",
+    )
+    height: IntProperty(
+        name="Height",
+        default=_DEFAULTS.height,
+        min=1,
+        soft_max=2048,
+        subtype="PIXEL",
+        description="Height of the compared pictures; never more than the photo's",
+    )
+    tolerance: FloatProperty(
+        name="Tolerance",
+        default=_DEFAULTS.tolerance,
+        min=0.0,
+        precision=5,
+        description="Stop when the loss falls below; 0 never stops",
+    )
+    seed: IntProperty(name="Seed", default=0, min=0)
+    threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")
+    picture_spp: IntProperty(
+        name="Picture Samples",
+        default=_DEFAULTS.picture_spp,
+        min=1,
+        description="Samples per pixel of the pictures in the result folder",
+    )
+    output: StringProperty(
+        name="Folder",
+        default="//selenite-fits",
+        subtype="DIR_PATH",
+        description="Gets one folder per saved result",
+    )
+
+
+CLASSES = (SeleniteCapture, SeleniteRow, SeleniteResult, SeleniteSettings)

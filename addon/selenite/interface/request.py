@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's settings as a run request: the same value that the command line makes."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import parameters
+from ..fit_run.request import RunRequest, UnknownRequest
+from ..fit_run.settings import FitSettings
+from ..parameters import Values
+from ..problems import Problem
+from ..scene_read.photos import captures_of
+from ..scene_read.values import Owner, SceneValues
+
+_SETTINGS = ("loss", "iterations", "spp", "tolerance", "height", "seed", "threads", "picture_spp")
+
+
+def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Problem]) -> RunRequest:
+    """What the ticked rows ask for; rows whose owner is gone become problems."""
+    settings = scene.selenite
+    unknowns = []
+    for row in settings.rows:
+        if not row.enabled:
+            continue
+        owner = owner_of(row, values)
+        if owner is None:
+            title = f"Parameter '{row.owner}:{row.parameter}'"
+            cure = "refresh the list of parameters"
+            problems.append(Problem(title, "its owner is not in the scene", cure))
+            continue
+        unknowns.append(
+            UnknownRequest(
+                owner.name,
+                row.parameter,
+                tuple(row.start[: row.width]) if row.use_start else None,
+                row.minimum,
+                row.maximum,
+                row.learning_rate,
+            )
+        )
+    if not unknowns and not problems:
+        cure = "refresh the list of parameters and tick one"
+        problems.append(Problem("Fit", "no parameter is ticked", cure))
+    return RunRequest(
+        scene=bpy.data.filepath,
+        unknowns=tuple(unknowns),
+        captures=tuple(captures_of(scene)),
+        settings=FitSettings(**{name: getattr(settings, name) for name in _SETTINGS}),
+    )
+
+
+def owner_of(row: bpy.types.PropertyGroup, values: SceneValues) -> Owner | None:
+    """The owner of a row as it was read; the pointers survive renaming."""
+    if row.kind == "world":
+        return next((item for item in values.owners.values() if item.kind == "world"), None)
+    block = row.material if row.kind == "material" else row.light
+    if block is None:
+        return None
+    library = block.library.filepath if block.library is not None else ""
+    for item in values.owners.values():
+        if (item.kind, item.datablock, item.library) == (row.kind, block.name, library):
+            return item
+    return None
+
+
+def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
+    """One row per parameter of the scene; ticks, starts and bounds of known rows stay."""
+    rows = scene.selenite.rows
+    kept = {}
+    for row in rows:
+        owner = owner_of(row, values)
+        if owner is not None:
+            kept[owner.name, row.parameter] = {
+                "enabled": row.enabled,
+                "use_start": row.use_start,
+                "start": tuple(row.start),
+                "minimum": row.minimum,
+                "maximum": row.maximum,
+                "learning_rate": row.learning_rate,
+            }
+    rows.clear()
+    for owner in values.owners.values():
+        for parameter in parameters.of(owner.kind):
+            row = rows.add()
+            row.kind, row.owner, row.parameter = owner.kind, owner.name, parameter.name
+            if owner.kind == "material":
+                row.material = _block(bpy.data.materials, owner)
+            elif owner.kind == "light":
+                row.light = _block(bpy.data.lights, owner)
+            row.unit, row.help, row.width = parameter.unit, parameter.help, parameter.width
+            row.reason = owner.fixed.get(parameter.name, "")
+            current = owner.values.get(parameter.name)
+            row.value = values_text(current) if current is not None else ""
+            reset_row(row, current)
+            for name, value in kept.get((owner.name, parameter.name), {}).items():
+                setattr(row, name, value)
+            if row.reason:
+                row.enabled = False
+
+
+def reset_row(row: bpy.types.PropertyGroup, current: Values | None = None) -> None:
+    """Bounds, start and rate as in the parameter table."""
+    parameter = parameters.table()[row.kind, row.parameter]
+    row.minimum, row.maximum = parameter.fit_lower, parameter.fit_upper
+    if current is not None:
+        row.start = (current * 3)[:3] if len(current) == 1 else current
+        if parameter.effect == "emission":
+            row.maximum = min(max(row.maximum, 10 * max(current)), parameter.upper)
+    row.use_start = False
+    row.learning_rate = FitSettings().learning_rate
+
+
+def values_text(values: Values) -> str:
+    """Numbers for a row of the panel."""
+    return "  ".join(f"{value:.3f}" for value in values)
+
+
+def _block(blocks: bpy.types.bpy_prop_collection, owner: Owner) -> bpy.types.ID | None:
+    for block in blocks:
+        library = block.library.filepath if block.library is not None else ""
+        if (block.name, library) == (owner.datablock, owner.library):
+            return block
+    return None

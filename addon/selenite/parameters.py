@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The native parameter table bound to Blender's sockets. There is no second list here."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+from . import native
+
+Values = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One row of the native table; units and ranges are those of Blender's socket.
+
+    `lower`, `upper`: what the renderer permits. `fit_lower`, `fit_upper`: default box constraint of
+    a fit. `width`: 1, or 3 for a colour (linear Rec. 709).
+    """
+
+    owner: str
+    name: str
+    sockets: tuple[str, ...]
+    unit: str
+    width: int
+    lower: float
+    upper: float
+    fit_lower: float
+    fit_upper: float
+    initial: float
+    coordinate: str
+    effect: str
+    help: str
+
+    def find(self, node: Any) -> Any | None:  # noqa: ANN401 - a bpy node, and bpy is not imported here
+        """The input of `node` that holds this parameter under any of its names, or None."""
+        for name in self.sockets:
+            if name in node.inputs:
+                return node.inputs[name]
+        return None
+
+    def complaint(self, values: Sequence[float]) -> str:
+        """Why `values` are no value of this parameter; empty if they are."""
+        if len(values) != self.width:
+            return f"takes {self.width} number{'s' * (self.width > 1)}, not {len(values)}"
+        for value in values:
+            if not math.isfinite(value):
+                return f"{value} is not a finite number"
+            if not self.lower <= value <= self.upper:
+                return f"{value:.6g} lies outside [{self.lower:g}, {self.upper:g}]"
+        return ""
+
+    def broadcast(self, values: Sequence[float]) -> Values:
+        """One number given for a colour means grey."""
+        numbers = tuple(float(value) for value in values)
+        return numbers * self.width if len(numbers) == 1 else numbers
+
+
+@lru_cache(maxsize=1)
+def table() -> dict[tuple[str, str], Parameter]:
+    """(owner kind, name) -> Parameter, in the native order. Raises NativeUnavailable."""
+    rows = {}
+    for row in native.core().parameters():
+        fields = {key: row[key] for key in Parameter.__dataclass_fields__}
+        fields["sockets"] = tuple(row["sockets"])
+        parameter = Parameter(**fields)
+        rows[parameter.owner, parameter.name] = parameter
+    return rows
+
+
+def of(owner: str) -> list[Parameter]:
+    """Parameters of one kind of owner: "material", "light" or "world"."""
+    return [parameter for (kind, _), parameter in table().items() if kind == owner]
+
+
+def split_name(text: str) -> tuple[str, str]:
+    """ "Body:roughness" -> ("Body", "roughness"). The owner may contain colons.
+
+    Raises ValueError when there is no owner or no parameter.
+    """
+    owner, colon, name = text.rpartition(":")
+    if not (owner and colon and name):
+        raise ValueError(f"'{text}' is not of the form OWNER:PARAMETER, as in Body:roughness")
+    return owner, name
+
+
+def join_name(owner: str, parameter: str) -> str:
+    """("Body", "roughness") -> "Body:roughness"."""
+    return f"{owner}:{parameter}"

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one place that knows how Blender 3.4, 4.x and 5.x differ."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import bpy
+import numpy as np
+
+_LINEAR_NAMES = {"Linear", "Linear Rec.709", "Linear BT.709", "Non-Color", "Raw", "Generic Data"}
+_SRGB_NAMES = {"sRGB", "sRGB OETF"}
+
+
+def is_version_3() -> bool:
+    """Blender 3.x: Principled version 1, other light units."""
+    return bpy.app.version < (4, 0, 0)
+
+
+def flavour() -> str:
+    """Which Principled BSDF is rendered: version 2, since the native model has no other yet."""
+    return "v2"
+
+
+def light_units() -> str:
+    """Which convention the numbers of a lamp follow."""
+    return "v3" if is_version_3() else "v4"
+
+
+def soft_falloff(light: bpy.types.Light) -> bool:
+    """Point and spot lamps: a disc facing the lit point (the only way in 3.x), or a sphere."""
+    return bool(getattr(light, "use_soft_falloff", True))
+
+
+def light_scale(light: bpy.types.Light) -> float:
+    """2 to the lamp's exposure; 1 where there is no such setting."""
+    return 2.0 ** float(getattr(light, "exposure", 0.0))
+
+
+def light_is_normalized(light: bpy.types.Light) -> bool:
+    """Whether the lamp's power is spread over its area (always, before 4.5)."""
+    return bool(getattr(light, "normalize", True))
+
+
+def temperature_color(light: bpy.types.Light) -> tuple[float, float, float] | None:
+    """Colour of the lamp's temperature if it uses one."""
+    if not getattr(light, "use_temperature", False):
+        return None
+    return tuple(float(channel) for channel in light.temperature_color)
+
+
+def casts_shadow(light: bpy.types.Light) -> bool:
+    """Whether Cycles lets the lamp cast shadows."""
+    cycles = getattr(light, "cycles", None)
+    if cycles is not None and hasattr(cycles, "cast_shadow"):
+        return bool(cycles.cast_shadow)
+    return bool(getattr(light, "use_shadow", True))
+
+
+def is_linear(image: bpy.types.Image) -> bool:
+    """Whether `image.pixels` of a float image or of data are linear Rec. 709 numbers."""
+    return image.colorspace_settings.name in _LINEAR_NAMES
+
+
+def is_srgb(image: bpy.types.Image) -> bool:
+    """Whether the image is marked as sRGB."""
+    return image.colorspace_settings.name in _SRGB_NAMES
+
+
+def is_editable(block: bpy.types.ID) -> bool:
+    """False for what is linked from a library; writing there is lost on reload."""
+    return block.library is None and bool(getattr(block, "is_editable", True))
+
+
+def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated."""
+    if hasattr(mesh, "calc_normals_split"):  # before 4.1
+        mesh.calc_normals_split()
+    normals = np.empty(len(mesh.loop_triangles) * 9, np.float32)
+    mesh.loop_triangles.foreach_get("split_normals", normals)
+    return normals.reshape(-1, 3)
+
+
+def corner_uvs(mesh: bpy.types.Mesh, corners: np.ndarray) -> np.ndarray | None:
+    """(len(corners), 2) float32 of the UV map that renders, or None."""
+    layer = next((item for item in mesh.uv_layers if item.active_render), None)
+    if layer is None or not len(mesh.loops):
+        return None
+    uvs = np.empty(len(mesh.loops) * 2, np.float32)
+    if hasattr(layer, "uv") and len(layer.uv):  # from 3.5 on, and much faster
+        layer.uv.foreach_get("vector", uvs)
+    else:
+        layer.data.foreach_get("uv", uvs)
+    return uvs.reshape(-1, 2)[corners]
+
+
+def animated_paths(block: bpy.types.ID) -> Iterator[tuple[str, str]]:
+    """("driven" | "keyframed", data path) of everything that animates `block`."""
+    data = block.animation_data
+    if data is None:
+        return
+    for driver in data.drivers:
+        yield "driven", driver.data_path
+    actions = [data.action]
+    actions += [strip.action for track in data.nla_tracks for strip in track.strips]
+    for action in actions:
+        for curve in _curves(action) if action is not None else ():
+            yield "keyframed", curve.data_path
+
+
+def _curves(action: bpy.types.Action) -> Iterator[bpy.types.FCurve]:
+    if hasattr(action, "fcurves"):
+        yield from action.fcurves
+        return
+    for layer in action.layers:  # 5.0 on
+        for strip in layer.strips:
+            for bag in strip.channelbags:
+                yield from bag.fcurves

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lamps in Blender's units: power in watts (sun: irradiance), colour, shape."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from .. import parameters
+from ..problems import Problem
+from . import hosts, nodes
+from .values import LightValues, Owner
+
+
+def read_light(
+    light: bpy.types.Light, matrix: np.ndarray, name: str
+) -> tuple[LightValues, Owner, list[Problem], list[str]]:
+    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems, warnings."""
+    title = f"Light '{light.name}'"
+    library = light.library.filepath if light.library is not None else ""
+    scale = hosts.light_scale(light)
+    shape = _shape(light)
+    if not hosts.light_is_normalized(light):
+        scale *= _area(light, matrix)
+    color = tuple(light.color)
+    temperature = hosts.temperature_color(light)
+    if temperature is not None:
+        color = tuple(a * b for a, b in zip(color, temperature, strict=True))
+    values = LightValues(
+        name, light.type, matrix, light.energy, color, scale, hosts.light_units(), shape
+    )
+    problems = []
+    if light.use_nodes and light.node_tree is not None:
+        values, problems = _through_nodes(light, values, title)
+    owner = Owner(name, "light", light.name, library, {}, {})
+    for parameter in parameters.of("light"):
+        value = {"power": (values.power,), "color": values.color}[parameter.name]
+        complaint = parameter.complaint(value)
+        if complaint:
+            cure = "set a value inside the range"
+            problems.append(Problem(title, f"{parameter.name}: {complaint}", cure))
+        owner.values[parameter.name] = tuple(float(number) for number in value)
+        reason = why_fixed(light, parameter.name)
+        if reason:
+            owner.fixed[parameter.name] = reason
+    return values, owner, problems, _warnings(light, title)
+
+
+def is_portal(light: bpy.types.Light) -> bool:
+    """Portals guide sampling and emit nothing."""
+    return light.type == "AREA" and bool(getattr(light.cycles, "is_portal", False))
+
+
+def why_fixed(light: bpy.types.Light, parameter: str) -> str:
+    """Why `power` or `color` of a lamp cannot be written; empty if it can."""
+    if light.library is not None:
+        return f"linked from library '{light.library.filepath}': make it local"
+    if not hosts.is_editable(light):
+        return "not editable: make it local"
+    if light.users > 1:
+        return f"the light data has {light.users} users: make it single-user"
+    if parameter == "color" and hosts.temperature_color(light) is not None:
+        return "the lamp uses a colour temperature: switch it off"
+    if parameter == "color" and light.use_nodes:
+        return "the lamp uses nodes: switch them off"
+    return nodes.why_animated(light, "energy" if parameter == "power" else "color")
+
+
+def _shape(light: bpy.types.Light) -> dict[str, float | bool | str]:
+    if light.type == "SUN":
+        return {"angle": light.angle}
+    if light.type == "AREA":
+        size_y = light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
+        return {
+            "shape": light.shape,
+            "size_x": light.size,
+            "size_y": size_y,
+            "spread": light.spread,
+        }
+    shape = {"radius": light.shadow_soft_size, "soft_falloff": hosts.soft_falloff(light)}
+    if light.type == "SPOT":
+        shape |= {"size": light.spot_size, "blend": light.spot_blend}
+    return shape
+
+
+def _area(light: bpy.types.Light, matrix: np.ndarray) -> float:
+    """What Cycles divides the power by when the lamp is normalised; 1 for a lamp without size."""
+    if light.type == "SUN":
+        return math.pi * math.sin(light.angle / 2) ** 2 or 1.0
+    if light.type == "AREA":
+        shape = _shape(light)
+        scale = np.linalg.norm(matrix[:3, :2], axis=0)
+        area = shape["size_x"] * shape["size_y"] * float(scale[0] * scale[1])
+        return area * (math.pi / 4 if light.shape in {"DISK", "ELLIPSE"} else 1.0)
+    return math.pi * light.shadow_soft_size**2 or 1.0
+
+
+def _through_nodes(
+    light: bpy.types.Light, values: LightValues, title: str
+) -> tuple[LightValues, list[Problem]]:
+    """An Emission node with constant inputs multiplies the lamp; anything else is a problem."""
+    cure = "switch off Use Nodes of the lamp or use one Emission node with constant inputs"
+    output = light.node_tree.get_output_node("CYCLES")
+    source = nodes.source_of(output.inputs["Surface"]) if output is not None else None
+    if source is None or source.node is None:
+        return values, [Problem(title, "its nodes have no output", cure)]
+    if source.node.bl_idname != "ShaderNodeEmission" or source.node.mute:
+        return values, [Problem(title, f"it is lit by {nodes.describe(source.node)}", cure)]
+    color = nodes.constant(nodes.source_of(source.node.inputs["Color"], source.groups))
+    strength = nodes.constant(nodes.source_of(source.node.inputs["Strength"], source.groups))
+    if color is None or strength is None:
+        return values, [Problem(title, "its Emission node has linked inputs", cure)]
+    color = tuple(a * b for a, b in zip(values.color, color, strict=True))
+    return replace(values, color=color, radiance_scale=values.radiance_scale * strength[0]), []
+
+
+def _warnings(light: bpy.types.Light, title: str) -> list[str]:
+    warnings = []
+    if not hosts.casts_shadow(light):
+        warnings.append(f"{title}: rendered with shadows, which are switched off in Blender")
+    if getattr(light.cycles, "max_bounces", 1024) < 1024:
+        warnings.append(f"{title}: its limit of bounces is not modelled")
+    return warnings

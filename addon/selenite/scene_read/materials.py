@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Materials: the Principled BSDF behind the Material Output, its values, and why not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from .. import parameters
+from ..parameters import Parameter, Values
+from ..problems import Problem
+from . import hosts, nodes
+from .nodes import Groups, Source
+from .values import MaterialValues, Owner
+
+PRINCIPLED = "ShaderNodeBsdfPrincipled"
+NO_MATERIAL = "(no material)"
+
+# Inputs that change the picture unless they are 0 and that the table may lack. A row of the native
+# table that names one of them takes it over.
+_WEIGHTS = (
+    "Subsurface Weight",
+    "Subsurface",
+    "Anisotropic",
+    "Sheen Weight",
+    "Sheen",
+    "Clearcoat",
+    "Coat Weight",
+    "Thin Film Thickness",
+    "Thin Wall",
+    "Transmission Roughness",
+)
+_DIRECTIONS = ("Normal", "Coat Normal", "Clearcoat Normal")
+
+
+@dataclass
+class MaterialRead:
+    """One material as it was understood."""
+
+    values: MaterialValues
+    owner: Owner
+    problems: list[Problem]
+    warnings: list[str]
+
+
+def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
+    """What Cycles renders where there is no material or no nodes: a Lambertian surface."""
+    values = {"base_color": color, "specular_level": (0.0,)}
+    return MaterialValues(name, values, multi_ggx=True, flavour="v2")
+
+
+def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups] | str:
+    """The Principled BSDF that Cycles renders and the groups around it, or why there is none."""
+    output = material.node_tree.get_output_node("CYCLES")
+    if output is None:
+        return "has no Material Output node for Cycles"
+    source = nodes.source_of(output.inputs["Surface"])
+    if source.node is None:
+        return "has nothing linked to the Surface of its Material Output"
+    if source.node.bl_idname != PRINCIPLED or source.node.mute:
+        return f"is made of {nodes.describe(source.node)}, not of a Principled BSDF"
+    return source.node, source.groups
+
+
+def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, str]:
+    """Where the value of `parameter` sits, and why it cannot be written ("" if it can)."""
+    if not material.use_nodes or material.node_tree is None:
+        return None, "the material does not use nodes: switch on Use Nodes"
+    found = principled_of(material)
+    if isinstance(found, str):
+        return None, f"the material {found}"
+    return _source(material, *found, parameter)
+
+
+def read_material(material: bpy.types.Material, name: str) -> MaterialRead:
+    """Reads one original (not evaluated) material. Units are those of the sockets."""
+    library = material.library.filepath if material.library is not None else ""
+    table = parameters.of("material")
+    title = f"Material '{material.name}'"
+    if not material.use_nodes or material.node_tree is None:
+        reason = "the material does not use nodes: switch on Use Nodes"
+        values = grey_material(name, tuple(material.diffuse_color[:3]))
+        fixed = {parameter.name: reason for parameter in table}
+        owner = Owner(name, "material", material.name, library, values.values, fixed)
+        return MaterialRead(values, owner, [], [])
+
+    found = principled_of(material)
+    if isinstance(found, str):
+        fixed = {parameter.name: f"the material {found}" for parameter in table}
+        problem = Problem(title, found, "connect a Principled BSDF to the Surface of the output")
+        owner = Owner(name, "material", material.name, library, {}, fixed)
+        return MaterialRead(grey_material(name), owner, [problem], [])
+
+    node, groups = found
+    read = MaterialRead(
+        MaterialValues(
+            name, {}, multi_ggx=node.distribution == "MULTI_GGX", flavour=hosts.flavour()
+        ),
+        Owner(name, "material", material.name, library, {}, {}),
+        _other_outputs(material, title),
+        [],
+    )
+    for parameter in table:
+        _read_parameter(material, node, groups, parameter, title, read)
+    read.values.values.update(read.owner.values)
+    known = {socket for parameter in table for socket in parameter.sockets}
+    _judge_other_inputs(node, groups, known, title, read)
+    if hosts.is_version_3():
+        read.warnings.append(
+            f"{title}: rendered as Blender 4.5 does; Cycles of Blender 3 shows the same numbers "
+            "differently"
+        )
+    return read
+
+
+def _source(
+    material: bpy.types.Material, node: bpy.types.Node, groups: Groups, parameter: Parameter
+) -> tuple[Source | None, str]:
+    socket = parameter.find(node)
+    if socket is None:
+        return None, "this Blender's Principled BSDF has no such input"
+    width = 3 if socket.type in {"RGBA", "VECTOR"} else 1
+    if width != parameter.width:
+        return None, f"the input '{socket.name}' of this Blender is of another kind"
+    source = nodes.source_of(socket, groups)
+    return source, nodes.why_not_writable(source, material)
+
+
+def _read_parameter(
+    material: bpy.types.Material,
+    node: bpy.types.Node,
+    groups: Groups,
+    parameter: Parameter,
+    title: str,
+    read: MaterialRead,
+) -> None:
+    source, reason = _source(material, node, groups, parameter)
+    if reason:
+        read.owner.fixed[parameter.name] = reason
+    if source is None:
+        socket = parameter.find(node)
+        if socket is not None and (
+            socket.is_linked or any(nodes.constant(Source(None, socket, ())))
+        ):
+            read.warnings.append(f"{title}: input '{socket.name}' is left out: {reason}")
+        return
+    label = parameter.find(node).name
+    value = nodes.constant(source)
+    if value is None:
+        read.problems.append(
+            Problem(
+                title,
+                f"input '{label}' is linked to {nodes.describe(source.node)}, "
+                "which cannot be evaluated",
+                "unlink it or give it a constant value",
+            )
+        )
+        return
+    complaint = parameter.complaint(value)
+    if complaint:
+        problem = Problem(title, f"input '{label}': {complaint}", "set a value inside the range")
+        read.problems.append(problem)
+        return
+    read.owner.values[parameter.name] = value
+
+
+def _judge_other_inputs(
+    node: bpy.types.Node, groups: Groups, known: set[str], title: str, read: MaterialRead
+) -> None:
+    """Inputs that the model lacks: a warning if they act, a problem if they bend the normal."""
+    for name in _WEIGHTS:
+        if name in known or name not in node.inputs:
+            continue
+        source = nodes.source_of(node.inputs[name], groups)
+        value = nodes.constant(source)
+        if value is None or any(value):
+            read.warnings.append(f"{title}: '{name}' is not modelled; rendered as 0")
+    for name in _DIRECTIONS:
+        if name not in node.inputs:
+            continue
+        source = nodes.source_of(node.inputs[name], groups)
+        if source.node is not None:
+            read.problems.append(
+                Problem(
+                    title,
+                    f"input '{name}' is linked to {nodes.describe(source.node)}, "
+                    "which cannot be evaluated",
+                    "unlink it, or apply the relief to the mesh",
+                )
+            )
+
+
+def _other_outputs(material: bpy.types.Material, title: str) -> list[Problem]:
+    problems = []
+    output = material.node_tree.get_output_node("CYCLES")
+    for name in ("Volume", "Displacement"):
+        source = nodes.source_of(output.inputs[name])
+        if source.node is not None:
+            problems.append(
+                Problem(
+                    title,
+                    f"its {name} is linked to {nodes.describe(source.node)}, "
+                    "which this version does not render",
+                    f"unlink the {name} of the Material Output",
+                )
+            )
+    return problems

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The whole scene, read in one pass."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..problems import BadInput, Problem
+from . import camera as cameras
+from . import lights, materials, mesh, world
+from .values import ObjectValues, SceneValues
+
+
+def open_blend(path: str) -> bpy.types.Scene:
+    """Opens a .blend file in this process and returns its scene. Raises BadInput."""
+    cure = "give the path of a .blend file that this Blender can read"
+    try:
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
+    except RuntimeError as error:
+        cause = str(error).removeprefix("Error: ").strip()
+        raise BadInput(Problem(f"File '{path}'", f"cannot be opened ({cause})", cure)) from error
+    return bpy.context.scene
+
+
+def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> SceneValues:
+    """Reads everything that Cycles would render; changes nothing.
+
+    What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
+    NativeUnavailable, since the parameter table is native.
+    """
+    if depsgraph is None:
+        bpy.context.view_layer.update()
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+    read = SceneValues()
+    _read_cameras(scene, depsgraph, read)
+    # Lamps come last: where names clash, the material keeps the plain name.
+    lamps: list[tuple[bpy.types.Light, np.ndarray]] = []
+    names: dict[tuple[str, str], str] = {}
+    meshes: dict[int, int | None] = {}
+    for instance in mesh.rendered_instances(scene, depsgraph, read):
+        if instance.object.type == "LIGHT":
+            if instance.original.visible_camera:
+                read.warn(f"Light '{instance.original.name}': the camera does not see lamps")
+            lamps.append((instance.original.data, instance.matrix))
+            continue
+        mesh.warn_of_object(instance.original, read)
+        if instance.object.type == "MESH":
+            _read_object(instance, meshes, names, read)
+    if not read.objects:
+        cure = "add an object or make one visible for rendering"
+        read.problems.append(
+            Problem(f"Scene '{scene.name}'", "nothing with faces is rendered", cure)
+        )
+    world_values, owner, problems, warnings = world.read_world(scene.world)
+    read.world = world_values
+    _note(read, problems, warnings)
+    if owner is not None:
+        read.owners[owner.name] = owner
+    for light, matrix in lamps:
+        _read_lamp(light, matrix, read)
+    _warn_of_render_settings(scene, read)
+    return read
+
+
+def _note(read: SceneValues, problems: list[Problem], warnings: list[str]) -> None:
+    read.problems.extend(item for item in problems if item not in read.problems)
+    for text in warnings:
+        read.warn(text)
+
+
+def _read_cameras(
+    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, read: SceneValues
+) -> None:
+    found = [item for item in scene.objects if item.type == "CAMERA"]
+    for item in found:
+        reason = cameras.why_unusable(item)
+        if reason:
+            read.unusable_cameras[item.name] = reason
+            read.warn(f"Camera '{item.name}' is left out: {reason}")
+            continue
+        read.cameras.append(cameras.read_camera(item, scene, depsgraph))
+        if item.data.dof.use_dof:
+            read.warn(f"Camera '{item.name}': depth of field is not modelled")
+    if not found:
+        cure = "add a camera that stands where the photo was taken"
+        read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
+    elif not read.cameras:
+        cure = "make it perspective or orthographic"
+        read.problems.extend(
+            Problem(f"Camera '{name}'", reason, cure)
+            for name, reason in read.unusable_cameras.items()
+        )
+
+
+def _read_object(
+    instance: mesh.Instance,
+    meshes: dict[int, int | None],
+    names: dict[tuple[str, str], str],
+    read: SceneValues,
+) -> None:
+    evaluated = instance.object
+    key = evaluated.data.as_pointer()
+    title = f"Object '{instance.original.name}'"
+    if key not in meshes:
+        values = mesh.read_mesh(evaluated, read)
+        if values is None and not mesh.is_wire(evaluated):
+            cure = "give it faces, hide it from renders or delete it"
+            problem = Problem(title, "its mesh has no faces that can be rendered", cure)
+            read.problems.append(problem)
+        meshes[key] = None if values is None else len(read.meshes)
+        if values is not None:
+            read.meshes.append(values)
+    index = meshes[key]
+    if index is None:
+        return
+    if not np.isfinite(instance.matrix).all() or np.linalg.det(instance.matrix[:3, :3]) == 0:
+        read.warn(f"{title} is flattened to nothing by its scale and left out")
+        return
+    used = set(np.unique(read.meshes[index].material_slots).tolist())
+    slots = [slot.material for slot in evaluated.material_slots] or [None]
+    visible = instance.original.visible_camera
+    read.objects.append(
+        ObjectValues(
+            name=instance.original.name,
+            mesh=index,
+            matrix=instance.matrix,
+            materials=tuple(
+                _material_name(material if slot in used else None, names, read)
+                for slot, material in enumerate(slots)
+            ),
+            visible_to_camera=bool(visible),
+        )
+    )
+
+
+def _material_name(
+    evaluated: bpy.types.Material | None, names: dict[tuple[str, str], str], read: SceneValues
+) -> str:
+    """Reads a material once and returns the name under which the native scene knows it."""
+    if evaluated is None:
+        if materials.NO_MATERIAL not in {item.name for item in read.materials}:
+            read.materials.append(materials.grey_material(materials.NO_MATERIAL))
+        return materials.NO_MATERIAL
+    material = evaluated.original
+    library = material.library.filepath if material.library is not None else ""
+    key = (material.name, library)
+    if key not in names:
+        names[key] = _free_name(material.name, library, read)
+        result = materials.read_material(material, names[key])
+        read.materials.append(result.values)
+        read.owners[names[key]] = result.owner
+        _note(read, result.problems, result.warnings)
+    return names[key]
+
+
+def _read_lamp(light: bpy.types.Light, matrix: np.ndarray, read: SceneValues) -> None:
+    if lights.is_portal(light):
+        read.warn(f"Light '{light.name}' is a portal, which is not needed")
+        return
+    name = _free_name(light.name, "light", read)
+    if name != light.name:
+        read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
+    values, owner, problems, warnings = lights.read_light(light, matrix, name)
+    read.lights.append(values)
+    read.owners[name] = owner
+    _note(read, problems, warnings)
+
+
+def _free_name(name: str, distinction: str, read: SceneValues) -> str:
+    """`name`, or with a distinction in brackets where another owner is called the same."""
+    taken = {world.WORLD, *read.owners}
+    candidates = [name, f"{name} ({distinction})" if distinction else f"{name} (local)"]
+    candidates += [f"{candidates[1]} {number}" for number in range(2, len(taken) + 3)]
+    return next(candidate for candidate in candidates if candidate not in taken)
+
+
+def _warn_of_render_settings(scene: bpy.types.Scene, read: SceneValues) -> None:
+    """Settings with which Cycles renders something else than full, unclamped light transport."""
+    if abs(getattr(scene.cycles, "film_exposure", 1.0) - 1.0) > 1e-6:
+        read.warn(f"Scene '{scene.name}': the film exposure of Cycles is taken as 1")
+    if scene.render.use_motion_blur:
+        read.warn(f"Scene '{scene.name}': motion blur is not modelled")
+    if scene.render.use_border:
+        read.warn(f"Scene '{scene.name}': the render border is ignored")

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is read from a Blender scene: numbers and names only, nothing of bpy.
+
+Matrices are (4, 4) float64, column vectors, object to world. Lengths are Blender units, angles
+radians, colours linear Rec. 709, pictures (height, width, 3) float32 with row 0 at the top.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..parameters import Values
+from ..problems import Problem
+
+PACKED = "packed:"  # a photo that is packed in the .blend
+
+
+@dataclass(frozen=True)
+class CaptureRequest:
+    """A photo on a camera; `mask` is a picture whose black pixels do not count, or ""."""
+
+    camera: str
+    photo: str
+    mask: str = ""
+
+
+@dataclass(frozen=True)
+class CameraValues:
+    """A perspective or orthographic camera; `width`, `height` in pixels are the scene's."""
+
+    name: str
+    matrix: np.ndarray
+    kind: str
+    lens_mm: float
+    sensor_width: float
+    sensor_height: float
+    sensor_fit: str
+    shift_x: float
+    shift_y: float
+    ortho_scale: float
+    clip_start: float
+    clip_end: float
+    pixel_aspect_x: float
+    pixel_aspect_y: float
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class MeshValues:
+    """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
+    material_slots (m,), uvs (3m, 2) or None."""
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+    corner_normals: np.ndarray
+    material_slots: np.ndarray
+    uvs: np.ndarray | None
+
+
+@dataclass(frozen=True)
+class ObjectValues:
+    """One mesh at one place; `materials[i]` is the name of the material of slot i."""
+
+    name: str
+    mesh: int
+    matrix: np.ndarray
+    materials: tuple[str, ...]
+    visible_to_camera: bool
+
+
+@dataclass(frozen=True)
+class MaterialValues:
+    """Values of a Principled BSDF by parameter name."""
+
+    name: str
+    values: dict[str, Values]
+    multi_ggx: bool
+    flavour: str
+
+
+@dataclass(frozen=True)
+class LightValues:
+    """A lamp. `shape` holds the arguments that only this kind of lamp has."""
+
+    name: str
+    kind: str
+    matrix: np.ndarray
+    power: float
+    color: Values
+    radiance_scale: float
+    light_units: str
+    shape: dict[str, float | bool | str]
+
+
+@dataclass(frozen=True)
+class WorldValues:
+    """Background: colour (a tint if there is an image) times strength."""
+
+    color: Values = (0.0, 0.0, 0.0)
+    strength: float = 0.0
+    image: np.ndarray | None = None
+    to_map: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+
+@dataclass(frozen=True)
+class Owner:
+    """Who owns parameters: a material, a light or the world.
+
+    `values`: what Blender has now. `fixed`: parameter -> why it cannot be fitted. `datablock`: its
+    name in the .blend; `name` differs from it only where two owners would have the same name.
+    """
+
+    name: str
+    kind: str
+    datablock: str
+    library: str
+    values: dict[str, Values]
+    fixed: dict[str, str]
+
+
+@dataclass
+class SceneValues:
+    """Everything that was read, with what stands in the way of rendering it."""
+
+    cameras: list[CameraValues] = field(default_factory=list)
+    meshes: list[MeshValues] = field(default_factory=list)
+    objects: list[ObjectValues] = field(default_factory=list)
+    materials: list[MaterialValues] = field(default_factory=list)
+    lights: list[LightValues] = field(default_factory=list)
+    world: WorldValues = field(default_factory=WorldValues)
+    owners: dict[str, Owner] = field(default_factory=dict)
+    unusable_cameras: dict[str, str] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def warn(self, text: str) -> None:
+        """Keeps a warning once."""
+        if text not in self.warnings:
+            self.warnings.append(text)
+
+    def triangle_count(self) -> int:
+        """Triangles that are rendered, instances counted."""
+        return sum(len(self.meshes[item.mesh].triangles) for item in self.objects)

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fitted values -> sockets, lamps and world. All of them, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import bpy
+
+from . import parameters
+from .parameters import Parameter, Values
+from .problems import BadInput, Problem
+from .scene_read import lights, materials, world
+from .scene_read.nodes import Source
+from .scene_read.values import Owner
+
+Key = tuple[str, str]  # owner, parameter
+
+
+@dataclass(frozen=True)
+class _Target:
+    """A place in the .blend that holds one parameter."""
+
+    get: Callable[[], Values]
+    set: Callable[[Values], None]
+
+
+def write(
+    scene: bpy.types.Scene, owners: Mapping[str, Owner], values: Mapping[Key, Values]
+) -> dict[Key, Values]:
+    """Writes `values` and returns what stood there before.
+
+    Everything is checked first: raises BadInput and changes nothing when one value cannot be
+    written (linked, driven, keyframed, library, gone, not finite or out of range). The caller makes
+    it one undo step.
+    """
+    problems: list[Problem] = []
+    targets: list[tuple[Key, _Target, Values]] = []
+    for (owner_name, name), value in values.items():
+        title = f"Parameter '{parameters.join_name(owner_name, name)}'"
+        owner = owners.get(owner_name)
+        parameter = parameters.table().get((owner.kind, name)) if owner is not None else None
+        if owner is None or parameter is None:
+            problems.append(Problem(title, "the scene has no such parameter", "read it again"))
+            continue
+        complaint = parameter.complaint(value)
+        if complaint:
+            problems.append(Problem(title, complaint, "write a value inside the range"))
+            continue
+        target, reason = _target(scene, owner, parameter)
+        if target is None:
+            cause, _, cure = reason.partition(": ")
+            problems.append(
+                Problem(title, f"cannot be written: {cause}", cure or "undo the change")
+            )
+            continue
+        targets.append(((owner_name, name), target, tuple(value)))
+    if problems:
+        raise BadInput(problems)
+    before = {key: target.get() for key, target, _ in targets}
+    for _, target, value in targets:
+        target.set(value)
+    return before
+
+
+def save_copy(path: str) -> None:
+    """Saves the open file under another name; the open file keeps its own. Raises BadInput."""
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
+    except RuntimeError as error:
+        cause = str(error).removeprefix("Error: ").strip()
+        raise BadInput(
+            Problem(f"File '{path}'", f"cannot be written ({cause})", "give another")
+        ) from error
+
+
+def _target(
+    scene: bpy.types.Scene, owner: Owner, parameter: Parameter
+) -> tuple[_Target | None, str]:
+    if owner.kind == "material":
+        material = _datablock(bpy.data.materials, owner)
+        if material is None:
+            return None, "the material is gone: undo its removal"
+        return _socket_target(*materials.find_source(material, parameter))
+    if owner.kind == "light":
+        light = _datablock(bpy.data.lights, owner)
+        if light is None:
+            return None, "the light is gone: undo its removal"
+        reason = lights.why_fixed(light, parameter.name)
+        return (None, reason) if reason else (_light_target(light, parameter), "")
+    if scene.world is None or scene.world.name != owner.datablock:
+        return None, "the world is gone: choose it again"
+    return _socket_target(*world.find_source(scene.world, parameter))
+
+
+def _datablock(blocks: bpy.types.bpy_prop_collection, owner: Owner) -> bpy.types.ID | None:
+    """By name and library: after an undo every pointer is stale."""
+    return next(
+        (
+            block
+            for block in blocks
+            if block.name == owner.datablock
+            and (block.library.filepath if block.library is not None else "") == owner.library
+        ),
+        None,
+    )
+
+
+def _socket_target(source: Source | None, reason: str) -> tuple[_Target | None, str]:
+    if source is None or reason:
+        return None, reason
+    socket = source.socket
+
+    def get() -> Values:
+        value = socket.default_value
+        return tuple(value[:3]) if hasattr(value, "__len__") else (float(value),)
+
+    def put(values: Values) -> None:
+        if len(values) == 1:
+            socket.default_value = values[0]
+        else:  # a colour keeps its fourth channel
+            socket.default_value[:3] = values
+
+    return _Target(get, put), ""
+
+
+def _light_target(light: bpy.types.Light, parameter: Parameter) -> _Target:
+    if parameter.name == "power":
+        return _Target(lambda: (light.energy,), lambda values: setattr(light, "energy", values[0]))
+    return _Target(lambda: tuple(light.color), lambda values: setattr(light, "color", values))

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""pytest inside bpy: the add-on on the path, a new empty scene for every test."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+for folder in (ROOT / "addon", ROOT / "blender_tests"):
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
+
+bpy = pytest.importorskip("bpy", reason="Blender's module bpy is not installed")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def native():
+    """Both native modules; every test needs at least their parameter table."""
+    from selenite import native as modules
+
+    reason = modules.why_unavailable()
+    if reason:
+        pytest.skip(f"the native modules are not built: {reason}")
+    return modules
+
+
+@pytest.fixture(autouse=True)
+def empty_scene():
+    """Factory settings without any object."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+@pytest.fixture
+def addon():
+    """The add-on, registered for the length of a test."""
+    import selenite
+
+    selenite.register()
+    yield selenite
+    selenite.unregister()

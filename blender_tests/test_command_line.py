@@ -1,0 +1,291 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The commands on a scene made by script: contents of JSON, files, result folder and run.json."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+
+from selenite import native
+from selenite.cli import main
+from selenite.fit_run import results
+from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
+from selenite.fit_run.settings import PRESETS, FitSettings
+from selenite.scene_read.values import CaptureRequest
+
+pytestmark = pytest.mark.blender
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A saved scene: rough grey sphere under a grey sky and a lamp."""
+    made.studio(base_color=(0.8, 0.4, 0.2), roughness=0.5)
+    made.light("Key Light", energy=40)
+    return made.save(tmp_path / "scene.blend")
+
+
+def command(capsys, *words):
+    """(exit status, the JSON object) of one command; bpy prints to Python's stdout as well."""
+    status = main([*words, "--json"])
+    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+def exr(path):
+    """Pixels of a file, linear."""
+    return native.image().read(str(path))[0]
+
+
+def test_check_says_what_was_understood(scene, capsys):
+    status, report = command(capsys, "check", scene)
+    assert status == 0
+    assert report["cameras"] == [{"name": "Camera", "kind": "PERSP", "width": 32, "height": 24}]
+    assert report["owners"]["Body"]["parameters"]["roughness"]["value"] == [0.5]
+    assert report["owners"]["World"]["datablock"] == "Studio"
+    assert report["lights"] == [{"name": "Key Light", "kind": "POINT"}]
+    assert report["problems"] == []
+
+
+def test_check_reports_problems_with_the_rest(tmp_path, capsys):
+    made.studio()
+    made.add("Nothing", bpy.data.meshes.new("Nothing"))
+    status, report = command(capsys, "check", made.save(tmp_path / "scene.blend"))
+    assert status == 2
+    assert report["problems"][0]["object"] == "Object 'Nothing'"
+    assert report["cameras"]
+
+
+def test_render_writes_picture_and_error(scene, tmp_path, capsys):
+    out, sem = tmp_path / "o.exr", tmp_path / "sem.exr"
+    words = ("render", scene, "--out", str(out), "--sem", str(sem), "--spp", "8", "--width", "16")
+    status, report = command(capsys, *words)
+    assert status == 0
+    assert (report["width"], report["height"]) == (16, 12)
+    pixels = exr(out)
+    assert pixels.shape == exr(sem).shape == (12, 16, 3)
+    np.testing.assert_allclose(pixels.mean(axis=(0, 1)), report["mean_image"], rtol=1e-5)
+    np.testing.assert_allclose(pixels[0, 0], (0.5, 0.5, 0.5), rtol=1e-5)  # the sky
+
+
+def test_render_with_other_values(scene, tmp_path, capsys):
+    words = [
+        "--set",
+        "Body:base_color=0",
+        "--set",
+        "Key Light:power=0",
+        "--set",
+        "Studio:strength=2",
+    ]
+    _, plain = command(capsys, "render", scene, "--out", str(tmp_path / "a.exr"), "--spp", "8")
+    status, other = command(
+        capsys, "render", scene, "--out", str(tmp_path / "b.png"), "--spp", "8", *words
+    )
+    assert status == 0
+    np.testing.assert_allclose(exr(tmp_path / "b.png")[0, 0], (1, 1, 1))  # 2 x 0.5, cut by PNG
+    assert other["mean_image"] != plain["mean_image"]
+
+
+def test_same_seed_same_bytes_whatever_the_threads(scene, tmp_path, capsys):
+    for name, threads in (("a", "1"), ("b", "2")):
+        out = str(tmp_path / f"{name}.exr")
+        command(capsys, "render", scene, "--out", out, "--spp", "4", "--threads", threads)
+    np.testing.assert_array_equal(exr(tmp_path / "a.exr"), exr(tmp_path / "b.exr"))
+
+
+def test_gradient_json(scene, tmp_path, capsys):
+    status, report = command(
+        capsys,
+        "gradient",
+        scene,
+        "--parameter",
+        "Body:base_color",
+        "World:strength",
+        "--parameter",
+        "Key Light:power",
+        "--spp",
+        "64",
+        "--repeat",
+        "2",
+        "--out-dir",
+        str(tmp_path / "slopes"),
+    )
+    assert status == 0
+    slopes = report["derivatives"]
+    assert list(slopes) == ["Body:base_color", "World:strength", "Key Light:power"]
+    assert np.shape(slopes["Body:base_color"]["value"]) == (3, 3)
+    assert np.shape(slopes["World:strength"]["standard_error"]) == (1, 3)
+    assert len(report["iteration_cpu_seconds"]) == 2 and min(report["iteration_cpu_seconds"]) > 0
+    # radiance is linear in the emitters: the mean is the sum of power times slope
+    sky = np.array(slopes["World:strength"]["value"][0])
+    lamp = 40 * np.array(slopes["Key Light:power"]["value"][0])
+    np.testing.assert_allclose(sky + lamp, report["mean_image"], rtol=1e-4)
+    assert {"image.exr", "Body_base_color_2.exr", "Body_base_color_2_sem.exr"} <= set(
+        report["files"]
+    )
+    assert exr(tmp_path / "slopes" / "Key_Light_power_0.exr").shape == (24, 32, 3)
+
+
+def _fit_words(scene, tmp_path, *more):
+    """Arguments of a fit whose photo is a render with base colour (.2, .6, .4)."""
+    photo = str(tmp_path / "photo.exr")
+    words = ["--spp", "256", "--set", "Body:base_color=.2,.6,.4"]
+    assert main(["render", scene, "--out", photo, *words]) == 0
+    return (
+        "fit",
+        scene,
+        f"--photo=Camera={photo}",
+        "--fit=Body:base_color",
+        "--iterations=40",
+        "--tolerance=0",
+        "--height=16",
+        f"--out={tmp_path / 'fits'}",
+        *more,
+    )
+
+
+def test_fit_finds_the_colour_and_writes_everything(scene, tmp_path, capsys):
+    saved = tmp_path / "fitted.blend"
+    words = _fit_words(scene, tmp_path, f"--save={saved}")
+    capsys.readouterr()
+    status, report = command(capsys, *words)
+    assert status == 0
+    row = report["parameters"]["Body:base_color"]
+    assert row["value"] == pytest.approx([0.2, 0.6, 0.4], abs=0.02)
+    assert row["initial"] == pytest.approx([0.8, 0.4, 0.2])
+    assert (row["minimum"], row["maximum"], row["unit"]) == (0.001, 0.999, "1")
+    assert report["schema"] == results.SCHEMA
+    folder = Path(report["folder"])
+    names = {item.name for item in folder.iterdir()}
+    pictures = ("initial", "optimised", "reference", "error")
+    assert {f"Camera_{p}.{end}" for p in pictures for end in ("png", "exr")} <= names
+    assert {"result.json", "run.json", "history.csv", "log.txt"} <= names
+    stored = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+    assert stored["parameters"] == report["parameters"]
+    with (folder / "history.csv").open(encoding="utf-8") as file:
+        history = list(csv.DictReader(file))
+    assert len(history) >= report["iterations"] and "Body:base_color.g" in history[0]
+    error = exr(folder / "Camera_error.exr").mean()
+    initial = np.abs(exr(folder / "Camera_initial.exr") - exr(folder / "Camera_reference.exr"))
+    assert error < 0.3 * initial.mean()
+    bpy.ops.wm.open_mainfile(filepath=str(saved), load_ui=False)
+    value = made.socket(bpy.data.materials["Body"], "base_color").default_value
+    assert tuple(value)[:3] == pytest.approx(row["value"])
+    bpy.ops.wm.open_mainfile(filepath=scene, load_ui=False)  # the scene itself is not touched
+    value = made.socket(bpy.data.materials["Body"], "base_color").default_value
+    assert tuple(value)[:3] == pytest.approx((0.8, 0.4, 0.2))
+
+
+def test_run_json_reproduces_the_run(scene, tmp_path, capsys):
+    words = _fit_words(scene, tmp_path, "--seed=7", "--bounds=Body:base_color=.1,.9")
+    capsys.readouterr()
+    _, first = command(capsys, *words)
+    run = Path(first["folder"]) / "run.json"
+    _, second = command(capsys, "fit", str(run), f"--out={tmp_path / 'fits'}")
+    assert second["parameters"] == first["parameters"]
+    assert second["folder"] != first["folder"]
+    histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (first, second)]
+    assert histories[0] == histories[1]
+
+
+def test_photo_and_camera_of_the_scene_and_packed_images(scene, tmp_path, capsys):
+    """Without --photo: the camera's background image, here packed into the file."""
+    path = made.photo(tmp_path / "grey.png")
+    bpy.ops.wm.open_mainfile(filepath=scene, load_ui=False)
+    image = bpy.data.images.load(str(path))
+    image.pack()
+    data = bpy.data.objects["Camera"].data
+    data.background_images.new().image = image
+    made.save(tmp_path / "packed.blend")
+    path.unlink()
+    words = ("--iterations=2", "--height=12", f"--out={tmp_path / 'fits'}")
+    status, report = command(capsys, "fit", str(tmp_path / "packed.blend"), *words)
+    assert status == 0
+    assert {name.partition(":")[2] for name in report["parameters"]} == {
+        "base_color",
+        "roughness",
+        "transmission",
+        "ior",
+    }
+
+
+def test_masked_pixels_do_not_count(scene, tmp_path, capsys):
+    """A wrong half of the photo changes nothing when the mask excludes it."""
+    words = list(_fit_words(scene, tmp_path))
+    pixels = exr(tmp_path / "photo.exr")
+    weight = np.ones_like(pixels)
+    weight[:, 16:] = 0
+    pixels[:, 16:] = 9
+    native.image().write_exr(str(tmp_path / "photo.exr"), pixels)
+    native.image().write_png(str(tmp_path / "mask.png"), weight)
+    capsys.readouterr()
+    status, report = command(capsys, *words, f"--mask=Camera={tmp_path / 'mask.png'}")
+    assert status == 0
+    value = report["parameters"]["Body:base_color"]["value"]
+    assert value == pytest.approx([0.2, 0.6, 0.4], abs=0.03)
+
+
+def test_a_failed_write_leaves_no_folder(scene, tmp_path, capsys, monkeypatch):
+    words = _fit_words(scene, tmp_path)
+
+    def full(*_arguments):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(results, "_write_pictures", full)
+    assert main(list(words)) == 1
+    assert "no space left" in capsys.readouterr().err
+    assert list((tmp_path / "fits").iterdir()) == []
+
+
+def test_run_request_makes_the_round_trip(tmp_path):
+    request = RunRequest(
+        scene="/scenes/a b.blend",
+        unknowns=(
+            UnknownRequest("Body", "base_color", (0.1, 0.2, 0.3), 0.01, 0.9, 0.05),
+            UnknownRequest("World", "strength"),
+        ),
+        captures=(
+            CaptureRequest("Camera", "photo.png", "mask.png"),
+            CaptureRequest("Side", "b.exr"),
+        ),
+        settings=FitSettings(loss="mse", iterations=7, tolerance=0.0, seed=3),
+    )
+    path = tmp_path / "run.json"
+    path.write_text(json.dumps(request.as_json()), encoding="utf-8")
+    assert read_run(path) == request
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_are_valid(name):
+    assert PRESETS[name].problems() == []
+    assert FitSettings.from_json(PRESETS[name].as_json()) == PRESETS[name]
+
+
+def test_as_a_process_stdout_holds_one_json_object(scene):
+    """Blender prints to stdout too; the process must also end, which bpy sometimes does not."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
+    done = subprocess.run(
+        [sys.executable, "-m", "selenite", "check", scene, "--json"],
+        env=environment,
+        capture_output=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    assert json.loads(done.stdout)["objects"] == 1
+    done = subprocess.run(
+        [sys.executable, "-m", "selenite", "check", "nowhere.blend"],
+        env=environment,
+        capture_output=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, b"")
+    assert b"nowhere.blend" in done.stderr

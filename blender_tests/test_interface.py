@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Operators and panels: registration, one fit from rows to Apply, undo, drawing."""
+
+import time
+from types import SimpleNamespace
+
+import bpy
+import made_scenes as made
+import pytest
+
+import selenite
+from selenite import native
+from selenite.interface import panels, properties, state
+
+pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+
+
+class FakeLayout:
+    """Records what a panel draws and refuses what Blender would refuse."""
+
+    def __init__(self, drawn=None):
+        self.drawn = [] if drawn is None else drawn
+        self.enabled = True
+
+    def row(self, **_options):
+        return FakeLayout(self.drawn)
+
+    column = row
+
+    def label(self, text="", icon="NONE"):
+        assert icon in bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
+        self.drawn.append(text)
+
+    def prop(self, data, name, text=None, index=-1):
+        assert name in data.bl_rna.properties, name
+        self.drawn.append(name if text is None else text)
+
+    def operator(self, name, text="", icon="NONE"):
+        group, _, word = name.partition(".")
+        assert hasattr(bpy.types, f"{group.upper()}_OT_{word}"), name
+        self.drawn.append(name)
+        return SimpleNamespace()
+
+    def template_list(self, kind, _identity, data, name, active_data, active, rows=1):
+        assert hasattr(bpy.types, kind)
+        assert name in data.bl_rna.properties and active in active_data.bl_rna.properties
+        self.drawn.append(name)
+
+    def template_ID(self, data, name, open=""):  # noqa: A002 - Blender's word
+        assert name in data.bl_rna.properties
+        self.drawn.append(name)
+
+    def progress(self, factor, text):
+        assert 0 <= factor <= 1
+        self.drawn.append(text)
+
+
+def draw(panel):
+    """Everything that a panel draws, as text."""
+    layout = FakeLayout()
+    panel.draw(SimpleNamespace(layout=layout), bpy.context)
+    return "\n".join(str(item) for item in layout.drawn)
+
+
+def prepare_fit(tmp_path, iterations=6):
+    """A small scene with a photo and one ticked parameter."""
+    material = made.studio(roughness=0.5)
+    path = made.photo(tmp_path / "Camera.png", value=0.2)
+    settings = bpy.context.scene.selenite
+    assert bpy.ops.selenite.refresh_rows() == {"FINISHED"}
+    bpy.ops.selenite.add_capture()
+    settings.captures[0].photo = bpy.data.images.load(str(path))
+    row = next(item for item in settings.rows if item.parameter == "base_color")
+    row.enabled = True
+    settings.height, settings.iterations, settings.tolerance = 16, iterations, 0.0
+    settings.picture_spp = 4
+    return material, settings
+
+
+def test_register_twice():
+    for _ in range(2):
+        selenite.register()
+        assert hasattr(bpy.types.Scene, "selenite")
+        selenite.unregister()
+        assert not hasattr(bpy.types.Scene, "selenite")
+
+
+@pytest.mark.usefixtures("addon")
+def test_losses_of_the_panel_are_the_native_ones():
+    names = [item[0] for item in properties.LOSS_ITEMS]
+    assert names == [row["name"] for row in native.core().losses()]
+    assert [item[3] for item in properties.LOSS_ITEMS] == list(range(len(names)))
+
+
+@pytest.mark.usefixtures("addon")
+def test_rows_keep_ticks_and_bounds_when_refreshed():
+    material = made.studio()
+    bpy.ops.selenite.refresh_rows()
+    rows = bpy.context.scene.selenite.rows
+    row = next(item for item in rows if item.parameter == "roughness")
+    row.enabled, row.minimum = True, 0.25
+    material.name = "Renamed"
+    made.socket(material, "ior").driver_add("default_value")
+    bpy.ops.selenite.refresh_rows()
+    row = next(item for item in rows if item.parameter == "roughness")
+    assert row.owner == "Renamed" and row.enabled and row.minimum == 0.25
+    assert next(item for item in rows if item.parameter == "ior").reason.startswith("driven")
+    bpy.ops.selenite.reset_rows()
+    row = next(item for item in rows if item.parameter == "roughness")
+    assert row.minimum == pytest.approx(0.02)
+
+
+@pytest.mark.usefixtures("addon")
+def test_photo_becomes_the_background_of_its_camera(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    data = settings.captures[0].camera.data
+    assert data.show_background_images
+    assert data.background_images[0].image == settings.captures[0].photo
+
+
+@pytest.mark.usefixtures("addon")
+def test_photos_pair_with_cameras_by_name(tmp_path):
+    for name in ("Front", "Side"):
+        made.camera(name)
+    for name in ("Side.png", "front.png", "other.png"):
+        made.photo(tmp_path / name)
+    files = [{"name": item.name} for item in sorted(tmp_path.iterdir())]
+    bpy.ops.selenite.load_photos(directory=str(tmp_path), files=files)
+    rows = bpy.context.scene.selenite.captures
+    pairs = {row.photo.name: row.camera.name if row.camera else None for row in rows}
+    assert pairs == {"Side.png": "Side", "front.png": "Front", "other.png": None}
+
+
+@pytest.mark.usefixtures("addon")
+def test_fit_apply_restore_and_save(tmp_path):
+    material, settings = prepare_fit(tmp_path)
+    before = tuple(made.socket(material, "base_color").default_value)
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    assert tuple(made.socket(material, "base_color").default_value) == before  # nothing yet
+    assert len(settings.results) == 1 and not settings.applied
+    assert bpy.ops.selenite.apply() == {"FINISHED"}
+    after = tuple(made.socket(material, "base_color").default_value)
+    assert after[:3] == pytest.approx(tuple(settings.results[0].value)) and after != before
+    assert bpy.ops.selenite.restore() == {"FINISHED"}
+    assert tuple(made.socket(material, "base_color").default_value) == pytest.approx(before)
+    settings.output = str(tmp_path / "out")
+    assert bpy.ops.selenite.save_result() == {"FINISHED"}
+    folder = next((tmp_path / "out").iterdir())
+    assert {"result.json", "run.json", "history.csv", "log.txt"} <= {
+        item.name for item in folder.iterdir()
+    }
+
+
+@pytest.mark.usefixtures("addon")
+def test_apply_is_one_undo_step(tmp_path):
+    material, _ = prepare_fit(tmp_path)
+    name, before = material.name, tuple(made.socket(material, "base_color").default_value)
+    bpy.ops.selenite.start()
+    bpy.ops.ed.undo_push(message="before")
+    bpy.ops.selenite.apply("EXEC_DEFAULT", True)
+    if not bpy.ops.ed.undo.poll():
+        pytest.skip("this Blender keeps no undo steps without a window")
+    assert tuple(made.socket(material, "base_color").default_value) != before
+    bpy.ops.ed.undo()
+    material = bpy.data.materials[name]  # pointers are stale after an undo
+    assert tuple(made.socket(material, "base_color").default_value) == before
+    assert not bpy.context.scene.selenite.applied
+    bpy.ops.ed.redo()
+    assert bpy.context.scene.selenite.applied
+
+
+@pytest.mark.usefixtures("addon")
+def test_problems_are_reported_and_nothing_starts(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    settings.captures[0].photo = None
+    settings.rows[0].learning_rate = 0.5
+    with pytest.raises(RuntimeError, match="Camera 'Camera'"):
+        bpy.ops.selenite.start()
+    assert state.RUN.job is None
+
+
+@pytest.mark.usefixtures("addon")
+def test_panels_draw_before_during_and_after_a_fit(tmp_path):
+    _, settings = prepare_fit(tmp_path, iterations=4000)
+    assert "captures" in draw(panels.SELENITE_PT_captures)
+    for index in range(len(settings.rows)):
+        settings.active_row = index
+        settings.rows[index].use_start = True
+        assert "rows" in draw(panels.SELENITE_PT_parameters)
+    assert "selenite.start" in draw(panels.SELENITE_PT_fit)
+    assert "tolerance" in draw(panels.SELENITE_PT_advanced)
+
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    fake = SimpleNamespace(report=lambda *_: None, _timer=None)
+    assert Start._start(fake, bpy.context)
+    assert "Starting" in draw(panels.SELENITE_PT_fit)
+    until = time.monotonic() + 30
+    while time.monotonic() < until:
+        state.RUN.progress = state.RUN.job.progress()
+        if state.RUN.progress.iteration > 0:
+            break
+        time.sleep(0.02)
+    drawn = draw(panels.SELENITE_PT_fit)
+    assert "of 4000" in drawn and "selenite.stop" in drawn and "Body:base_color" in drawn
+    bpy.ops.selenite.stop()
+    fake._remove_timer = lambda _context: None
+    assert Start._finish(fake, bpy.context) == {"FINISHED"}
+    assert "Body: base_color" in draw(panels.SELENITE_PT_result)
+    for panel, rows in (
+        (panels.SELENITE_UL_rows, settings.rows),
+        (panels.SELENITE_UL_captures, settings.captures),
+    ):
+        layout = FakeLayout()
+        panel.draw_item(None, bpy.context, layout, None, rows[0], 0, None, "")
+        assert layout.drawn
+
+
+@pytest.mark.usefixtures("addon")
+def test_cancel_keeps_nothing(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    _, settings = prepare_fit(tmp_path, iterations=4000)
+    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
+    assert Start._start(fake, bpy.context)
+    bpy.ops.selenite.cancel()
+    assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+    assert len(settings.results) == 0 and state.RUN.job is None
+
+
+@pytest.mark.usefixtures("addon")
+def test_panel_shows_why_the_native_module_is_missing(monkeypatch):
+    monkeypatch.setattr(state, "why_native_is_missing", lambda: "The native module does not load")
+    drawn = draw(panels.SELENITE_PT_captures)
+    assert "The native module does not load" in drawn and "captures" not in drawn
+
+
+def test_unregister_stops_a_running_fit(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    selenite.register()
+    prepare_fit(tmp_path, iterations=4000)
+    Start._start(SimpleNamespace(report=lambda *_: None), bpy.context)
+    selenite.unregister()
+    assert state.RUN.job is None

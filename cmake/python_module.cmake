@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+#
+# pybind11 modules. pybind11 comes from PyPI: the build requirement of pyproject.toml, or the
+# environment of the Python that is asked for.
+
+set(PYBIND11_FINDPYTHON ON)
+find_package(Python 3.11 REQUIRED COMPONENTS Interpreter Development.Module)
+if(NOT pybind11_DIR)
+  execute_process(COMMAND "${Python_EXECUTABLE}" -m pybind11 --cmakedir
+    OUTPUT_VARIABLE pybind11_DIR OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+endif()
+find_package(pybind11 3 CONFIG REQUIRED)
+
+# selenite_python_module(NAME LIBRARY SOURCE...): the Python module selenite.NAME over LIBRARY.
+function(selenite_python_module name library)
+  if(NOT ARGN)
+    message(WARNING "no sources for ${name}")
+    return()
+  endif()
+  pybind11_add_module(${name} MODULE NO_EXTRAS ${ARGN})  # no link-time optimisation: no arithmetic here
+  selenite_compile_rules(${name})
+  target_link_libraries(${name} PRIVATE ${library})
+  if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
+    # Blender's process holds other copies of these libraries: export nothing but the module's entry.
+    target_link_options(${name} PRIVATE -Wl,--exclude-libs,ALL)
+  endif()
+  install(TARGETS ${name} DESTINATION selenite COMPONENT python)
+endfunction()

@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev bench NAME` runs bench/NAME.py, or the program built from bench/NAME.cpp."""
+
+from __future__ import annotations
+
+import subprocess
+
+from process import BUILD, PYTHON, ROOT, Failed
+
+
+def run_bench(arguments: list[str]) -> int:
+    """Without a name, lists what can be measured."""
+    scripts = {path.stem: path for path in sorted((ROOT / "bench").glob("*.py"))}
+    programs = {path.name[6:]: path for path in sorted((BUILD / "release/bench").glob("bench_*"))}
+    if not arguments:
+        print("\n".join(f"./dev bench {name}" for name in sorted({*scripts, *programs})))
+        return 0
+    name, rest = arguments[0], arguments[1:]
+    if name in scripts:
+        command = [str(PYTHON), str(scripts[name]), *rest]
+    elif name in programs:
+        command = [str(programs[name]), *rest]
+    else:
+        raise Failed(f"there is no benchmark '{name}'; ./dev bench lists them")
+    return subprocess.call(command)

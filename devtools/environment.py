@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Virtual environments with pinned packages, and the native modules in the checkout."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import venv
+from pathlib import Path
+
+from process import (
+    BUILD,
+    PACKAGE,
+    PYTHON,
+    ROOT,
+    VENV,
+    Failed,
+    alone,
+    digest,
+    is_stamped,
+    run,
+    say,
+    write_stamp,
+)
+
+
+def ensure_environment(place: Path, requirements: Path) -> Path:
+    """A virtual environment that holds `requirements`; returns its Python."""
+    if sys.version_info[:2] != (3, 11):
+        raise Failed(f"Python 3.11 is needed (Blender's), this is {sys.version.split()[0]}")
+    python = place / "bin" / "python3"
+    base = str(Path(sys.executable).resolve())
+    stamp = place / "selenite.stamp"
+    key = digest([requirements, base, str(place)])
+    with alone(place.name):
+        if not is_stamped(stamp, key):
+            made_here = (place / "pyvenv.cfg").is_file() and python.exists()
+            if not made_here or python.resolve() != Path(base):
+                say(f"making {place.name} with {base}")
+                venv.create(place, clear=True, with_pip=True)
+            say(f"installing {requirements.relative_to(ROOT)} into {place.name}")
+            quietly = ["--disable-pip-version-check", "--no-input", "--quiet"]
+            run([python, "-m", "pip", "install", *quietly, "--no-deps", "-r", requirements])
+            write_stamp(stamp, key)
+    return python
+
+
+def ensure_development() -> None:
+    """`.venv` with everything pinned, the add-on importable, `selenite` on its path."""
+    ensure_environment(VENV, ROOT / "requirements" / "dev.txt")
+    site = VENV / "lib" / "python3.11" / "site-packages"
+    _write(site / "selenite.pth", f"{PACKAGE.parent}\n")
+    script = VENV / "bin" / "selenite"
+    _write(
+        script,
+        f"#!{PYTHON}\nimport sys\n\nfrom selenite.cli import main\n\nsys.exit(main())\n",
+    )
+    script.chmod(0o755)
+
+
+def build(preset: str = "release") -> Path:
+    """Configures and builds a preset; the release build's modules go into the add-on."""
+    directory = BUILD / preset
+    werror = "ON" if os.environ.get("CI") else "OFF"
+    configured = directory / "selenite.stamp"
+    key = digest([ROOT / "CMakePresets.json", werror, str(ROOT)])
+    with alone(preset):
+        if not is_stamped(configured, key) or not (directory / "build.ninja").is_file():
+            if (directory / "CMakeCache.txt").is_file() and not configured.is_file():
+                (directory / "CMakeCache.txt").unlink()
+            run(["cmake", "--preset", preset, f"-DSELENITE_WERROR={werror}"])
+            write_stamp(configured, key)
+        run(["cmake", "--build", "--preset", preset])
+        if preset == "release":
+            _put_modules(directory)
+    return directory
+
+
+def _put_modules(directory: Path) -> None:
+    """Copies `_core` and `_image` beside the Python sources.
+
+    A process that has the old file loaded keeps it: the new one is renamed over it.
+    """
+    for name in ("_core", "_image"):
+        built = sorted(directory.glob(f"{name}.*.so"))
+        if not built:
+            raise Failed(f"the build made no {name}")
+        source, target = built[-1], PACKAGE / built[-1].name
+        if target.is_file() and digest([target]) == digest([source]):
+            continue
+        partial = target.with_suffix(".partial")
+        shutil.copy2(source, partial)
+        partial.replace(target)
+        say(f"updated {target.relative_to(ROOT)}")
+
+
+def _write(path: Path, text: str) -> None:
+    if not path.is_file() or path.read_text() != text:
+        path.write_text(text)
+
+
+def clean(everything: bool) -> None:
+    """Removes what `./dev` made; the environments only if `everything`."""
+    for path in [BUILD, ROOT / "dist", *PACKAGE.glob("*.so"), PACKAGE / "lib"]:
+        if path.is_dir():
+            shutil.rmtree(path)
+        elif path.exists():
+            path.unlink()
+    if everything:
+        for path in [VENV, ROOT / ".venv-lint", ROOT / ".venv-package"]:
+            shutil.rmtree(path, ignore_errors=True)

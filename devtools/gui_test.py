@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev gui-test`: scripts that drive a Blender 3.4 window under a virtual display.
+
+A script of blender_tests/gui/ passes if Blender ends with status 0 (`bpy.ops.wm.quit_blender()`)
+and has printed no traceback. Screenshots go into the folder named by SELENITE_PICTURES.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from pathlib import Path
+
+from process import BUILD, ROOT, Failed, run_limited, say
+
+RUN_IN_WINDOW = ROOT / "devtools" / "run_in_window.py"
+
+
+def run_tests(arguments: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="./dev gui-test")
+    parser.add_argument("scripts", nargs="*", type=Path, help="default: all of blender_tests/gui")
+    parser.add_argument("--size", default="1600x1000", help="of the window (%(default)s)")
+    parser.add_argument("--limit", type=float, default=600, help="seconds a script (%(default)s)")
+    options = parser.parse_args(arguments)
+    scripts = [path.resolve() for path in options.scripts]
+    scripts = scripts or sorted((ROOT / "blender_tests" / "gui").glob("[a-z]*.py"))
+    failed = sum(not _passes(path, options.size, options.limit) for path in scripts)
+    print(f"{len(scripts) - failed} passed, {failed} failed")
+    return 1 if failed or not scripts else 0
+
+
+def _passes(script: Path, size: str, limit: float) -> bool:
+    for program in ("blender", "xvfb-run"):
+        if shutil.which(program) is None:
+            raise Failed(f"'{program}' is missing")
+    pictures = BUILD / "gui-test" / script.stem
+    shutil.rmtree(pictures, ignore_errors=True)
+    pictures.mkdir(parents=True)
+    width, height = size.split("x")
+    log = pictures / "log.txt"
+    command = ["xvfb-run", "-a", "-s", f"-screen 0 {size}x24 +extension GLX +render -noreset"]
+    command += ["blender", "--factory-startup", "--enable-event-simulate", "--no-window-focus"]
+    command += ["--window-geometry", "0", "0", width, height]
+    command += ["--python-exit-code", "1", "--python", str(RUN_IN_WINDOW), "--", str(script)]
+    env = {
+        "LIBGL_ALWAYS_SOFTWARE": "1",
+        "SELENITE_PICTURES": str(pictures),
+        "SELENITE_SOURCE_DIR": str(ROOT),
+        "BLENDER_USER_RESOURCES": str(pictures / "settings"),
+        "TMPDIR": str(pictures),
+    }
+    shell = ["bash", "-c", '"$@" > "$0" 2>&1', str(log), *command]
+    status = run_limited(shell, limit, env)
+    text = log.read_text(errors="replace")
+    passed = status == 0 and "Traceback (most recent call last)" not in text
+    if not passed:
+        print(text[-6000:])
+    say(f"{script.stem}: {'passed' if passed else f'failed (status {status})'}, see {pictures}")
+    return passed

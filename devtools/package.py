@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev package`: what people install, written to dist/ and tried out before it is called done.
+
+selenite-V-cp311-cp311-manylinux_*.whl   self-contained: carries its own Embree, TBB, OpenImageIO
+selenite-V-extension.zip                 Blender 4.2 to 5.0 (Python 3.11): that wheel and others
+selenite-V-blender34-debian.zip          add-on for Debian 12's Blender 3.4, which has the libraries
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import tomllib
+import zipfile
+from pathlib import Path
+
+import environment
+from process import BUILD, PACKAGE, PYTHON, ROOT, Failed, alone, run, run_limited, say
+
+DIST = ROOT / "dist"
+WORK = BUILD / "package"
+# What a wheel of ours needs at run time beside numpy, which every Blender has
+PURE_PYTHON = ("rich", "markdown-it-py", "mdurl", "Pygments", "defusedxml", "platformdirs")
+
+# In an extension the add-on is bl_ext.<repository>.selenite; its native modules are in the wheel.
+BRIDGE = """# SPDX-License-Identifier: GPL-3.0-or-later
+import sys
+
+from selenite import {name}
+
+sys.modules[__name__] = {name}
+"""
+
+# Appended to the legacy add-on's __init__.py
+FIND_LIB = """
+import sys
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).parent / "lib"))
+"""
+
+
+def make(arguments: list[str]) -> None:
+    parser = argparse.ArgumentParser(prog="./dev package")
+    parser.add_argument(
+        "--untried", action="store_true", help="do not install the results in Blender"
+    )
+    options = parser.parse_args(arguments)
+    environment.build()
+    python = environment.ensure_environment(
+        ROOT / ".venv-package", ROOT / "requirements" / "package.txt"
+    )
+    with alone("package"):
+        shutil.rmtree(WORK, ignore_errors=True)
+        WORK.mkdir(parents=True)
+        DIST.mkdir(exist_ok=True)
+        for old in DIST.glob("selenite-*"):
+            old.unlink()
+        wheel = _self_contained(_plain_wheel(python), python)
+        libraries = _pure_python_wheels(python)
+        extension = _extension(wheel, libraries)
+        legacy = _legacy(libraries)
+        if not options.untried:
+            _try_extension(extension)
+            _try_legacy(legacy)
+    for path in sorted(DIST.glob("selenite-*")):
+        print(f"{path.relative_to(ROOT)}  {path.stat().st_size / 1e6:.1f} MB")
+
+
+def _version() -> str:
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
+def _plain_wheel(python: Path) -> Path:
+    """The wheel as the build backend makes it: linked with this system's libraries."""
+    target = WORK / "plain"
+    run([python, "-m", "build", "--wheel", "--no-isolation", "--outdir", target, ROOT])
+    return next(target.glob("selenite-*.whl"))
+
+
+def _self_contained(wheel: Path, python: Path) -> Path:
+    """Adds the shared libraries, Embree's functions under names of our own.
+
+    Official Blender exports its own Embree 4 to every module it loads. Functions of Embree 3 that
+    bear the same names would be taken from there and silently miss every ray; neither hidden
+    visibility nor a hashed library name helps against that, another function name does.
+    """
+    tools = python.parent
+    opened = WORK / "opened"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(opened)
+    libraries = WORK / "libraries"
+    libraries.mkdir()
+    core = next(opened.glob("selenite/_core*.so"))
+    embree = _linked(core, "libembree")
+    private = libraries / f"libselenite_{embree.name}"
+    shutil.copy2(embree, private)
+    names = subprocess.run(
+        ["nm", "-D", "--defined-only", "--format=posix", private],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    exported = {line.split()[0].split("@")[0] for line in names.splitlines()}
+    renaming = WORK / "embree_names.txt"
+    renaming.write_text(
+        "".join(f"{name} selenite_{name}\n" for name in sorted(exported) if name.startswith("rtc"))
+    )
+    patchelf = [str(tools / "patchelf")]
+    run([*patchelf, "--set-soname", private.name, private])
+    run([*patchelf, "--rename-dynamic-symbols", renaming, private])
+    run([*patchelf, "--replace-needed", embree.name, private.name, core])
+    run([*patchelf, "--rename-dynamic-symbols", renaming, core])
+    renamed = WORK / wheel.name
+    _zip(renamed, [(path, path.relative_to(opened)) for path in sorted(opened.rglob("*"))])
+    search = f"{libraries}:{os.environ.get('LD_LIBRARY_PATH', '')}".rstrip(":")
+    env = {"LD_LIBRARY_PATH": search, "PATH": f"{tools}:{os.environ['PATH']}"}
+    repair = ["-m", "auditwheel", "repair", "--plat", "auto", "--wheel-dir"]
+    run([python, *repair, DIST, renamed], env=env)
+    return next(DIST.glob("selenite-*.whl"))
+
+
+def _linked(module: Path, prefix: str) -> Path:
+    """The shared library `prefix`* that the loader would give to `module`."""
+    listing = subprocess.run(["ldd", module], capture_output=True, text=True, check=True).stdout
+    for line in listing.splitlines():
+        name, _, rest = line.strip().partition(" => ")
+        if name.startswith(prefix):
+            return Path(rest.split(" (")[0]).parent / name
+    raise Failed(f"{module.name} is not linked with {prefix}*")
+
+
+def _pure_python_wheels(python: Path) -> list[Path]:
+    """Wheels of the run time requirements, in the versions that are tested."""
+    target = WORK / "wheels"
+    pins = (ROOT / "requirements" / "dev.txt").read_text().splitlines()
+    wanted = [pin for pin in pins if pin.partition("==")[0] in PURE_PYTHON]
+    run([python, "-m", "pip", "--disable-pip-version-check", "download", "--quiet", "--no-deps",
+         "--only-binary", ":all:", "--dest", target, *wanted])  # fmt: skip
+    return sorted(target.glob("*.whl"))
+
+
+def _sources(target: Path) -> None:
+    """The add-on's own files: no native module, no cache."""
+    shutil.copytree(
+        PACKAGE, target, ignore=shutil.ignore_patterns("*.so", "*.partial", "lib", "__pycache__")
+    )
+    shutil.copy2(ROOT / "LICENSE", target / "LICENSE")
+
+
+def _extension(wheel: Path, libraries: list[Path]) -> Path:
+    source = WORK / "extension"
+    _sources(source)
+    for name in ("_core", "_image"):
+        (source / f"{name}.py").write_text(BRIDGE.format(name=name))
+    (source / "wheels").mkdir()
+    for path in [wheel, *libraries]:
+        shutil.copy2(path, source / "wheels" / path.name)
+    listed = "".join(f'  "./wheels/{path.name}",\n' for path in [wheel, *libraries])
+    manifest = source / "blender_manifest.toml"
+    text = manifest.read_text()
+    if "wheels = []" not in text:
+        raise Failed("blender_manifest.toml has no line 'wheels = []' to fill")
+    manifest.write_text(text.replace("wheels = []", f"wheels = [\n{listed}]"))
+    result = DIST / f"selenite-{_version()}-extension.zip"
+    tool = next(
+        (ROOT / ".venv").glob(
+            "lib/*/site-packages/bpy/*/scripts/addons_core/bl_pkg/cli/blender_ext.py"
+        )
+    )
+    run([PYTHON, tool, "validate", source])
+    run([PYTHON, tool, "build", "--source-dir", source, "--output-filepath", result])
+    run([PYTHON, tool, "validate", result])
+    return result
+
+
+def _legacy(libraries: list[Path]) -> Path:
+    """Blender 3.4 knows no wheels: the modules lie in the package, pure Python in its lib/."""
+    source = WORK / "legacy" / "selenite"
+    _sources(source)
+    for module in PACKAGE.glob("*.so"):
+        shutil.copy2(module, source / module.name)
+    for path in libraries:
+        with zipfile.ZipFile(path) as archive:
+            archive.extractall(source / "lib")
+    with (source / "__init__.py").open("a") as start:
+        start.write(FIND_LIB)
+    result = DIST / f"selenite-{_version()}-blender34-debian.zip"
+    _zip(result, [(path, path.relative_to(source.parent)) for path in sorted(source.rglob("*"))])
+    return result
+
+
+def _zip(target: Path, files: list[tuple[Path, Path]]) -> None:
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, name in files:
+            if path.is_file():
+                archive.write(path, str(name))
+
+
+def _try_extension(extension: Path) -> None:
+    """Installs the zip into an empty Blender home, switches it on and uses the native modules.
+
+    Twice: as in the bpy wheel, and with Blender's libraries in the global scope, where the official
+    executable has them. The second is where a module that shares a name with them breaks.
+    """
+    program = (
+        f"import sys; sys.path = [p for p in sys.path if p != {str(PACKAGE.parent)!r}]\n"
+        "import os; flags = sys.getdlopenflags() | (os.RTLD_GLOBAL if {shared} else 0)\n"
+        "sys.setdlopenflags(flags); import bpy\n"
+        "sys.setdlopenflags(flags & ~os.RTLD_GLOBAL)\n"
+        f"bpy.ops.extensions.package_install_files(filepath={str(extension)!r},"
+        " repo='user_default', enable_on_install=True)\n"
+        "import importlib\n"
+        "native = importlib.import_module('bl_ext.user_default.selenite.native')\n"
+        "native.core(); native.image()\n"
+        "print('extension works in Blender', bpy.app.version_string, {shared})\n"
+        "sys.stdout.flush(); os._exit(0)\n"
+    )
+    for shared in ("False", "True"):
+        home = WORK / "home"
+        shutil.rmtree(home, ignore_errors=True)
+        command: list[str | Path] = [PYTHON, "-c", program.replace("{shared}", shared)]
+        if run_limited(command, 600, {"BLENDER_USER_RESOURCES": str(home)}):
+            raise Failed(f"the extension does not work (Blender's libraries global: {shared})")
+
+
+def _try_legacy(legacy: Path) -> None:
+    blender = os.environ.get("SELENITE_BLENDER34") or shutil.which("blender")
+    if blender is None:
+        say("no Blender 3.4 here: the legacy add-on is not tried")
+        return
+    program = (
+        "import bpy, sys\n"
+        f"bpy.ops.preferences.addon_install(filepath={str(legacy)!r})\n"
+        "bpy.ops.preferences.addon_enable(module='selenite')\n"
+        "from selenite import native\n"
+        "native.core(); native.image()\n"
+        "import rich, defusedxml, platformdirs\n"
+        "print('legacy add-on works in Blender', bpy.app.version_string)\n"
+    )
+    command = [
+        blender,
+        "-b",
+        "--factory-startup",
+        "--python-exit-code",
+        "1",
+        "--python-expr",
+        program,
+    ]
+    home = WORK / "home34"
+    home.mkdir(exist_ok=True)
+    env = {"BLENDER_USER_SCRIPTS": str(home), "BLENDER_USER_CONFIG": str(home)}
+    if run_limited(command, 600, env):
+        raise Failed("the legacy add-on does not work in Blender 3.4")

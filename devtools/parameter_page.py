@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The manual's page of parameters, from the native table; `./dev test` compares the committed page.
+
+Run as a script it rewrites docs/manual/parameters.md.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "manual" / "parameters.md"
+
+OWNERS = {
+    "material": "Materials (Principled BSDF)",
+    "light": "Lights",
+    "world": "World (named `World`)",
+}
+STEPS = {"linear": "value", "log": "logarithm", "log_excess": "log(value - 1)"}
+
+
+def page(table: list[dict[str, Any]]) -> str:
+    """Markdown of the whole table, one section per kind of owner."""
+    lines = [
+        "# Parameters",
+        "",
+        "Generated from the table in the native module by `devtools/parameter_page.py`.",
+        "*Permitted* is what a value may be at all, *fit* the default bounds of a fit, *steps in* the"
+        " coordinate in which Gauss-Newton steps. Colours are three numbers, linear Rec. 709.",
+    ]
+    for owner, title in OWNERS.items():
+        lines += ["", f"## {title}", ""]
+        lines += ["| name | socket | unit | permitted | fit | default | steps in | what it is |"]
+        lines += ["|---|---|---|---|---|---|---|---|"]
+        for row in table:
+            if row["owner"] != owner:
+                continue
+            name = row["name"] + (" (colour)" if row["width"] == 3 else "")
+            cells = (
+                name,
+                " / ".join(row["sockets"]) or "-",
+                row["unit"],
+                f"{row['lower']:g} to {row['upper']:g}",
+                f"{row['fit_lower']:g} to {row['fit_upper']:g}",
+                f"{row['initial']:g}",
+                STEPS[row["coordinate"]],
+                row["help"],
+            )
+            lines.append("| " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    sys.path.insert(0, str(ROOT / "addon"))
+    from selenite import _core
+
+    PAGE.write_text(page(_core.parameters()), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Places in the checkout, and how the jobs run other programs."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+BUILD = ROOT / "build"
+PACKAGE = ROOT / "addon" / "selenite"
+VENV = ROOT / ".venv"
+PYTHON = VENV / "bin" / "python3"
+JOBS = (
+    min(2, os.cpu_count() or 1)
+    if "SELENITE_JOBS" not in os.environ
+    else int(os.environ["SELENITE_JOBS"])
+)
+TIMED_OUT = 124
+
+
+class Failed(Exception):
+    """A job cannot go on; the text is for the person at the terminal."""
+
+
+def say(text: str) -> None:
+    print(f"dev: {text}", file=sys.stderr, flush=True)
+
+
+def run(
+    command: Sequence[str | Path], cwd: Path = ROOT, env: Mapping[str, str] | None = None
+) -> None:
+    """Runs a program that has to succeed."""
+    words = [str(word) for word in command]
+    sys.stdout.flush()
+    status = subprocess.call(words, cwd=cwd, env={**os.environ, **(env or {})})
+    if status:
+        raise Failed(f"'{' '.join(words[:4])} ...' ended with status {status}")
+
+
+def run_limited(
+    command: Sequence[str | Path], seconds: float, env: Mapping[str, str] | None = None
+) -> int:
+    """Runs a program in a process group of its own, which is ended after `seconds`.
+
+    Blender as a module can hang when its process ends, so every program that imports it goes
+    through here. Returns its exit status, or TIMED_OUT.
+    """
+    sys.stdout.flush()
+    process = subprocess.Popen(
+        [str(word) for word in command],
+        cwd=ROOT,
+        env={**os.environ, **(env or {})},
+        stdin=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+    try:
+        return process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        say(f"ended after {seconds:.0f} s: {command[-1]}")
+        return TIMED_OUT
+    finally:
+        if process.poll() is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def digest(parts: Iterable[Path | str]) -> str:
+    """Fingerprint of texts and of files' contents."""
+    total = hashlib.sha256()
+    for part in parts:
+        content = part.read_bytes() if isinstance(part, Path) else part.encode()
+        total.update(len(content).to_bytes(8, "little") + content)
+    return total.hexdigest()
+
+
+def is_stamped(stamp: Path, key: str) -> bool:
+    """Whether the work with these inputs was finished before."""
+    return stamp.is_file() and stamp.read_text() == key
+
+
+def write_stamp(stamp: Path, key: str) -> None:
+    stamp.parent.mkdir(parents=True, exist_ok=True)
+    stamp.write_text(key)
+
+
+@contextmanager
+def alone(what: str) -> Iterator[None]:
+    """Keeps two `./dev` of one checkout from doing the same work at the same time."""
+    BUILD.mkdir(exist_ok=True)
+    with (BUILD / f".{what}.lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            say(f"waiting for another ./dev ({what})")
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "math/error.h"
+#include "math/rng.h"
+
+namespace selenite {
+namespace {
+
+constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
+/// More samples than this share left out: the derivatives describe another picture.
+constexpr double kTooManyDropped = 1e-3;
+/// The tolerance is compared with a mean over so many validations.
+constexpr int kToleranceWindow = 3;
+
+/// What a seed is for; streams of different purposes never meet.
+enum class Stream : std::uint64_t { kStep = 1, kValidation = 2 };
+
+/// Hash of all four: neighbouring iterations, captures and seeds share nothing.
+std::uint64_t stream_seed(std::uint64_t seed, Stream stream, int iteration, int capture) {
+  std::uint64_t key = mix64(seed + 0x9e3779b97f4a7c15ull);
+  key = mix64(key ^ static_cast<std::uint64_t>(stream));
+  key = mix64(key ^ static_cast<std::uint64_t>(iteration));
+  return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
+}
+
+/// Runs all checks of a fit before the first of them ends it; returns the scene, for the
+/// constructor.
+Scene checked(Scene scene, std::vector<Capture>& captures,
+              const std::vector<UnknownParameter>& unknowns, const FitSettings& settings) {
+  std::string problems;
+  bool only_names = true;
+  const auto collect = [&](auto&& check) {
+    try {
+      check();
+    } catch (const UnknownName& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+    } catch (const InvalidArgument& error) {
+      problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+      only_names = false;
+    }
+  };
+  collect([&] { check_captures(scene, captures); });
+  collect([&] { (void)Unknowns(scene, unknowns); });
+  collect([&] { settings.check(); });
+  if (problems.empty()) return scene;
+  if (only_names) throw UnknownName(problems);
+  throw InvalidArgument(problems);
+}
+
+std::vector<SlotLayout> split(const Scene& scene, const std::vector<ParameterRef>& parameters) {
+  std::vector<SlotLayout> passes;
+  std::vector<ParameterRef> portion;
+  for (const ParameterRef& parameter : parameters) {
+    portion.push_back(parameter);
+    if (SlotLayout(scene, portion).slots.size() <= static_cast<std::size_t>(kMaxSlots)) continue;
+    portion.pop_back();
+    passes.emplace_back(scene, portion);
+    portion = {parameter};
+  }
+  passes.emplace_back(scene, portion);
+  return passes;
+}
+
+}  // namespace
+
+const char* stop_text(StopReason reason) {
+  switch (reason) {
+    case StopReason::kIterations:
+      return "all iterations done";
+    case StopReason::kTolerance:
+      return "loss below tolerance";
+    case StopReason::kCancelled:
+      return "cancelled";
+    case StopReason::kDropped:
+      return "too many samples were not finite";
+    case StopReason::kError:
+      return "error";
+    default:
+      return "";
+  }
+}
+
+Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownParameter>& unknowns,
+         FitSettings settings)
+    : scene_(checked(std::move(scene), captures, unknowns, settings)),
+      captures_(std::move(captures)),
+      unknowns_(scene_, unknowns),
+      settings_(std::move(settings)),
+      loss_(find_loss(settings_.loss)),
+      layout_(scene_, unknowns_.parameters()),
+      passes_(split(scene_, unknowns_.parameters())),
+      problem_{unknowns_, layout_, captures_, loss_, settings_.iterations},
+      x_(unknowns_.start()),
+      previews_(captures_.size()) {
+  const OptimiserKind& kind = choose_optimiser(settings_.optimiser, unknowns_.size(), loss_,
+                                               settings_.spp, settings_.accumulate);
+  optimiser_name_ = kind.name;
+  optimiser_ = kind.make(problem_);
+  result_.last = result_.best = x_;
+  result_.best_validation = result_.best_validation_standard_error = kNotDone;
+}
+
+RenderSettings Fit::render_settings(int capture, int spp, std::uint64_t seed) const {
+  const Capture& photo = captures_[static_cast<std::size_t>(capture)];
+  RenderSettings settings;
+  settings.width = photo.width;
+  settings.height = photo.height;
+  settings.spp = spp;
+  settings.seed = seed;
+  settings.depth = settings_.depth;
+  settings.threads = settings_.threads;
+  return settings;
+}
+
+void Fit::count(const Film& film) {
+  result_.samples += static_cast<std::int64_t>(film.size()) * film.spp;
+  result_.dropped += film.dropped;
+  result_.cpu_seconds += film.cpu_seconds;
+  if (film.dropped > 0 && first_dropped_.empty()) first_dropped_ = film.first_dropped;
+}
+
+/// All slots, in several passes where one is not enough; equal seeds make the image the same in
+/// each.
+Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
+                       Progress* progress) {
+  Film film;
+  for (const SlotLayout& pass : passes_) {
+    Film part = settings_.renderer(scene, camera, pass, settings, progress);
+    count(part);
+    if (&pass == &passes_.front()) {
+      film = std::move(part);
+      continue;
+    }
+    film.dropped += part.dropped;
+    std::move(part.slots.begin(), part.slots.end(), std::back_inserter(film.slots));
+  }
+  return film;
+}
+
+Observation Fit::observe(const Scene& scene, int capture, Progress* progress) {
+  const Capture& photo = captures_[static_cast<std::size_t>(capture)];
+  const std::uint64_t seed =
+      stream_seed(settings_.seed, Stream::kStep, result_.iterations, capture);
+  Observation seen;
+  seen.capture = capture;
+  seen.film = render_slots(scene, scene.camera(photo.camera),
+                           render_settings(capture, settings_.spp, seed), progress);
+  seen.loss = loss_.evaluate(seen.film, photo);
+  previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
+  return seen;
+}
+
+/// The same samples every time: differences between two sets of values are not hidden by noise.
+Fit::Validation Fit::validate(const Vector& x, Progress* progress) {
+  const Scene scene = unknowns_.scene_with(scene_, x);
+  const SlotLayout none;
+  const double share = 1.0 / static_cast<double>(captures_.size());
+  Validation sum;
+  for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
+    const Capture& photo = captures_[static_cast<std::size_t>(i)];
+    const std::uint64_t seed = stream_seed(settings_.seed, Stream::kValidation, 0, i);
+    const Film film =
+        settings_.renderer(scene, scene.camera(photo.camera), none,
+                           render_settings(i, settings_.chosen_validation_spp(), seed), progress);
+    count(film);
+    const LossResult loss = loss_.evaluate(film, photo);
+    sum.loss += share * loss.value;
+    sum.unbiased += share * loss.unbiased;
+    sum.variance += share * share * loss.standard_error * loss.standard_error;
+    sum.bias += mean_bias(film, photo) * share;
+    previews_[static_cast<std::size_t>(i)] = std::make_shared<const Picture>(film.mean);
+  }
+  return sum;
+}
+
+void Fit::note_validation(HistoryRow& row, const Validation& validation) {
+  row.validation = validation.unbiased;
+  row.validation_standard_error = std::sqrt(validation.variance);
+  const bool first = std::isnan(result_.best_validation);
+  if (!first && !(row.validation < result_.best_validation)) return;
+  result_.best = row.values;
+  result_.best_iteration = row.iteration;
+  result_.best_validation = row.validation;
+  result_.best_validation_standard_error = row.validation_standard_error;
+}
+
+bool Fit::within_tolerance() const {
+  double sum = 0;
+  int found = 0;
+  for (auto row = result_.history.rbegin(); row != result_.history.rend(); ++row) {
+    if (std::isnan(row->validation)) continue;
+    sum += row->validation;
+    if (++found == kToleranceWindow) break;
+  }
+  return settings_.tolerance > 0 && found == kToleranceWindow &&
+         sum / kToleranceWindow < settings_.tolerance;
+}
+
+bool Fit::too_many_dropped() {
+  if (static_cast<double>(result_.dropped) <=
+      kTooManyDropped * static_cast<double>(result_.samples))
+    return false;
+  stop(StopReason::kDropped, std::to_string(result_.dropped) + " of " +
+                                 std::to_string(result_.samples) +
+                                 " samples were not finite and left out; first: " + first_dropped_ +
+                                 ". Check the scene for extreme values");
+  return true;
+}
+
+bool Fit::stop(StopReason reason, std::string message) {
+  result_.stopped = reason;
+  result_.message = std::move(message);
+  return false;
+}
+
+bool Fit::step(Progress* progress) {
+  if (result_.stopped != StopReason::kNone) return false;
+  try {
+    const double share = 1.0 / static_cast<double>(captures_.size());
+    HistoryRow row{result_.iterations, x_, 0, kNotDone, kNotDone, {}};
+    const bool due = result_.iterations % settings_.validation_interval == 0;
+    Validation validation;
+    if (due) validation = validate(x_, progress);
+    Vector next = x_;
+    // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
+    std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
+    std::vector<Observation> seen;
+    for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
+      seen.push_back(observe(unknowns_.scene_with(scene_, next), i, progress));
+      row.loss += share * seen.back().loss.value;
+      row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
+      if (settings_.accumulate) continue;
+      next = copy->step(next, seen);
+      seen.clear();
+    }
+    if (settings_.accumulate)
+      next = optimiser_->step(next, seen);
+    else
+      optimiser_ = std::move(copy);
+    if (due) note_validation(row, validation);
+    result_.history.push_back(row);
+    if (too_many_dropped()) return false;
+    if (due && within_tolerance()) return stop(StopReason::kTolerance);
+    x_ = result_.last = unknowns_.project(next);
+    ++result_.iterations;
+    if (result_.iterations < settings_.iterations) return true;
+    finish(progress);
+    return false;
+  } catch (const Cancelled&) {
+    return stop(StopReason::kCancelled);
+  } catch (const std::exception& error) {
+    return stop(StopReason::kError,
+                "Iteration " + std::to_string(result_.iterations) + ": " + error.what());
+  }
+}
+
+void Fit::finish(Progress* progress) {
+  HistoryRow row{result_.iterations, unknowns_.project(optimiser_->answer(x_)), 0, 0, 0, {}};
+  const Validation validation = validate(row.values, progress);
+  x_ = result_.last = row.values;
+  row.loss = validation.loss;
+  row.mean_bias = validation.bias;
+  note_validation(row, validation);
+  result_.history.push_back(row);
+  if (!too_many_dropped()) stop(StopReason::kIterations);
+}
+
+}  // namespace selenite

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fit/capture.h"
+#include "fit/loss.h"
+#include "fit/optimiser.h"
+#include "fit/settings.h"
+#include "fit/unknowns.h"
+
+namespace selenite {
+
+/// One row of a fit's history: the state after `iteration` steps.
+struct HistoryRow {
+  int iteration = 0;
+  Vector values;
+  double loss = 0;        ///< mean over the cameras, at the samples of a step
+  double validation = 0;  ///< the same, unbiased, fixed seed, more samples; NaN: not done
+  double validation_standard_error = 0;
+  Color<double> mean_bias;  ///< render minus photo, mean over the cameras
+};
+
+enum class StopReason { kNone, kIterations, kTolerance, kCancelled, kDropped, kError };
+/// A few words, as shown to users and written to result.json.
+const char* stop_text(StopReason reason);
+
+struct FitResult {
+  Vector last, best;  ///< best: the smallest validation loss
+  int best_iteration = 0;
+  double best_validation = 0;
+  double best_validation_standard_error = 0;
+  int iterations = 0;  ///< steps done
+  StopReason stopped = StopReason::kNone;
+  std::string message;       ///< why, where `stopped` does not say it all
+  std::int64_t samples = 0;  ///< paths traced, validation included
+  std::int64_t dropped = 0;  ///< of them left out because they were not finite
+  double cpu_seconds = 0;    ///< of the renders
+  std::vector<HistoryRow> history;
+};
+
+/// Fits unknowns of a scene to photos, step by step in the caller's thread. Results depend on the
+/// seed only, not on the number of threads.
+///
+/// The constructor checks everything and reports all problems at once, one line each:
+/// InvalidArgument, or UnknownName when names that do not exist are the only problem.
+class Fit {
+ public:
+  Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownParameter>& unknowns,
+      FitSettings settings);
+  Fit(const Fit&) = delete;  // the optimiser refers to members
+  Fit& operator=(const Fit&) = delete;
+
+  /// One iteration: renders, records, steps, and validates when it is due. False when the fit is
+  /// over. A cancelled step leaves values and history as they were before it and ends the fit.
+  bool step(Progress* progress = nullptr);
+  /// So far; complete once `step` has returned false.
+  const FitResult& result() const { return result_; }
+
+  const Vector& values() const { return x_; }
+  const Unknowns& unknowns() const { return unknowns_; }
+  const std::vector<Capture>& captures() const { return captures_; }
+  const FitSettings& settings() const { return settings_; }
+  const std::string& optimiser_name() const { return optimiser_name_; }
+  /// Newest picture of each capture; empty before the first. Shared, never changed afterwards.
+  const std::vector<std::shared_ptr<const Picture>>& previews() const { return previews_; }
+
+ private:
+  struct Validation {
+    double loss = 0, unbiased = 0, variance = 0;
+    Color<double> bias;
+  };
+
+  Observation observe(const Scene& scene, int capture, Progress* progress);
+  Validation validate(const Vector& x, Progress* progress);
+  void note_validation(HistoryRow& row, const Validation& validation);
+  /// Settles on the optimiser's answer and validates it.
+  void finish(Progress* progress);
+  bool stop(StopReason reason, std::string message = {});
+  bool too_many_dropped();
+  bool within_tolerance() const;
+  Film render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
+                    Progress* progress);
+  RenderSettings render_settings(int capture, int spp, std::uint64_t seed) const;
+  void count(const Film& film);
+
+  Scene scene_;
+  std::vector<Capture> captures_;
+  Unknowns unknowns_;
+  FitSettings settings_;
+  const Loss& loss_;
+  SlotLayout layout_;
+  std::vector<SlotLayout> passes_;  ///< `layout_` in portions of at most kMaxSlots
+  Problem problem_;
+  std::string optimiser_name_;
+  std::unique_ptr<Optimiser> optimiser_;
+  Vector x_;
+  FitResult result_;
+  std::string first_dropped_;
+  std::vector<std::shared_ptr<const Picture>> previews_;
+};
+
+}  // namespace selenite

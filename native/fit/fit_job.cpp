@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/fit_job.h"
+
+#include <limits>
+
+#include "math/error.h"
+
+namespace selenite {
+
+FitJob::FitJob(Scene scene, std::vector<Capture> captures,
+               const std::vector<UnknownParameter>& unknowns, FitSettings settings)
+    : fit_(std::move(scene), std::move(captures), unknowns, std::move(settings)),
+      published_(std::make_shared<const FitResult>(fit_.result())),
+      previews_(fit_.previews()) {}
+
+FitJob::~FitJob() {
+  cancel();
+  join();
+}
+
+void FitJob::start() {
+  const std::scoped_lock lock(join_mutex_, mutex_);
+  if (started_)
+    throw InvalidArgument("Fit.start: this fit has been started before; make a new Fit");
+  started_ = true;
+  begin_ = Clock::now();
+  thread_ = std::thread([this] { run(); });
+}
+
+void FitJob::join() {
+  const std::scoped_lock lock(join_mutex_);  // two threads may wait for the same fit
+  if (thread_.joinable()) thread_.join();
+}
+
+/// No exception leaves the thread: it would end the whole program, Blender and the user's scene
+/// with it.
+void FitJob::run() {
+  try {
+    while (fit_.step(&progress_)) publish(false);
+    publish(true);
+  } catch (const std::exception& error) {
+    const std::scoped_lock lock(mutex_);
+    error_ = error.what();
+    end_ = Clock::now();
+    over_ = true;
+  }
+}
+
+void FitJob::publish(bool over) {
+  auto result = std::make_shared<const FitResult>(fit_.result());
+  const std::scoped_lock lock(mutex_);
+  published_ = std::move(result);
+  previews_ = fit_.previews();
+  if (!over) return;
+  if (published_->stopped == StopReason::kError) error_ = published_->message;
+  end_ = Clock::now();
+  over_ = true;
+}
+
+double FitJob::seconds() const {
+  const std::scoped_lock lock(mutex_);
+  if (!started_) return 0;
+  return std::chrono::duration<double>((over_ ? end_ : Clock::now()) - begin_).count();
+}
+
+FitState FitJob::state() const {
+  FitState state;
+  state.seconds = seconds();
+  const std::scoped_lock lock(mutex_);
+  const FitResult& result = *published_;
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  state.running = started_ && !over_;
+  state.done = over_;
+  state.error = error_;
+  if (over_) {
+    state.stopped_because = stop_text(error_.empty() ? result.stopped : StopReason::kError);
+    if (result.stopped == StopReason::kDropped) state.stopped_because += ": " + result.message;
+  }
+  state.iteration = result.iterations;
+  state.iterations = fit_.settings().iterations;
+  state.loss = result.history.empty() ? kNone : result.history.back().loss;
+  state.validation = state.validation_standard_error = kNone;
+  for (const HistoryRow& row : result.history) {
+    if (row.validation != row.validation) continue;
+    state.validation = row.validation;
+    state.validation_standard_error = row.validation_standard_error;
+  }
+  state.seconds_left = over_ ? 0 : kNone;
+  if (state.running && result.iterations > 0)
+    state.seconds_left = state.seconds / result.iterations * (state.iterations - result.iterations);
+  state.values = result.last;
+  return state;
+}
+
+FitResult FitJob::result() const {
+  const std::scoped_lock lock(mutex_);
+  return *published_;
+}
+
+std::shared_ptr<const Picture> FitJob::preview(int capture) const {
+  const std::scoped_lock lock(mutex_);
+  if (capture < 0 || capture >= static_cast<int>(previews_.size()))
+    throw InvalidArgument("Fit.preview: capture_index = " + std::to_string(capture) +
+                          " must lie in [0, " + std::to_string(previews_.size()) + ")");
+  return previews_[static_cast<std::size_t>(capture)];
+}
+
+}  // namespace selenite

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/gauss_newton.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+namespace selenite {
+namespace {
+
+// Constants of the recipe. Source: facts sheet "estimators", Q2, steps 2 to 8.
+constexpr double kFirstDamping = 0.1;
+constexpr double kEarlyDamping = 0.05, kLateDamping = 0.002;  ///< smallest, before and after:
+constexpr double kLateFrom = 0.64;                            ///< share of the iterations
+constexpr double kDampingDown = 1.0 / 3, kDampingUp = 5;
+constexpr double kLeastEigenvalue = 0.003;
+constexpr double kLeastStrength = 0.1;  ///< of Z^T w Z, for scaling
+constexpr double kForgetAt = 0.5;       ///< caps; a step of that size keeps 1/e of the past
+constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
+constexpr double kLargeMove = 0.25;  ///< caps; smaller steps are never rejected
+constexpr int kMostRejections = 3;
+constexpr double kWorseBy = 0.1, kWorseSigmas = 2;
+constexpr std::size_t kAveraged = 8;
+constexpr double kDimShare = 0.3;       ///< of the mean, added to a pixel's brightness
+constexpr int kLearningIterations = 3;  ///< renders whose variance sets the final weights
+constexpr int kVarianceBlur = 2;
+constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
+constexpr double kModelError = 0.05;       ///< of a pixel's brightness
+constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
+
+/// Brightness of the photo's channels, kept away from 0.
+Eigen::VectorXf brightness(const Capture& capture) {
+  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * capture.size()));
+  double mean = 0;
+  for (std::size_t i = 0; i < capture.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const float value = std::max(capture.reference[i][c], 0.f);
+      level[static_cast<Eigen::Index>(3 * i) + c] = value;
+      mean += capture.share(i) * value;
+    }
+  constexpr double kBlack = 1e-6;
+  return level.array() + static_cast<float>(kDimShare * std::max(mean, kBlack));
+}
+
+Eigen::VectorXf shares(const Capture& capture, std::size_t captures) {
+  Eigen::VectorXf share(static_cast<Eigen::Index>(3 * capture.size()));
+  for (std::size_t i = 0; i < capture.size(); ++i)
+    share.segment<3>(static_cast<Eigen::Index>(3 * i))
+        .setConstant(static_cast<float>(capture.share(i) / static_cast<double>(captures)));
+  return share;
+}
+
+/// a^T diag(w) b, in double and in fixed order.
+template <class A, class B>
+Eigen::MatrixXd weighted_product(const A& a, const Eigen::VectorXf& w, const B& b) {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(a.cols(), b.cols());
+  for (Eigen::Index i = 0; i < a.rows(); i += kBlock) {
+    const Eigen::Index n = std::min(kBlock, a.rows() - i);
+    const Eigen::MatrixXd left = a.middleRows(i, n).template cast<double>();
+    const Eigen::MatrixXd right = b.middleRows(i, n).template cast<double>();
+    sum += left.transpose() * (w.segment(i, n).cast<double>().asDiagonal() * right);
+  }
+  return sum;
+}
+
+}  // namespace
+
+GaussNewton::GaussNewton(const Problem& problem)
+    : problem_(&problem),
+      coordinates_(problem.unknowns),
+      views_(problem.captures.size()),
+      normal_(Matrix::Zero(problem.unknowns.size(), problem.unknowns.size())),
+      covariance_(normal_),
+      right_(Vector::Zero(problem.unknowns.size())),
+      strength_(right_),
+      damping_(kFirstDamping) {
+  set_first_weights();
+}
+
+void GaussNewton::set_first_weights() {
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const Capture& capture = problem_->captures[i];
+    views_[i].weight =
+        shares(capture, views_.size()).cwiseQuotient(brightness(capture).cwiseAbs2());
+    views_[i].variance = Eigen::VectorXf::Zero(views_[i].weight.size());
+  }
+}
+
+/// After a few renders the noise is known: pixels that are noisier count less. The old sums are in
+/// other weights and go.
+void GaussNewton::learn_variance(std::span<const Observation> seen) {
+  if (learned_ >= kLearningIterations) return;
+  ++learned_;
+  for (const Observation& one : seen) {
+    View& view = views_[static_cast<std::size_t>(one.capture)];
+    const Eigen::Map<const Eigen::VectorXf> variance(&one.film.variance.front().r,
+                                                     view.variance.size());
+    view.variance += variance * static_cast<float>(one.film.spp);
+  }
+  if (learned_ < kLearningIterations) return;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    const Capture& capture = problem_->captures[i];
+    const Eigen::VectorXf noise =
+        box_blur(views_[i].variance, capture.width, capture.height, kVarianceBlur) /
+        static_cast<float>(kLearningIterations * kFinalSamples);
+    const Eigen::VectorXf model = brightness(capture) * static_cast<float>(kModelError);
+    views_[i].weight = shares(capture, views_.size()).cwiseQuotient(noise + model.cwiseAbs2());
+  }
+  normal_.setZero();
+  covariance_.setZero();
+  right_.setZero();
+  strength_.setZero();
+  has_best_ = false;
+}
+
+/// Unbiased: the halves are independent.
+GaussNewton::NoisyLoss GaussNewton::weighted_loss(const std::vector<Halves>& halves) const {
+  NoisyLoss loss;
+  for (std::size_t v = 0; v < halves.size(); ++v) {
+    const Halves& half = halves[v];
+    for (Eigen::Index i = 0; i < half.variance.size(); i += 3) {
+      double spread = 0;  // the channels of a pixel vary together
+      for (Eigen::Index j = i; j < i + 3; ++j) {
+        const double weight = views_[v].weight[j], variance = half.variance[j];
+        const double product =
+            static_cast<double>(half.residual_a[j]) * static_cast<double>(half.residual_b[j]);
+        loss.value += weight * product;
+        spread += weight * std::sqrt(2 * std::max(product, 0.0) * variance + variance * variance);
+      }
+      loss.variance += spread * spread;
+    }
+  }
+  return loss;
+}
+
+bool GaussNewton::worse_than_best(const NoisyLoss& loss) const {
+  if (!has_best_ || last_move_ <= kLargeMove || rejected_ >= kMostRejections) return false;
+  const double noise = std::sqrt(loss.variance + best_loss_.variance);
+  return loss.value >
+         best_loss_.value + kWorseSigmas * noise + kWorseBy * std::abs(best_loss_.value);
+}
+
+GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
+                                              const std::vector<Halves>& halves, double keep) {
+  const Eigen::Index n = right_.size();
+  Measurement sum{Matrix::Zero(n, n), Matrix::Zero(n, n), Vector::Zero(n), Vector::Zero(n)};
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    const Capture& capture = problem_->captures[static_cast<std::size_t>(seen[v].capture)];
+    View& view = views_[static_cast<std::size_t>(seen[v].capture)];
+    const JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves[v], keep);
+    const Eigen::VectorXf& w = view.weight;
+    const Matrix cross =
+        weighted_product(z.only_a, w, z.plain_b) + weighted_product(z.only_b, w, z.plain_a);
+    sum.normal += (cross + cross.transpose()) / 4;
+    sum.gradient += (weighted_product(z.for_a, w, halves[v].residual_a) +
+                     weighted_product(z.for_b, w, halves[v].residual_b)) /
+                    2;
+    const Eigen::VectorXf noise = w.cwiseAbs2().cwiseProduct(halves[v].variance);
+    sum.covariance +=
+        (weighted_product(z.for_a, noise, z.for_a) + weighted_product(z.for_b, noise, z.for_b)) / 4;
+    sum.strength += (weighted_product(z.for_a, w, z.for_a).diagonal() +
+                     weighted_product(z.for_b, w, z.for_b).diagonal()) /
+                    2;
+  }
+  for (Eigen::Index k = 0; k < n; ++k)
+    if (!std::isfinite(sum.gradient[k]) || !std::isfinite(sum.normal(k, k)))
+      throw std::runtime_error("The derivative with respect to " +
+                               problem_->unknowns.components()[static_cast<std::size_t>(k)].name +
+                               " is not finite; narrow its bounds, or report this scene");
+  return sum;
+}
+
+double GaussNewton::least_damping() const {
+  return iteration_ < kLateFrom * problem_->iterations ? kEarlyDamping : kLateDamping;
+}
+
+Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
+  const Vector u = coordinates_.from_values(x);
+  const Vector slope = coordinates_.slope(x);
+  std::vector<Halves> halves;
+  for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
+  ++iteration_;
+  const NoisyLoss loss = weighted_loss(halves);
+  if (worse_than_best(loss)) {
+    ++rejected_;
+    damping_ *= kDampingUp;
+    last_move_ = 0;  // back to where the sums were made
+    accepted_.pop_back();
+    return problem_->unknowns.project(coordinates_.to_values(best_u_));
+  }
+  if (rejected_ == 0) damping_ *= kDampingDown;
+  damping_ = std::max(damping_, least_damping());
+  rejected_ = 0;
+
+  const double keep = std::max(kLeastKept, std::exp(-std::pow(last_move_ / kForgetAt, 2)));
+  const Measurement now = measure(seen, halves, std::max(keep, kLeastJacobianKept));
+  normal_ = keep * normal_ + now.normal;
+  right_ = keep * right_ + now.normal * u - now.gradient;
+  covariance_ = keep * keep * covariance_ + now.covariance;
+  strength_ = keep * strength_ + now.strength;
+  if (!has_best_ || loss.value < best_loss_.value) {
+    has_best_ = true;
+    best_loss_ = loss;
+    best_u_ = u;
+  }
+
+  const Vector next = u + bounded_step(u);
+  last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
+  accepted_.push_back(next);
+  if (accepted_.size() > kAveraged) accepted_.pop_front();
+  learn_variance(seen);
+  return problem_->unknowns.project(coordinates_.to_values(next));
+}
+
+/// Step within the caps and the bounds. Components that would leave at a bound are held, and the
+/// others solved again without them.
+Vector GaussNewton::bounded_step(const Vector& u) const {
+  const Vector residual = right_ - normal_ * u;
+  const Vector scale =
+      normal_.diagonal().cwiseMax(kLeastStrength * strength_).cwiseMax(0).cwiseSqrt();
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index k = 0; k < u.size(); ++k)
+    if (scale[k] > 0) free.push_back(k);  // else: not in any picture
+  Vector step = Vector::Zero(u.size());
+  while (!free.empty()) {
+    step = free_step(free, residual, scale);
+    const auto leaves = [&](Eigen::Index k) {
+      return (u[k] <= coordinates_.minimum()[k] && step[k] < 0) ||
+             (u[k] >= coordinates_.maximum()[k] && step[k] > 0);
+    };
+    if (std::erase_if(free, leaves) == 0) break;
+    step.setZero();
+  }
+  const double reach = step.cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
+  if (reach > 1) step /= reach;
+  return (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
+}
+
+/// Damped step in the eigenbasis of the scaled normal matrix, shrunk where it is noise.
+Vector GaussNewton::free_step(const std::vector<Eigen::Index>& free, const Vector& residual,
+                              const Vector& scale) const {
+  const Vector inverse = scale(free).cwiseInverse();
+  const Matrix scaled = inverse.asDiagonal() * normal_(free, free) * inverse.asDiagonal();
+  const Matrix noise = inverse.asDiagonal() * covariance_(free, free) * inverse.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled);
+  const Matrix& basis = solver.eigenvectors();
+  Vector along = basis.transpose() * inverse.cwiseProduct(residual(free));
+  for (Eigen::Index j = 0; j < along.size(); ++j) {
+    const double variance = basis.col(j).dot(noise * basis.col(j));
+    const double square = along[j] * along[j];
+    const double trust = square > 0 ? square / (square + variance) : 0;
+    along[j] *= trust / (std::max(solver.eigenvalues()[j], kLeastEigenvalue) + damping_);
+  }
+  Vector step = Vector::Zero(scale.size());
+  step(free) = inverse.cwiseProduct(basis * along);
+  return step;
+}
+
+/// The mean of the last estimates: each still carries the noise of its own samples.
+Vector GaussNewton::answer(const Vector& x) const {
+  const std::size_t settled =
+      static_cast<std::size_t>((1 - kLateFrom) * static_cast<double>(iteration_));
+  const std::size_t count = std::min(accepted_.size(), std::max<std::size_t>(settled, 1));
+  if (accepted_.empty()) return x;
+  const Vector zero = Vector::Zero(x.size());
+  const Vector mean =
+      std::accumulate(accepted_.end() - static_cast<std::ptrdiff_t>(count), accepted_.end(), zero) /
+      static_cast<double>(count);
+  return problem_->unknowns.project(coordinates_.to_values(mean));
+}
+
+}  // namespace selenite

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <vector>
+
+#include "fit/coordinates.h"
+#include "fit/instruments.h"
+#include "fit/optimiser.h"
+
+namespace selenite {
+
+/// Instrumental Gauss-Newton for few unknowns.
+///
+/// A step by noisy Jacobians multiplies noise by noise and throws most samples away. Here residuals
+/// of fresh half-buffers meet instruments Z: Jacobians of other seeds, accumulated over iterations,
+/// clipped and blurred. Whatever Z's own errors are, E[Z^T w (I - photo)] is zero at the solution,
+/// so they slow the way and cannot move its end. All iterations together are one recursive least
+/// squares problem in `Coordinates`; directions that are still noise do not move. It minimises
+/// squares weighted by 1 / (noise^2 + (a share of brightness)^2), whatever the fit's (least
+/// squares) loss. Source: facts sheet "estimators", Q2 (recipe det5), without the global search.
+class GaussNewton final : public Optimiser {
+ public:
+  explicit GaussNewton(const Problem& problem);
+  Vector step(const Vector& x, std::span<const Observation> seen) override;
+  Vector answer(const Vector& x) const override;
+  std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
+
+ private:
+  using Matrix = Eigen::MatrixXd;
+
+  /// What belongs to one photo.
+  struct View {
+    Eigen::VectorXf weight;    ///< per channel of a pixel; sums to about 1 / brightness^2
+    Eigen::VectorXf variance;  ///< of one sample, summed over the first iterations
+    JacobianSums jacobians;
+  };
+  /// Sums over pixels of one iteration.
+  struct Measurement {
+    Matrix normal;      ///< Z^T w J, cross-buffer
+    Matrix covariance;  ///< of `gradient`
+    Vector gradient;    ///< Z^T w (I - photo)
+    Vector strength;    ///< diagonal of Z^T w Z
+  };
+  struct NoisyLoss {
+    double value = 0, variance = 0;
+  };
+
+  void set_first_weights();
+  void learn_variance(std::span<const Observation> seen);
+  NoisyLoss weighted_loss(const std::vector<Halves>& halves) const;
+  bool worse_than_best(const NoisyLoss& loss) const;
+  Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
+                      double keep);
+  Vector bounded_step(const Vector& u) const;
+  Vector free_step(const std::vector<Eigen::Index>& free, const Vector& residual,
+                   const Vector& scale) const;
+  double least_damping() const;
+
+  const Problem* problem_;
+  Coordinates coordinates_;
+  std::vector<View> views_;
+  int iteration_ = 0;
+  int learned_ = 0;  ///< iterations in View::variance
+
+  // Recursive least squares: normal_ u = right_, and the covariance of right_.
+  Matrix normal_, covariance_;
+  Vector right_, strength_;
+
+  double damping_;
+  double last_move_ = 0;  ///< largest component of the last step in units of its cap
+  int rejected_ = 0;      ///< in a row
+  NoisyLoss best_loss_;
+  bool has_best_ = false;
+  Vector best_u_;
+  std::deque<Vector> accepted_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/instruments.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace selenite {
+namespace {
+
+// Source: facts sheet "estimators", Q2, step 4.
+constexpr double kClipQuantile = 0.998;
+constexpr int kBlurRadius = 1;
+/// Every so many entries are looked at for the quantile: it need not be exact.
+constexpr Eigen::Index kQuantileStride = 5;
+
+Eigen::Map<const Eigen::VectorXf> as_vector(const Picture& picture) {
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  return {&picture.front().r, static_cast<Eigen::Index>(3 * picture.size())};
+}
+
+/// Mean over the odd samples, from all and even ones.
+Eigen::VectorXf odd_half(const Film& film, const Picture& mean, const Picture& even) {
+  const float all = static_cast<float>(film.spp), n_even = static_cast<float>((film.spp + 1) / 2);
+  return (as_vector(mean) * all - as_vector(even) * n_even) / (all - n_even);
+}
+
+/// Writes one column; a diagonal colour shows in one channel only.
+void set_column(Jacobian& jacobian, Eigen::Index column, const Eigen::VectorXf& values, int channel,
+                float slope) {
+  if (channel < 0) {
+    jacobian.col(column) = values * slope;
+    return;
+  }
+  jacobian.col(column).setZero();
+  for (Eigen::Index i = channel; i < values.size(); i += 3) jacobian(i, column) = values[i] * slope;
+}
+
+/// Cuts a column at a quantile of its absolute values: single paths must not rule it.
+void clip(Eigen::Ref<Eigen::VectorXf> column, const Capture& capture, int channel) {
+  std::vector<float> sizes;
+  for (Eigen::Index i = 0; i < column.size(); i += kQuantileStride) {
+    const bool counts = channel < 0 || i % 3 == channel;
+    if (counts && capture.weight[static_cast<std::size_t>(i / 3)] > 0)
+      sizes.push_back(std::abs(column[i]));
+  }
+  if (sizes.empty()) return;
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(
+                                      kClipQuantile * static_cast<double>(sizes.size() - 1));
+  std::nth_element(sizes.begin(), at, sizes.end());
+  column = column.cwiseMax(-*at).cwiseMin(*at);
+}
+
+Jacobian instrument(const Problem& problem, const Capture& capture, Jacobian sum) {
+  for (Eigen::Index k = 0; k < sum.cols(); ++k) {
+    clip(sum.col(k), capture, problem.layout.rows[static_cast<std::size_t>(k)].channel);
+    sum.col(k) = box_blur(sum.col(k), capture.width, capture.height, kBlurRadius);
+  }
+  return sum;
+}
+
+}  // namespace
+
+Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
+  const Film& film = seen.film;
+  const Capture& capture = problem.captures[static_cast<std::size_t>(seen.capture)];
+  const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
+  const Eigen::Index rows = as_vector(film.mean).size();
+  Halves halves;
+  halves.residual_a = as_vector(film.half_a) - as_vector(capture.reference);
+  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(capture.reference);
+  halves.variance = as_vector(film.variance) * 2;
+  halves.jacobian_a.resize(rows, unknowns);
+  halves.jacobian_b.resize(rows, unknowns);
+  for (Eigen::Index k = 0; k < unknowns; ++k) {
+    const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
+    const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
+    const float scale = static_cast<float>(slope[k]);
+    set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
+    set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
+  }
+  return halves;
+}
+
+JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& capture,
+                                    const Halves& halves, double keep) {
+  const float kept = static_cast<float>(keep);
+  if (weight_ == 0) {
+    sum_a_ = sum_b_ = Jacobian::Zero(halves.jacobian_a.rows(), halves.jacobian_a.cols());
+  } else {
+    sum_a_ *= kept;
+    sum_b_ *= kept;
+    weight_ *= keep;
+  }
+  const float before = static_cast<float>(weight_), after = before + 1;
+  Set set;
+  set.for_a = (sum_a_ + sum_b_ + halves.jacobian_b) / (before + after);
+  set.for_b = (sum_a_ + sum_b_ + halves.jacobian_a) / (before + after);
+  sum_a_ += halves.jacobian_a;
+  sum_b_ += halves.jacobian_b;
+  weight_ += 1;
+  set.plain_a = sum_a_ / after;
+  set.plain_b = sum_b_ / after;
+  set.only_a = instrument(problem, capture, set.plain_a);
+  set.only_b = instrument(problem, capture, set.plain_b);
+  set.for_a = instrument(problem, capture, std::move(set.for_a));
+  set.for_b = instrument(problem, capture, std::move(set.for_b));
+  return set;
+}
+
+Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
+  // Separable; at the border the mean is over what lies inside.
+  const auto pass = [radius](const Eigen::VectorXf& in, int lines, Eigen::Index line_step,
+                             int count, Eigen::Index step) {
+    Eigen::VectorXf out(in.size());
+    for (int line = 0; line < lines; ++line)
+      for (int i = 0; i < count; ++i) {
+        const int first = std::max(i - radius, 0), last = std::min(i + radius, count - 1);
+        const Eigen::Index at = line * line_step;
+        for (Eigen::Index c = 0; c < 3; ++c) {
+          float sum = 0;
+          for (int j = first; j <= last; ++j) sum += in[3 * (at + j * step) + c];
+          out[3 * (at + i * step) + c] = sum / static_cast<float>(last - first + 1);
+        }
+      }
+    return out;
+  };
+  return pass(pass(column, height, width, width, 1), width, 1, height, width);
+}
+
+}  // namespace selenite

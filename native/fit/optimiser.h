@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "fit/capture.h"
+#include "fit/loss.h"
+#include "fit/unknowns.h"
+#include "render/film.h"
+#include "render/slots.h"
+
+namespace selenite {
+
+/// What a fit is about; constant while it runs.
+struct Problem {
+  const Unknowns& unknowns;
+  const SlotLayout& layout;  ///< slots and rows of all unknowns
+  const std::vector<Capture>& captures;
+  const Loss& loss;
+  int iterations;
+};
+
+/// One capture, rendered at the current values with fresh seeds.
+struct Observation {
+  int capture;
+  Film film;  ///< `slots` are those of Problem::layout
+  LossResult loss;
+};
+
+/// Chooses the next values from renders of the current ones. Holds no randomness: equal
+/// observations give equal steps. The problem must outlive it. A copy (`clone`) is its whole state.
+class Optimiser {
+ public:
+  virtual ~Optimiser() = default;
+  /// The next values, inside the bounds. `seen` holds one observation, or one per capture.
+  /// Throws std::runtime_error naming the unknown when a derivative is not finite.
+  virtual Vector step(const Vector& x, std::span<const Observation> seen) = 0;
+  /// The best estimate when no more steps follow; `x` is what `step` returned last.
+  virtual Vector answer(const Vector& x) const { return x; }
+  virtual std::unique_ptr<Optimiser> clone() const = 0;
+};
+
+struct OptimiserKind {
+  std::string_view name;
+  std::string_view help;
+  int least_spp;
+  bool needs_all_captures;  ///< cannot step after every camera
+  bool least_squares_only;  ///< for losses that are sums of squares
+  std::unique_ptr<Optimiser> (*make)(const Problem& problem);
+};
+
+std::span<const OptimiserKind> optimisers();
+/// By name; "auto" takes Gauss-Newton for up to 12 unknowns where the loss and `spp` permit it,
+/// else Adam. InvalidArgument lists the names, or says why the optimiser does not go with the
+/// settings.
+const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const Loss& loss,
+                                      int spp, bool accumulate);
+
+}  // namespace selenite

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "render/render.h"
+
+namespace selenite {
+
+using Renderer = std::function<Film(const Scene&, const Camera&, const SlotLayout&,
+                                    const RenderSettings&, Progress*)>;
+
+/// How a fit runs. The table of names and ranges that Python sees is in fit_binding.cpp.
+struct FitSettings {
+  std::string loss = "dual-buffer";
+  std::string optimiser = "auto";
+  int iterations = 100;
+  int spp = 4;  ///< samples per pixel of a step
+  double tolerance =
+      0.001;  ///< stop when the mean of the last 3 validation losses is below; 0: never
+  std::uint64_t seed = 0;
+  int depth = 0;                ///< bounces; 0 = no limit
+  int threads = 0;              ///< 0 = one per core
+  bool accumulate = true;       ///< one step for all cameras; false: one after each camera
+  int validation_interval = 5;  ///< iterations between validation renders
+  int validation_spp = 0;       ///< 0: four times spp, at least 16
+  Renderer renderer = render;   ///< a test puts an analytic picture here
+
+  int chosen_validation_spp() const;
+  /// InvalidArgument names every setting that is out of range.
+  void check() const;
+};
+
+}  // namespace selenite

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "module/bindings.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "fit/fit_job.h"
+#include "math/error.h"
+#include "module/float_array.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+/// A dict of named values: an unknown key is an error, so that a misspelt one is not ignored.
+class Named {
+ public:
+  Named(const py::handle& object, std::string what, std::vector<const char*> keys)
+      : what_(std::move(what)), keys_(std::move(keys)) {
+    if (!py::isinstance<py::dict>(object)) throw py::value_error(what_ + " must be a dict");
+    values_ = py::reinterpret_borrow<py::dict>(object);
+    for (const auto& [key, value] : values_) {
+      const std::string name = py::str(key);
+      if (std::find(keys_.begin(), keys_.end(), name) == keys_.end())
+        throw py::value_error(what_ + ": key '" + name + "' is unknown; the keys are " + listed());
+    }
+  }
+  bool has(const char* key) const { return values_.contains(key) && !values_[key].is_none(); }
+  py::object get(const char* key) const {
+    if (!has(key))
+      throw py::value_error(what_ + ": '" + key + "' is missing; the keys are " + listed());
+    return values_[key];
+  }
+  template <class T>
+  T as(const char* key) const {
+    try {
+      return get(key).cast<T>();
+    } catch (const py::cast_error&) {
+      throw py::value_error(what_ + ": " + key + " = " + std::string(py::repr(values_[key])) +
+                            " has the wrong type or is out of range");
+    }
+  }
+  template <class T>
+  void take(const char* key, T& value) const {
+    if (has(key)) value = as<T>(key);
+  }
+
+ private:
+  std::string listed() const {
+    std::string text;
+    for (const char* key : keys_) text += (text.empty() ? "" : ", ") + std::string(key);
+    return text;
+  }
+  std::string what_;
+  std::vector<const char*> keys_;
+  py::dict values_;
+};
+
+Capture capture_of(const py::handle& object, std::size_t index) {
+  const std::string what = "captures[" + std::to_string(index) + "]";
+  const Named named(object, what, {"camera", "reference", "weight"});
+  Capture capture;
+  capture.camera = named.as<std::string>("camera");
+  const FloatArray reference = float_array(named.get("reference"), what + ": reference");
+  if (reference.ndim() != 3 || reference.shape(2) != 3)
+    throw py::value_error(what + ": reference has shape " + shape_text(reference) +
+                          "; it must be (height, width, 3)");
+  capture.height = static_cast<int>(reference.shape(0));
+  capture.width = static_cast<int>(reference.shape(1));
+  capture.reference.resize(static_cast<std::size_t>(capture.height) * capture.width);
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  std::memcpy(static_cast<void*>(capture.reference.data()), reference.data(),
+              capture.reference.size() * sizeof(Colorf));
+  if (!named.has("weight")) return capture;
+  const FloatArray weight = float_array(named.get("weight"), what + ": weight");
+  if (weight.ndim() != 2 || weight.shape(0) != capture.height || weight.shape(1) != capture.width)
+    throw py::value_error(what + ": weight has shape " + shape_text(weight) + "; it must be (" +
+                          std::to_string(capture.height) + ", " + std::to_string(capture.width) +
+                          ") as the reference");
+  capture.weight.assign(weight.data(), weight.data() + weight.size());
+  return capture;
+}
+
+UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
+  const Named named(object, "unknowns[" + std::to_string(index) + "]",
+                    {"owner", "parameter", "start", "minimum", "maximum", "learning_rate"});
+  UnknownParameter unknown;
+  unknown.owner = named.as<std::string>("owner");
+  unknown.parameter = named.as<std::string>("parameter");
+  const py::object start = named.get("start");
+  if (py::isinstance<py::float_>(start) || py::isinstance<py::int_>(start))
+    unknown.start = {named.as<double>("start")};
+  else
+    unknown.start = named.as<std::vector<double>>("start");
+  unknown.minimum = named.as<double>("minimum");
+  unknown.maximum = named.as<double>("maximum");
+  named.take("learning_rate", unknown.learning_rate);
+  return unknown;
+}
+
+FitSettings settings_of(const py::handle& object) {
+  const Named named(object, "settings",
+                    {"loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth",
+                     "threads", "accumulate", "validation_interval", "validation_spp"});
+  FitSettings settings;
+  named.take("loss", settings.loss);
+  named.take("optimiser", settings.optimiser);
+  named.take("iterations", settings.iterations);
+  named.take("spp", settings.spp);
+  named.take("tolerance", settings.tolerance);
+  named.take("seed", settings.seed);
+  named.take("depth", settings.depth);
+  named.take("threads", settings.threads);
+  named.take("accumulate", settings.accumulate);
+  named.take("validation_interval", settings.validation_interval);
+  named.take("validation_spp", settings.validation_spp);
+  return settings;
+}
+
+std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& captures,
+                                 const py::list& unknowns, const py::dict& settings) {
+  std::vector<Capture> photos;
+  for (const auto& one : captures) photos.push_back(capture_of(one, photos.size()));
+  std::vector<UnknownParameter> wanted;
+  for (const auto& one : unknowns) wanted.push_back(unknown_of(one, wanted.size()));
+  return std::make_unique<FitJob>(scene, std::move(photos), wanted, settings_of(settings));
+}
+
+py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
+  py::dict values;
+  for (std::size_t i = 0; i < unknowns.names().size(); ++i)
+    values[py::str(unknowns.names()[i])] = unknowns.values_of(static_cast<int>(i), x);
+  return values;
+}
+
+py::dict state_dict(const FitJob& job) {
+  const FitState s = job.state();
+  return py::dict("running"_a = s.running, "done"_a = s.done, "error"_a = s.error,
+                  "stopped_because"_a = s.stopped_because, "iteration"_a = s.iteration,
+                  "iterations"_a = s.iterations, "loss"_a = s.loss, "validation"_a = s.validation,
+                  "validation_standard_error"_a = s.validation_standard_error,
+                  "seconds"_a = s.seconds, "seconds_left"_a = s.seconds_left,
+                  "values"_a = values_dict(job.unknowns(), s.values));
+}
+
+/// One array per column: (k,), (k, 3) for the bias, (k, width) for each parameter.
+py::dict history_dict(const FitJob& job, const std::vector<HistoryRow>& rows) {
+  const auto k = static_cast<py::ssize_t>(rows.size());
+  py::array_t<int> iteration(k);
+  py::array_t<double> loss(k), validation(k), error(k), bias({k, py::ssize_t{3}});
+  const auto& components = job.unknowns().components();
+  std::vector<py::array_t<double>> columns;
+  for (std::size_t i = 0; i < job.unknowns().names().size(); ++i) {
+    const auto width = job.unknowns().values_of(static_cast<int>(i), job.unknowns().start()).size();
+    columns.emplace_back(std::vector<py::ssize_t>{k, static_cast<py::ssize_t>(width)});
+  }
+  for (py::ssize_t i = 0; i < k; ++i) {
+    const HistoryRow& row = rows[static_cast<std::size_t>(i)];
+    iteration.mutable_at(i) = row.iteration;
+    loss.mutable_at(i) = row.loss;
+    validation.mutable_at(i) = row.validation;
+    error.mutable_at(i) = row.validation_standard_error;
+    for (int c = 0; c < 3; ++c) bias.mutable_at(i, c) = row.mean_bias[c];
+    for (std::size_t j = 0; j < components.size(); ++j)
+      columns[static_cast<std::size_t>(components[j].parameter)].mutable_at(
+          i, components[j].index) = row.values[static_cast<Eigen::Index>(j)];
+  }
+  py::dict values;
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    values[py::str(job.unknowns().names()[i])] = columns[i];
+  return py::dict("iteration"_a = iteration, "loss"_a = loss, "validation"_a = validation,
+                  "validation_standard_error"_a = error, "mean_bias"_a = bias, "values"_a = values);
+}
+
+py::dict result_dict(const FitJob& job) {
+  const FitResult r = job.result();
+  const FitState s = job.state();
+  return py::dict("values_last"_a = values_dict(job.unknowns(), r.last),
+                  "values_best"_a = values_dict(job.unknowns(), r.best),
+                  "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
+                  "best_validation_standard_error"_a = r.best_validation_standard_error,
+                  "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because,
+                  "error"_a = s.error, "optimiser"_a = job.optimiser_name(),
+                  "samples"_a = r.samples, "seconds"_a = s.seconds, "cpu_seconds"_a = r.cpu_seconds,
+                  "dropped"_a = r.dropped, "history"_a = history_dict(job, r.history));
+}
+
+py::object preview_array(const FitJob& job, int index) {
+  const std::shared_ptr<const Picture> picture = job.preview(index);
+  if (!picture) return py::none();
+  const Capture& capture = job.captures()[static_cast<std::size_t>(index)];
+  py::array_t<float> array({capture.height, capture.width, 3});
+  std::memcpy(array.mutable_data(), picture->data(), picture->size() * sizeof(Colorf));
+  return array;
+}
+
+py::list loss_table() {
+  py::list rows;
+  for (const Loss& loss : losses())
+    rows.append(py::dict("name"_a = std::string(loss.name), "help"_a = std::string(loss.help),
+                         "least_spp"_a = loss.least_spp));
+  return rows;
+}
+
+py::list optimiser_table() {
+  py::list rows;
+  for (const OptimiserKind& kind : optimisers())
+    rows.append(py::dict("name"_a = std::string(kind.name), "help"_a = std::string(kind.help),
+                         "least_spp"_a = kind.least_spp));
+  return rows;
+}
+
+}  // namespace
+
+void bind_fit(py::module_& m) {
+  m.def("losses", &loss_table, "The losses: list of dict {name, help, least_spp}.");
+  m.def("optimisers", &optimiser_table, "The optimisers: list of dict {name, help, least_spp}.");
+
+  // The destructor waits for the fit's thread to reach the end of a tile: not with the GIL held.
+  py::class_<FitJob>(m, "Fit", py::release_gil_before_calling_cpp_dtor(),
+                     R"(A fit of scene parameters to photos, in a native thread of its own.
+
+Args:
+    scene: copied; later changes of the argument do not matter.
+    captures: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
+        top, weight: (h, w) float32 >= 0 or None}. Pixels that are not finite must have weight 0.
+    unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
+        (0.03)}; the bounds hold for every component.
+    settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
+        "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0, depth 0
+        (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
+        validation_interval 5, validation_spp 0 (four times spp, at least 16).
+Raises:
+    ValueError, KeyError: all problems at once, one line each; nothing is started.)")
+      .def(py::init(&make_fit), "scene"_a, "captures"_a, "unknowns"_a, "settings"_a = py::dict())
+      .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
+      .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
+      .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
+      .def(
+          "state", &state_dict,
+          R"(Cheap, at any time: dict {running, done, error, stopped_because, iteration, iterations,
+loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown yet), values
+{"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
+      .def("preview", &preview_array, "capture_index"_a,
+           "Newest picture of a capture, (h, w, 3) float32, or None before the first.")
+      .def("result", &result_dict,
+           R"(dict {values_last, values_best, best_iteration, best_validation,
+best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
+cpu_seconds, dropped, history}. Best is the smallest loss of a render with fixed seed and more samples.
+history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
+mean_bias (k, 3) render minus photo, values {"Body:roughness": (k, width)}; the last row is the final
+state, its loss taken from the validation render.)");
+}
+
+}  // namespace selenite

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "image/color.h"
+#include "image/file_error.h"
+#include "image/read.h"
+#include "image/resize.h"
+#include "image/write.h"
+#include "module/float_array.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+py::dict info_dict(const PictureInfo& info) {
+  return py::dict("width"_a = info.width, "height"_a = info.height, "channels"_a = info.channels,
+                  "format"_a = format_name(info.format), "bit_depth"_a = info.bit_depth,
+                  "float"_a = info.is_float, "orientation"_a = info.orientation,
+                  "grey"_a = info.grey, "cmyk"_a = info.cmyk, "warnings"_a = info.warnings);
+}
+
+py::dict probe(const std::string& path) {
+  PictureInfo info;
+  {
+    py::gil_scoped_release release;
+    info = probe_photo(path);
+  }
+  return info_dict(info);
+}
+
+py::array_t<bool> mask_array(const std::vector<std::uint8_t>& mask, py::ssize_t h, py::ssize_t w) {
+  py::array_t<bool> array({h, w});
+  std::copy(mask.begin(), mask.end(), array.mutable_data());
+  return array;
+}
+
+py::tuple read_file(const std::string& path, bool as_linear) {
+  Photo photo;
+  {
+    py::gil_scoped_release release;
+    photo = read_photo(path, as_linear);
+  }
+  const py::ssize_t w = photo.info.width, h = photo.info.height;
+  py::dict info = info_dict(photo.info);
+  info["nan_pixels"] = photo.nan_pixels;
+  info["negative_pixels"] = photo.negative_pixels;
+  info["valid"] = mask_array(photo.valid, h, w);
+  info["clipped"] = mask_array(photo.clipped, h, w);
+  const py::object alpha = photo.alpha.empty()
+                               ? py::object(py::none())
+                               : py::object(to_array(std::move(photo.alpha), {h, w}));
+  return py::make_tuple(to_array(std::move(photo.pixels), {h, w, 3}), alpha, info);
+}
+
+struct Shape {
+  int height, width, channels;
+};
+
+Shape picture_shape(const py::array& pixels) {
+  const auto n = pixels.ndim();
+  if ((n != 2 && n != 3) || pixels.size() == 0)
+    throw py::value_error("pixels have shape " + shape_text(pixels) +
+                          "; it must be (height, width) or (height, width, channels), not empty");
+  return {static_cast<int>(pixels.shape(0)), static_cast<int>(pixels.shape(1)),
+          n == 3 ? static_cast<int>(pixels.shape(2)) : 1};
+}
+
+py::array resized(const py::object& object, int width, int height) {
+  const FloatArray pixels = float_array(object, "pixels");
+  const Shape shape = picture_shape(pixels);
+  const float* data = pixels.data();
+  std::vector<float> result;
+  {
+    py::gil_scoped_release release;
+    result = resize(data, shape.width, shape.height, shape.channels, width, height);
+  }
+  std::vector<py::ssize_t> size{height, width};
+  if (pixels.ndim() == 3) size.push_back(shape.channels);
+  return to_array(std::move(result), std::move(size));
+}
+
+void save_exr(const std::string& path, const py::object& object,
+              std::optional<std::vector<std::string>> names) {
+  const FloatArray pixels = float_array(object, "pixels");
+  const Shape shape = picture_shape(pixels);
+  const float* data = pixels.data();
+  py::gil_scoped_release release;
+  write_exr(path, data, shape.width, shape.height, shape.channels,
+            names.value_or(std::vector<std::string>{}));
+}
+
+void save_png(const std::string& path, const py::object& object, int bit_depth) {
+  const FloatArray pixels = float_array(object, "pixels");
+  const Shape shape = picture_shape(pixels);
+  const float* data = pixels.data();
+  py::gil_scoped_release release;
+  write_png(path, data, shape.width, shape.height, shape.channels, bit_depth);
+}
+
+/// Applies a curve to every element; the shape stays.
+template <float (*Curve)(float)>
+py::array_t<float> mapped(const py::object& object) {
+  const FloatArray in = float_array(object, "x");
+  py::array_t<float> out(std::vector<py::ssize_t>(in.shape(), in.shape() + in.ndim()));
+  std::transform(in.data(), in.data() + in.size(), out.mutable_data(), Curve);
+  return out;
+}
+
+}  // namespace
+}  // namespace selenite
+
+PYBIND11_MODULE(_image, m) {
+  using namespace selenite;
+  m.doc() =
+      "Reads, resizes and writes pictures. Arrays are float32, row 0 at the top, linear light.";
+  m.attr("__version__") = SELENITE_VERSION;
+  py::register_local_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const FileError& error) {
+      PyErr_SetString(PyExc_OSError, error.what());
+    }
+  });
+
+  m.def("probe", &probe, "path"_a, R"(What the header of a picture says, without reading its pixels.
+
+Returns:
+    dict: width, height, channels (of the file, alpha included), format ("png", "jpeg", "tiff",
+    "openexr", "hdr"), bit_depth, float, orientation (EXIF, 1 = upright; reported, never applied),
+    grey, cmyk, warnings (list of sentences).
+Raises:
+    OSError: missing, not one of these formats (judged by content), over 100 megapixels, palette or
+    fewer than 8 bits, deep, multilayer, cropped.)");
+  m.def("read", &read_file, "path"_a, py::kw_only(), "as_linear"_a = true, R"(Reads a photo.
+
+8 and 16 bit integers are decoded with the sRGB curve (as_linear=False: value / top value); float
+files are taken as linear.
+
+Returns:
+    pixels (h, w, 3) float32, linear Rec. 709, row 0 at the top, colour not multiplied by alpha;
+    alpha (h, w) float32 or None; info: the dict of `probe` and nan_pixels (count; set to 0),
+    negative_pixels (count; set to 0), valid (h, w) bool (False where not finite), clipped (h, w) bool
+    (a channel of an integer file at its top value).
+Raises:
+    OSError: as `probe`, and for a truncated or damaged file.)");
+  m.def(
+      "resize", &resized, "pixels"_a, "width"_a, "height"_a,
+      R"(Area filter in linear light: each new pixel is the exact mean over the rectangle it covers.
+
+Args:
+    pixels: (h, w, c) or (h, w) float32.
+Returns:
+    (height, width, c) or (height, width) float32; its mean is that of `pixels`.
+Raises:
+    ValueError: empty, wrong type, or a size below 1 or above 100 megapixels.)");
+  m.def("write_exr", &save_exr, "path"_a, "pixels"_a, "channel_names"_a = py::none(),
+        R"(Writes float32 OpenEXR under a temporary name, then renames.
+
+Args:
+    pixels: (h, w, c) or (h, w) float32, linear.
+    channel_names: c different names; left out: R G B, R G B A, or Y.
+Raises:
+    OSError: the file cannot be written. ValueError: shape or names.)");
+  m.def("write_png", &save_png, "path"_a, "pixels"_a, "bit_depth"_a = 8,
+        R"(Writes PNG with the sRGB curve and no metadata under a temporary name, then renames.
+
+Args:
+    pixels: (h, w, 3) or (h, w) float32, linear; cut to [0, 1], NaN becomes 0.
+    bit_depth: 8 or 16.
+Raises:
+    OSError: the file cannot be written. ValueError: shape or bit depth.)");
+  m.def("srgb_encode", &mapped<srgb_encode>, "x"_a,
+        "Linear light to display value (IEC 61966-2-1), float32 array of any shape.");
+  m.def("srgb_decode", &mapped<srgb_decode>, "x"_a,
+        "Display value to linear light (IEC 61966-2-1), float32 array of any shape.");
+}

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "math/color.h"
+#include "math/vec.h"
+
+namespace selenite {
+
+enum class Extension { kRepeat, kExtend, kClip, kMirror };
+
+/// Image on a surface; texel centres at (i + 1/2) / N, origin bottom left.
+///
+/// An `encoded` image (bytes in sRGB) is interpolated on its encoded values and decoded afterwards,
+/// as Cycles does; any other is linear. Source: facts sheet "cycles", section 5. Immutable, shared.
+class Texture {
+ public:
+  /// Row 0 of `pixels` is the top. InvalidArgument: size, or a value that is not finite.
+  Texture(std::string name, int width, int height, std::vector<Colorf> pixels, bool encoded,
+          Extension extension, bool interpolate);
+  Colorf at(const Vec2f& uv) const;
+  const std::string& name() const { return name_; }
+
+ private:
+  Colorf texel(int x, int y) const;
+  std::string name_;
+  int width_, height_;
+  std::vector<Colorf> pixels_;
+  bool encoded_;
+  Extension extension_;
+  bool interpolate_;
+};
+
+/// What a parameter of a material takes its value from instead of one constant.
+struct FieldMap {
+  int field = 0;                              ///< of Principled::fields
+  std::shared_ptr<const Texture> texture;     ///< empty: the mesh's colour attribute itself
+  std::string attribute;                      ///< UV map or colour attribute; empty: the first
+  std::array<float, 6> uv{1, 0, 0, 0, 1, 0};  ///< 2x3, row-major: applied to (u, v, 1)
+};
+
+}  // namespace selenite

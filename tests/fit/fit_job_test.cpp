@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/fit_job.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+std::vector<Capture> one(const Scene& scene) { return {synthetic_capture(scene, "Left")}; }
+
+/// A renderer that holds every render until it is let go or cancelled, as a long one would.
+struct Gate {
+  std::atomic<int> started{0};
+  std::atomic<bool> open{false};
+  Renderer renderer() {
+    return [this](const Scene& scene, const Camera& camera, const SlotLayout& layout,
+                  const RenderSettings& settings, Progress* progress) {
+      ++started;
+      while (!open && !progress->cancelled) std::this_thread::yield();
+      return SyntheticRenderer()(scene, camera, layout, settings, progress);
+    };
+  }
+  void wait_for_render() const {
+    while (started == 0) std::this_thread::yield();
+  }
+};
+
+TEST(FitJob, DoesWhatTheFitDoes) {
+  FitSettings settings = synthetic_settings();
+  settings.iterations = 12;
+  const Scene scene = synthetic_scene();
+  FitJob job(scene, one(scene), synthetic_unknowns(), settings);
+  EXPECT_FALSE(job.state().running);
+  EXPECT_EQ(job.preview(0), nullptr);
+  job.start();
+  job.join();
+  Fit fit(scene, one(scene), synthetic_unknowns(), settings);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(job.result().last, fit.result().last);
+  EXPECT_EQ(job.result().best, fit.result().best);
+  const FitState state = job.state();
+  EXPECT_TRUE(state.done);
+  EXPECT_FALSE(state.running);
+  EXPECT_EQ(state.iteration, 12);
+  EXPECT_EQ(state.stopped_because, "all iterations done");
+  EXPECT_EQ(state.seconds_left, 0);
+  EXPECT_EQ(state.error, "");
+  ASSERT_NE(job.preview(0), nullptr);
+  EXPECT_EQ(job.preview(0)->size(), static_cast<std::size_t>(kSyntheticSize * kSyntheticSize));
+}
+
+TEST(FitJob, CancelEndsItSoonWithAConsistentState) {
+  Gate gate;
+  FitSettings settings = synthetic_settings();
+  settings.renderer = gate.renderer();
+  const Scene scene = synthetic_scene();
+  FitJob job(scene, one(scene), synthetic_unknowns(), settings);
+  job.start();
+  gate.wait_for_render();
+  EXPECT_TRUE(job.state().running);
+  EXPECT_EQ(job.state().stopped_because, "");
+  job.cancel();
+  job.join();
+  const FitState state = job.state();
+  EXPECT_TRUE(state.done);
+  EXPECT_EQ(state.stopped_because, "cancelled");
+  EXPECT_EQ(state.error, "");
+  EXPECT_EQ(state.iteration, 0);
+  EXPECT_EQ(job.result().best, job.unknowns().start());
+}
+
+TEST(FitJob, TheDestructorEndsARunningFit) {
+  Gate gate;
+  FitSettings settings = synthetic_settings();
+  settings.renderer = gate.renderer();
+  const Scene scene = synthetic_scene();
+  {
+    FitJob job(scene, one(scene), synthetic_unknowns(), settings);
+    job.start();
+    gate.wait_for_render();
+  }
+  SUCCEED();
+}
+
+TEST(FitJob, MayBeDroppedWithoutHavingBeenStarted) {
+  const Scene scene = synthetic_scene();
+  const FitJob job(scene, one(scene), synthetic_unknowns(), synthetic_settings());
+  EXPECT_EQ(job.state().seconds, 0);
+}
+
+TEST(FitJob, StartsOnce) {
+  FitSettings settings = synthetic_settings();
+  settings.iterations = 1;
+  const Scene scene = synthetic_scene();
+  FitJob job(scene, one(scene), synthetic_unknowns(), settings);
+  job.start();
+  EXPECT_THROW(job.start(), InvalidArgument);
+  job.join();
+  job.join();
+}
+
+TEST(FitJob, AnErrorIsToldInTheState) {
+  FitSettings settings = synthetic_settings();
+  settings.renderer = [](const Scene&, const Camera&, const SlotLayout&, const RenderSettings&,
+                         Progress*) -> Film { throw std::runtime_error("no memory"); };
+  const Scene scene = synthetic_scene();
+  FitJob job(scene, one(scene), synthetic_unknowns(), settings);
+  job.start();
+  job.join();
+  EXPECT_TRUE(job.state().done);
+  EXPECT_EQ(job.state().stopped_because, "error");
+  EXPECT_NE(job.state().error.find("no memory"), std::string::npos);
+}
+
+TEST(FitJob, CanBeWatchedFromManyThreads) {
+  FitSettings settings = synthetic_settings();
+  settings.iterations = 40;
+  const Scene scene = synthetic_scene();
+  FitJob job(scene, one(scene), synthetic_unknowns(), settings);
+  job.start();
+  std::vector<std::future<int>> watchers;
+  for (int i = 0; i < 3; ++i)
+    watchers.push_back(std::async(std::launch::async, [&] {
+      int last = 0;
+      while (!job.state().done) {
+        const FitState state = job.state();
+        EXPECT_GE(state.iteration, last);
+        last = state.iteration;
+        EXPECT_EQ(job.result().last.size(), 6);
+        job.preview(0);
+      }
+      return last;
+    }));
+  job.join();
+  for (auto& watcher : watchers) EXPECT_LE(watcher.get(), 40);
+}
+
+TEST(FitJob, NamesTheRangeOfPreviews) {
+  const Scene scene = synthetic_scene();
+  const FitJob job(scene, one(scene), synthetic_unknowns(), synthetic_settings());
+  EXPECT_THROW(job.preview(1), InvalidArgument);
+  EXPECT_THROW(job.preview(-1), InvalidArgument);
+}
+
+}  // namespace
+}  // namespace selenite

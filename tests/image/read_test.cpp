@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "image/read.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "image/cmyk_jpeg.h"
+#include "image/color.h"
+#include "image/file_error.h"
+#include "image/temporary_folder.h"
+#include "image/write.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSize = 16;
+
+class ReadPhoto : public TemporaryFolder {
+ protected:
+  /// A picture file as another program would write it.
+  template <class T>
+  std::string save(const std::string& name, OIIO::ImageSpec spec, const std::vector<T>& pixels) {
+    const auto out = OIIO::ImageOutput::create(name);
+    EXPECT_TRUE(out && out->open(path(name), spec)) << OIIO::geterror();
+    EXPECT_TRUE(out->write_image(OIIO::BaseTypeFromC<T>::value, pixels.data())) << out->geterror();
+    out->close();
+    return path(name);
+  }
+  template <class T>
+  std::string save(const std::string& name, int channels, const std::vector<T>& pixels) {
+    return save(
+        name,
+        OIIO::ImageSpec(kSize, kSize, channels, OIIO::TypeDesc(OIIO::BaseTypeFromC<T>::value)),
+        pixels);
+  }
+  std::string refusal(const std::string& file) {
+    const std::string probed = message_of<FileError>([&] { read_photo(file); });
+    EXPECT_NE(probed, "") << file << " was accepted";
+    EXPECT_NE(probed.find(file), std::string::npos) << probed;
+    return probed;
+  }
+};
+
+template <class T>
+std::vector<T> gradient(int channels) {
+  std::vector<T> pixels;
+  for (int i = 0; i < kSize * kSize * channels; ++i)
+    pixels.push_back(static_cast<T>(static_cast<double>(i) / (kSize * kSize * channels) *
+                                    std::numeric_limits<T>::max()));
+  return pixels;
+}
+
+std::vector<std::uint8_t> busy() {  // compresses badly, so that half a file is half a picture
+  std::vector<std::uint8_t> pixels;
+  for (std::uint32_t i = 0; i < 3 * kSize * kSize; ++i)
+    pixels.push_back(static_cast<std::uint8_t>(i * 2654435761u >> 24));
+  return pixels;
+}
+
+bool holds(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST_F(ReadPhoto, EightAndSixteenBitsAgree) {
+  const std::vector<std::uint8_t> eight = gradient<std::uint8_t>(3);
+  std::vector<std::uint16_t> sixteen;
+  for (std::uint8_t x : eight) sixteen.push_back(static_cast<std::uint16_t>(x * 257));
+  for (const char* kind : {"png", "tif"}) {
+    const Photo a = read_photo(save(std::string("8.") + kind, 3, eight));
+    const Photo b = read_photo(save(std::string("16.") + kind, 3, sixteen));
+    EXPECT_EQ(a.info.bit_depth, 8);
+    EXPECT_EQ(b.info.bit_depth, 16);
+    for (std::size_t i = 0; i < eight.size(); ++i) {
+      EXPECT_NEAR(a.pixels[i], b.pixels[i], 1e-6);
+      EXPECT_NEAR(a.pixels[i], srgb_decode(static_cast<float>(eight[i]) / 255), 1e-7);
+    }
+  }
+}
+
+TEST_F(ReadPhoto, EncodedValuesAreKeptOnRequest) {
+  const std::vector<std::uint8_t> eight = gradient<std::uint8_t>(3);
+  const Photo photo = read_photo(save("a.png", 3, eight), false);
+  for (std::size_t i = 0; i < eight.size(); ++i)
+    EXPECT_FLOAT_EQ(photo.pixels[i], static_cast<float>(eight[i]) / 255);
+}
+
+TEST_F(ReadPhoto, EveryFormatIsKnownByItsContent) {
+  const std::vector<std::uint8_t> eight = gradient<std::uint8_t>(3);
+  const std::vector<float> floats(3 * kSize * kSize, 0.5f);
+  const std::array<std::pair<const char*, FileFormat>, 5> kinds{{{"png", FileFormat::kPng},
+                                                                 {"jpg", FileFormat::kJpeg},
+                                                                 {"tif", FileFormat::kTiff},
+                                                                 {"exr", FileFormat::kExr},
+                                                                 {"hdr", FileFormat::kHdr}}};
+  for (const auto& [extension, format] : kinds) {
+    const std::string name = std::string("a.") + extension;
+    const bool is_float = format == FileFormat::kExr || format == FileFormat::kHdr;
+    const std::string file = is_float ? save(name, 3, floats) : save(name, 3, eight);
+    // Any name, any extension: the content decides.
+    const std::string disguised = path(std::string(extension) + ".txt");
+    std::filesystem::rename(file, disguised);
+    const Photo photo = read_photo(disguised);
+    EXPECT_EQ(photo.info.format, format);
+    EXPECT_EQ(photo.info.is_float, is_float);
+    EXPECT_EQ(photo.info.width, kSize);
+    EXPECT_EQ(probe_photo(disguised).channels, 3);
+    if (is_float) {
+      EXPECT_NEAR(photo.pixels[0], 0.5, 1e-2);
+    }
+  }
+}
+
+TEST_F(ReadPhoto, FloatTiffIsLinear) {
+  const std::vector<float> floats(3 * kSize * kSize, 0.5f);
+  EXPECT_EQ(read_photo(save("a.tif", 3, floats)).pixels, floats);
+}
+
+TEST_F(ReadPhoto, GreyIsRepeated) {
+  const Photo photo = read_photo(save("a.png", 1, gradient<std::uint8_t>(1)));
+  EXPECT_TRUE(photo.info.grey);
+  ASSERT_EQ(photo.pixels.size(), 3u * kSize * kSize);
+  EXPECT_EQ(photo.pixels[300], photo.pixels[302]);
+}
+
+TEST_F(ReadPhoto, AlphaIsNotMultipliedIn) {
+  std::vector<std::uint8_t> pixels;
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const bool hidden = i % 2;
+    pixels.insert(pixels.end(), {255, 0, 0, static_cast<std::uint8_t>(hidden ? 0 : 128)});
+  }
+  for (const char* name : {"a.png", "a.tif"}) {
+    OIIO::ImageSpec spec(kSize, kSize, 4, OIIO::TypeDesc::UINT8);
+    spec.attribute("oiio:UnassociatedAlpha", 1);
+    const Photo photo = read_photo(save(name, spec, pixels));
+    ASSERT_EQ(photo.alpha.size(), static_cast<std::size_t>(kSize * kSize)) << name;
+    EXPECT_FLOAT_EQ(photo.alpha[0], 128.f / 255);
+    EXPECT_EQ(photo.alpha[1], 0.f);
+    EXPECT_EQ(photo.pixels[0], 1.f) << name;
+    EXPECT_EQ(photo.pixels[3], 1.f) << "colour under alpha 0 is kept: " << name;
+  }
+}
+
+TEST_F(ReadPhoto, ExrColourIsDividedByAlpha) {
+  const std::vector<float> pixels{0.25f, 0.5f, 0.f, 0.5f, 2.f, 0.f, 0.f, 0.f};
+  write_exr(path("a.exr"), pixels.data(), 2, 1, 4);
+  const Photo photo = read_photo(path("a.exr"));
+  EXPECT_EQ(photo.pixels, (std::vector<float>{0.5f, 1.f, 0.f, 2.f, 0.f, 0.f}));
+  EXPECT_EQ(photo.alpha, (std::vector<float>{0.5f, 0.f}));
+}
+
+TEST_F(ReadPhoto, ClippedPixelsAreMarked) {
+  std::vector<std::uint8_t> pixels(3 * kSize * kSize, 100);
+  pixels[1] = 255;
+  pixels[5] = 254;
+  pixels[8] = 253;
+  const Photo photo = read_photo(save("a.png", 3, pixels));
+  EXPECT_EQ(photo.clipped[0], 1);
+  EXPECT_EQ(photo.clipped[1], 1);
+  EXPECT_EQ(photo.clipped[2], 0);
+  std::vector<std::uint16_t> sixteen(3 * kSize * kSize, 65000);
+  sixteen[0] = 65534;
+  const Photo fine = read_photo(save("b.png", 3, sixteen));
+  EXPECT_EQ(fine.clipped[0], 1);
+  EXPECT_EQ(fine.clipped[1], 0);
+}
+
+TEST_F(ReadPhoto, NotANumberIsMaskedAndCountedAndNegativeIsCut) {
+  std::vector<float> pixels(3 * kSize * kSize, 0.5f);
+  pixels[0] = std::nanf("");
+  pixels[4] = std::numeric_limits<float>::infinity();
+  pixels[6] = -0.25f;
+  pixels[9] = 1e9f;
+  write_exr(path("a.exr"), pixels.data(), kSize, kSize, 3);
+  const Photo photo = read_photo(path("a.exr"));
+  EXPECT_EQ(photo.nan_pixels, 2);
+  EXPECT_EQ(photo.negative_pixels, 1);
+  EXPECT_EQ(photo.valid[0], 0);
+  EXPECT_EQ(photo.valid[1], 0);
+  EXPECT_EQ(photo.valid[2], 1);
+  EXPECT_EQ(photo.pixels[0], 0.f);
+  EXPECT_EQ(photo.pixels[6], 0.f);
+  EXPECT_EQ(photo.pixels[9], 1e9f);
+  EXPECT_EQ(photo.info.warnings.size(), 2u);
+}
+
+TEST_F(ReadPhoto, OrientationIsReportedAndNotApplied) {
+  OIIO::ImageSpec spec(kSize, 8, 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("Orientation", 6);
+  const std::string file = save("a.jpg", spec, std::vector<std::uint8_t>(3 * kSize * 8, 100));
+  const PictureInfo info = probe_photo(file);
+  EXPECT_EQ(info.orientation, 6);
+  EXPECT_EQ(info.width, kSize);
+  EXPECT_EQ(info.height, 8);
+  ASSERT_EQ(info.warnings.size(), 1u);
+  EXPECT_TRUE(holds(info.warnings[0], "orientation"));
+}
+
+TEST_F(ReadPhoto, CmykIsTakenWithAWarning) {
+  const std::string file =
+      write_bytes("a.jpg", {reinterpret_cast<const char*>(kCmykJpeg.data()), kCmykJpeg.size()});
+  const Photo photo = read_photo(file);
+  EXPECT_TRUE(photo.info.cmyk);
+  EXPECT_FALSE(photo.info.warnings.empty());
+  EXPECT_NEAR(photo.pixels[0], srgb_decode(200 / 255.f), 0.02);
+}
+
+// ---- refusals
+
+TEST_F(ReadPhoto, TruncatedFilesAreRefused) {
+  for (const char* name : {"a.jpg", "a.png", "a.tif"}) {
+    const std::string file = save(name, 3, busy());
+    const std::string bytes = read_bytes(name);
+    EXPECT_EQ(message_of<FileError>([&] { read_photo(file); }), "")
+        << name << " is good when whole";
+    for (double share : {0.9, 0.6}) {
+      write_bytes(name, bytes.substr(0, static_cast<std::size_t>(share * bytes.size())));
+      EXPECT_NE(refusal(file), "") << name << " cut to " << share;
+    }
+  }
+  const std::vector<float> pixels(3 * kSize * kSize, 0.5f);
+  write_exr(path("a.exr"), pixels.data(), kSize, kSize, 3);
+  const std::string bytes = read_bytes("a.exr");
+  write_bytes("a.exr", bytes.substr(0, bytes.size() - 20));
+  EXPECT_NE(refusal(path("a.exr")), "");
+}
+
+TEST_F(ReadPhoto, WhatIsNoPictureIsNamed) {
+  EXPECT_TRUE(holds(refusal(write_bytes("text.png", "Dear diary")), "PNG, JPEG"));
+  EXPECT_TRUE(holds(refusal(write_bytes("empty.png", "")), "is empty"));
+  EXPECT_TRUE(holds(refusal(path("missing.png")), "does not exist"));
+  EXPECT_TRUE(holds(refusal(folder_.string()), "is not a file"));
+  EXPECT_NE(refusal(write_bytes("magic.png", "\x89PNG\r\n\x1a\n")), "");
+  EXPECT_NE(refusal(write_bytes("magic.jpg", "\xff\xd8\xff")), "");
+  EXPECT_NE(refusal(write_bytes("magic.exr", std::string_view("v/1\x01", 4))), "");
+  EXPECT_NE(refusal(write_bytes("magic.hdr", "#?RADIANCE")), "");
+  EXPECT_NE(refusal(write_bytes("magic.tif", std::string_view("II*\0", 4))), "");
+}
+
+TEST_F(ReadPhoto, OtherFormatsOfTheLibraryAreNotOpened) {
+  for (const char* name : {"a.bmp", "a.tga", "a.gif", "a.ppm"})
+    EXPECT_TRUE(holds(refusal(save(name, 3, gradient<std::uint8_t>(3))), "PNG, JPEG")) << name;
+}
+
+std::string big_endian(std::uint32_t x) {
+  std::string text;
+  for (int shift = 24; shift >= 0; shift -= 8) text += static_cast<char>(x >> shift & 255);
+  return text;
+}
+
+/// Bits of a PNG chunk's checksum. Source: ISO/IEC 15948, annex D.
+std::uint32_t crc32(const std::string& bytes) {
+  std::uint32_t crc = ~0u;
+  for (const char byte : bytes) {
+    crc ^= static_cast<unsigned char>(byte);
+    for (int k = 0; k < 8; ++k) crc = crc & 1 ? 0xedb88320u ^ (crc >> 1) : crc >> 1;
+  }
+  return ~crc;
+}
+
+std::string chunk(const std::string& kind, const std::string& data) {
+  return big_endian(static_cast<std::uint32_t>(data.size())) + kind + data +
+         big_endian(crc32(kind + data));
+}
+
+std::string png_header(std::uint32_t width, std::uint32_t height, char bits, char color) {
+  return std::string("\x89PNG\r\n\x1a\n") + chunk("IHDR", big_endian(width) + big_endian(height) +
+                                                              bits + color + std::string(3, '\0'));
+}
+
+TEST_F(ReadPhoto, AHugeHeaderIsRefusedBeforeMemoryIsAskedFor) {
+  // 10.8 GB if it were believed; the file has a hundred bytes.
+  const std::string file = write_bytes(
+      "huge.png", png_header(60000, 60000, 8, 2) + chunk("IDAT", std::string(20, '\0')));
+  EXPECT_TRUE(holds(refusal(file), "60000 x 60000"));
+  EXPECT_NE(message_of<FileError>([&] { probe_photo(file); }), "");
+  const std::string huger = write_bytes(
+      "huger.png", png_header(2000000000, 2000000000, 8, 2) + chunk("IDAT", std::string(20, '\0')));
+  EXPECT_NE(refusal(huger), "");
+}
+
+TEST_F(ReadPhoto, PaletteAndFewBitsAreRefused) {
+  const std::string palette =
+      write_bytes("palette.png", png_header(4, 4, 8, 3) + chunk("PLTE", std::string(6, '\0')) +
+                                     chunk("IDAT", std::string(20, '\0')));
+  EXPECT_TRUE(holds(refusal(palette), "palette"));
+  const std::string bits =
+      write_bytes("bits.png", png_header(4, 4, 1, 0) + chunk("IDAT", std::string(20, '\0')));
+  EXPECT_TRUE(holds(refusal(bits), "8 bits"));
+}
+
+TEST_F(ReadPhoto, LayersAndCroppedFramesAreRefused) {
+  const std::vector<float> pixels(3, 0.5f);
+  write_exr(path("layers.exr"), pixels.data(), 1, 1, 3,
+            {"View Layer.Combined.R", "View Layer.Combined.G", "View Layer.Combined.B"});
+  EXPECT_TRUE(holds(refusal(path("layers.exr")), "Combined.R"));
+  OIIO::ImageSpec spec(kSize, kSize, 3, OIIO::TypeDesc::FLOAT);
+  spec.full_width = 2 * kSize;
+  const std::string cropped = save("crop.exr", spec, std::vector<float>(3 * kSize * kSize, 0.5f));
+  EXPECT_TRUE(holds(refusal(cropped), "whole frame"));
+}
+
+}  // namespace
+}  // namespace selenite

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The rules of the repository that a machine can check: see CONTRIBUTING.md."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+NATIVE = ROOT / "native"
+ADDON = ROOT / "addon" / "selenite"
+LONGEST_FILE = 400
+
+# What a room of native/ may include, besides itself
+KNOWS = {
+    "math": set(),
+    "model": {"math"},
+    "scene": {"math", "model"},
+    "image": {"math"},
+    "render": {"math", "model", "scene"},
+    "fit": {"math", "model", "scene", "render"},
+    "module": {"math", "model", "scene", "image", "render", "fit"},
+}
+
+# Where Blender may be imported at the head of a file ...
+BLENDER_ROOMS = {"scene_read", "write_back", "importers", "interface"}
+# ... and where only inside a function, so that `import selenite` works without Blender
+BLENDER_LATE = {"__init__.py", "cli.py", "commands"}
+BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "addon_utils"}
+
+VAGUE = re.compile(r"(^|_)(utils?|helpers?|common|manager|misc)($|_)")
+
+
+def _sources(*suffixes: str) -> list[Path]:
+    folders = ["native", "addon", "devtools", "tests", "blender_tests", "scenes", "bench", "cmake"]
+    found = [path for folder in folders for path in sorted((ROOT / folder).rglob("*"))]
+    found += [ROOT / "dev", ROOT / ".ci" / "run"]
+    return [
+        path
+        for path in found
+        if path.is_file()
+        and (path.suffix in suffixes or (not path.suffix and path.parent.name != "__pycache__"))
+        and ADDON / "lib" not in path.parents
+    ]
+
+
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def test_version_is_the_same_everywhere() -> None:
+    version = tomllib.loads(_text(ROOT / "pyproject.toml"))["project"]["version"]
+    manifest = tomllib.loads(_text(ADDON / "blender_manifest.toml"))
+    assert manifest["version"] == version
+    literals = {}
+    for node in ast.parse(_text(ADDON / "__init__.py")).body:  # parsed, not run: as Blender does
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
+            literals[node.targets[0].id] = ast.literal_eval(node.value)
+    assert ".".join(map(str, literals["bl_info"]["version"])) == version
+    assert literals["__version__"] == version
+    assert f"## [{version}]" in _text(ROOT / "CHANGELOG.md")
+
+
+@pytest.mark.parametrize("room", KNOWS)
+def test_native_rooms_include_only_rooms_above(room: str) -> None:
+    wrong = []
+    for path in sorted((NATIVE / room).rglob("*")):
+        if path.suffix not in (".h", ".cpp"):
+            continue
+        for included in re.findall(r'^\s*#\s*include\s+"([^"]+)"', _text(path), re.MULTILINE):
+            other = included.split("/")[0]
+            if other != room and other not in KNOWS[room]:
+                wrong.append(f"{path.relative_to(ROOT)} includes {included}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_image_library_stays_out_of_the_core_module() -> None:
+    for path in sorted((NATIVE / "module").glob("*")):
+        if not path.name.startswith("image"):
+            assert '#include "image/' not in _text(path), f"{path.name}: _core has no OpenImageIO"
+
+
+def _imports(tree: ast.Module) -> list[tuple[str, bool]]:
+    """Top-level names of the imported modules, and whether the import runs with the file itself."""
+    found = []
+
+    def visit(node: ast.AST, at_head: bool) -> None:
+        if isinstance(node, ast.Import):
+            found.extend((alias.name.split(".")[0], at_head) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            found.append((node.module.split(".")[0], at_head))
+        # what stands under `if TYPE_CHECKING:` never runs
+        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            return
+        inside = isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+        for child in ast.iter_child_nodes(node):
+            visit(child, at_head and not inside)
+
+    visit(tree, True)
+    return found
+
+
+def test_blender_is_imported_only_where_it_may_be() -> None:
+    wrong = []
+    for path in sorted(ADDON.rglob("*.py")):
+        first = path.relative_to(ADDON).parts[0]
+        if first == "lib" or first.removesuffix(".py") in BLENDER_ROOMS:
+            continue
+        for module, at_head in _imports(ast.parse(_text(path))):
+            if module in BLENDER_MODULES and (at_head or first not in BLENDER_LATE):
+                wrong.append(f"{path.relative_to(ROOT)} imports {module}")
+    assert not wrong, "\n".join(wrong)
+
+
+def test_files_stay_short() -> None:
+    long = {
+        str(path.relative_to(ROOT)): count
+        for path in _sources(".py", ".h", ".cpp")
+        if (count := _text(path).count("\n")) > LONGEST_FILE
+    }
+    assert not long, f"more than {LONGEST_FILE} lines: {long}"
+
+
+def test_no_file_has_a_name_that_says_nothing() -> None:
+    vague = [path for path in _sources(".py", ".h", ".cpp") if VAGUE.search(path.stem)]
+    assert not vague
+
+
+def test_every_source_names_its_licence() -> None:
+    bare = [
+        str(path.relative_to(ROOT))
+        for path in _sources(".py", ".h", ".cpp", ".cmake")
+        if "SPDX-License-Identifier: GPL-3.0-or-later" not in "".join(_text(path)[:400])
+    ]
+    assert not bare
+
+
+def test_no_test_is_switched_off() -> None:
+    off = []
+    for path in _sources(".cpp", ".py"):
+        if path == Path(__file__):
+            continue
+        text = _text(path)
+        if re.search(r"^\s*#\s*if\s+0\b", text, re.MULTILINE) or re.search(
+            r"\bDISABLED_|GTEST_SKIP\(\)\s*;|mark\.skip\s*$|mark\.skip\(\)", text, re.MULTILINE
+        ):
+            off.append(str(path.relative_to(ROOT)))
+    assert not off, f"disabled, or skipped without a reason: {off}"
+
+
+def test_requirements_hold_the_pins_of_the_project() -> None:
+    """The lock file and the ranges in pyproject.toml cannot drift apart."""
+    from packaging.requirements import Requirement
+    from packaging.utils import canonicalize_name
+
+    pins = {}
+    for line in _text(ROOT / "requirements" / "dev.txt").splitlines():
+        if line and not line.startswith("#"):
+            name, _, version = line.partition("==")
+            assert version, f"not pinned: {line}"
+            pins[canonicalize_name(name)] = version
+    project = tomllib.loads(_text(ROOT / "pyproject.toml"))
+    asked = [*project["build-system"]["requires"], *project["project"]["dependencies"]]
+    for group in project["project"]["optional-dependencies"].values():
+        asked += group
+    for text in asked:
+        wanted = Requirement(text)
+        if wanted.name != project["project"]["name"]:
+            assert wanted.specifier.contains(pins[canonicalize_name(wanted.name)]), text
