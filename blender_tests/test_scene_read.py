@@ -276,6 +276,26 @@ def test_lights(kind, settings, shape):
     assert values.owners["Key"].fixed == {}
 
 
+@pytest.mark.parametrize(
+    ("settings", "scale"),
+    [
+        ({"kind": "POINT", "shadow_soft_size": 0.5}, 4 * math.pi * 0.25),
+        ({"kind": "POINT", "shadow_soft_size": 0.0}, 4),
+        ({"kind": "SPOT", "shadow_soft_size": 0.5}, 4 * math.pi * 0.25),
+        ({"kind": "SUN", "angle": 0.5}, math.pi * math.sin(0.25) ** 2),
+        ({"kind": "SUN", "angle": 0.0}, 1),
+        ({"kind": "AREA", "shape": "DISK", "size": 2}, math.pi),
+    ],
+)
+def test_lamps_that_are_not_normalized(settings, scale):
+    """Factors as Cycles 4.5 was measured to apply them."""
+    item = made.light(**settings)
+    if not hasattr(item.data, "normalize"):
+        pytest.skip("lamps are always normalized before Blender 4.5")
+    item.data.normalize = False
+    assert made.read().lights[0].radiance_scale == pytest.approx(scale, rel=1e-6)
+
+
 def test_exposure_normalize_and_temperature():
     item = made.light(kind="AREA", shape="SQUARE", size=2)
     if not hasattr(item.data, "exposure"):
@@ -304,13 +324,13 @@ def test_world_constant():
     assert values.owners["World"].datablock == "Studio"
 
 
-@pytest.mark.parametrize("kind", ["POINT", "TEXTURE"])
+@pytest.mark.parametrize("kind", ["POINT", "TEXTURE", "VECTOR"])
 def test_environment_rotation_and_row_order(kind):
     pixels = np.arange(4 * 8 * 3, dtype=np.float32).reshape(4, 8, 3)
     made.environment(made.world(), pixels, rotation=(0.4, 0, 0), kind=kind)
     world = made.read().world
     np.testing.assert_array_equal(world.image, pixels)
-    expected = made.rotation_x(0.4 if kind == "POINT" else -0.4)
+    expected = made.rotation_x(-0.4 if kind == "TEXTURE" else 0.4)
     np.testing.assert_allclose(world.to_map, expected, atol=1e-6)
 
 

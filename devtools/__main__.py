@@ -40,7 +40,8 @@ def build(arguments: list[str]) -> None:
 
 
 def demo(arguments: list[str]) -> int:
-    build([])
+    setup()
+    environment.build("release", targets=("_core", "_image"))
     return _replace_by([str(VENV / "bin" / "selenite"), "demo", *arguments])
 
 

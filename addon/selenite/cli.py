@@ -166,7 +166,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="dual-buffer, mse, brightness-independent-mse, mae, mean-bias-error")
-    add("--optimiser", help="auto or adam")
+    add("--optimiser", help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool")
     add("--iterations", type=int)
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")

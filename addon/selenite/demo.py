@@ -41,8 +41,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     say("building the scene with its dark opaque start")
     scene.save_start(start_file)
     photos = [f"--photo={c}={SCENES / NAME / c}.png" for c in truth["cameras"]]
-    # Tolerance 0: the demo goes on to the end, where the default would call it good enough.
-    command = ["fit", str(start_file), *photos, "--tolerance=0"]
+    command = ["fit", str(start_file), *photos]
+    command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]
     command += [f"--out={out}", f"--save={fitted_file}"]
     begin = time.perf_counter()
     report = fit.run(args.parser.parse_args(command))
@@ -147,16 +147,16 @@ def _contact_sheet(pictures: dict[str, dict[str, np.ndarray]], path: Path) -> No
     from matplotlib.figure import Figure
 
     titles = ("photo", "start", "fit", "fitted values in Cycles", "|Cycles - photo|")
-    figure = Figure(figsize=(15, 2.3 * len(pictures) + 0.4), layout="constrained")
+    figure = Figure(figsize=(15, 2.05 * len(pictures) + 0.3), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplots(len(pictures), len(titles), squeeze=False)
     encode = native.image().srgb_encode
+    for axis, title in zip(axes[0], titles, strict=True):
+        axis.set_title(title)
     for row, (camera, shown) in zip(axes, pictures.items(), strict=True):
-        for axis, title in zip(row, titles, strict=True):
+        for axis in row:
             axis.set_xticks([])
             axis.set_yticks([])
-            if row is axes[0]:
-                axis.set_title(title)
         row[0].set_ylabel(camera)
         for axis, key in zip(row, ("photo", "start", "fit", "cycles"), strict=False):
             axis.imshow(np.clip(encode(shown[key]), 0, 1))

@@ -79,12 +79,12 @@ def _target(
     scene: bpy.types.Scene, owner: Owner, parameter: Parameter
 ) -> tuple[_Target | None, str]:
     if owner.kind == "material":
-        material = _datablock(bpy.data.materials, owner)
+        material = datablock(bpy.data.materials, owner)
         if material is None:
             return None, "the material is gone: undo its removal"
         return _socket_target(*materials.find_source(material, parameter))
     if owner.kind == "light":
-        light = _datablock(bpy.data.lights, owner)
+        light = datablock(bpy.data.lights, owner)
         if light is None:
             return None, "the light is gone: undo its removal"
         reason = lights.why_fixed(light, parameter.name)
@@ -94,7 +94,7 @@ def _target(
     return _socket_target(*world.find_source(scene.world, parameter))
 
 
-def _datablock(blocks: bpy.types.bpy_prop_collection, owner: Owner) -> bpy.types.ID | None:
+def datablock(blocks: bpy.types.bpy_prop_collection, owner: Owner) -> bpy.types.ID | None:
     """By name and library: after an undo every pointer is stale."""
     return next(
         (

@@ -173,6 +173,7 @@ Fit::Validation Fit::validate(const Vector& x, Progress* progress) {
     sum.unbiased += share * loss.unbiased;
     sum.variance += share * share * loss.standard_error * loss.standard_error;
     sum.bias += mean_bias(film, photo) * share;
+    for (const float part : loss.parts) sum.parts.push_back(static_cast<float>(share) * part);
     previews_[static_cast<std::size_t>(i)] = std::make_shared<const Picture>(film.mean);
   }
   return sum;
@@ -182,11 +183,25 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   row.validation = validation.unbiased;
   row.validation_standard_error = std::sqrt(validation.variance);
   const bool first = std::isnan(result_.best_validation);
-  if (!first && !(row.validation < result_.best_validation)) return;
+  if (first || validation.unbiased < smallest_.unbiased) smallest_ = validation;
+  if (worse_than_smallest(validation)) return;
   result_.best = row.values;
   result_.best_iteration = row.iteration;
   result_.best_validation = row.validation;
   result_.best_validation_standard_error = row.validation_standard_error;
+}
+
+/// By more than one standard error of the difference, pixel against pixel: the seeds are the same,
+/// so most of the noise is common to both.
+bool Fit::worse_than_smallest(const Validation& validation) const {
+  double sum = 0, squares = 0;
+  for (std::size_t i = 0; i < validation.parts.size(); ++i) {
+    const double difference = static_cast<double>(validation.parts[i]) - smallest_.parts[i];
+    sum += difference;
+    squares += difference * difference;
+  }
+  const double variance = squares - sum * sum / static_cast<double>(validation.parts.size());
+  return sum > std::sqrt(std::max(variance, 0.0));
 }
 
 bool Fit::within_tolerance() const {
@@ -266,6 +281,13 @@ void Fit::finish(Progress* progress) {
   row.loss = validation.loss;
   row.mean_bias = validation.bias;
   note_validation(row, validation);
+  // An answer that draws on all iterations gives way to an earlier state only if that is better by
+  // more than the noise of the comparison.
+  if (optimiser_->averages() &&
+      row.validation < result_.best_validation + 2 * row.validation_standard_error) {
+    result_.best_validation = kNotDone;
+    note_validation(row, validation);
+  }
   result_.history.push_back(row);
   if (!too_many_dropped()) stop(StopReason::kIterations);
 }

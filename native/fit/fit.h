@@ -28,7 +28,10 @@ enum class StopReason { kNone, kIterations, kTolerance, kCancelled, kDropped, kE
 const char* stop_text(StopReason reason);
 
 struct FitResult {
-  Vector last, best;  ///< best: the smallest validation loss
+  Vector last;
+  /// The newest values whose validation is not worse than the smallest one by more than its noise.
+  /// Smallest alone would be a lottery: one bright path can outweigh the whole residual.
+  Vector best;
   int best_iteration = 0;
   double best_validation = 0;
   double best_validation_standard_error = 0;
@@ -70,12 +73,14 @@ class Fit {
  private:
   struct Validation {
     double loss = 0, unbiased = 0, variance = 0;
+    std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all captures
     Color<double> bias;
   };
 
   Observation observe(const Scene& scene, int capture, Progress* progress);
   Validation validate(const Vector& x, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
+  bool worse_than_smallest(const Validation& validation) const;
   /// Settles on the optimiser's answer and validates it.
   void finish(Progress* progress);
   bool stop(StopReason reason, std::string message = {});
@@ -98,6 +103,7 @@ class Fit {
   std::unique_ptr<Optimiser> optimiser_;
   Vector x_;
   FitResult result_;
+  Validation smallest_;
   std::string first_dropped_;
   std::vector<std::shared_ptr<const Picture>> previews_;
 };

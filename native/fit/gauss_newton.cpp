@@ -20,11 +20,13 @@ constexpr double kLeastStrength = 0.1;  ///< of Z^T w Z, for scaling
 constexpr double kForgetAt = 0.5;       ///< caps; a step of that size keeps 1/e of the past
 constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
 constexpr double kLargeMove = 0.25;  ///< caps; smaller steps are never rejected
+/// From this iteration on caps shrink as 1 / iteration: the way that is left to go stays unlimited
+/// (harmonic series), but noise cannot throw a settled fit far and make it forget what it knows.
+constexpr double kShrinkFrom = 10;
 constexpr int kMostRejections = 3;
 constexpr double kWorseBy = 0.1, kWorseSigmas = 2;
 constexpr std::size_t kAveraged = 8;
-constexpr double kDimShare = 0.3;       ///< of the mean, added to a pixel's brightness
-constexpr int kLearningIterations = 3;  ///< renders whose variance sets the final weights
+constexpr double kDimShare = 0.3;  ///< of the mean, added to a pixel's brightness
 constexpr int kVarianceBlur = 2;
 constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
 constexpr double kModelError = 0.05;       ///< of a pixel's brightness
@@ -88,31 +90,29 @@ void GaussNewton::set_first_weights() {
   }
 }
 
-/// After a few renders the noise is known: pixels that are noisier count less. The old sums are in
-/// other weights and go.
-void GaussNewton::learn_variance(std::span<const Observation> seen) {
-  if (learned_ >= kLearningIterations) return;
-  ++learned_;
+/// Noise by pixel is learned on the way and put into the weights twice, from earlier seeds only:
+/// the start may be far from where the noise (caustics, say) will be. Sums in the old weights stay:
+/// they are true equations for the same unknowns.
+void GaussNewton::learn_variance(std::span<const Observation> seen, double keep) {
+  variance_count_ = keep * variance_count_ + 1;
   for (const Observation& one : seen) {
     View& view = views_[static_cast<std::size_t>(one.capture)];
     const Eigen::Map<const Eigen::VectorXf> variance(&one.film.variance.front().r,
                                                      view.variance.size());
-    view.variance += variance * static_cast<float>(one.film.spp);
+    view.variance = view.variance * static_cast<float>(keep) +
+                    variance.cwiseMax(0.f) * static_cast<float>(one.film.spp);
   }
-  if (learned_ < kLearningIterations) return;
+  if (iteration_ != next_weighing_) return;
+  next_weighing_ *= 2;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const Capture& capture = problem_->captures[i];
     const Eigen::VectorXf noise =
         box_blur(views_[i].variance, capture.width, capture.height, kVarianceBlur) /
-        static_cast<float>(kLearningIterations * kFinalSamples);
+        static_cast<float>(variance_count_ * kFinalSamples);
     const Eigen::VectorXf model = brightness(capture) * static_cast<float>(kModelError);
     views_[i].weight = shares(capture, views_.size()).cwiseQuotient(noise + model.cwiseAbs2());
   }
-  normal_.setZero();
-  covariance_.setZero();
-  right_.setZero();
-  strength_.setZero();
-  has_best_ = false;
+  has_best_ = false;  // losses in other weights do not compare
 }
 
 /// Unbiased: the halves are independent.
@@ -195,7 +195,8 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   rejected_ = 0;
 
   const double keep = std::max(kLeastKept, std::exp(-std::pow(last_move_ / kForgetAt, 2)));
-  const Measurement now = measure(seen, halves, std::max(keep, kLeastJacobianKept));
+  const double jacobian_keep = std::max(keep, kLeastJacobianKept);
+  const Measurement now = measure(seen, halves, jacobian_keep);
   normal_ = keep * normal_ + now.normal;
   right_ = keep * right_ + now.normal * u - now.gradient;
   covariance_ = keep * keep * covariance_ + now.covariance;
@@ -210,7 +211,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
   accepted_.push_back(next);
   if (accepted_.size() > kAveraged) accepted_.pop_front();
-  learn_variance(seen);
+  learn_variance(seen, jacobian_keep);
   return problem_->unknowns.project(coordinates_.to_values(next));
 }
 
@@ -233,8 +234,9 @@ Vector GaussNewton::bounded_step(const Vector& u) const {
     if (std::erase_if(free, leaves) == 0) break;
     step.setZero();
   }
+  const double longest = std::min(1.0, kShrinkFrom / iteration_);
   const double reach = step.cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
-  if (reach > 1) step /= reach;
+  if (reach > longest) step *= longest / reach;
   return (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
 }
 

@@ -25,6 +25,7 @@ class GaussNewton final : public Optimiser {
   explicit GaussNewton(const Problem& problem);
   Vector step(const Vector& x, std::span<const Observation> seen) override;
   Vector answer(const Vector& x) const override;
+  bool averages() const override { return true; }
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
 
  private:
@@ -33,7 +34,7 @@ class GaussNewton final : public Optimiser {
   /// What belongs to one photo.
   struct View {
     Eigen::VectorXf weight;    ///< per channel of a pixel; sums to about 1 / brightness^2
-    Eigen::VectorXf variance;  ///< of one sample, summed over the first iterations
+    Eigen::VectorXf variance;  ///< of one sample, summed over recent iterations
     JacobianSums jacobians;
   };
   /// Sums over pixels of one iteration.
@@ -48,7 +49,7 @@ class GaussNewton final : public Optimiser {
   };
 
   void set_first_weights();
-  void learn_variance(std::span<const Observation> seen);
+  void learn_variance(std::span<const Observation> seen, double keep);
   NoisyLoss weighted_loss(const std::vector<Halves>& halves) const;
   bool worse_than_best(const NoisyLoss& loss) const;
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
@@ -62,7 +63,8 @@ class GaussNewton final : public Optimiser {
   Coordinates coordinates_;
   std::vector<View> views_;
   int iteration_ = 0;
-  int learned_ = 0;  ///< iterations in View::variance
+  double variance_count_ = 0;  ///< renders in View::variance
+  int next_weighing_ = 3;      ///< iteration that puts them into the weights; doubles each time
 
   // Recursive least squares: normal_ u = right_, and the covariance of right_.
   Matrix normal_, covariance_;

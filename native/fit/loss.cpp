@@ -24,22 +24,25 @@ LossResult sum_pixels(const Film& film, const Capture& capture, Pixel&& pixel) {
   LossResult result;
   result.slope.resize(film.size());
   result.curvature.resize(film.size());
+  result.parts.resize(film.size());
   Sums sums;
   for (std::size_t i = 0; i < film.size(); ++i) {
     if (capture.weight[i] == 0) continue;
     // The channels of a pixel come from the same paths: they vary together.
-    double together = 0, apart = 0, bias = 0;
+    double together = 0, apart = 0, bias = 0, part = 0;
     for (int c = 0; c < 3; ++c) {
       double curvature = 0;
       const auto [value, slope] = pixel(i, c, curvature);
-      const double variance = film.variance[i][c];
+      const double variance = std::max(film.variance[i][c], 0.f);  // rounding may go below 0
       result.slope[i][c] = static_cast<float>(slope);
       result.curvature[i][c] = static_cast<float>(curvature);
-      sums.value += value;
+      part += value;
       together += slope * std::sqrt(variance);
       apart += slope * slope * variance;
       bias += curvature * variance / 2;
     }
+    result.parts[i] = static_cast<float>(part - bias);
+    sums.value += part;
     sums.noise += bias;
     sums.linear += std::max(together * together, apart);
     sums.square += 2 * bias * bias;

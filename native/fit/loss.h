@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "fit/capture.h"
 #include "fit/unknowns.h"
@@ -20,6 +21,7 @@ struct LossResult {
   double value = 0;           ///< as the loss is defined: see `Loss::help` for the bias of noise
   double unbiased = 0;        ///< without the bias of noise where that is known
   double standard_error = 0;  ///< of `unbiased`, to second order; pixels independent
+  std::vector<float> parts;   ///< of each pixel in `unbiased`
   Picture slope;              ///< d value / d I
   Picture curvature;          ///< subtracted times Cov[I, J] in `loss_gradient`; empty: none
 };

@@ -41,6 +41,8 @@ class Optimiser {
   virtual Vector step(const Vector& x, std::span<const Observation> seen) = 0;
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
   virtual Vector answer(const Vector& x) const { return x; }
+  /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
+  virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;
 };
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "module/bindings.h"
-
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
@@ -9,6 +7,7 @@
 
 #include "fit/fit_job.h"
 #include "math/error.h"
+#include "module/bindings.h"
 #include "module/float_array.h"
 
 namespace py = pybind11;
@@ -251,7 +250,8 @@ loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown
       .def("result", &result_dict,
            R"(dict {values_last, values_best, best_iteration, best_validation,
 best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
-cpu_seconds, dropped, history}. Best is the smallest loss of a render with fixed seed and more samples.
+cpu_seconds, dropped, history}. Best are the newest values whose loss, in a render with fixed seed and
+more samples, is not worse than the smallest one by more than its noise.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, values {"Body:roughness": (k, width)}; the last row is the final
 state, its loss taken from the validation render.)");

@@ -28,7 +28,8 @@ T one_of(const std::string& what, const std::string& value,
 Flavour make_flavour(bool multi_ggx, const std::string& version) {
   Flavour flavour;
   flavour.distribution = multi_ggx ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
-  one_of<int>("flavour", version, {{"v2", 2}});
+  flavour.version = one_of<Flavour::Version>(
+      "flavour", version, {{"v1", Flavour::Version::kV1}, {"v2", Flavour::Version::kV2}});
   return flavour;
 }
 

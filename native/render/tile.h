@@ -16,7 +16,10 @@ struct PixelSums {
     squares += x * x;
   }
   /// Unbiased variance of the mean of n samples.
-  Colorf variance(int n) const { return covariance(squares, sum, sum, n); }
+  Colorf variance(int n) const {
+    // Rounding can leave a constant pixel a little below 0.
+    return map(covariance(squares, sum, sum, n), [](float v) { return max(v, 0.0f); });
+  }
   static Colorf covariance(const Colorf& products, const Colorf& a, const Colorf& b, int n) {
     if (n < 2) return {};
     const auto count = static_cast<float>(n);

@@ -28,8 +28,12 @@ void Camera::check() {
   require(std::isfinite(shift_y), *this, "shift y", shift_y, "a finite number");
   require(clip_start > 0, *this, "clip start", clip_start, "more than 0");
   require(clip_end > clip_start, *this, "clip end", clip_end, "more than clip start");
-  require(pixel_aspect_x > 0, *this, "pixel aspect x", pixel_aspect_x, "more than 0");
-  require(pixel_aspect_y > 0, *this, "pixel aspect y", pixel_aspect_y, "more than 0");
+  require(pixel_aspect_x > 0 && std::isfinite(pixel_aspect_x), *this, "pixel aspect x",
+          pixel_aspect_x, "more than 0");
+  require(pixel_aspect_y > 0 && std::isfinite(pixel_aspect_y), *this, "pixel aspect y",
+          pixel_aspect_y, "more than 0");
+  for (const auto& row : to_world.m)
+    require(std::isfinite(row[3]), *this, "location", row[3], "a finite number");
   for (int j = 0; j < 3; ++j) {
     const double size = length(to_world.column(j));
     require(size > 0 && std::isfinite(size), *this, "scale", size, "more than 0");

@@ -62,6 +62,21 @@ void mend_normals(Mesh& mesh) {
   }
 }
 
+/// Moves a mesh to the middle of its own space, where floats are finest; returns the way it went.
+Vec3d center(Mesh& mesh) {
+  Vec3f low(1e30f, 1e30f, 1e30f), high = -low;
+  for (const auto& triangle : mesh.triangles)
+    for (int corner : triangle) {
+      const Vec3f& p = mesh.positions[corner];
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+  if (mesh.triangles.empty()) return {};
+  const Vec3d middle = (Vec3d(low) + Vec3d(high)) * 0.5;
+  for (Vec3f& p : mesh.positions) p = Vec3f(Vec3d(p) - middle);
+  return middle;
+}
+
 void to_world_space(Mesh& mesh, const Transform& transform) {
   for (Vec3f& p : mesh.positions) p = Vec3f(transform.point(Vec3d(p)));
   const bool mirrored = transform.determinant() < 0;
@@ -106,6 +121,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
   }
 
   std::vector<int> prototypes(meshes_.size(), -1);
+  std::vector<Vec3d> middles(meshes_.size());
   for (std::size_t i = 0; i < instances_.size(); ++i) {
     Instance& instance = instances_[i];
     instance.to_world.translate(-origin_);
@@ -117,7 +133,11 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
       continue;
     }
     int& prototype = prototypes[instance.mesh];
-    if (prototype < 0) prototype = accelerator_->add_prototype(mesh.positions, mesh.triangles);
+    if (prototype < 0) {
+      middles[instance.mesh] = center(mesh);
+      prototype = accelerator_->add_prototype(mesh.positions, mesh.triangles);
+    }
+    instance.to_world.translate(instance.to_world.vector(middles[instance.mesh]));
     std::array<float, 12> matrix;
     for (int column = 0; column < 4; ++column)
       for (int row = 0; row < 3; ++row)
@@ -195,7 +215,15 @@ Surface Geometry::surface(const Hit& hit) const {
   const float size = length(n);
   s.n = size > 0 ? n / size : s.ng;  // opposite corner normals cancel: fall back on the face
   s.material = instance.materials[mesh.material_slots[hit.triangle]];
-  s.offset = kPositionError * std::max({largest(a), largest(b), largest(c)});
+  float coordinate = std::max({largest(a), largest(b), largest(c)});
+  if (!in_world_space_[hit.instance]) {
+    // The ray met it in the mesh's own space: rounding there counts too.
+    double scale = 0;
+    for (int j = 0; j < 3; ++j) scale = std::max(scale, length(instance.to_world.column(j)));
+    for (int index : mesh.triangles[hit.triangle])
+      coordinate = std::max(coordinate, static_cast<float>(scale) * largest(mesh.positions[index]));
+  }
+  s.offset = kPositionError * coordinate;
   return s;
 }
 

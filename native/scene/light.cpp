@@ -41,6 +41,8 @@ void Light::prepare(const Vec3d& origin) {
   require(radiance_scale >= 0 && std::isfinite(radiance_scale), *this, "radiance scale",
           radiance_scale, "at least 0");
 
+  for (const auto& row : to_world.m)
+    require(std::isfinite(row[3]), *this, "location", row[3], "a finite number");
   const bool blender3 = units == LightUnits::kBlender3;
   position = Vec3f(to_world.translation() - origin);
   const Vec3d x = to_world.column(0), y = to_world.column(1), z = to_world.column(2);
@@ -85,7 +87,7 @@ void Light::prepare(const Vec3d& origin) {
       const double exact_area = ellipse ? rectangle * pi / 4 : rectangle;
       require(exact_area > 0, *this, "area", exact_area, "more than 0");
       area = static_cast<float>(exact_area);
-      scale_exact = blender3 ? 1 / (4 * rectangle) : 1 / (pi * exact_area);
+      scale_exact = blender3 ? 1 / (4 * exact_area) : 1 / (pi * exact_area);
       tan_spread = kInfinity;
       if (spread < kHalfTurn) {
         const double half = std::max(spread / 2, 1e-3);  // Blender's slider stops at 1 degree

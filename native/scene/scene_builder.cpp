@@ -76,6 +76,9 @@ int SceneBuilder::add_object(Instance instance) {
     if (slot < 0 || slot >= static_cast<int>(instance.materials.size()))
       throw InvalidArgument(who + "a face uses material slot " + std::to_string(slot) + " of " +
                             count_of(instance.materials.size()));
+  const Vec3d at = instance.to_world.translation();
+  if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
+    throw InvalidArgument(who + "its location is not finite; give it a finite location");
   const double determinant = instance.to_world.determinant();
   if (!std::isfinite(determinant) || determinant == 0)
     throw InvalidArgument(who + "its matrix has determinant " + std::to_string(determinant) +

@@ -98,7 +98,7 @@ float EnvironmentMap::density(const Vec3f& d) const {
   const float* columns = &column_cdf_[static_cast<std::size_t>(y) * width_];
   const float row = row_cdf_[y] - (y > 0 ? row_cdf_[y - 1] : 0);
   const float column = columns[x] - (x > 0 ? columns[x - 1] : 0);
-  const float sine = safe_sqrt(1 - d.z * d.z);
+  const float sine = std::hypot(d.x, d.y);  // 1 - z^2 has no digits left near the poles
   if (!(sine > 0)) return 0;
   return row * column * width_ * height_ / (2 * kPi<float> * kPi<float> * sine);
 }

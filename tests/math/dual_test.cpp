@@ -24,11 +24,11 @@ struct Case {
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
-#define SELENITE_CASE(name, expression, ...)                                     \
-  Case {                                                                         \
-    name, [](D x, D y) -> D { return (void)x, (void)y, expression; },            \
+#define SELENITE_CASE(name, expression, ...)                                       \
+  Case {                                                                           \
+    name, [](D x, D y) -> D { return (void)x, (void)y, expression; },              \
         [](double x, double y) -> double { return (void)x, (void)y, expression; }, \
-        std::vector<std::array<double, 2>> __VA_ARGS__                           \
+        std::vector<std::array<double, 2>> __VA_ARGS__                             \
   }
 
 const std::vector<Case>& cases() {
@@ -62,7 +62,8 @@ const std::vector<Case>& cases() {
       SELENITE_CASE("min", min(x, y), {{1, 2}, {2, 1}, {-1, -2}}),
       SELENITE_CASE("clamp", clamp(x, 0.0, 1.0), {{-0.5, 0}, {0.5, 0}, {1.5, 0}}),
       SELENITE_CASE("select", select(true, x * x, y) + select(false, x, y * x), {{2, 3}}),
-      SELENITE_CASE("a long expression", exp(-x * y) / (1.0 + sqrt(x) * sin(y / x)) - pow(x + y, 3.0),
+      SELENITE_CASE("a long expression",
+                    exp(-x * y) / (1.0 + sqrt(x) * sin(y / x)) - pow(x + y, 3.0),
                     {{0.5, 0.2}, {2, -1}}),
   };
   return all;
@@ -98,8 +99,8 @@ TEST(Dual, CompoundAssignmentIsTheOperator) {
   difference -= y;
   product *= y;
   ratio /= y;
-  for (const auto& [a, b] : {std::pair{sum, x + y}, {difference, x - y}, {product, x * y},
-                             {ratio, x / y}}) {
+  for (const auto& [a, b] :
+       {std::pair{sum, x + y}, {difference, x - y}, {product, x * y}, {ratio, x / y}}) {
     EXPECT_EQ(a.v, b.v);
     EXPECT_EQ(a.d, b.d);
   }

@@ -31,8 +31,7 @@ TEST(Frame, IsRightHandedAndOrthonormalAtThePolesAndNearThem) {
     expect_orthonormal<float>({0, 0, z}, 1e-6f);
     for (const float tilt : {1e-8f, 1e-6f, 1e-4f, 1e-3f, 1e-2f})
       for (const float turn : {0.0f, 1.0f, 2.5f, 4.0f}) {
-        const Vec3f n = normalize(
-            Vec3f{tilt * std::cos(turn), tilt * std::sin(turn), z});
+        const Vec3f n = normalize(Vec3f{tilt * std::cos(turn), tilt * std::sin(turn), z});
         expect_orthonormal<float>(n, 1e-6f);
       }
   }

@@ -72,7 +72,7 @@ TEST_P(RandomPart, NumbersAreUniform) {
 }
 
 TEST_P(RandomPart, NeighbouringNumbersAreIndependent) {
-  // Pairs (x_i, x_{i + lag}) on a 16 x 16 grid, and their correlation; false alarms 1 in 10 000 each.
+  // Pairs (x_i, x_{i + lag}) on a 16 x 16 grid, and their correlation; false alarms 1 in 16 000.
   const std::vector<double> numbers = stream(GetParam(), Key{});
   for (const std::size_t lag : {1, 2, 3, 64, 256}) {
     const std::vector<double> a(numbers.begin(), numbers.end() - static_cast<long>(lag)),

@@ -36,7 +36,7 @@ struct Grid {
   }
 };
 
-double turn(double x, double y) { return std::atan2(y, x) / (2 * kPi<double>) + 0.5; }
+double turn(double x, double y) { return std::atan2(y, x) / (2 * kPi<double>)+0.5; }
 
 TEST(SquareToDisc, CoversTheDiscEvenly) {
   Grid grid;

@@ -8,8 +8,8 @@
 namespace selenite {
 namespace {
 
-constexpr const char* kTicked[] = {"base_color", "roughness", "metallic", "ior", "transmission",
-                                   "alpha",      "coat_weight", "specular_level"};
+constexpr const char* kTicked[] = {"base_color",   "roughness", "metallic",    "ior",
+                                   "transmission", "alpha",     "coat_weight", "specular_level"};
 
 /// A sphere of a material over a ground, lit from everywhere by everything.
 Scene scene_of(const Material& material, double sky, double power, double radius) {
@@ -90,10 +90,10 @@ TEST_P(Lights, OfEveryBrightnessAndSizeStayFinite) {
   m.values.roughness = 0.2;
   expect_finite(scene_of(m, sky, power, radius));
 }
-INSTANTIATE_TEST_SUITE_P(Ends, Lights,
-                         testing::Combine(testing::Values(0.0, 1e-6, 1e6),
-                                          testing::Values(0.0, 1e-6, 1e6),
-                                          testing::Values(0.0, 1e-6, 3.0)));  // 3: around everything
+INSTANTIATE_TEST_SUITE_P(
+    Ends, Lights,
+    testing::Combine(testing::Values(0.0, 1e-6, 1e6), testing::Values(0.0, 1e-6, 1e6),
+                     testing::Values(0.0, 1e-6, 3.0)));  // 3: around everything
 
 TEST(Extremes, EmptySceneShowsTheSky) {
   SceneBuilder builder;

@@ -72,19 +72,21 @@ TEST(Film, IsTheSameForAnyNumberOfThreads) {
 TEST(Film, APixelDoesNotDependOnTheSizeOfItsSampleCount) {
   // Sample i of a pixel is the same path whatever comes after it: 8 samples continue 4.
   const Scene scene = noisy_scene();
-  const Film four = render_view(scene, settings_of(8, 4)), one = render_view(scene, settings_of(8, 1)),
+  const Film four = render_view(scene, settings_of(8, 4)),
+             one = render_view(scene, settings_of(8, 1)),
              two = render_view(scene, settings_of(8, 2));
   for (std::size_t i = 0; i < four.size(); ++i) {
     EXPECT_FLOAT_EQ(one.mean[i].g, two.half_a[i].g);
-    EXPECT_NEAR(four.half_b(four.mean[i], four.half_a[i]).g + four.half_a[i].g,
-                2 * four.mean[i].g, 1e-5 * four.mean[i].g);
+    EXPECT_NEAR(four.half_b(four.mean[i], four.half_a[i]).g + four.half_a[i].g, 2 * four.mean[i].g,
+                1e-5 * four.mean[i].g);
   }
 }
 
 TEST(Film, DifferentSeedsGiveUnrelatedNoise) {
   const Scene scene = noisy_scene();
   const Film truth = render_view(scene, settings_of(24, 300, 999));
-  const std::vector<double> first = residuals(render_view(scene, settings_of(24, 4, 0)).mean, truth.mean);
+  const std::vector<double> first =
+      residuals(render_view(scene, settings_of(24, 4, 0)).mean, truth.mean);
   for (const std::uint64_t seed : {1ull, 2ull, 1ull << 32, ~0ull}) {
     const std::vector<double> other =
         residuals(render_view(scene, settings_of(24, 4, seed)).mean, truth.mean);
@@ -144,15 +146,18 @@ TEST(Film, VariancesAndCovariancesMatchTheScatterOverSeeds) {
     EXPECT_LT(std::abs(gap.estimate().z(0)), 4) << what;
     EXPECT_LT(gap.estimate().error, 0.1 * size.mean()) << what;
   };
-  judge([](const Film& f) -> auto& { return f.mean; }, [](const Film& f) -> auto& { return f.mean; },
-        [](const Film& f) -> auto& { return f.variance; }, "variance of the image");
+  judge(
+      [](const Film& f) -> auto& { return f.mean; }, [](const Film& f) -> auto& { return f.mean; },
+      [](const Film& f) -> auto& { return f.variance; }, "variance of the image");
   for (int s = 0; s < slots; ++s) {
     const auto slope = [s](const Film& f) -> auto& { return f.slots[s].mean; };
-    judge(slope, slope, [s](const Film& f) -> auto& { return f.slots[s].variance; },
-          "variance of a derivative");
-    judge(slope, [](const Film& f) -> auto& { return f.mean; },
-          [s](const Film& f) -> auto& { return f.slots[s].covariance; },
-          "covariance of image and derivative");
+    judge(
+        slope, slope, [s](const Film& f) -> auto& { return f.slots[s].variance; },
+        "variance of a derivative");
+    judge(
+        slope, [](const Film& f) -> auto& { return f.mean; },
+        [s](const Film& f) -> auto& { return f.slots[s].covariance; },
+        "covariance of image and derivative");
   }
 }
 
@@ -165,7 +170,8 @@ TEST(Film, OneSampleHasNoVarianceAndNoPictureHasANegativeOne) {
   place(builder, quad_mesh(5), builder.add_material(emitter("Wall", 0.7)));
   add_view(builder, {0, 0, 3}, {0, 0, 0});
   const Scene wall = builder.build();
-  const Film film = render_view(wall, settings_of(8, 37), ticked(wall, {{"Wall", "emission_color"}}));
+  const Film film =
+      render_view(wall, settings_of(8, 37), ticked(wall, {{"Wall", "emission_color"}}));
   for (std::size_t i = 0; i < film.size(); ++i) {
     ASSERT_GE(film.variance[i].r, 0);
     ASSERT_GE(film.slots[0].variance[i].r, 0);

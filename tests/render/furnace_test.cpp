@@ -19,8 +19,7 @@ Scene furnace(double rho, bool inside_out = false) {
   if (inside_out)
     for (std::size_t i = 0; i < box.triangles.size(); ++i) {
       std::swap(box.triangles[i][1], box.triangles[i][2]);
-      for (int k = 0; k < 3; ++k)
-        box.corner_normals[3 * i + k] = -box.corner_normals[3 * i + k];
+      for (int k = 0; k < 3; ++k) box.corner_normals[3 * i + k] = -box.corner_normals[3 * i + k];
     }
   place(builder, box, builder.add_material(wall));
   add_view(builder, {0.3, -0.4, 0.1}, {-1, 1, -0.3}, 15);
@@ -81,8 +80,8 @@ TEST_P(Depth, EndsTheSeriesOfBounces) {
   const int depth = GetParam();
   const double rho = 0.7;
   const Scene scene = furnace(rho);
-  const Film film = render_view(scene, settings_of(8, 1000, 3, depth),
-                                ticked(scene, {{"Wall", "base_color"}}));
+  const Film film =
+      render_view(scene, settings_of(8, 1000, 3, depth), ticked(scene, {{"Wall", "base_color"}}));
   double light = 0, slope = 0;
   for (int n = 0; n <= depth; ++n) {
     light += kEmission * std::pow(rho, n);
@@ -107,19 +106,18 @@ TEST_P(WhiteGlass, SmoothGlassIsInvisible) {
     EXPECT_LE(mean_of(film).mean, 1 + 1e-4);
     EXPECT_GE(mean_of(film).mean, 0.99);
   }
-  const Film flat = render_view(white_object(glass("Glass", ior), box_mesh(1, 1, 1)),
-                                settings_of(16, 16));
+  const Film flat =
+      render_view(white_object(glass("Glass", ior), box_mesh(1, 1, 1)), settings_of(16, 16));
   EXPECT_NEAR(mean_of(flat).mean, 1, 1e-4);
 }
 
 TEST_P(WhiteGlass, RoughGlassGainsNoEnergy) {
   const auto [ior, roughness] = GetParam();
-  for (const auto distribution :
-       {Flavour::Distribution::kGgx, Flavour::Distribution::kMultiGgx}) {
+  for (const auto distribution : {Flavour::Distribution::kGgx, Flavour::Distribution::kMultiGgx}) {
     Material material = glass("Glass", ior, roughness);
     material.flavour.distribution = distribution;
-    const Film film = render_view(white_object(material, sphere_mesh(1.2, 24)),
-                                  settings_of(12, 64));
+    const Film film =
+        render_view(white_object(material, sphere_mesh(1.2, 24)), settings_of(12, 64));
     EXPECT_EQ(film.dropped, 0);
     EXPECT_LE(film.truncated, 2);  // light caught by total reflection may circle for very long
     const Estimate light = mean_of(film);
@@ -156,8 +154,7 @@ class WhiteMetal : public testing::TestWithParam<double> {};
 TEST_P(WhiteMetal, MultiscatterReflectsEverything) {
   const Material metal = mirror("Metal", 1, GetParam());
   // A convex object: what it reflects upwards escapes, so the compensated lobe returns all of it.
-  const Film film =
-      render_view(white_object(metal, box_mesh(1, 1, 1)), settings_of(12, 400));
+  const Film film = render_view(white_object(metal, box_mesh(1, 1, 1)), settings_of(12, 400));
   ASSERT_TRUE(complete(film));
   EXPECT_NEAR(mean_of(film).mean, 1, 0.004);
 }
@@ -175,7 +172,8 @@ TEST(WhiteFurnace, OpaquePlasticStaysBelowOneAndAlphaLosesNothing) {
   }
   Material sheet = matte("Sheet", 1);
   sheet.values.alpha = 0.5;
-  const Film half = render_view(white_object(sheet, sphere_mesh(1.2, 24, false)), settings_of(12, 40));
+  const Film half =
+      render_view(white_object(sheet, sphere_mesh(1.2, 24, false)), settings_of(12, 40));
   EXPECT_NEAR(mean_of(half).mean, 1, 1e-5);
 }
 

@@ -6,8 +6,8 @@
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
 
-// Every parameter's derivative against differences of renders. The tables say which parameters there
-// are: a new one is tested, inside its range and at both ends, the day it is added.
+// Every parameter's derivative against differences of renders. The tables say which parameters
+// there are: a new one is tested, inside its range and at both ends, the day it is added.
 namespace selenite {
 namespace {
 
@@ -116,7 +116,8 @@ TEST_P(Gradient, AgreesWithDifferencesOfRenders) {
     const auto displaced = [&](double step) {
       std::vector<double> values = base.get(ref);
       for (std::size_t c = 0; c < values.size(); ++c) {
-        if (layout.slots[slot].component >= 0 && static_cast<int>(c) != layout.slots[slot].component)
+        if (layout.slots[slot].component >= 0 &&
+            static_cast<int>(c) != layout.slots[slot].component)
           continue;
         values[c] = (probe.side == Side::kBoth ? values[c] : probe.end) + step;
       }
@@ -145,7 +146,8 @@ TEST_P(Gradient, AgreesWithDifferencesOfRenders) {
         << size.mean();
     // A missing derivative would be noticed.
     EXPECT_LT(e.error, 0.25 * size.mean()) << "slot " << slot;
-    RecordProperty("error_per_slope_" + std::to_string(slot), std::to_string(e.error / size.mean()));
+    RecordProperty("error_per_slope_" + std::to_string(slot),
+                   std::to_string(e.error / size.mean()));
   }
 }
 
@@ -162,8 +164,11 @@ const std::set<std::pair<std::string, double>> kNoSlope = {
 
 /// Parameters that the other lobes' noise would drown are tried without those lobes.
 Changes without_noise(const std::string& parameter, Side side) {
-  const Changes opaque = {{"transmission", 0}, {"metallic", 0},          {"alpha", 1},
-                          {"base_color", 0.2}, {"emission_strength", 0}};
+  const Changes opaque = {{"transmission", 0},
+                          {"metallic", 0},
+                          {"alpha", 1},
+                          {"base_color", 0.2},
+                          {"emission_strength", 0}};
   Changes bare = opaque;
   if (parameter == "specular_tint" && side == Side::kDown) bare[3].second = 0;
   bare.emplace_back("coat_weight", 0);
@@ -178,9 +183,8 @@ Changes without_noise(const std::string& parameter, Side side) {
 std::vector<Probe> all_probes() {
   std::vector<Probe> probes;
   const Scene scene = layered_scene();
-  const std::pair<OwnerKind, const char*> owners[] = {{OwnerKind::kMaterial, "Layered"},
-                                                      {OwnerKind::kLight, "Lamp"},
-                                                      {OwnerKind::kWorld, "World"}};
+  const std::pair<OwnerKind, const char*> owners[] = {
+      {OwnerKind::kMaterial, "Layered"}, {OwnerKind::kLight, "Lamp"}, {OwnerKind::kWorld, "World"}};
   for (const auto& [kind, owner] : owners)
     for (const Parameter& p : parameter_table(kind)) {
       const std::string name(p.name);
@@ -209,12 +213,16 @@ std::vector<Probe> all_probes() {
   probes.push_back({"Layered", "ior", Side::kBoth, 0, 0.08, glass});
   return probes;
 }
-INSTANTIATE_TEST_SUITE_P(Parameters, Gradient, testing::ValuesIn(all_probes()), [](const auto& info) {
-  const Probe& p = info.param;
-  const std::string place = p.side == Side::kBoth ? "Inside" : p.side == Side::kUp ? "Low" : "High";
-  std::string owner = p.owner;
-  return owner + "_" + p.parameter + "_" + place + std::to_string(info.index);
-});
+INSTANTIATE_TEST_SUITE_P(Parameters, Gradient, testing::ValuesIn(all_probes()),
+                         [](const auto& info) {
+                           const Probe& p = info.param;
+                           const std::string place = p.side == Side::kBoth ? "Inside"
+                                                     : p.side == Side::kUp ? "Low"
+                                                                           : "High";
+                           std::string owner = p.owner;
+                           return owner + "_" + p.parameter + "_" + place +
+                                  std::to_string(info.index);
+                         });
 
 }  // namespace
 }  // namespace selenite

@@ -91,8 +91,9 @@ TEST(KnownScene, TheFloorIsLitOnTheSideOfTheViewerOnly) {
 TEST(KnownScene, AnEmitterIsSeenAsBrightAsItIs) {
   SceneBuilder builder = plane(emitter("Panel", 7));
   const Scene scene = builder.build();
-  const Film film = render_view(scene, settings_of(4, 2, 1, 1),
-                                ticked(scene, {{"Panel", "emission_strength"}, {"Panel", "emission_color"}}));
+  const Film film =
+      render_view(scene, settings_of(4, 2, 1, 1),
+                  ticked(scene, {{"Panel", "emission_strength"}, {"Panel", "emission_color"}}));
   expect_everywhere(film.mean, 7, 1e-6);
   expect_everywhere(film.slots[0].mean, 1, 1e-6);
   expect_everywhere(film.slots[1].mean, 7, 1e-6);
@@ -129,8 +130,8 @@ TEST(KnownScene, TwoFacingMirrorsMultiply) {
   add_view(builder, {0, -2, 2}, {0, 0, 0}, 1e5);
   set_sky(builder, 1);
   const Scene scene = builder.build();
-  const Film film = render_view(
-      scene, settings_of(4, 4), ticked(scene, {{"Lower", "base_color"}, {"Upper", "base_color"}}));
+  const Film film = render_view(scene, settings_of(4, 4),
+                                ticked(scene, {{"Lower", "base_color"}, {"Upper", "base_color"}}));
   const double s = std::pow(1 - std::sqrt(0.5), 5), low = 0.5 + 0.5 * s, high = 0.8 + 0.2 * s;
   expect_everywhere(film.mean, low * low * high, 1e-3);
   expect_everywhere(film.slots[0].mean, 2 * (1 - s) * low * high, 1e-3);
@@ -215,7 +216,8 @@ TEST(KnownScene, AGlassPaneReflectsAndTransmitsByFresnelsLaw) {
   add_view(builder, {0, 0, 4}, {0, 0, 0}, 1e5);
   const Scene scene = builder.build();
   // Depth 1 ends the light that would come back between pane and panel, which is black anyway.
-  const Film film = render_view(scene, settings_of(8, 1000, 2, 1), ticked(scene, {{"Glass", "ior"}}));
+  const Film film =
+      render_view(scene, settings_of(8, 1000, 2, 1), ticked(scene, {{"Glass", "ior"}}));
   const Estimate light = mean_of(film), slope = slope_of(film, 0);
   EXPECT_NEAR(light.mean, 0.96, 4 * light.error + 1e-5);
   EXPECT_LT(light.error, 0.002);
@@ -226,8 +228,8 @@ TEST(KnownScene, AGlassPaneReflectsAndTransmitsByFresnelsLaw) {
 
 TEST(KnownScene, CameraDoesNotSeeWhatIsHiddenFromItButItsShadow) {
   SceneBuilder builder = plane(matte("Floor", 0.5));
-  const int sheet = place(builder, quad_mesh(6), builder.add_material(matte("Sheet", 0)),
-                          translation({0, 0, 1}));
+  const int sheet =
+      place(builder, quad_mesh(6), builder.add_material(matte("Sheet", 0)), translation({0, 0, 1}));
   builder.instances[sheet].visible_to_camera = false;
   set_sky(builder, 1);
   const Film film = render_view(builder.build(), settings_of(8, 400));

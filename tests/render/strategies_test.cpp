@@ -77,8 +77,7 @@ TEST_P(MetalFloor, CannotTellALampFromAnEmissiveMesh) {
   const Estimate light = mean_of(film);
   EXPECT_NEAR(light.mean, truth, 4 * light.error + 1e-3 * truth);
 }
-INSTANTIATE_TEST_SUITE_P(Roughness, MetalFloor,
-                         testing::Values(0.05, 0.1, 0.2, 0.4, 0.7, 1.0));
+INSTANTIATE_TEST_SUITE_P(Roughness, MetalFloor, testing::Values(0.05, 0.1, 0.2, 0.4, 0.7, 1.0));
 
 TEST(Strategies, AMirrorSeesThePanelItself) {
   // Roughness 0: only the bsdf can find it.
@@ -156,7 +155,8 @@ TEST(Strategies, ASmallBrightSkyPatchIsFoundByLightSampling) {
   set_sky(builder, 1);
   builder.appearance.world.map = map;
   const Scene scene = builder.build();
-  const Film film = render_view(scene, settings_of(8, 300, 3), ticked(scene, {{"World", "strength"}}));
+  const Film film =
+      render_view(scene, settings_of(8, 300, 3), ticked(scene, {{"World", "strength"}}));
   const double truth = irradiance * 0.5 / kPi<double>;
   EXPECT_NEAR(mean_of(film).mean, truth, 4 * mean_of(film).error + 1e-3 * truth);
   EXPECT_LT(mean_of(film).error, 0.01 * truth);  // bsdf sampling alone: 0.1

@@ -40,6 +40,7 @@ Transform rotated(const Vec3d& size, const Vec3d& at) {
 struct Placement {
   const char* name;
   Vec3d size;
+  bool stretched = false;
 };
 void PrintTo(const Placement& p, std::ostream* out) { *out << p.name; }
 class Placed : public testing::TestWithParam<Placement> {};
@@ -72,11 +73,13 @@ TEST_P(Placed, OnceOrTwiceIsHitAlike) {
     if (!ha || ha->triangle != hb->triangle) continue;  // rays through an edge
     ++hits;
     const Surface sa = baked->surface(*ha), sb = instanced->surface(*hb);
-    EXPECT_NEAR(ha->t, hb->t, 3e-5);
-    const Vec3d gap = Vec3d(sa.position) + baked->origin() - Vec3d(sb.position) - instanced->origin();
-    EXPECT_LT(length(gap), 3e-5);
+    EXPECT_NEAR(ha->t, hb->t, 1e-4);
+    const Vec3d gap =
+        Vec3d(sa.position) + baked->origin() - Vec3d(sb.position) - instanced->origin();
+    EXPECT_LT(length(gap), 1e-4);
     EXPECT_LT(length(sa.ng - sb.ng), 1e-4);
-    EXPECT_LT(length(sa.n - sb.n), 1e-3);
+    // Interpolated before or after the stretch: equal at the corners, 2 degrees apart between.
+    EXPECT_LT(length(sa.n - sb.n), GetParam().stretched ? 0.04 : 1e-4);
     EXPECT_EQ(sa.material, sb.material);
     EXPECT_EQ(sa.material, mesh.material_slots[ha->triangle]);
     EXPECT_NEAR(baked->uv(*ha, "").x, instanced->uv(*hb, "UVMap").x, 1e-3);
@@ -84,21 +87,21 @@ TEST_P(Placed, OnceOrTwiceIsHitAlike) {
     EXPECT_LT(dot(sa.ng, direction), 0);
     EXPECT_GT(dot(sa.n, sa.ng), 0.9);
     // The true normal of a stretched sphere; the mesh is coarse.
-    const Vec3d local{dot(Vec3d(sa.position) + baked->origin() - centre, at.column(0)) / dot(at.column(0), at.column(0)),
-                      dot(Vec3d(sa.position) + baked->origin() - centre, at.column(1)) / dot(at.column(1), at.column(1)),
-                      dot(Vec3d(sa.position) + baked->origin() - centre, at.column(2)) / dot(at.column(2), at.column(2))};
-    const Vec3d normal = normalize(at.column(0) * (local.x / dot(at.column(0), at.column(0))) +
-                                   at.column(1) * (local.y / dot(at.column(1), at.column(1))) +
-                                   at.column(2) * (local.z / dot(at.column(2), at.column(2))));
-    EXPECT_GT(dot(normal, Vec3d(sa.n)), 0.995);
+    const Vec3d offset = Vec3d(sa.position) + baked->origin() - centre;
+    Vec3d normal;  // of the ellipsoid sum (offset . axis_j)^2 / |axis_j|^4 = 1
+    for (int j = 0; j < 3; ++j) {
+      const Vec3d axis = at.column(j);
+      normal += axis * (dot(offset, axis) / square(dot(axis, axis)));
+    }
+    EXPECT_GT(dot(normalize(normal), Vec3d(sa.n)), 0.995);
   }
   EXPECT_GT(hits, 1000);
 }
 INSTANTIATE_TEST_SUITE_P(Transforms, Placed,
                          testing::Values(Placement{"as it is", {1, 1, 1}},
-                                         Placement{"stretched", {2, 0.7, 1.2}},
+                                         Placement{"stretched", {2, 0.7, 1.2}, true},
                                          Placement{"mirrored", {-1, 1, 1}},
-                                         Placement{"mirrored and stretched", {1.5, 1, -0.6}},
+                                         Placement{"mirrored and stretched", {1.5, 1, -0.6}, true},
                                          Placement{"turned by three mirrors", {-1, -1, -1}}));
 
 TEST(Geometry, FlatUvsAndBarycentricsAreThoseOfTheCorners) {
@@ -114,7 +117,7 @@ TEST(Geometry, FlatUvsAndBarycentricsAreThoseOfTheCorners) {
       EXPECT_NEAR(geometry->uv(*hit, "").y, (y + 1) / 2, 1e-6);
     }
   EXPECT_EQ(geometry->origin().x, 5);
-  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 0, 1.5f}, true));   // ends before
+  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 0, 1.5f}, true));     // ends before
   EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 2.5f, kFar}, true));  // starts behind
 }
 
@@ -171,7 +174,8 @@ TEST(Geometry, EmptyScenesHaveNothingToHit) {
 struct Closed {
   double scale, shift;
   int copies;
-  double pivot;  ///< distance of the mesh from its own origin, in units of its size
+  double pivot;       ///< distance of the mesh from its own origin, in units of its size
+  double apart = 10;  ///< distance of the copies, likewise
 };
 void PrintTo(const Closed& c, std::ostream* out) {
   *out << "scale " << c.scale << " shift " << c.shift << " copies " << c.copies << " pivot "
@@ -185,7 +189,8 @@ Mesh bumpy(double scale, double pivot) {
   std::vector<Vec3f> positions;
   for (const Vec3f& p : mesh.positions) {
     const double r = 1 + 0.3 * std::sin(7 * p.x + 2) * std::sin(6 * p.y) * std::cos(5 * p.z);
-    positions.emplace_back(Vec3d{p.x * r * scale + pivot * scale, p.y * r * scale, p.z * r * scale});
+    positions.emplace_back(
+        Vec3d{p.x * r * scale + pivot * scale, p.y * r * scale, p.z * r * scale});
   }
   return make_mesh(positions, mesh.triangles);
 }
@@ -194,7 +199,7 @@ TEST_P(Watertight, RaysNeitherMeetTheirOwnSurfaceNorLeaveAClosedObject) {
   const Closed& c = GetParam();
   const Vec3d centre{c.shift - c.pivot * c.scale, -c.shift, c.shift / 3};
   std::vector<Transform> places(c.copies, translation(centre));
-  if (c.copies > 1) places[1].translate({10 * c.scale, 0, 0});
+  if (c.copies > 1) places[1].translate({c.apart * c.scale, 0, 0});
   const auto geometry = geometry_of(bumpy(c.scale, c.pivot), places);
   const Vec3d middle = Vec3d{c.shift, -c.shift, c.shift / 3} - geometry->origin();
   Random random(17, 0, 0);
@@ -219,12 +224,13 @@ TEST_P(Watertight, RaysNeitherMeetTheirOwnSurfaceNorLeaveAClosedObject) {
   EXPECT_EQ(again, 0);
   EXPECT_EQ(leaks, 0);
 }
-INSTANTIATE_TEST_SUITE_P(
-    Sizes, Watertight,
-    testing::Values(Closed{1, 0, 1, 0}, Closed{1e-4, 0, 1, 0}, Closed{1e5, 0, 1, 0},
-                    Closed{1, 1e4, 1, 0}, Closed{1e-2, 1e2, 1, 0}, Closed{1, 0, 2, 0},
-                    Closed{1e-4, 0, 2, 0}, Closed{1e5, 0, 2, 0}, Closed{1, 1e4, 2, 0},
-                    Closed{1, 0, 1, 1e3}, Closed{1, 0, 2, 1e3}));
+INSTANTIATE_TEST_SUITE_P(Sizes, Watertight,
+                         testing::Values(Closed{1, 0, 1, 0}, Closed{1e-4, 0, 1, 0},
+                                         Closed{1e5, 0, 1, 0}, Closed{1, 1e4, 1, 0},
+                                         Closed{1e-2, 1e2, 1, 0}, Closed{1, 0, 2, 0},
+                                         Closed{1e-4, 0, 2, 0}, Closed{1e5, 0, 2, 0},
+                                         Closed{1, 1e4, 2, 0}, Closed{1, 0, 1, 1e3},
+                                         Closed{1, 0, 2, 1e3}, Closed{1, 0, 2, 0, 1e3}));
 
 TEST(SceneBuilder, RefusesPartsThatDoNotFitNamingThem) {
   SceneBuilder builder;
@@ -253,6 +259,8 @@ TEST(SceneBuilder, RefusesPartsThatDoNotFitNamingThem) {
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find("'Box'"), std::string::npos);
   }
+  instance.to_world = translation({0, std::numeric_limits<double>::quiet_NaN(), 0});
+  EXPECT_THROW(builder.add_object(instance), InvalidArgument);
   Material bad = plastic("Bad");
   bad.values.roughness = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(builder.add_material(bad), InvalidArgument);

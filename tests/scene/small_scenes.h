@@ -40,8 +40,7 @@ inline Mesh sphere_mesh(double radius, int rings = 16, bool smooth = true) {
   };
   add(0, 0);
   for (int i = 1; i < rings; ++i)
-    for (int j = 0; j < segments; ++j)
-      add(kPi<double> * i / rings, 2 * kPi<double> * j / segments);
+    for (int j = 0; j < segments; ++j) add(kPi<double> * i / rings, 2 * kPi<double> * j / segments);
   add(kPi<double>, 0);
   const auto vertex = [&](int i, int j) { return 1 + (i - 1) * segments + j % segments; };
   const int last = static_cast<int>(positions.size()) - 1;

@@ -13,7 +13,7 @@ from ..fit_run.job import FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import result_json, summary, write_results
-from ..fit_run.settings import PRESETS, FitSettings, with_overrides
+from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.unknowns import usual_requests
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest, SceneValues
@@ -106,8 +106,13 @@ def _fit(plan: FitPlan) -> dict[str, Any]:
 
 def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem]) -> FitSettings:
     given = {name: getattr(args, name) for name in _SETTINGS}
+    start = base.settings
+    if args.preset:
+        start = PRESETS[args.preset]
+    elif args.optimiser == "adam" and not args.scene.endswith(".json"):
+        start = THESIS
     try:
-        return with_overrides(PRESETS[args.preset] if args.preset else base.settings, given)
+        return with_overrides(start, given)
     except BadInput as error:
         problems += error.problems
         return FitSettings()

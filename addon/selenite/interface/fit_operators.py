@@ -257,7 +257,7 @@ def _keep_result(scene: bpy.types.Scene) -> None:
         value = values[owner.name, name]
         row.start, row.value = _three(unknown.start), _three(value)
         row.original = _three(owner.values[name])
-        row.text = f"{values_text(unknown.start)} to {values_text(value)}"
+        row.text = f"{values_text(unknown.start)}\nto {values_text(value)}"
 
 
 def _write(scene: bpy.types.Scene, which: str) -> dict[tuple[str, str], tuple[float, ...]]:

@@ -49,8 +49,10 @@ class SELENITE_UL_rows(bpy.types.UIList):
         row = layout.row(align=True)
         row.enabled = not item.reason
         row.prop(item, "enabled", text="")
-        row.label(text=f"{item.owner}: {item.parameter}", icon="LOCKED" if item.reason else "NONE")
-        row.label(text=item.value)
+        parts = row.split(factor=0.6)
+        icon = "LOCKED" if item.reason else "NONE"
+        parts.label(text=f"{item.parameter}  {item.owner}", icon=icon)
+        parts.label(text=item.value)
 
 
 class SELENITE_PT_captures(bpy.types.Panel):
@@ -91,7 +93,7 @@ class SELENITE_PT_parameters(bpy.types.Panel):
         """List of parameters; start, bounds and rate of the active one below."""
         settings, layout = context.scene.selenite, self.layout
         row = layout.row(align=True)
-        row.operator("selenite.refresh_rows", icon="FILE_REFRESH")
+        row.operator("selenite.refresh_rows", text="Refresh", icon="FILE_REFRESH")
         row.operator("selenite.reset_rows", text="Reset", icon="LOOP_BACK")
         if not len(settings.rows):
             return
@@ -105,10 +107,10 @@ class SELENITE_PT_parameters(bpy.types.Panel):
             for line in _wrapped(item.reason):
                 layout.label(text=line)
             return
-        column = layout.column()
-        column.use_property_split = True
         for line in _wrapped(item.help):
             layout.label(text=line)
+        column = layout.column()
+        column.use_property_split = True
         column.prop(item, "use_start")
         if item.use_start:
             for index in range(item.width):
@@ -148,7 +150,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
         row = layout.row(align=True)
-        row.operator("selenite.stop", icon="CHECKMARK")
+        row.operator("selenite.stop", text="Stop", icon="CHECKMARK")
         row.operator("selenite.cancel", icon="X")
 
 
@@ -183,7 +185,8 @@ class SELENITE_PT_result(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         for row in settings.results:
             layout.label(text=f"{row.owner}: {row.parameter}")
-            layout.label(text=row.text, icon="BLANK1")
+            for line in row.text.splitlines():
+                layout.label(text=line, icon="BLANK1")
         buttons = layout.row(align=True)
         buttons.operator("selenite.apply", icon="CHECKMARK")
         buttons.operator("selenite.restore", text="Restore", icon="LOOP_BACK")
@@ -191,7 +194,7 @@ class SELENITE_PT_result(bpy.types.Panel):
         layout.operator("selenite.save_result", icon="FILE_TICK")
 
 
-def _wrapped(text: str, width: int = 44) -> list[str]:
+def _wrapped(text: str, width: int = 32) -> list[str]:
     """A sentence in lines that fit the sidebar."""
     lines = [""]
     for word in text.split():

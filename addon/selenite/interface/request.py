@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import parameters
+from .. import parameters, write_back
 from ..fit_run.request import RunRequest, UnknownRequest
 from ..fit_run.settings import FitSettings
 from ..parameters import Values
@@ -85,9 +85,9 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             row = rows.add()
             row.kind, row.owner, row.parameter = owner.kind, owner.name, parameter.name
             if owner.kind == "material":
-                row.material = _block(bpy.data.materials, owner)
+                row.material = write_back.datablock(bpy.data.materials, owner)
             elif owner.kind == "light":
-                row.light = _block(bpy.data.lights, owner)
+                row.light = write_back.datablock(bpy.data.lights, owner)
             row.unit, row.help, row.width = parameter.unit, parameter.help, parameter.width
             row.reason = owner.fixed.get(parameter.name, "")
             current = owner.values.get(parameter.name)
@@ -113,12 +113,5 @@ def reset_row(row: bpy.types.PropertyGroup, current: Values | None = None) -> No
 
 def values_text(values: Values) -> str:
     """Numbers for a row of the panel."""
-    return "  ".join(f"{value:.3f}" for value in values)
-
-
-def _block(blocks: bpy.types.bpy_prop_collection, owner: Owner) -> bpy.types.ID | None:
-    for block in blocks:
-        library = block.library.filepath if block.library is not None else ""
-        if (block.name, library) == (owner.datablock, owner.library):
-            return block
-    return None
+    digits = 3 if len(values) == 1 else 2  # three channels must fit the sidebar
+    return " ".join(f"{value:.{digits}f}" for value in values)

@@ -18,8 +18,8 @@ def is_version_3() -> bool:
 
 
 def flavour() -> str:
-    """Which Principled BSDF is rendered: version 2, since the native model has no other yet."""
-    return "v2"
+    """Which Principled BSDF this Blender's Cycles renders."""
+    return "v1" if is_version_3() else "v2"
 
 
 def light_units() -> str:

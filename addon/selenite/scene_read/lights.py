@@ -87,7 +87,7 @@ def _shape(light: bpy.types.Light) -> dict[str, float | bool | str]:
 
 
 def _area(light: bpy.types.Light, matrix: np.ndarray) -> float:
-    """What Cycles divides the power by when the lamp is normalised; 1 for a lamp without size."""
+    """What Cycles multiplies the radiance by when the lamp is not normalised."""
     if light.type == "SUN":
         return math.pi * math.sin(light.angle / 2) ** 2 or 1.0
     if light.type == "AREA":
@@ -95,7 +95,7 @@ def _area(light: bpy.types.Light, matrix: np.ndarray) -> float:
         scale = np.linalg.norm(matrix[:3, :2], axis=0)
         area = shape["size_x"] * shape["size_y"] * float(scale[0] * scale[1])
         return area * (math.pi / 4 if light.shape in {"DISK", "ELLIPSE"} else 1.0)
-    return math.pi * light.shadow_soft_size**2 or 1.0
+    return 4 * (math.pi * light.shadow_soft_size**2 or 1.0)  # the whole sphere; measured
 
 
 def _through_nodes(

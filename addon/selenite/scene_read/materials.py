@@ -106,10 +106,10 @@ def read_material(material: bpy.types.Material, name: str) -> MaterialRead:
     read.values.values.update(read.owner.values)
     known = {socket for parameter in table for socket in parameter.sockets}
     _judge_other_inputs(node, groups, known, title, read)
-    if hosts.is_version_3():
+    if hosts.is_version_3() and read.values.multi_ggx:
         read.warnings.append(
-            f"{title}: rendered as Blender 4.5 does; Cycles of Blender 3 shows the same numbers "
-            "differently"
+            f"{title}: the distribution Multiscatter GGX of Blender 3 is rendered as GGX; set it to "
+            "GGX so that Cycles shows the same"
         )
     return read
 

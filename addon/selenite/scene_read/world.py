@@ -163,8 +163,8 @@ def _rotation(source: Source, title: str) -> np.ndarray:
     inner = _rotation(nodes.source_of(node.inputs["Vector"], source.groups), title)
     parts = {}
     for name in ("Location", "Rotation", "Scale"):
-        socket = node.inputs[name]
-        if not socket.enabled:  # type Vector has no location
+        socket = node.inputs.get(name)
+        if socket is None or not socket.enabled:  # type Vector has no location
             parts[name] = (0.0, 0.0, 0.0)
             continue
         parts[name] = nodes.constant(nodes.source_of(socket, source.groups))
