@@ -20,7 +20,8 @@ Eigen::Map<const Eigen::VectorXf> as_vector(const Picture& picture) {
 
 /// Mean over the odd samples, from all and even ones.
 Eigen::VectorXf odd_half(const Film& film, const Picture& mean, const Picture& even) {
-  const float all = static_cast<float>(film.spp), n_even = static_cast<float>((film.spp + 1) / 2);
+  const int even_count = (film.spp + 1) / 2;
+  const float all = static_cast<float>(film.spp), n_even = static_cast<float>(even_count);
   return (as_vector(mean) * all - as_vector(even) * n_even) / (all - n_even);
 }
 

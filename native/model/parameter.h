@@ -22,7 +22,7 @@ struct Parameter {
   double upper;              ///< largest permitted value
   double fit_lower;          ///< default box constraint of a fit, inside [lower, upper]
   double fit_upper;
-  double initial;            ///< default of the Blender node; of every channel of a colour
+  double initial;  ///< default of the Blender node; of every channel of a colour
   Coordinate coordinate = Coordinate::kLinear;
   Effect effect = Effect::kSurface;
   /// Colours only: channel c of the picture depends on channel c of the parameter alone, so one dual

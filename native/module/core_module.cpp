@@ -37,6 +37,7 @@ void self_test() {
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Differentiable rendering and fitting of Blender scenes (Embree).";
   m.attr("__version__") = SELENITE_VERSION;
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 fixes the signature
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(pointer);

@@ -231,8 +231,8 @@ Args:
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; the bounds hold for every component.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
-        "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0, depth 0
-        (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
+        "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
+        depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
         validation_interval 5, validation_spp 0 (four times spp, at least 16).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
@@ -250,11 +250,11 @@ loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown
       .def("result", &result_dict,
            R"(dict {values_last, values_best, best_iteration, best_validation,
 best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
-cpu_seconds, dropped, history}. Best are the newest values whose loss, in a render with fixed seed and
-more samples, is not worse than the smallest one by more than its noise.
+cpu_seconds, dropped, history}. Best are the newest values whose loss, in a render with fixed
+seed and more samples, is not worse than the smallest one by more than its noise.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
-mean_bias (k, 3) render minus photo, values {"Body:roughness": (k, width)}; the last row is the final
-state, its loss taken from the validation render.)");
+mean_bias (k, 3) render minus photo, values {"Body:roughness": (k, width)}; the last row is the
+final state, its loss taken from the validation render.)");
 }
 
 }  // namespace selenite

@@ -83,7 +83,7 @@ py::array resized(const py::object& object, int width, int height) {
 }
 
 void save_exr(const std::string& path, const py::object& object,
-              std::optional<std::vector<std::string>> names) {
+              const std::optional<std::vector<std::string>>& names) {
   const FloatArray pixels = float_array(object, "pixels");
   const Shape shape = picture_shape(pixels);
   const float* data = pixels.data();
@@ -117,6 +117,7 @@ PYBIND11_MODULE(_image, m) {
   m.doc() =
       "Reads, resizes and writes pictures. Arrays are float32, row 0 at the top, linear light.";
   m.attr("__version__") = SELENITE_VERSION;
+  // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 fixes the signature
   py::register_local_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(pointer);
@@ -142,8 +143,8 @@ files are taken as linear.
 Returns:
     pixels (h, w, 3) float32, linear Rec. 709, row 0 at the top, colour not multiplied by alpha;
     alpha (h, w) float32 or None; info: the dict of `probe` and nan_pixels (count; set to 0),
-    negative_pixels (count; set to 0), valid (h, w) bool (False where not finite), clipped (h, w) bool
-    (a channel of an integer file at its top value).
+    negative_pixels (count; set to 0), valid (h, w) bool (False where not finite), clipped (h, w)
+    bool (a channel of an integer file at its top value).
 Raises:
     OSError: as `probe`, and for a truncated or damaged file.)");
   m.def(

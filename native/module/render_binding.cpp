@@ -41,7 +41,7 @@ py::array_t<float> jacobian(const NamedFilm& f, Select&& select) {
       {n, py::ssize_t{f.film.height}, py::ssize_t{f.film.width}, py::ssize_t{3}});
   float* data = out.mutable_data();
   for (const UnknownRow& row : f.layout.rows) {
-    const Picture picture = select(f.film.slots[row.slot]);
+    const Picture& picture = select(f.film.slots[row.slot]);
     for (const Colorf& c : picture)
       for (int k = 0; k < 3; ++k) *data++ = row.channel < 0 || row.channel == k ? c[k] : 0;
   }

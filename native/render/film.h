@@ -36,8 +36,9 @@ struct Film {
   std::size_t size() const { return mean.size(); }
   /// Mean over the odd samples of a pixel, from the mean over all and over the even ones.
   Colorf half_b(const Colorf& mean, const Colorf& half_a) const {
-    const float even = static_cast<float>((spp + 1) / 2), odd = static_cast<float>(spp / 2);
-    return (mean * static_cast<float>(spp) - half_a * even) / odd;
+    const int even = (spp + 1) / 2, odd = spp / 2;
+    return (mean * static_cast<float>(spp) - half_a * static_cast<float>(even)) /
+           static_cast<float>(odd);
   }
 };
 

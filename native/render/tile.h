@@ -74,7 +74,8 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
           products[s] += radiance.slope[s] * radiance.value;
         }
       }
-      const auto all = static_cast<float>(n), evens = static_cast<float>((n + 1) / 2);
+      const int even_count = (n + 1) / 2;
+      const auto all = static_cast<float>(n), evens = static_cast<float>(even_count);
       film.mean[pixel] = image.sum / all;
       film.half_a[pixel] = image.even / evens;
       film.variance[pixel] = image.variance(n);

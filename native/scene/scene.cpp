@@ -157,8 +157,8 @@ Scene Scene::with(const std::vector<std::pair<ParameterRef, std::vector<double>>
       throw InvalidArgument(owner + ":" + std::string(p.name) + " takes " + std::to_string(width) +
                             " numbers, not " + std::to_string(numbers.size()));
     for (double x : numbers) check_value(owner, p, x);
-    visit_parameter(scene.appearance, ref, [&](double* first, int count) {
-      for (int i = 0; i < count; ++i) first[i] = numbers[i];
+    visit_parameter(scene.appearance, ref, [&source = numbers](double* first, int count) {
+      for (int i = 0; i < count; ++i) first[i] = source[i];
     });
   }
   return scene;
