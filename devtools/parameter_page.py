@@ -27,8 +27,8 @@ def page(table: list[dict[str, Any]]) -> str:
         "# Parameters",
         "",
         "Generated from the table in the native module by `devtools/parameter_page.py`.",
-        "*Permitted* is what a value may be at all, *fit* the default bounds of a fit, *steps in* the"
-        " coordinate in which Gauss-Newton steps. Colours are three numbers, linear Rec. 709.",
+        "*Permitted* is what a value may be at all, *fit* the default bounds of a fit, *steps in*"
+        " the coordinate in which Gauss-Newton steps. Colours are three numbers, linear Rec. 709.",
     ]
     for owner, title in OWNERS.items():
         lines += ["", f"## {title}", ""]

@@ -13,7 +13,7 @@ import json
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TextIO
 
 from . import __version__
@@ -166,7 +166,10 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="dual-buffer, mse, brightness-independent-mse, mae, mean-bias-error")
-    add("--optimiser", help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool")
+    add(
+        "--optimiser",
+        help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool",
+    )
     add("--iterations", type=int)
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
@@ -184,7 +187,7 @@ def _add_demo(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--out", default="selenite-demo", metavar="DIR")
 
 
-def _at_least(low: int) -> type:
+def _at_least(low: int) -> Callable[[str], int]:
     def integer(text: str) -> int:
         value = int(text)
         if value < low:

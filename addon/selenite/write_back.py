@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from typing import TypeVar
 
 import bpy
 
@@ -16,6 +17,7 @@ from .scene_read.nodes import Source
 from .scene_read.values import Owner
 
 Key = tuple[str, str]  # owner, parameter
+Block = TypeVar("Block", bound=bpy.types.ID)
 
 
 @dataclass(frozen=True)
@@ -94,7 +96,7 @@ def _target(
     return _socket_target(*world.find_source(scene.world, parameter))
 
 
-def datablock(blocks: bpy.types.bpy_prop_collection, owner: Owner) -> bpy.types.ID | None:
+def datablock(blocks: Iterable[Block], owner: Owner) -> Block | None:
     """By name and library: after an undo every pointer is stale."""
     return next(
         (

@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import native, parameters
 from ..fit_run.unknowns import find_parameter
-from ..problems import Problem
+from ..problems import BadInput, Problem
 from . import arguments
 from .scene import camera_of, native_scene, open_scene, picture_size
 from .terminal import bar, say
@@ -31,6 +31,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     camera = camera_of(values, args.camera, problems)
     width, height = picture_size(camera, args.width, args.height, problems)
     scene = native_scene(values, changes, problems)
+    if camera is None:  # cannot be: native_scene raises the problem that camera_of has found
+        raise BadInput(problems)
 
     def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
         return native.core().render(

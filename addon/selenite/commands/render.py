@@ -7,7 +7,7 @@ import argparse
 from typing import Any
 
 from .. import native
-from ..problems import Problem
+from ..problems import BadInput, Problem
 from . import arguments
 from .scene import camera_of, native_scene, open_scene, picture_size
 from .terminal import say
@@ -23,6 +23,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     camera = camera_of(values, args.camera, problems)
     width, height = picture_size(camera, args.width, args.height, problems)
     scene = native_scene(values, changes, problems)
+    if camera is None:  # cannot be: native_scene raises the problem that camera_of has found
+        raise BadInput(problems)
     say(f"rendering {width} x {height}, {args.spp} samples per pixel")
     film = native.core().render(
         scene,

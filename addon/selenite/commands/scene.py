@@ -59,12 +59,12 @@ def picture_size(
             problems.append(Problem(f"Argument --{side}", f"it is {value}", "give 1 to 65536"))
     if camera is None:
         return 1, 1
-    if width is None and height is None:
-        return camera.width, camera.height
+    if height is None:
+        if width is None:
+            return camera.width, camera.height
+        return width, max(1, round(width * camera.height / camera.width))
     if width is None:
         return max(1, round(height * camera.width / camera.height)), height
-    if height is None:
-        return width, max(1, round(width * camera.height / camera.width))
     return width, height
 
 
@@ -84,9 +84,9 @@ def native_scene(
             title = f"Parameter '{owner.name}:{name}'"
             problems.append(Problem(title, complaint, "give a value inside"))
         checked[owner.name, name] = numbers
-    found = [*values.problems, *problems]
-    if found:
-        raise BadInput(found)
+    every = [*values.problems, *problems]
+    if every:
+        raise BadInput(every)
     scene = build_scene(values)
     for text in values.warnings:
         say(f"warning: {text}")

@@ -63,7 +63,8 @@ class FitSettings:
     def from_json(data: dict[str, Any]) -> FitSettings:
         """The inverse of `as_json`; keys left out take their default. Raises BadInput."""
         kinds = {field.name: type(field.default) for field in fields(FitSettings)}
-        found, values = [], {}
+        found: list[Problem] = []
+        values: dict[str, Any] = {}
         for name, value in data.items():
             kind = kinds.get(name)
             if kind is None:

@@ -97,7 +97,7 @@ class SELENITE_OT_start(bpy.types.Operator):
         self._remove_timer(context)
         job, RUN.job = RUN.job, None
         job.join()
-        scene = bpy.data.scenes.get(RUN.scene_name)
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         try:
             result = job.result()
         except FitFailed as error:
@@ -276,7 +276,8 @@ def _refresh(context: bpy.types.Context) -> None:
 
 
 def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
-    return (values * 3)[:3]
+    first, second, third = (values * 3)[:3]
+    return first, second, third
 
 
 def _redraw(context: bpy.types.Context) -> None:

@@ -50,8 +50,9 @@ class SELENITE_UL_rows(bpy.types.UIList):
         row.enabled = not item.reason
         row.prop(item, "enabled", text="")
         parts = row.split(factor=0.6)
-        icon = "LOCKED" if item.reason else "NONE"
-        parts.label(text=f"{item.parameter}  {item.owner}", icon=icon)
+        parts.label(
+            text=f"{item.parameter}  {item.owner}", icon="LOCKED" if item.reason else "NONE"
+        )
         parts.label(text=item.value)
 
 

@@ -46,7 +46,8 @@ def temperature_color(light: bpy.types.Light) -> tuple[float, float, float] | No
     """Colour of the lamp's temperature if it uses one."""
     if not getattr(light, "use_temperature", False):
         return None
-    return tuple(float(channel) for channel in light.temperature_color)
+    color = light.temperature_color
+    return float(color[0]), float(color[1]), float(color[2])
 
 
 def casts_shadow(light: bpy.types.Light) -> bool:

@@ -25,14 +25,14 @@ def read_light(
     shape = _shape(light)
     if not hosts.light_is_normalized(light):
         scale *= _area(light, matrix)
-    color = tuple(light.color)
+    color: parameters.Values = tuple(light.color)
     temperature = hosts.temperature_color(light)
     if temperature is not None:
         color = tuple(a * b for a, b in zip(color, temperature, strict=True))
     values = LightValues(
         name, light.type, matrix, light.energy, color, scale, hosts.light_units(), shape
     )
-    problems = []
+    problems: list[Problem] = []
     if light.use_nodes and light.node_tree is not None:
         values, problems = _through_nodes(light, values, title)
     owner = Owner(name, "light", light.name, library, {}, {})
@@ -73,10 +73,10 @@ def _shape(light: bpy.types.Light) -> dict[str, float | bool | str]:
     if light.type == "SUN":
         return {"angle": light.angle}
     if light.type == "AREA":
-        size_y = light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
+        size_x, size_y = _sides(light)
         return {
             "shape": light.shape,
-            "size_x": light.size,
+            "size_x": size_x,
             "size_y": size_y,
             "spread": light.spread,
         }
@@ -86,14 +86,19 @@ def _shape(light: bpy.types.Light) -> dict[str, float | bool | str]:
     return shape
 
 
+def _sides(light: bpy.types.Light) -> tuple[float, float]:
+    """Width and height of an area lamp; squares and disks have one size for both."""
+    return light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
+
+
 def _area(light: bpy.types.Light, matrix: np.ndarray) -> float:
     """What Cycles multiplies the radiance by when the lamp is not normalised."""
     if light.type == "SUN":
         return math.pi * math.sin(light.angle / 2) ** 2 or 1.0
     if light.type == "AREA":
-        shape = _shape(light)
+        size_x, size_y = _sides(light)
         scale = np.linalg.norm(matrix[:3, :2], axis=0)
-        area = shape["size_x"] * shape["size_y"] * float(scale[0] * scale[1])
+        area = size_x * size_y * float(scale[0] * scale[1])
         return area * (math.pi / 4 if light.shape in {"DISK", "ELLIPSE"} else 1.0)
     return 4 * (math.pi * light.shadow_soft_size**2 or 1.0)  # the whole sphere; measured
 

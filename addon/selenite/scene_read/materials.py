@@ -108,8 +108,8 @@ def read_material(material: bpy.types.Material, name: str) -> MaterialRead:
     _judge_other_inputs(node, groups, known, title, read)
     if hosts.is_version_3() and read.values.multi_ggx:
         read.warnings.append(
-            f"{title}: the distribution Multiscatter GGX of Blender 3 is rendered as GGX; set it to "
-            "GGX so that Cycles shows the same"
+            f"{title}: the distribution Multiscatter GGX of Blender 3 is rendered as GGX; set it "
+            "to GGX so that Cycles shows the same"
         )
     return read
 

@@ -56,7 +56,7 @@ def rendered_instances(
         matrix = np.array(item.matrix_world, np.float64)
         yield Instance(evaluated, original, matrix, item.is_instance)
     for name in sorted(in_render - seen):
-        candidate = scene.objects.get(name)
+        candidate: bpy.types.Object | None = scene.objects.get(name)
         if candidate is None or candidate.hide_render or candidate.type in {"CAMERA", "EMPTY"}:
             continue
         read.warn(f"Object '{name}' is hidden in the viewport and therefore left out; show it")

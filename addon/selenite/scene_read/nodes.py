@@ -7,6 +7,7 @@ looked through.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import bpy
@@ -101,7 +102,9 @@ def why_animated(block: bpy.types.ID, path: str) -> str:
     return ""
 
 
-def _by_identifier(sockets: list, identifier: str) -> bpy.types.NodeSocket | None:
+def _by_identifier(
+    sockets: Iterable[bpy.types.NodeSocket], identifier: str
+) -> bpy.types.NodeSocket | None:
     return next((item for item in sockets if item.identifier == identifier), None)
 
 

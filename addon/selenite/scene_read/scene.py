@@ -39,10 +39,11 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
     for instance in mesh.rendered_instances(scene, depsgraph, read):
-        if instance.object.type == "LIGHT":
+        data = instance.original.data
+        if isinstance(data, bpy.types.Light):
             if instance.original.visible_camera:
                 read.warn(f"Light '{instance.original.name}': the camera does not see lamps")
-            lamps.append((instance.original.data, instance.matrix))
+            lamps.append((data, instance.matrix))
             continue
         mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":

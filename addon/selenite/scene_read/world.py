@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import bpy
 import numpy as np
 from mathutils import Euler
@@ -81,13 +83,14 @@ def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValue
     color = nodes.constant(source)
     if color is not None:
         return WorldValues(color, strength[0])
-    if source.node.bl_idname != "ShaderNodeTexEnvironment" or source.node.mute:
-        raise Unreadable(title, f"its colour comes from {nodes.describe(source.node)}")
+    node = source.node
+    if not isinstance(node, bpy.types.ShaderNodeTexEnvironment) or node.mute:
+        raise Unreadable(title, f"its colour comes from {nodes.describe(node)}")
     return WorldValues(
         (1.0, 1.0, 1.0),
         strength[0],
-        _environment_image(source.node, title, warnings),
-        _rotation(nodes.source_of(source.node.inputs["Vector"], source.groups), title),
+        _environment_image(node, title, warnings),
+        _rotation(nodes.source_of(node.inputs["Vector"], source.groups), title),
     )
 
 
@@ -118,10 +121,11 @@ def _environment_image(
     if image.source not in {"FILE", "GENERATED"}:
         raise Unreadable(title, f"its source is {image.source.lower()}", "use a single image")
     width, height = image.size
-    if width == 0 or height == 0 or len(image.pixels) == 0:
+    stored = cast(Any, image.pixels)  # the stubs say one float; it is an array of all channels
+    if width == 0 or height == 0 or len(stored) == 0:
         raise Unreadable(title, f"the file '{image.filepath}' cannot be read", "relink the file")
     pixels = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(pixels)
+    stored.foreach_get(pixels)
     pixels = pixels.reshape(height, width, image.channels)[::-1]
     pixels = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if not image.is_float and hosts.is_srgb(image):  # bytes come as stored, floats decoded
@@ -161,9 +165,9 @@ def _rotation(source: Source, title: str) -> np.ndarray:
     if node.vector_type == "NORMAL":
         raise Unreadable(title, "its Mapping is of type Normal", "use type Point")
     inner = _rotation(nodes.source_of(node.inputs["Vector"], source.groups), title)
-    parts = {}
+    parts: dict[str, parameters.Values] = {}
     for name in ("Location", "Rotation", "Scale"):
-        socket = node.inputs.get(name)
+        socket: bpy.types.NodeSocket | None = node.inputs.get(name)
         if socket is None or not socket.enabled:  # type Vector has no location
             parts[name] = (0.0, 0.0, 0.0)
             continue
