@@ -86,6 +86,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_check(commands)
     _add_render(commands)
     _add_gradient(commands)
+    _add_probe(commands)
     _add_fit(commands)
     _add_demo(commands)
     return parser
@@ -98,6 +99,7 @@ def _command(
         "check": "what is understood of a scene and what stands in the way",
         "render": "renders one picture",
         "gradient": "renders a picture with its derivatives",
+        "probe": "evaluates the BSDF for each row of a table",
         "fit": "fits parameters to photos",
         "demo": "fits the demo scene",
     }[name]
@@ -152,6 +154,15 @@ def _add_gradient(commands: argparse._SubParsersAction) -> None:
     )
     parser.add_argument("--repeat", type=_at_least(0), default=0, help="measured iterations")
     parser.add_argument("--out-dir", metavar="DIR", help="writes the derivative images here")
+
+
+def _add_probe(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "probe", ".commands.probe")
+    parser.add_argument("file", metavar="FILE.csv")
+    parser.add_argument("--out", required=True, metavar="OUT.csv")
+    parser.add_argument(
+        "--derivatives", action="store_true", help="add the slopes by each parameter of a row"
+    )
 
 
 def _add_fit(commands: argparse._SubParsersAction) -> None:

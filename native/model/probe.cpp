@@ -1,124 +1,189 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "model/probe.h"
 
-#include <stdexcept>
+#include <algorithm>
+#include <cmath>
+#include <string_view>
 
+#include "math/error.h"
 #include "model/bsdf.h"
 
 namespace selenite {
 namespace {
 
-using Slope = Dual<double, 1>;
+/// Parameters differentiated at once. More would make every operation wider, fewer the common part
+/// run more often.
+constexpr int kSlots = 8;
+using Slopes = Dual<double, kSlots>;
+/// Directions are read from text of a few digits.
+constexpr double kUnitTolerance = 1e-3;
+/// Blender's sockets do not limit a colour; the lobes clamp where those of Cycles do.
+constexpr double kBrightest = 1e6;
 
 template <class T>
-Color<T> value(const Principled<T>& material, const Probe& row) {
-  const bool behind = row.wi.z < 0;
+Color<T> value(const Principled<T>& material, const Flavour& flavour, const Vec3d& wi,
+               const Vec3d& wo) {
+  const bool behind = wi.z < 0;
   const Vec3d normal{0, 0, behind ? -1. : 1.};
-  const SurfacePoint<double> point{normal, normal, normalize(row.wi), behind};
-  return PrincipledBsdf<T>(material, row.flavour, point).value(normalize(row.wo));
+  const SurfacePoint<double> point{normal, normal, normalize(wi), behind};
+  return PrincipledBsdf<T>(material, flavour, point).value(normalize(wo));
 }
 
-double parse(std::string_view column, const std::string& text) {
-  try {
-    std::size_t used = 0;
-    const double x = std::stod(text, &used);
-    if (used == text.size()) return x;
-  } catch (const std::exception&) {  // reported below, with the name of the column
+/// A material and two directions, addressed by column.
+template <class T>
+struct Line {
+  Principled<T> material;
+  Vec3d direction[2]{{0, 0, 1}, {0, 0, 1}};
+
+  Line() {
+    Principled<T>::fields(material, [&](const Parameter&, auto& member) {
+      if constexpr (requires { member.r; }) {
+        scalars_.push_back({&member.r, &member.g, &member.b});
+      } else {
+        scalars_.push_back({&member});
+      }
+    });
   }
-  throw std::invalid_argument("column " + std::string(column) + ": '" + text + "' is not a number");
-}
+  Line(const Line&) = delete;  // it points into itself
+  Line& operator=(const Line&) = delete;
 
-int channel(std::string_view suffix) {
-  return suffix == "_r" ? 0 : suffix == "_g" ? 1 : suffix == "_b" ? 2 : -1;
+  template <class Set>
+  void each(const ProbeColumn& column, const Set& set) {
+    const auto& scalars = scalars_[column.field];
+    if (column.channel >= 0) {
+      set(*scalars[column.channel]);
+    } else {
+      for (T* scalar : scalars) set(*scalar);
+    }
+  }
+  void read(const std::vector<ProbeColumn>& columns, const double* numbers) {
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      if (columns[k].parameter) {
+        const T socket(static_cast<double>(static_cast<float>(numbers[k])));
+        each(columns[k], [&](T& scalar) { scalar = socket; });
+      } else {
+        Vec3d& v = direction[columns[k].field];
+        double* const axis[] = {&v.x, &v.y, &v.z};
+        *axis[columns[k].channel] = numbers[k];
+      }
+    }
+    for (const Vec3d& v : direction)
+      if (!(std::abs(length(v) - 1) <= kUnitTolerance))
+        throw InvalidArgument("Probes: a direction has the length " + std::to_string(length(v)) +
+                              ", not 1");
+    if (direction[0].z == 0) throw InvalidArgument("Probes: wi lies in the surface");
+  }
+
+ private:
+  std::vector<std::vector<T*>> scalars_;
+};
+
+/// What a parameter is called in the tables of Blender 3.x; empty if its node has no such socket.
+std::string version1_name(std::string_view name) {
+  if (name == "specular_level") return "specular";
+  for (const char* same :
+       {"base_color", "metallic", "roughness", "ior", "specular_tint", "transmission"})
+    if (name == same) return same;
+  return {};
 }
 
 }  // namespace
 
-bool Probe::set(std::string_view column, const std::string& text) {
-  if (column == "distribution") {
-    if (text != "GGX" && text != "MULTI_GGX")
-      throw std::invalid_argument("column distribution: '" + text +
-                                  "' is neither GGX nor MULTI_GGX");
-    flavour.distribution =
-        text == "GGX" ? Flavour::Distribution::kGgx : Flavour::Distribution::kMultiGgx;
-    return true;
-  }
-  if (column == "sheen_weight" || column == "transmission_roughness") {
-    if (parse(column, text) != 0)
-      throw std::invalid_argument("column " + std::string(column) + ": " + text +
-                                  ", but it is not modelled; permitted is 0");
-    return true;
-  }
-  if (column == "specular") {  // the socket of Blender 3.x
-    flavour.version = Flavour::Version::kV1;
-    material.specular_level = static_cast<float>(parse(column, text));
-    return true;
-  }
-  if (column == "specular_tint") {  // a number there
-    material.specular_tint = Color<double>(static_cast<float>(parse(column, text)));
-    return true;
-  }
-  if (column.size() == 4 && column[0] == 'w' && (column[1] == 'i' || column[1] == 'o') &&
-      column[2] == '_') {
-    Vec3d& v = column[1] == 'i' ? wi : wo;
-    (column[3] == 'x' ? v.x : column[3] == 'y' ? v.y : v.z) = parse(column, text);
-    return true;
-  }
-  const bool long_enough = column.size() > 2;
-  const int c = long_enough ? channel(column.substr(column.size() - 2)) : -1;
-  std::string_view name = c < 0 ? column : column.substr(0, column.size() - 2);
-  if (c >= 0 && name == "base") name = "base_color";
-  bool found = false;
-  Principled<double>::fields(material, [&](const Parameter& p, auto& member) {
-    if (p.name != name) return;
+Color<double> probe(const Probe& row) { return value(row.material, row.flavour, row.wi, row.wo); }
+
+std::vector<ProbeColumn> probe_columns(Flavour::Version version) {
+  const bool version1 = version == Flavour::Version::kV1;
+  std::vector<ProbeColumn> columns;
+  int field = -1;
+  const Principled<double> material;
+  Principled<double>::fields(material, [&](const Parameter& p, const auto& member) {
+    ++field;
+    if (p.effect != Effect::kSurface) return;
+    std::string name = version1 ? version1_name(p.name) : std::string(p.name);
+    if (name.empty()) return;
+    const auto add = [&](const std::string& suffix, int channel) {
+      constexpr bool colour = requires { member.r; };
+      const double upper = colour ? kBrightest : p.upper;
+      columns.push_back({name + suffix, p.lower, upper, true, true, field, channel});
+    };
+    if (name == "base_color") name = "base";
     if constexpr (requires { member.r; }) {
-      if (c < 0) return;
-      member[c] = static_cast<float>(parse(column, text));
-      found = true;
+      if (version1 && name == "specular_tint") {
+        add("", -1);
+      } else {
+        for (int c = 0; c < 3; ++c) add(std::string("_") + "rgb"[c], c);
+      }
     } else {
-      if (c >= 0) return;
-      member = static_cast<float>(parse(column, text));
-      found = true;
+      add("", -1);
     }
   });
-  return found;
+  for (int k = 0; k < 2; ++k)
+    for (int c = 0; c < 3; ++c)
+      columns.push_back({std::string(k == 0 ? "wi_" : "wo_") + "xyz"[c], -1 - kUnitTolerance,
+                         1 + kUnitTolerance, true, false, k, c});
+  return columns;
 }
 
-Color<double> probe(const Probe& row) { return value(row.material, row); }
-
-std::vector<ProbeSlope> probe_slopes(const Probe& row) {
-  std::vector<ProbeSlope> slopes;
-  const auto moved = lift<Slope>(row.material);
-  int count = 0;
-  Principled<Slope>::fields(moved, [&](const Parameter&, const auto&) { ++count; });
-  for (int k = 0; k < count; ++k) {
-    const auto differentiate = [&](int first, int last, const std::string& suffix) {
-      auto material = moved;
-      int index = 0;
-      std::string name;
-      Principled<Slope>::fields(material, [&](const Parameter& p, auto& member) {
-        if (index++ != k) return;
-        name = std::string(p.name) + suffix;
-        if constexpr (requires { member.r; }) {
-          for (int c = first; c < last; ++c) member[c].d[0] = 1;
-        } else {
-          member.d[0] = 1;
-        }
-      });
-      const Color<Slope> f = value(material, row);
-      slopes.push_back({name, {f.r.d[0], f.g.d[0], f.b.d[0]}});
-    };
-    int index = 0;
-    Principled<Slope>::fields(moved, [&](const Parameter& p, const auto&) {
-      if (index++ != k) return;
-      if (p.diagonal) {
-        differentiate(0, 3, "");
-      } else {
-        for (int c = 0; c < 3; ++c) differentiate(c, c + 1, std::string("_") + "rgb"[c]);
-      }
-    });
+ProbeTable::ProbeTable(Flavour::Version version, const std::vector<std::string>& columns)
+    : version_(version) {
+  const auto known = probe_columns(version);
+  for (const std::string& name : columns) {
+    const auto found =
+        std::find_if(known.begin(), known.end(), [&](const auto& c) { return c.name == name; });
+    if (found == known.end())
+      throw UnknownName("Probes: '" + name + "' is no column of numbers of this version");
+    columns_.push_back(*found);
+    parameters_ += found->parameter;
   }
-  return slopes;
+}
+
+Flavour ProbeTable::flavour(std::uint8_t multi_ggx) const {
+  return {
+      .distribution = multi_ggx ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx,
+      .version = version_};
+}
+
+void ProbeTable::check(const double* numbers, std::size_t line) const {
+  for (std::size_t k = 0; k < columns_.size(); ++k)
+    if (!(numbers[k] >= columns_[k].lower && numbers[k] <= columns_[k].upper))  // NaN as well
+      throw InvalidArgument("Probes: line " + std::to_string(line) + ": " + columns_[k].name +
+                            " = " + std::to_string(numbers[k]) + " lies outside [" +
+                            std::to_string(columns_[k].lower) + ", " +
+                            std::to_string(columns_[k].upper) + "]");
+}
+
+void ProbeTable::evaluate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
+                          double* f_cos) const {
+  Line<double> line;
+  for (std::size_t i = 0; i < lines; ++i, numbers += columns_.size(), f_cos += 3) {
+    check(numbers, i);
+    line.read(columns_, numbers);
+    const auto f =
+        value(line.material, flavour(multi_ggx[i]), line.direction[0], line.direction[1]);
+    for (int c = 0; c < 3; ++c) f_cos[c] = f[c];
+  }
+}
+
+void ProbeTable::differentiate(const double* numbers, const std::uint8_t* multi_ggx,
+                               std::size_t lines, double* slopes) const {
+  std::vector<const ProbeColumn*> parameters;
+  for (const ProbeColumn& column : columns_)
+    if (column.parameter) parameters.push_back(&column);
+  Line<Slopes> line;
+  for (std::size_t i = 0; i < lines; ++i, numbers += columns_.size()) {
+    check(numbers, i);
+    for (std::size_t first = 0; first < parameters.size(); first += kSlots) {
+      const std::size_t count = std::min<std::size_t>(kSlots, parameters.size() - first);
+      line.read(columns_, numbers);
+      for (std::size_t k = 0; k < count; ++k)
+        line.each(*parameters[first + k], [&](Slopes& scalar) { scalar.d[k] = 1; });
+      const auto f =
+          value(line.material, flavour(multi_ggx[i]), line.direction[0], line.direction[1]);
+      for (int c = 0; c < 3; ++c)
+        for (std::size_t k = 0; k < count; ++k)
+          slopes[(3 * i + c) * parameters_ + first + k] = f[c].d[k];
+    }
+  }
 }
 
 }  // namespace selenite

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "math/vec.h"
@@ -14,29 +15,54 @@ namespace selenite {
 struct Probe {
   Principled<double> material;
   Flavour flavour;
-  Vec3d wi{0, 0, 1};  ///< unit, to the viewer; z is the outside normal of the surface
-  Vec3d wo{0, 0, 1};  ///< unit, to the light, same frame
-
-  /// Sets what a column of the table stands for: a parameter by its name (a channel of a colour by
-  /// `name_r`, `name_g`, `name_b`; `base_r` is short for `base_color_r`), or wi_x ... wo_z, or
-  /// distribution (GGX, MULTI_GGX). The columns of Blender 3.x, `specular` and a `specular_tint`
-  /// without channel, choose version 1. Numbers are rounded to 32 bits first, as Blender's sockets hold
-  /// them. Returns false for a column that means nothing here (results, remarks).
-  /// Throws std::invalid_argument for a value that is not a number, and for one of a feature that the
-  /// model leaves out (sheen, transmission roughness).
-  bool set(std::string_view column, const std::string& value);
-};
-
-/// Derivative of the value by one scalar parameter, or by one channel of a colour.
-struct ProbeSlope {
-  std::string name;  ///< as in `Parameter`; for colours that mix channels with _r, _g or _b
-  Color<double> slope;
+  Vec3d wi{0, 0, 1};  ///< to the viewer; z is the outside normal of the surface; any length
+  Vec3d wo{0, 0, 1};  ///< to the light, same frame; any length
 };
 
 /// f(wi, wo) |cos wo|, 1/sr. Singular lobes count 0, unphysical refraction as the flavour says.
 Color<double> probe(const Probe& row);
-/// Its derivatives, in the order of `Principled::fields`. For a colour whose channels do not mix,
-/// channel c of the slope is by channel c of the colour.
-std::vector<ProbeSlope> probe_slopes(const Probe& row);
+
+/// A column of numbers that a table of probes may have.
+struct ProbeColumn {
+  std::string name;     ///< a parameter; `base_r` for a channel of `base_color`; `wi_x` ... `wo_z`
+  double lower, upper;  ///< permitted values
+  bool required;        ///< else the default of the node stands in for it
+  bool parameter;       ///< a number to differentiate by, not part of a direction
+  int field;            ///< place in `Principled::fields`; of a direction 0 (wi) or 1 (wo)
+  int channel;          ///< of the colour or direction; -1: all channels of it, or no colour
+};
+
+/// The columns of a version, directions last. Version 1 has the sockets of Blender 3.x: `specular` for
+/// specular_level, a `specular_tint` without channels, and no coat, sheen and diffuse roughness.
+/// Emission is left out: it is no part of the values.
+std::vector<ProbeColumn> probe_columns(Flavour::Version version);
+
+/// Many lines with the same columns.
+class ProbeTable {
+ public:
+  /// `columns`: what the numbers of a line stand for, in order. Throws UnknownName for one that the
+  /// version does not have.
+  ProbeTable(Flavour::Version version, const std::vector<std::string>& columns);
+
+  /// Number of columns that are parameters.
+  std::size_t parameters() const { return parameters_; }
+
+  /// f_cos of each line: `numbers` is (lines, columns), `f_cos` is (lines, 3). `multi_ggx` (lines) is
+  /// the distribution, not 0 for Multiscatter GGX. Parameters are rounded to 32 bits first, as
+  /// Blender's sockets hold them. Throws InvalidArgument for a number that is out of range.
+  void evaluate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
+                double* f_cos) const;
+  /// Their derivatives by each parameter column, (lines, 3, parameters).
+  void differentiate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
+                     double* slopes) const;
+
+ private:
+  Flavour flavour(std::uint8_t multi_ggx) const;
+  void check(const double* numbers, std::size_t line) const;
+
+  Flavour::Version version_;
+  std::vector<ProbeColumn> columns_;
+  std::size_t parameters_ = 0;
+};
 
 }  // namespace selenite

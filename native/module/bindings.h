@@ -8,5 +8,6 @@ namespace selenite {
 void bind_scene(pybind11::module_& m);
 void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
+void bind_probe(pybind11::module_& m);
 
 }  // namespace selenite

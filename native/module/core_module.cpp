@@ -51,5 +51,6 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_scene(m);
   selenite::bind_render(m);
   selenite::bind_fit(m);
+  selenite::bind_probe(m);
   selenite::self_test();
 }

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite probe`: the BSDF, row by row."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import time
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+
+from .. import native
+from ..problems import BadInput, Problem
+from . import arguments
+from .probe_table import RESULTS, SLOPE, Layout, Part, TableReader
+from .terminal import say
+
+VALUES = RESULTS[:3]
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Evaluates each row of FILE.csv and writes --out, or nothing if any row is wrong."""
+    started = time.perf_counter()
+    problems: list[Problem] = []
+    source = Path(args.file).expanduser().resolve()
+    out = arguments.output_file(args.out, (".csv",), problems)
+    if out == source:
+        cause = "it is the table that is read"
+        problems.append(Problem(f"File '{args.out}'", cause, "give another name to --out"))
+    try:
+        file = source.open(encoding="utf-8-sig", newline="")
+    except OSError as error:
+        cause = f"cannot be read ({error.strerror})"
+        problems.append(Problem(f"File '{args.file}'", cause, "give a CSV file"))
+        raise BadInput(problems) from error
+    partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
+    with file:
+        arguments.stop_if(problems)
+        reader = TableReader(source, file)
+        try:
+            with partial.open("w", encoding="utf-8", newline="") as to:
+                layout, rows = _evaluate(reader, to, args.derivatives)
+            if layout is None or reader.problems:
+                raise BadInput(reader.problems)
+            partial.replace(out)
+        finally:
+            partial.unlink(missing_ok=True)
+    seconds = time.perf_counter() - started
+    say(f"wrote {out}: {rows} rows of the Principled BSDF {layout.version} in {seconds:.1f} s")
+    return {
+        "out": str(out),
+        "version": layout.version,
+        "rows": rows,
+        "columns": _header(layout, args.derivatives),
+        "derivatives": args.derivatives,
+        "seconds": seconds,
+    }
+
+
+def _header(layout: Layout, derivatives: bool) -> list[str]:
+    kept = [layout.header[place] for place in layout.kept]
+    slopes = [f"{SLOPE}{channel}/d_{name}" for channel in "rgb" for name in layout.parameters]
+    return [*kept, *VALUES, *(slopes if derivatives else ())]
+
+
+def _evaluate(reader: TableReader, to: TextIO, derivatives: bool) -> tuple[Layout | None, int]:
+    """Writes the parts as they are read; their layout, and how many rows there were."""
+    writer = csv.writer(to, lineterminator="\n")
+    layout, rows = None, 0
+    for layout, part in reader.parts():
+        if not rows:
+            writer.writerow(_header(layout, derivatives))
+        rows += len(part.cells)
+        results = _results(layout, part, derivatives)
+        writer.writerows(
+            [*(row[place] for place in layout.kept), *numbers]
+            for row, numbers in zip(part.cells, results, strict=True)
+        )
+    return layout, rows
+
+
+def _results(layout: Layout, part: Part, derivatives: bool) -> list[list[float]]:
+    core = native.core()
+    given = (layout.version, layout.names, part.numbers, part.multi_ggx)
+    results = core.probe(*given)
+    if derivatives:
+        slopes = core.probe_slopes(*given)
+        results = np.concatenate([results, slopes.reshape(len(results), -1)], axis=1)
+    rows: list[list[float]] = results.tolist()
+    return rows
