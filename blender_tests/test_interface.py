@@ -25,7 +25,7 @@ class FakeLayout:
     def row(self, **_options):
         return FakeLayout(self.drawn)
 
-    column = split = row
+    box = column = split = row
 
     def label(self, text="", icon="NONE"):
         assert icon in bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items

@@ -191,6 +191,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--threads", type=int, help="0: all")
     add("--out", default="selenite-fits", metavar="DIR", help="gets a folder <date>_<time>")
     add("--save", metavar="OUT.blend", help="saves a copy of the scene with the fitted values")
+    flag = {"action": "store_true"}
+    add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
+    add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

@@ -1,43 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Start, live progress, Esc, Apply, undo, and a file load during a run, in a real window."""
 
-import os
 import sys
 import tempfile
-import traceback
 from pathlib import Path
 
 import bpy
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
 
 import made_scenes as made  # noqa: E402
+from _driving import in_window, picture, press_escape, run, window  # noqa: E402
 
-import selenite  # noqa: E402
 from selenite.interface import panels, state  # noqa: E402
 
-PICTURES = Path(os.environ.get("SELENITE_PICTURES", tempfile.mkdtemp()))
 ENDLESS = 1_000_000  # iterations
-
-
-def window():
-    """(window, area, region, space) of the 3D View."""
-    shown = bpy.context.window_manager.windows[0]
-    area = next(item for item in shown.screen.areas if item.type == "VIEW_3D")
-    region = next(item for item in area.regions if item.type == "WINDOW")
-    return shown, area, region, area.spaces.active
-
-
-def in_window(operator, *arguments, **options):
-    """Runs an operator as a click in the 3D View does."""
-    shown, area, region, _ = window()
-    with bpy.context.temp_override(window=shown, area=area, region=region):
-        return operator(*arguments, **options)
-
-
-def picture(name):
-    """A screenshot; the operator redraws first, so every panel is drawn."""
-    in_window(bpy.ops.screen.screenshot, filepath=str(PICTURES / f"{name}.png"))
 
 
 def prepare():
@@ -64,7 +41,7 @@ def running():
 
 
 def steps():
-    """Each yield waits: a number of seconds, or a condition that must come true."""
+    """See `_driving.run`."""
     window()[3].show_region_ui = True
     bpy.context.preferences.view.ui_scale = 0.6  # all panels fit the window and are drawn
     material = prepare()
@@ -75,10 +52,7 @@ def steps():
     assert state.RUN.job is not None
     yield running
     picture("running")
-    shown, area = window()[:2]
-    x, y = area.x + area.width // 2, area.y + area.height // 2
-    shown.event_simulate(type="ESC", value="PRESS", x=x, y=y)
-    shown.event_simulate(type="ESC", value="RELEASE", x=x, y=y)
+    press_escape()
     yield lambda: state.RUN.job is None
     settings = bpy.context.scene.selenite
     assert len(settings.results) == 1, "Esc keeps the best values"
@@ -108,28 +82,4 @@ def steps():
     assert state.RUN.job is None, "loading a file ends the fit"
 
 
-def drive(sequence, waiting):
-    """Timer: goes on when the wait is over; quits at the end, with status 1 after a failure."""
-    try:
-        if callable(waiting[0]) and not waiting[0]():
-            waiting[1] += 1
-            assert waiting[1] < 600, "waited in vain"
-            return 0.1
-        waiting[:] = [next(sequence), 0]
-        return 0.1 if callable(waiting[0]) else waiting[0]
-    except StopIteration:
-        in_window(bpy.ops.wm.quit_blender)
-    except Exception:  # the window must close whatever happens
-        traceback.print_exc()
-        sys.stderr.flush()
-        os._exit(1)
-    return None
-
-
-# The sidebar shows its first tab, and a script cannot choose another one in Blender 3.4.
-for item in panels.CLASSES:
-    if issubclass(item, bpy.types.Panel):
-        item.bl_category = "Item"
-selenite.register()
-sequence, waiting = steps(), [0.0, 0]
-bpy.app.timers.register(lambda: drive(sequence, waiting), first_interval=1.0, persistent=True)
+run(steps, panels)

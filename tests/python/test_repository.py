@@ -27,7 +27,7 @@ KNOWS = {
 }
 
 # Where Blender may be imported at the head of a file ...
-BLENDER_ROOMS = {"scene_read", "write_back", "importers", "interface"}
+BLENDER_ROOMS = {"scene_read", "write_back", "cycles_check", "importers", "interface"}
 # ... and where only inside a function, so that `import selenite` works without Blender
 BLENDER_LATE = {"__init__.py", "cli.py", "commands"}
 BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "addon_utils"}

@@ -17,6 +17,7 @@ from .terminal import say
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Reads and builds the scene; exit status 2 if anything stands in the way."""
+    from ..cycles_check import render_settings
     from ..scene_read.photos import captures_of
 
     scene, values = open_scene(args.scene)
@@ -27,6 +28,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             dropped = dict(build_scene(values).dropped_triangles)
         except BadInput as error:
             problems = error.problems
+    remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     report = {
         "scene": args.scene,
         "cameras": [
@@ -46,8 +48,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "model": "surface: the scene has no medium",
         "problems": [problem.as_json() for problem in problems],
         "warnings": values.warnings,
+        "render_settings": [item.as_json() for item in remarks],
     }
     _say(report, values.owners)
+    for remark in remarks:
+        say(f"{'render setting' if remark.spoils else 'remark'}: {remark.line()}")
     return report
 
 

@@ -41,6 +41,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     problems: list[Problem] = []
     out = arguments.output_folder(args.out, problems)
     save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
+    if args.set_cycles and save is None:
+        cause, cure = "there is no file to set it in", "add --save OUT.blend"
+        problems.append(Problem("Argument --set-cycles", cause, cure))
     base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
     scene, values = open_scene(base.scene)
 
@@ -78,11 +81,43 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     report = result_json(plan, result, bpy.app.version_string) | {"folder": str(folder)}
     if save is not None:
         from .. import write_back
+        from ..cycles_check import render_settings
 
         write_back.write(scene, values.owners, fitted_values(plan, result))
+        if args.set_cycles:
+            changed = render_settings.set_for_fit(scene)
+            say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
+            report["set_for_cycles"] = changed
         write_back.save_copy(str(save))
         report["saved"] = str(save)
         say(f"wrote {save}")
+    if args.check_in_cycles:  # last, so that a check that fails costs nothing but itself
+        report["cycles"] = _check(scene, plan, result, folder)
+    return report
+
+
+def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
+    from ..cycles_check.job import CheckJob, lines
+    from ..cycles_check.render_settings import Remark
+
+    job = CheckJob(scene, plan.request, fitted_values(plan, result))
+    try:
+        job.start()
+        with bar("Cycles") as shown:
+            while (state := job.progress()).running:
+                shown.update(state.fraction, note=state.text)
+                time.sleep(0.1)
+        report = job.result()
+        sheet = job.keep(report, folder)
+    finally:
+        job.close()
+    for text in lines(report):
+        say(text)
+    for remark in report["render_settings"]:
+        if remark["spoils"]:
+            say(f"this scene's own renders differ: {Remark(**remark).line()}")
+    say(f"wrote {sheet}")
     return report
 
 

@@ -67,13 +67,15 @@ def write_results(
     parent: Path,
     host: str,
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+    *,
+    pictures: bool = True,
 ) -> Path:
     """Renders the pictures and writes `parent/<date>_<time>/`; returns the folder.
 
     Everything is written into a hidden folder beside it that is renamed at the end. Raises OSError.
     """
     parent.mkdir(parents=True, exist_ok=True)
-    final = _free_name(parent, datetime.now().strftime("%Y-%m-%d_%H-%M-%S"))
+    final = new_folder(parent)
     partial = parent / f".{final.name}.partial"
     partial.mkdir()
     try:
@@ -82,7 +84,8 @@ def write_results(
         _write_json(partial / "run.json", plan.request.as_json())
         _write_history(partial / "history.csv", result["history"])
         (partial / "log.txt").write_text(_log(plan, report), encoding="utf-8")
-        _write_pictures(plan, result, partial, progress)
+        if pictures:
+            _write_pictures(plan, result, partial, progress)
         partial.rename(final)
     finally:
         if partial.exists():
@@ -109,7 +112,7 @@ def _write_pictures(
     optimised = plan.scene.with_values(fitted_values(plan, result))
     steps = 2 * len(plan.captures)
     for index, capture in enumerate(plan.captures):
-        stem = _file_name(capture.camera)
+        stem = file_name(capture.camera)
         progress(f"initial picture of {capture.camera}", 2 * index / steps)
         initial = _render(plan, plan.scene, capture)
         progress(f"optimised picture of {capture.camera}", (2 * index + 1) / steps)
@@ -203,12 +206,14 @@ def _text(values: Values) -> str:
     return ", ".join(f"{value:.4f}" for value in values)
 
 
-def _file_name(text: str) -> str:
-    """A camera's name as part of a file name."""
+def file_name(text: str) -> str:
+    """A camera's name as part of a file's."""
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
 
 
-def _free_name(parent: Path, name: str) -> Path:
+def new_folder(parent: Path) -> Path:
+    """`parent/<date>_<time>`, or with a number where that is taken; it is not made."""
+    name = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
     candidate, number = parent / name, 2
     while candidate.exists() or (parent / f".{candidate.name}.partial").exists():
         candidate, number = parent / f"{name}-{number}", number + 1

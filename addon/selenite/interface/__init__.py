@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from . import fit_operators, panels, properties, row_operators, state
+from . import check_operators, fit_operators, panels, properties, row_operators, state
 
-_MODULES = (properties, row_operators, fit_operators, panels)
+_MODULES = (properties, row_operators, fit_operators, check_operators, panels)
 _command: object | None = None
 
 
@@ -23,8 +23,9 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """The inverse of `register`; a running fit is stopped first."""
+    """The inverse of `register`; a running fit or check is stopped first."""
     global _command
+    state.CHECK.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

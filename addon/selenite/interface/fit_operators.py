@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 
 from .. import write_back
+from ..cycles_check.render_settings import contents_of
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import write_results
@@ -18,7 +19,7 @@ from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from .request import refresh_rows, run_request, values_text
 from .row_operators import report_problems
-from .state import RUN
+from .state import CHECK, RUN
 
 _TICK = 0.2  # seconds between two looks at the native thread
 
@@ -33,8 +34,8 @@ class SELENITE_OT_start(bpy.types.Operator):
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
         """One fit at a time."""
-        cls.poll_message_set("A fit is running")
-        return RUN.job is None
+        cls.poll_message_set("A fit or a check is running")
+        return RUN.job is None and CHECK.job is None
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer looks at it."""
@@ -66,7 +67,7 @@ class SELENITE_OT_start(bpy.types.Operator):
             RUN.progress = RUN.job.progress()
         except FitFailed:
             return self._finish(context)
-        _redraw(context)
+        redraw(context)
         return {"PASS_THROUGH"} if RUN.progress.running else self._finish(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -90,6 +91,7 @@ class SELENITE_OT_start(bpy.types.Operator):
             return False
         for text in job.plan.warnings:
             self.report({"WARNING"}, text)
+        CHECK.contents[context.scene.name] = contents_of(context.scene)
         RUN.start(job, context.scene.name, values.owners)
         return True
 
@@ -106,12 +108,12 @@ class SELENITE_OT_start(bpy.types.Operator):
             return {"CANCELLED"}
         if not RUN.keep or scene is None:
             RUN.message = "Cancelled; nothing was changed"
-            _redraw(context)
+            redraw(context)
             return {"CANCELLED"}
         RUN.result = result
         RUN.message = f"Stopped because: {result['stopped_because']}"
         _keep_result(scene)
-        _redraw(context)
+        redraw(context)
         self.report({"INFO"}, RUN.message)
         return {"FINISHED"}
 
@@ -226,7 +228,7 @@ class SELENITE_OT_save_result(bpy.types.Operator):
         manager = context.window_manager
         manager.progress_begin(0, 100)
         try:
-            folder = write_results(
+            folder = RUN.folder = write_results(
                 RUN.plan,
                 RUN.result,
                 parent,
@@ -280,7 +282,7 @@ def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
     return first, second, third
 
 
-def _redraw(context: bpy.types.Context) -> None:
+def redraw(context: bpy.types.Context) -> None:
     """Only the sidebars: redrawing a whole 3D view at every tick makes Blender slow."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:

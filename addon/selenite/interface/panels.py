@@ -7,6 +7,7 @@ import math
 
 import bpy
 
+from ..cycles_check.render_settings import Contents, remarks
 from . import state
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
@@ -143,10 +144,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             left = progress.seconds_left
             text = f"{progress.iteration} of {progress.iterations}"
             text += "" if math.isnan(left) else f", {left:.0f} s left"
-            if hasattr(layout, "progress"):  # 4.0 on
-                layout.progress(factor=progress.fraction, text=text)
-            else:
-                layout.label(text=f"{progress.fraction:.0%}: {text}")
+            _bar(layout, progress.fraction, text)
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
@@ -195,6 +193,47 @@ class SELENITE_PT_result(bpy.types.Panel):
         layout.operator("selenite.save_result", icon="FILE_TICK")
 
 
+class SELENITE_PT_cycles(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_cycles"
+    bl_label = "Cycles"
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """The check of the result, and the render settings that would spoil the final picture."""
+        layout, check = self.layout, state.CHECK
+        if check.job is None:
+            layout.operator("selenite.check_in_cycles", icon="RENDER_STILL")
+            for line in (check.message, *check.lines):
+                for part in _wrapped(line) if line else ():
+                    layout.label(text=part)
+            if check.sheet is not None:
+                layout.operator("selenite.show_sheet", icon="IMAGE_DATA")
+        else:
+            progress = check.progress
+            if progress is not None:
+                _bar(layout, progress.fraction, progress.text)
+            layout.operator("selenite.cancel_check", icon="X")
+        contents = check.contents.get(context.scene.name, Contents())
+        found = remarks(context.scene, contents)
+        if not any(item.spoils for item in found):
+            layout.label(text="Render settings suit the fit", icon="CHECKMARK")
+        else:
+            layout.label(text="Final renders will differ:", icon="ERROR")
+            layout.operator("selenite.set_cycles", icon="SCENE")
+        for item in found:
+            box = layout.box().column(align=True)
+            box.label(text=f"{item.name}: {item.value}", icon="ERROR" if item.spoils else "INFO")
+            for part in _wrapped(item.cost):
+                box.label(text=part)
+
+
+def _bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
+    if hasattr(layout, "progress"):  # 4.0 on
+        layout.progress(factor=fraction, text=text)
+    else:
+        layout.label(text=f"{fraction:.0%}: {text}")
+
+
 def _wrapped(text: str, width: int = 32) -> list[str]:
     """A sentence in lines that fit the sidebar."""
     lines = [""]
@@ -213,4 +252,5 @@ CLASSES = (
     SELENITE_PT_fit,
     SELENITE_PT_advanced,
     SELENITE_PT_result,
+    SELENITE_PT_cycles,
 )

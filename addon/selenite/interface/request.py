@@ -46,8 +46,14 @@ def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Prob
         scene=bpy.data.filepath,
         unknowns=tuple(unknowns),
         captures=tuple(captures_of(scene)),
-        settings=FitSettings(**{name: getattr(settings, name) for name in _SETTINGS}),
+        settings=fit_settings(scene),
     )
+
+
+def fit_settings(scene: bpy.types.Scene) -> FitSettings:
+    """The settings of the panel."""
+    settings = scene.selenite
+    return FitSettings(**{name: getattr(settings, name) for name in _SETTINGS})
 
 
 def owner_of(row: bpy.types.PropertyGroup, values: SceneValues) -> Owner | None:

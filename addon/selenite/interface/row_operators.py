@@ -6,11 +6,13 @@ from pathlib import PurePath
 import bpy
 from bpy.props import CollectionProperty, StringProperty
 
+from ..cycles_check.render_settings import contents_of
 from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import pair_by_name
 from ..scene_read.scene import read_scene
 from . import request
+from .state import CHECK
 
 
 def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
@@ -33,6 +35,7 @@ class SELENITE_OT_refresh_rows(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         request.refresh_rows(context.scene, values)
+        CHECK.contents[context.scene.name] = contents_of(context.scene)
         for problem in values.problems:
             self.report({"WARNING"}, problem.line())
         return {"FINISHED"}

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The running fit. Kept in Python, not in the .blend, and without pointers into it."""
+"""The running fit and check. Kept in Python, not in the .blend, and without pointers into it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from .. import native
+from ..cycles_check.job import CheckJob, CheckProgress
+from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..scene_read.values import Owner
@@ -15,7 +18,8 @@ from ..scene_read.values import Owner
 
 @dataclass
 class Run:
-    """At most one fit at a time. `result` stays after its end, for the result folder."""
+    """At most one fit at a time. `result` stays after its end, for the result folder, and `folder`
+    is that folder once it is written."""
 
     job: FitJob | None = None
     scene_name: str = ""
@@ -24,13 +28,14 @@ class Run:
     keep: bool = True
     plan: FitPlan | None = None
     result: dict[str, Any] | None = None
+    folder: Path | None = None
     message: str = ""
 
     def start(self, job: FitJob, scene_name: str, owners: dict[str, Owner]) -> None:
         """Starts the native thread."""
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
-        self.plan, self.result = job.plan, None
+        self.plan, self.result, self.folder = job.plan, None, None
         job.start()
 
     def ask_to_stop(self, *, keep: bool) -> None:
@@ -47,7 +52,36 @@ class Run:
         self.job = None
 
 
+@dataclass
+class Check:
+    """At most one check in Cycles at a time. `lines` and `sheet` stay after its end.
+
+    contents: scene name -> what was found in it when an operator last looked.
+    """
+
+    job: CheckJob | None = None
+    scene_name: str = ""
+    progress: CheckProgress | None = None
+    message: str = ""
+    lines: list[str] = field(default_factory=list)
+    sheet: Path | None = None
+    contents: dict[str, Contents] = field(default_factory=dict)
+
+    def start(self, job: CheckJob, scene_name: str) -> None:
+        """Starts the other process."""
+        self.job, self.scene_name, self.progress = job, scene_name, None
+        self.message, self.lines, self.sheet = "", [], None
+        job.start()
+
+    def stop(self) -> None:
+        """Ends the other process and forgets the job."""
+        if self.job is not None:
+            self.job.close()
+        self.job = None
+
+
 RUN = Run()
+CHECK = Check()
 
 
 @lru_cache(maxsize=1)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import bpy
 import numpy as np
@@ -117,3 +118,9 @@ def _curves(action: bpy.types.Action) -> Iterator[bpy.types.FCurve]:
         for strip in layer.strips:
             for bag in strip.channelbags:
                 yield from bag.fcurves
+
+
+def shadow_terminator(item: bpy.types.Object) -> Any:
+    """Who holds `shadow_terminator_geometry_offset` as Cycles reads it: in 4.5 the object itself
+    (the same name in `item.cycles` is left over there and has no effect), in 3.4 `item.cycles`."""
+    return item if hasattr(item, "shadow_terminator_geometry_offset") else item.cycles

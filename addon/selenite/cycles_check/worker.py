@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The process that checks a fit in Cycles; see `job`, which starts it on a copy of the file.
+
+Run as a script, inside Blender (`blender -b --python worker.py -- FOLDER`) or with the module bpy
+(`python worker.py FOLDER`). FOLDER holds scene.blend and request.json; the results go there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+#: Cycles renders that often, with that many seeds; their spread tells the noise.
+SEEDS = 4
+#: Radiance at which the pictures of differences are brightest.
+LARGEST_ERROR = 0.2
+
+
+def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
+    """Writes the pictures and the sheet into `folder` and returns the report."""
+    import bpy
+
+    from selenite import parameters, write_back
+    from selenite.cycles_check import render_settings, sheet
+    from selenite.fit_run.captures import read_captures
+    from selenite.fit_run.plan import build_scene
+    from selenite.fit_run.request import RunRequest
+    from selenite.problems import BadInput
+    from selenite.scene_read.photos import packed_photos
+    from selenite.scene_read.scene import open_blend, read_scene
+
+    open_blend(str(folder / "scene.blend"))
+    scene = bpy.data.scenes[request["scene"]]
+    if bpy.context.window is not None:
+        bpy.context.window.scene = scene
+    begin = time.perf_counter()
+    wanted = RunRequest.from_json(request["run"])
+    values = {parameters.split_name(name): tuple(v) for name, v in request["values"].items()}
+    write_back.write(scene, read_scene(scene).owners, values)
+    read = read_scene(scene)
+    problems = list(read.problems)
+    captures = read_captures(
+        read, wanted.captures, wanted.settings.height, problems, [], packed_photos()
+    )
+    if problems:
+        raise BadInput(problems)
+    remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
+    native_scene = build_scene(read)
+    samples = max(1, round(wanted.settings.picture_spp / SEEDS))
+    rows, pictures = {}, {}
+    for index, capture in enumerate(captures):
+
+        def tell(text: str, share: float, done: int = index, name: str = capture.camera) -> None:
+            _tell(folder, (done + share) / len(captures), f"{text} of {name}")
+
+        rows[capture.camera], pictures[capture.camera] = _check(
+            folder, scene, native_scene, capture, wanted.settings, samples, tell
+        )
+    sheet.write(folder / "out" / "cycles_check.png", pictures, LARGEST_ERROR)
+    return {
+        "samples": samples * SEEDS,
+        "seeds": SEEDS,
+        "blender": bpy.app.version_string,
+        "seconds": time.perf_counter() - begin,
+        "cameras": rows,
+        "render_settings": [item.as_json() for item in remarks],
+    }
+
+
+def _check(
+    folder: Path,
+    scene: Any,
+    native_scene: Any,
+    capture: Any,
+    settings: Any,
+    samples: int,
+    tell: Callable[[str, float], None],
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """(numbers of one camera, its tiles for the sheet); writes its pictures."""
+    import numpy as np
+
+    from selenite import native
+    from selenite.cycles_check.compare import Estimate, misfit
+    from selenite.cycles_check.render import estimate
+    from selenite.fit_run.results import file_name
+
+    height, width = capture.reference.shape[:2]
+    tell("Selenite's picture", 0.0)
+    film = native.core().render(
+        native_scene,
+        capture.camera,
+        width,
+        height,
+        samples * SEEDS,
+        seed=settings.seed,
+        depth=settings.depth,
+        threads=settings.threads,
+    )
+    ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
+    cycles = estimate(
+        scene,
+        capture.camera,
+        (width, height),
+        samples,
+        range(settings.seed, settings.seed + SEEDS),
+        folder / "cycles.exr",
+        lambda fraction: tell("Cycles' picture", 0.2 + 0.8 * fraction),
+    )
+    counted = (capture.weight > 0)[..., None]
+    against_ours = cycles.mean - ours.mean
+    against_photo = (cycles.mean - photo.mean) * counted
+    stem = file_name(capture.camera)
+    for name, pixels in (
+        ("native", ours.mean),
+        ("native_sem", np.sqrt(ours.variance)),
+        ("cycles", cycles.mean),
+        ("cycles_sem", np.sqrt(cycles.variance)),
+        ("cycles_minus_native", against_ours),
+        ("cycles_minus_photo", against_photo),
+    ):
+        pixels = np.ascontiguousarray(pixels, np.float32)
+        native.image().write_exr(str(folder / "out" / f"{stem}_{name}.exr"), pixels)
+    cycles_png = np.ascontiguousarray(cycles.mean, np.float32)
+    native.image().write_png(str(folder / "out" / f"{stem}_cycles.png"), cycles_png)
+    everywhere = np.ones(capture.weight.shape)
+    row = {
+        "native_against_cycles": misfit(ours, cycles, everywhere),
+        "cycles_against_photo": misfit(cycles, photo, capture.weight.astype(np.float64)),
+        "native_against_photo": misfit(ours, photo, capture.weight.astype(np.float64)),
+    }
+    tiles = {
+        "photo": photo.mean,
+        "Selenite": ours.mean,
+        "Cycles": cycles.mean,
+        "|Cycles - Selenite|": np.abs(against_ours).mean(axis=-1),
+        "|Cycles - photo|": np.abs(against_photo).mean(axis=-1),
+    }
+    return row, tiles
+
+
+def _tell(folder: Path, fraction: float, text: str) -> None:
+    _write(folder / "progress.json", {"fraction": fraction, "text": text})
+
+
+def _write(path: Path, data: dict[str, Any]) -> None:
+    """Appears complete or not at all: the other process looks at any time."""
+    partial = path.with_suffix(".partial")
+    partial.write_text(json.dumps(data), encoding="utf-8")
+    partial.replace(path)
+
+
+def main(folder: Path) -> int:
+    """Leaves report.json, with the key "error" or "problems" if it went wrong."""
+    request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
+    # What this Python lacks comes from the parent's: the add-on, and what it brings along.
+    sys.path.extend(item for item in request["python_path"] if item not in sys.path)
+    from selenite.problems import BadInput
+
+    try:
+        report, status = run(folder, request), 0
+    except BadInput as error:
+        report, status = {"problems": [item.as_json() for item in error.problems]}, 2
+    except Exception as error:
+        traceback.print_exc()
+        report, status = {"error": f"{type(error).__name__}: {error}"}, 1
+    _write(folder / "report.json", report)
+    return status
+
+
+if __name__ == "__main__":
+    words = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    status = main(Path(words[0]))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)  # bpy can hang in its own destructors

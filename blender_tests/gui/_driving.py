@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a script of this folder drives a Blender window; not a script itself."""
+
+import os
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+
+import bpy
+
+PICTURES = Path(os.environ.get("SELENITE_PICTURES", tempfile.mkdtemp()))
+
+
+def window():
+    """(window, area, region, space) of the 3D View."""
+    shown = bpy.context.window_manager.windows[0]
+    area = next(item for item in shown.screen.areas if item.type == "VIEW_3D")
+    region = next(item for item in area.regions if item.type == "WINDOW")
+    return shown, area, region, area.spaces.active
+
+
+def in_window(operator, *arguments, **options):
+    """Runs an operator as a click in the 3D View does."""
+    shown, area, region, _ = window()
+    with bpy.context.temp_override(window=shown, area=area, region=region):
+        return operator(*arguments, **options)
+
+
+def picture(name):
+    """A screenshot; the operator redraws first, so every panel is drawn."""
+    in_window(bpy.ops.screen.screenshot, filepath=str(PICTURES / f"{name}.png"))
+
+
+def press_escape():
+    """With the pointer in the middle of the 3D View."""
+    shown, area = window()[:2]
+    x, y = area.x + area.width // 2, area.y + area.height // 2
+    shown.event_simulate(type="ESC", value="PRESS", x=x, y=y)
+    shown.event_simulate(type="ESC", value="RELEASE", x=x, y=y)
+
+
+def run(steps, panels, shown=None):
+    """Registers the add-on and goes through the generator `steps`; `shown`: panels that are drawn.
+
+    Each yield waits: a number of seconds, or a condition that must come true. Blender quits at the
+    end, with status 1 after a failure.
+    """
+    import selenite
+
+    # The sidebar shows its first tab, and a script cannot choose another one in Blender 3.4.
+    for item in panels.CLASSES:
+        if issubclass(item, bpy.types.Panel) and (shown is None or item in shown):
+            item.bl_category = "Item"
+    selenite.register()
+    sequence, waiting = steps(), [0.0, 0]
+    bpy.app.timers.register(lambda: _drive(sequence, waiting), first_interval=1.0, persistent=True)
+
+
+def _drive(sequence, waiting):
+    try:
+        if callable(waiting[0]) and not waiting[0]():
+            waiting[1] += 1
+            assert waiting[1] < 600, "waited in vain"
+            return 0.1
+        waiting[:] = [next(sequence), 0]
+        return 0.1 if callable(waiting[0]) else waiting[0]
+    except StopIteration:
+        in_window(bpy.ops.wm.quit_blender)
+    except Exception:  # the window must close whatever happens
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
+    return None

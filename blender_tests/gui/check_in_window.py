@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Check in Cycles in a real window: progress, Esc, the numbers, a file load during a check."""
+
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
+
+import made_scenes as made  # noqa: E402
+from _driving import in_window, picture, press_escape, run, window  # noqa: E402
+
+from selenite.interface import panels, state  # noqa: E402
+
+ENDLESS = 1_000_000  # samples
+
+
+def prepare(folder):
+    """A sphere with a photo of another grey; base colour is fitted in a moment."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    made.studio()
+    bpy.context.view_layer.update()
+    photo = made.photo(folder / "Camera.png", value=0.1)
+    settings = bpy.context.scene.selenite
+    in_window(bpy.ops.selenite.refresh_rows)
+    in_window(bpy.ops.selenite.add_capture)
+    settings.captures[0].photo = bpy.data.images.load(str(photo))
+    next(item for item in settings.rows if item.parameter == "base_color").enabled = True
+    settings.height, settings.iterations, settings.picture_spp = 24, 5, 16
+    settings.output = str(folder / "out")
+    return settings
+
+
+def rendering():
+    """The other Blender has started to render."""
+    progress = state.CHECK.progress
+    return progress is not None and "picture" in progress.text
+
+
+def escaped():
+    """A simulated key is lost now and then on a busy machine, so it is pressed until it acts."""
+    if state.CHECK.job is not None:
+        press_escape()
+    return state.CHECK.job is None
+
+
+def steps():
+    """See `_driving.run`."""
+    folder = Path(tempfile.mkdtemp())
+    window()[3].show_region_ui = True
+    bpy.context.preferences.view.ui_scale = 0.6  # all panels fit the window and are drawn
+    settings = prepare(folder)
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    yield lambda: state.RUN.job is None
+    blocks = sorted(item.name for item in bpy.data.user_map())
+    engine = bpy.context.scene.render.engine
+
+    in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
+    yield rendering
+    picture("checking")
+    yield lambda: state.CHECK.job is None
+    assert state.CHECK.lines and state.CHECK.sheet.is_file()
+    yield 0.5
+    picture("checked")
+    assert sorted(item.name for item in bpy.data.user_map()) == blocks
+    assert bpy.context.scene.render.engine == engine
+
+    settings.picture_spp = ENDLESS
+    state.RUN.plan = None  # takes the settings as they are now
+    in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
+    left = state.CHECK.job.folder
+    yield rendering
+    yield escaped
+    assert state.CHECK.message == "Check cancelled" and not left.exists()
+
+    in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
+    yield rendering
+    in_window(bpy.ops.selenite.cancel_check)
+    yield lambda: state.CHECK.job is None
+    yield 0.5
+
+    in_window(bpy.ops.selenite.set_cycles, "EXEC_DEFAULT", True)
+    yield 0.5
+    assert bpy.context.scene.render.engine == "CYCLES"
+    picture("set")
+    in_window(bpy.ops.ed.undo)
+    yield 0.5
+    assert bpy.context.scene.render.engine == engine
+
+    in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
+    left = state.CHECK.job.folder
+    yield rendering
+    in_window(bpy.ops.wm.read_homefile, use_empty=True)  # the modal operator is cancelled
+    yield 0.5
+    assert state.CHECK.job is None and not left.exists(), "loading a file ends the check"
+
+
+# The window is too low for all panels.
+run(steps, panels, shown=[panels.SELENITE_PT_result, panels.SELENITE_PT_cycles])

@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cycles as the judge: its settings, the check in another process, and what it leaves behind."""
+
+import json
+import time
+from pathlib import Path
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+
+from selenite import native
+from selenite.cli import main
+from selenite.cycles_check import render_settings, sheet
+from selenite.cycles_check.compare import Estimate, judge, misfit
+from selenite.cycles_check.job import CheckFailed, CheckJob
+from selenite.fit_run.request import RunRequest
+from selenite.fit_run.settings import FitSettings
+from selenite.problems import BadInput
+from selenite.scene_read import hosts
+from selenite.scene_read.values import CaptureRequest
+
+pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+
+
+def remarks():
+    """name -> remark of the open scene."""
+    scene = bpy.context.scene
+    found = render_settings.remarks(scene, render_settings.contents_of(scene))
+    return {item.name: item for item in found}
+
+
+def snapshot(scene):
+    """Every setting of the table and every number of what the scene's render has."""
+    values = {}
+    for setting in render_settings.SETTINGS:
+        values[setting.path] = render_settings._get(scene, setting.path)
+    for owner in (scene.render, scene.cycles, scene.view_settings, scene.render.image_settings):
+        for name in owner.bl_rna.properties.keys():  # noqa: SIM118 - not a dict
+            value = getattr(owner, name, None)
+            if isinstance(value, (bool, int, float, str)):
+                values[f"{owner.bl_rna.identifier}.{name}"] = value
+    values["camera"] = scene.camera.name if scene.camera else None
+    values["frame"] = scene.frame_current
+    return values
+
+
+def datablocks():
+    """Names of everything in the file."""
+    found = {}
+    for name in dir(bpy.data):
+        blocks = getattr(bpy.data, name)
+        if isinstance(blocks, bpy.types.bpy_prop_collection):
+            found[name] = sorted(item.name for item in blocks)
+    return found
+
+
+def capture(tmp_path, **settings):
+    """Request of a tiny fit of the open scene."""
+    photo = made.photo(tmp_path / "Camera.exr", value=0.3)
+    given = {"height": 24, "picture_spp": 16} | settings
+    return RunRequest("", (), (CaptureRequest("Camera", str(photo)),), FitSettings(**given))
+
+
+def test_factory_settings_spoil_the_picture_and_are_set():
+    made.studio(transmission=1.0)
+    bpy.context.scene.render.engine = "CYCLES"
+    names = {name for name, item in remarks().items() if item.spoils}
+    assert {"Filter Glossy", "Clamp Indirect", "Total Bounces", "Transmission Bounces"} <= names
+    assert "Volume Bounces" not in names and "Transparent Bounces" not in names
+    changed = render_settings.set_for_fit(bpy.context.scene)
+    assert names <= set(changed)
+    assert not any(item.spoils for item in remarks().values())
+    assert set(remarks()) <= {"Light Threshold", "Pixel Filter", "View Transform"}
+    assert render_settings.set_for_fit(bpy.context.scene) == []
+
+
+def test_volume_bounces_matter_where_there_is_a_medium():
+    material = made.studio()
+    tree = material.node_tree
+    output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
+    scatter = tree.nodes.new("ShaderNodeVolumePrincipled")
+    tree.links.new(scatter.outputs[0], output.inputs["Volume"])
+    assert remarks()["Volume Bounces"].value == "0"
+    assert "Transmission Bounces" in remarks()
+
+
+def test_shadow_offset_is_set_where_cycles_reads_it():
+    made.studio()
+    body = bpy.data.objects["Body"]
+    assert remarks()["Shadow Terminator Geometry Offset"].spoils is False
+    render_settings.set_for_fit(bpy.context.scene)
+    assert hosts.shadow_terminator(body).shadow_terminator_geometry_offset == 0
+
+
+def test_random_walk_of_blender_3_becomes_ggx():
+    material = made.studio()
+    node = made.principled(material)
+    node.distribution = "MULTI_GGX"
+    found = remarks().get("Distribution")
+    assert (found is not None) == hosts.is_version_3()
+    render_settings.set_for_fit(bpy.context.scene)
+    assert node.distribution == ("GGX" if hosts.is_version_3() else "MULTI_GGX")
+
+
+def test_comparison_settings_leave_no_remark():
+    made.studio()
+    render_settings.set_comparison(bpy.context.scene, 8, seed=3)
+    assert remarks() == {}
+    assert (bpy.context.scene.cycles.samples, bpy.context.scene.cycles.seed) == (8, 3)
+
+
+def test_check_renders_the_given_values_and_changes_nothing(tmp_path):
+    material = made.studio(base_color=(0.8, 0.8, 0.8), roughness=0.5)
+    scene = bpy.context.scene
+    before, blocks, dirty = snapshot(scene), datablocks(), bpy.data.is_dirty
+    job = CheckJob(scene, capture(tmp_path), {("Body", "base_color"): (0.1, 0.2, 0.3)})
+    try:
+        job.start()
+        report = job.result()
+        (tmp_path / "result.json").write_text('{"schema": 1}')
+        page = job.keep(report, tmp_path)
+    finally:
+        job.close()
+    assert snapshot(scene) == before and datablocks() == blocks and bpy.data.is_dirty == dirty
+    assert tuple(made.socket(material, "base_color").default_value)[:3] == pytest.approx((0.8,) * 3)
+    assert not job.folder.exists()
+    row = report["cameras"]["Camera"]
+    ours = row["native_against_cycles"]
+    # 6 deviations: a false alarm in 1e8 runs; the settings' own floor is 0.5 %
+    assert abs(ours["relative_bias"]) < 6 * ours["relative_bias_noise"] + 0.005
+    assert 0 < ours["relative_rmse_noise"] < 0.5
+    stored = json.loads((tmp_path / "result.json").read_text())
+    assert stored["schema"] == 1 and stored["cycles"] == report
+    picture = native.image().read(str(tmp_path / "Camera_cycles.exr"))[0]
+    assert picture.shape == (24, 32, 3)
+    middle = picture[11:13, 15:17].mean(axis=(0, 1))
+    assert middle[0] < middle[1] < middle[2] < 0.4  # the values given, not those of the scene
+    assert native.image().read(str(page))[0].shape[1] > 5 * 220
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {f"Camera_{n}.exr" for n in ("cycles", "cycles_sem", "native", "native_sem")} <= names
+
+
+def test_cancelled_check_leaves_nothing(tmp_path):
+    made.studio()
+    scene = bpy.context.scene
+    before, blocks = snapshot(scene), datablocks()
+    job = CheckJob(scene, capture(tmp_path, picture_spp=1_000_000), {})
+    job.start()
+    until = time.monotonic() + 60
+    while not job.progress().text.startswith("Selenite") and time.monotonic() < until:
+        time.sleep(0.1)
+    assert job.progress().running
+    job.close()
+    job.close()
+    assert not job.progress().running and not job.folder.exists()
+    assert snapshot(scene) == before and datablocks() == blocks
+
+
+def test_problems_and_errors_of_the_other_process_arrive(tmp_path):
+    made.studio()
+    job = CheckJob(bpy.context.scene, capture(tmp_path), {("Body", "gloss"): (1.0,)})
+    job.start()
+    with pytest.raises(BadInput, match="Body:gloss"):
+        job.result()
+    job.close()
+    job = CheckJob(bpy.context.scene, capture(tmp_path), {})
+    (job.folder / "request.json").write_text("no json")
+    job.start()
+    with pytest.raises(CheckFailed, match="ended with status"):
+        job.result()
+    job.close()
+
+
+def test_unsaved_pixels_are_refused(tmp_path):
+    made.environment(made.world(), np.ones((4, 8, 3), np.float32))
+    made.sphere(material=made.material())
+    made.camera()
+    with pytest.raises(BadInput, match="Image 'sky'"):
+        CheckJob(bpy.context.scene, capture(tmp_path), {})
+
+
+def test_sheet_leaves_nothing_in_the_file(tmp_path):
+    blocks = datablocks()
+    row = {"photo": np.ones((8, 12, 3)), "error": np.ones((8, 12))}
+    sheet.write(tmp_path / "sheet.png", {"Front": row, "Süd": row}, 0.5)
+    assert datablocks() == blocks
+    pixels = native.image().read(str(tmp_path / "sheet.png"))[0]
+    assert pixels[:20].min() < 0.1  # ink
+
+
+def _noisy(mean, deviation, seeds, generator):
+    shape = (seeds, 32, 32, 3)
+    return Estimate.of_seeds(mean + deviation * generator.standard_normal(shape))
+
+
+def test_noise_is_told_from_difference():
+    """Means of 20 pairs; each bound is more than five deviations away."""
+    rows, passed, z = [], 0, []
+    for seed in range(20):
+        generator = np.random.default_rng(seed)
+        first, second = (_noisy(1.0, 0.2, 8, generator) for _ in range(2))
+        third = _noisy(1.03, 0.2, 8, generator)
+        rows.append([misfit(other, second, np.ones((32, 32))) for other in (first, third)])
+        mask = np.ones((32, 32), bool)
+        passed += judge(first, second, mask).passed
+        z.append(judge(first, second, mask).z_rms)
+        assert not judge(third, second, mask).passed
+    same = [row[0] for row in rows]
+    assert passed == 20 and 0.9 < np.mean(z) < 1.1
+    assert np.mean([r["relative_rmse"] for r in same]) == pytest.approx(0.1, rel=0.05)
+    assert np.mean([r["relative_rmse_noise"] for r in same]) == pytest.approx(0.1, rel=0.05)
+    assert max(r["relative_rmse_beyond_noise"] for r in same) < 0.03
+    other = [row[1] for row in rows]
+    assert np.mean([r["relative_bias"] for r in other]) == pytest.approx(0.03, rel=0.1)
+    rest = np.mean([r["relative_rmse_beyond_noise"] for r in other])
+    assert rest == pytest.approx(0.03, rel=0.2)
+
+
+@pytest.mark.usefixtures("addon")
+def test_operator_writes_into_the_result_folder(tmp_path):
+    from test_interface import draw, prepare_fit
+
+    from selenite.interface import panels, state
+
+    material, settings = prepare_fit(tmp_path)
+    settings.output = str(tmp_path / "out")
+    bpy.ops.selenite.start()
+    before, blocks = snapshot(bpy.context.scene), datablocks()
+    assert "selenite.check_in_cycles" in draw(panels.SELENITE_PT_cycles)
+    assert bpy.ops.selenite.check_in_cycles() == {"FINISHED"}
+    assert snapshot(bpy.context.scene) == before and datablocks() == blocks
+    folder = state.RUN.folder
+    report = json.loads((folder / "result.json").read_text())
+    assert report["parameters"]["Body:base_color"] and report["cycles"]["cameras"]["Camera"]
+    assert state.CHECK.sheet == folder / "cycles_check.png" and state.CHECK.sheet.is_file()
+    drawn = draw(panels.SELENITE_PT_cycles)
+    assert "Selenite against" in drawn and "Filter Glossy: 1" in drawn
+    bpy.ops.selenite.set_cycles()
+    assert "Filter Glossy" not in draw(panels.SELENITE_PT_cycles)
+    state.RUN.result = None  # as after loading the file again: the rows alone are left
+    settings.output = str(tmp_path / "again")
+    assert bpy.ops.selenite.check_in_cycles() == {"FINISHED"}
+    assert (next(Path(settings.output).iterdir()) / "cycles_check.png").is_file()
+    assert material
+
+
+@pytest.mark.usefixtures("addon")
+def test_set_cycles_is_one_undo_step():
+    made.studio()
+    bpy.ops.ed.undo_push(message="before")
+    before = snapshot(bpy.context.scene)
+    bpy.ops.selenite.set_cycles("EXEC_DEFAULT", True)
+    if not bpy.ops.ed.undo.poll():
+        pytest.skip("this Blender keeps no undo steps without a window")
+    assert snapshot(bpy.context.scene) != before
+    bpy.ops.ed.undo()
+    assert snapshot(bpy.context.scene) == before
+
+
+def test_fit_checks_and_sets_cycles_from_the_command_line(tmp_path, capsys):
+    made.studio(base_color=(0.8, 0.4, 0.2), transmission=0.5)
+    scene = made.save(tmp_path / "scene.blend")
+    photo = made.photo(tmp_path / "photo.png")
+    words = ["fit", scene, f"--photo=Camera={photo}", "--fit=Body:base_color", "--preset=draft"]
+    words += ["--iterations=3", "--height=12", f"--out={tmp_path / 'out'}"]
+    assert main([*words, "--set-cycles"]) == 2
+    assert "add --save OUT.blend" in capsys.readouterr().err
+    saved = tmp_path / "fitted.blend"
+    words += [f"--save={saved}", "--set-cycles", "--check-in-cycles", "--json"]
+    assert main(words) == 0
+    out, err = capsys.readouterr()
+    report = json.loads(out.splitlines()[-1])
+    assert "Filter Glossy" in report["set_for_cycles"]
+    assert "Camera: Cycles against photo: bias" in err and "wrote" in err
+    stored = json.loads((Path(report["folder"]) / "result.json").read_text())
+    assert stored["cycles"] == report["cycles"] and stored["parameters"] == report["parameters"]
+    assert not any(item["spoils"] for item in report["cycles"]["render_settings"])
+    for path, spoiled in ((scene, True), (saved, False)):
+        assert main(["check", str(path), "--json"]) == 0
+        found = json.loads(capsys.readouterr().out.splitlines()[-1])["render_settings"]
+        assert any(item["spoils"] for item in found) == spoiled
