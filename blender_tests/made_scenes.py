@@ -11,6 +11,9 @@ ALIASES = {
     "roughness": ("Roughness",),
     "ior": ("IOR",),
     "transmission": ("Transmission Weight", "Transmission"),
+    "alpha": ("Alpha",),
+    "emission_color": ("Emission Color", "Emission"),
+    "emission_strength": ("Emission Strength",),
 }
 
 

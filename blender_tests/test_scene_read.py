@@ -41,7 +41,9 @@ def test_triangle_with_uvs_and_normals():
     np.testing.assert_array_equal(mesh.triangles, [[0, 1, 2]])
     np.testing.assert_array_equal(mesh.positions, [(0, 0, 0), (2, 0, 0), (0, 1, 0)])
     np.testing.assert_allclose(mesh.corner_normals, np.tile((0, 0, 1), (3, 1)), atol=1e-7)
-    np.testing.assert_array_equal(mesh.uvs, [(0, 0), (1, 0), (0, 1)])
+    (name, uvs), *rest = mesh.uv_maps
+    assert name == "UVMap" and not rest
+    np.testing.assert_array_equal(uvs, [(0, 0), (1, 0), (0, 1)])
     assert mesh.positions.dtype == np.float32 and mesh.triangles.dtype == np.int32
 
 

@@ -118,18 +118,28 @@ FieldMap field_map(const SceneBuilder& b, const std::string& material, const std
 int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pixels, bool encoded,
                 const std::string& extension, const std::string& interpolation) {
   const std::string who = "Image '" + name + "': ";
-  require_shape(pixels, who + "pixels", {-1, -1, 3});
-  std::vector<Colorf> colors(static_cast<std::size_t>(pixels.size() / 3));
-  std::memcpy(static_cast<void*>(colors.data()), pixels.data(), colors.size() * sizeof(Colorf));
+  const bool with_alpha = pixels.ndim() == 3 && pixels.shape(2) == 4;
+  require_shape(pixels, who + "pixels", {-1, -1, with_alpha ? 4 : 3});
+  const py::ssize_t channels = pixels.shape(2), count = pixels.size() / channels;
+  std::vector<Colorf> colors(static_cast<std::size_t>(count));
+  std::vector<float> alpha(static_cast<std::size_t>(with_alpha ? count : 0));
+  const float* from = pixels.data();
+  for (py::ssize_t i = 0; i < count; ++i, from += channels) {
+    colors[i] = {from[0], from[1], from[2]};
+    if (with_alpha) alpha[i] = from[3];
+  }
   b.textures.push_back(std::make_shared<Texture>(
       name, static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), std::move(colors),
-      encoded,
+      std::move(alpha), encoded,
       one_of<Extension>(who + "extension", extension,
                         {{"REPEAT", Extension::kRepeat},
                          {"EXTEND", Extension::kExtend},
                          {"CLIP", Extension::kClip},
                          {"MIRROR", Extension::kMirror}}),
-      one_of<bool>(who + "interpolation", interpolation, {{"Linear", true}, {"Closest", false}})));
+      one_of<Interpolation>(who + "interpolation", interpolation,
+                            {{"Linear", Interpolation::kLinear},
+                             {"Closest", Interpolation::kClosest},
+                             {"Cubic", Interpolation::kCubic}})));
   return static_cast<int>(b.textures.size()) - 1;
 }
 
@@ -148,8 +158,7 @@ using NamedArrays = std::vector<std::pair<std::string, Array<float>>>;
 
 int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
              const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
-             const std::optional<Array<float>>& uvs, const NamedArrays& uv_maps,
-             const NamedArrays& colors) {
+             const NamedArrays& uv_maps, const NamedArrays& colors) {
   const std::string who = "Mesh '" + name + "': ";
   Mesh mesh;
   mesh.name = name;
@@ -158,7 +167,6 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   mesh.corner_normals = rows<Vec3f>(normals, who + "corner normals");
   require_shape(slots, who + "material slots", {-1});
   mesh.material_slots.assign(slots.data(), slots.data() + slots.size());
-  if (uvs) mesh.uvs.push_back({"", rows<Vec2f>(*uvs, who + "UV coordinates")});
   for (const auto& [map, values] : uv_maps)
     mesh.uvs.push_back({map, rows<Vec2f>(values, who + "UV map '" + map + "'")});
   for (const auto& [attribute, values] : colors)
@@ -261,13 +269,13 @@ void bind_builder(py::module_& m) {
       .def(
           "add_texture", &add_texture, "name"_a, "pixels"_a, py::kw_only(), "encoded"_a,
           "extension"_a = "REPEAT", "interpolation"_a = "Linear",
-          "(h,w,3) float32, row 0 at the top; `encoded`: sRGB values, decoded after interpolation.")
+          "(h,w,3) float32, row 0 at the top; `encoded`: sRGB values, decoded after interpolation. "
+          "A fourth channel is the alpha by which the colours were multiplied: they are divided by "
+          "it before decoding.")
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
-           "material_slots"_a, "uvs"_a = py::none(), "uv_maps"_a = NamedArrays{},
-           "colors"_a = NamedArrays{},
+           "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
-           "and "
-           "linear colour attributes [(name, (3m,3))], the active ones first; object space.")
+           "and linear colour attributes [(name, (3m,3))], the active ones first; object space.")
       .def(
           "add_object",
           [](SceneBuilder& b, const std::string& name, int mesh, const Array<double>& matrix,

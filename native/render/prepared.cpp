@@ -58,17 +58,23 @@ bool emits(const Principled<T>& m) {
   return max_channel(value_of(power)) > 0 || has_slope(power);
 }
 
-/// Puts a looked-up colour into one field; a number takes its luminance, as Blender's sockets do.
+/// Puts a looked-up colour into one field, clamped to what the model permits; a number takes the
+/// luminance, as Blender's sockets do.
 template <class T>
 struct Put {
   int field;
   const Colorf& color;
   int index = 0;
-  void operator()(const Parameter&, T& x) {
-    if (index++ == field) x = T(0.2126f * color.r + 0.7152f * color.g + 0.0722f * color.b);
+  static float inside(const Parameter& p, float x) {
+    return clamp(x, static_cast<float>(p.lower), static_cast<float>(p.upper));
   }
-  void operator()(const Parameter&, Color<T>& c) {
-    if (index++ == field) c = Color<T>(color);
+  void operator()(const Parameter& p, T& x) {
+    if (index++ != field) return;
+    x = T(inside(p, 0.2126729f * color.r + 0.7151522f * color.g + 0.0721750f * color.b));
+  }
+  void operator()(const Parameter& p, Color<T>& c) {
+    if (index++ != field) return;
+    c = Color<T>(inside(p, color.r), inside(p, color.g), inside(p, color.b));
   }
 };
 

@@ -11,6 +11,7 @@ SlotLayout::SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked)
     : parameters(std::move(ticked)) {
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterRef& ref = parameters[i];
+    scene.require_constant(ref);
     const std::string name = scene.owner_name(ref) + ":" + std::string(scene.description(ref).name);
     if (std::find(parameters.begin(), parameters.begin() + static_cast<long>(i), ref) !=
         parameters.begin() + static_cast<long>(i))

@@ -139,6 +139,18 @@ const Parameter& Scene::description(const ParameterRef& ref) const {
   return parameter_table(ref.kind).at(ref.field);
 }
 
+void Scene::require_constant(const ParameterRef& ref) const {
+  if (ref.kind != OwnerKind::kMaterial) return;
+  const Material& material = appearance.materials.at(ref.owner);
+  for (const FieldMap& map : material.maps)
+    if (map.field == ref.field)
+      throw InvalidArgument(material.name + ":" + std::string(description(ref).name) +
+                            " comes from " +
+                            (map.texture ? "image '" + map.texture->name() + "'"
+                                         : "colour attribute '" + map.attribute + "'") +
+                            "; give it one value");
+}
+
 std::vector<double> Scene::get(const ParameterRef& ref) const {
   std::vector<double> values;
   Appearance copy = appearance;  // `fields` visits references to non-const members
@@ -150,6 +162,7 @@ std::vector<double> Scene::get(const ParameterRef& ref) const {
 Scene Scene::with(const std::vector<std::pair<ParameterRef, std::vector<double>>>& values) const {
   Scene scene = *this;
   for (const auto& [ref, numbers] : values) {
+    require_constant(ref);
     const Parameter& p = description(ref);
     const std::string owner = owner_name(ref);
     const int width = parameter_widths(ref.kind).at(ref.field);

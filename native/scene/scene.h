@@ -48,9 +48,12 @@ struct Scene {
   ParameterRef find(std::string_view owner, std::string_view parameter) const;
   std::string owner_name(const ParameterRef& ref) const;
   const Parameter& description(const ParameterRef& ref) const;
+  /// InvalidArgument when a texture or vertex colours take the place of the one value.
+  void require_constant(const ParameterRef& ref) const;
   /// One or three values.
   std::vector<double> get(const ParameterRef& ref) const;
-  /// This scene with other values; InvalidArgument when one is not finite or out of range.
+  /// This scene with other values; InvalidArgument when one is not finite, out of range or not
+  /// constant over the surface.
   Scene with(const std::vector<std::pair<ParameterRef, std::vector<double>>>& values) const;
 };
 

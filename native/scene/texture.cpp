@@ -2,6 +2,7 @@
 #include "scene/texture.h"
 
 #include <algorithm>
+#include <array>
 
 #include "math/error.h"
 
@@ -29,53 +30,92 @@ int wrap(int i, int n, Extension extension) {
   }
 }
 
+/// The texels along one axis that make up a value, with their weights.
+struct Taps {
+  int count = 0;
+  std::array<int, 4> index{};  ///< -1: black
+  std::array<float, 4> weight{};
+
+  /// `x` in texels from the edge of the first one.
+  Taps(float x, int n, Extension extension, Interpolation interpolation) {
+    const float shifted = interpolation == Interpolation::kClosest ? x : x - 0.5f;
+    const float low = std::floor(shifted), t = shifted - low;
+    const int first = static_cast<int>(low);
+    switch (interpolation) {
+      case Interpolation::kClosest:
+        set(first, {1, 0, 0, 0}, 1);
+        break;
+      case Interpolation::kLinear:
+        set(first, {1 - t, t, 0, 0}, 2);
+        break;
+      case Interpolation::kCubic:
+        set(first - 1,
+            {((-t / 6 + 0.5f) * t - 0.5f) * t + 1.0f / 6, (0.5f * t - 1) * t * t + 2.0f / 3,
+             ((-0.5f * t + 0.5f) * t + 0.5f) * t + 1.0f / 6, t * t * t / 6},
+            4);
+        break;
+    }
+    for (int k = 0; k < count; ++k) index[k] = wrap(index[k], n, extension);
+  }
+
+ private:
+  void set(int first, const std::array<float, 4>& weights, int taps) {
+    count = taps;
+    weight = weights;
+    for (int k = 0; k < taps; ++k) index[k] = first + k;
+  }
+};
+
 }  // namespace
 
-Texture::Texture(std::string name, int width, int height, std::vector<Colorf> pixels, bool encoded,
-                 Extension extension, bool interpolate)
+Texture::Texture(std::string name, int width, int height, std::vector<Colorf> pixels,
+                 std::vector<float> alpha, bool encoded, Extension extension,
+                 Interpolation interpolation)
     : name_(std::move(name)),
       width_(width),
       height_(height),
       pixels_(std::move(pixels)),
+      alpha_(std::move(alpha)),
       encoded_(encoded),
       extension_(extension),
-      interpolate_(interpolate) {
-  if (width < 1 || height < 1 || pixels_.size() != static_cast<std::size_t>(width) * height)
+      interpolation_(interpolation) {
+  const auto fits = [&](std::size_t count) {
+    return count == static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  };
+  if (width < 1 || height < 1 || !fits(pixels_.size()) || !(alpha_.empty() || fits(alpha_.size())))
     throw InvalidArgument("Image '" + name_ + "': " + std::to_string(width) + " x " +
                           std::to_string(height) +
                           " pixels do not match the data; give an image of at least 1 x 1 pixel");
-  for (const Colorf& c : pixels_)
-    if (!std::isfinite(c.r) || !std::isfinite(c.g) || !std::isfinite(c.b))
-      throw InvalidArgument("Image '" + name_ +
-                            "': a pixel is infinite or not a number; repair the file");
-}
-
-Colorf Texture::texel(int x, int y) const {
-  const int i = wrap(x, width_, extension_), j = wrap(y, height_, extension_);
-  if (i < 0 || j < 0) return {};
-  return pixels_[static_cast<std::size_t>(height_ - 1 - j) * width_ + i];
+  const auto finite = [](float x) { return std::isfinite(x); };
+  if (!std::all_of(pixels_.begin(), pixels_.end(),
+                   [&](const Colorf& c) { return finite(c.r) && finite(c.g) && finite(c.b); }) ||
+      !std::all_of(alpha_.begin(), alpha_.end(), finite))
+    throw InvalidArgument("Image '" + name_ +
+                          "': a pixel is infinite or not a number; repair the file");
 }
 
 Colorf Texture::at(const Vec2f& uv) const {
   if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) return {};
   // Far outside, the fraction of a repeated coordinate is all that matters (and an int can hold).
   const bool periodic = extension_ == Extension::kRepeat || extension_ == Extension::kMirror;
-  const auto inside = [&](float t) {
-    return periodic ? t - 2 * std::floor(t / 2) : clamp(t, -2.0f, 3.0f);
+  const auto taps = [&](float t, int n) {
+    const float inside = periodic ? t - 2 * std::floor(t / 2) : clamp(t, -4.0f, 5.0f);
+    return Taps(inside * static_cast<float>(n), n, extension_, interpolation_);
   };
-  float x = inside(uv.x) * static_cast<float>(width_);
-  float y = inside(uv.y) * static_cast<float>(height_);
+  const Taps across = taps(uv.x, width_), up = taps(uv.y, height_);
   Colorf c;
-  if (interpolate_) {
-    x -= 0.5f;
-    y -= 0.5f;
-    const float fx = std::floor(x), fy = std::floor(y), a = x - fx, b = y - fy;
-    const int i = static_cast<int>(fx), j = static_cast<int>(fy);
-    c = (texel(i, j) * (1 - a) + texel(i + 1, j) * a) * (1 - b) +
-        (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
-  } else {
-    c = texel(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
+  float alpha = 0;
+  for (int j = 0; j < up.count; ++j) {
+    if (up.index[j] < 0) continue;
+    const std::size_t row = static_cast<std::size_t>(height_ - 1 - up.index[j]) * width_;
+    for (int i = 0; i < across.count; ++i) {
+      if (across.index[i] < 0) continue;
+      const float weight = up.weight[j] * across.weight[i];
+      c += pixels_[row + across.index[i]] * weight;
+      if (!alpha_.empty()) alpha += alpha_[row + across.index[i]] * weight;
+    }
   }
+  if (!alpha_.empty() && alpha != 0) c = c / alpha;
   return encoded_ ? map(c, decode_srgb) : c;
 }
 

@@ -11,28 +11,33 @@
 
 namespace selenite {
 
+/// Outside the unit square: again, the edge's texel, black, or again with every other one flipped.
 enum class Extension { kRepeat, kExtend, kClip, kMirror };
+/// Between texel centres: bilinear, the nearest, or a bicubic B-spline (which smooths).
+enum class Interpolation { kLinear, kClosest, kCubic };
 
 /// Image on a surface; texel centres at (i + 1/2) / N, origin bottom left.
 ///
-/// An `encoded` image (bytes in sRGB) is interpolated on its encoded values and decoded afterwards,
-/// as Cycles does; any other is linear. Source: facts sheet "cycles", section 5. Immutable, shared.
+/// An `encoded` image (in sRGB) is interpolated on its encoded values and decoded afterwards, as
+/// Cycles does; any other is linear. Source: facts sheet "cycles", section 5. Immutable, shared.
 class Texture {
  public:
-  /// Row 0 of `pixels` is the top. InvalidArgument: size, or a value that is not finite.
-  Texture(std::string name, int width, int height, std::vector<Colorf> pixels, bool encoded,
-          Extension extension, bool interpolate);
+  /// Row 0 of `pixels` is the top. `alpha` is empty, or one number a pixel by which the colours were
+  /// multiplied (encoded, if they are): they are divided by it after interpolation and before
+  /// decoding. InvalidArgument: size, or a value that is not finite.
+  Texture(std::string name, int width, int height, std::vector<Colorf> pixels,
+          std::vector<float> alpha, bool encoded, Extension extension, Interpolation interpolation);
   Colorf at(const Vec2f& uv) const;
   const std::string& name() const { return name_; }
 
  private:
-  Colorf texel(int x, int y) const;
   std::string name_;
   int width_, height_;
   std::vector<Colorf> pixels_;
+  std::vector<float> alpha_;
   bool encoded_;
   Extension extension_;
-  bool interpolate_;
+  Interpolation interpolation_;
 };
 
 /// What a parameter of a material takes its value from instead of one constant.

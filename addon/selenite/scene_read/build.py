@@ -5,8 +5,10 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from .. import native
-from .values import LightValues, SceneValues
+from .values import LightValues, MapValues, SceneValues, TextureValues
 
 
 def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
@@ -15,23 +17,29 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
     Raises ValueError for a value out of range and NativeUnavailable.
     """
     builder = native.core().SceneBuilder()
+    textures: dict[TextureValues, int] = {}
     materials = {
         item.name: builder.add_material(
             item.name,
             {name: value[0] if len(value) == 1 else value for name, value in item.values.items()},
             multi_ggx=item.multi_ggx,
             flavour=item.flavour,
+            maps={name: _native_map(builder, textures, found) for name, found in item.maps.items()},
         )
         for item in values.materials
     }
     meshes = [
+    maps = [found for item in values.materials for found in item.maps.values()]
+    uv_maps = {found.attribute for found in maps if found.texture is not None}
+    colors = {found.attribute for found in maps if found.texture is None}
         builder.add_mesh(
             mesh.name,
             mesh.positions,
             mesh.triangles,
             mesh.corner_normals,
             mesh.material_slots,
-            mesh.uvs,
+            uv_maps=_wanted(mesh.uv_maps, uv_maps),
+            colors=_wanted(mesh.colors, colors),
         )
         for mesh in values.meshes
     ]
@@ -68,6 +76,34 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
 
 
 def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
+def _native_map(
+    builder: Any,  # noqa: ANN401
+    textures: dict[TextureValues, int],
+    found: MapValues,
+) -> dict[str, Any]:
+    """The native form of a map; adds its texture if it is the first that uses it."""
+    texture = found.texture
+    if texture is not None and texture not in textures:
+        textures[texture] = builder.add_texture(
+            texture.name,
+            texture.pixels,
+            encoded=texture.encoded,
+            extension=texture.extension,
+            interpolation=texture.interpolation,
+        )
+    index = textures[texture] if texture is not None else None
+    return {"texture": index, "attribute": found.attribute, "uv": found.uv}
+
+
+def _wanted(
+    lists: tuple[tuple[str, np.ndarray], ...], names: set[str]
+) -> list[tuple[str, np.ndarray]]:
+    """Those that a material asks for; "" asks for the first."""
+    return [
+        item for index, item in enumerate(lists) if item[0] in names or (index == 0 and "" in names)
+    ]
+
+
     add = {
         "POINT": builder.add_point_light,
         "SUN": builder.add_sun_light,

@@ -75,6 +75,11 @@ def is_editable(block: bpy.types.ID) -> bool:
 
 
 def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
+def is_data(image: bpy.types.Image) -> bool:
+    """Whether the image holds numbers other than colours (Non-Color)."""
+    return bool(image.colorspace_settings.is_data)
+
+
     """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated."""
     if hasattr(mesh, "calc_normals_split"):  # before 4.1
         mesh.calc_normals_split()
@@ -83,17 +88,39 @@ def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
     return normals.reshape(-1, 3)
 
 
-def corner_uvs(mesh: bpy.types.Mesh, corners: np.ndarray) -> np.ndarray | None:
-    """(len(corners), 2) float32 of the UV map that renders, or None."""
-    layer = next((item for item in mesh.uv_layers if item.active_render), None)
-    if layer is None or not len(mesh.loops):
-        return None
-    uvs = np.empty(len(mesh.loops) * 2, np.float32)
-    if hasattr(layer, "uv") and len(layer.uv):  # from 3.5 on, and much faster
-        layer.uv.foreach_get("vector", uvs)
-    else:
-        layer.data.foreach_get("uv", uvs)
-    return uvs.reshape(-1, 2)[corners]
+def corner_uv_maps(mesh: bpy.types.Mesh, corners: np.ndarray) -> tuple[tuple[str, np.ndarray], ...]:
+    """Name and (len(corners), 2) float32 of every UV map, the one that renders first."""
+    found = []
+    for layer in sorted(mesh.uv_layers, key=lambda item: not item.active_render):
+        uvs = np.empty(len(mesh.loops) * 2, np.float32)
+        if hasattr(layer, "uv") and len(layer.uv):  # from 3.5 on, and much faster
+            layer.uv.foreach_get("vector", uvs)
+        else:
+            layer.data.foreach_get("uv", uvs)
+        found.append((layer.name, uvs.reshape(-1, 2)[corners]))
+    return tuple(found)
+
+
+def corner_colors(
+    mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarray
+) -> tuple[tuple[str, np.ndarray], ...]:
+    """Name and (len(corners), 3) float32 of every colour attribute, linear, the render one first.
+
+    `corners`: loops, `vertices`: vertices of the triangles' corners.
+    """
+    found = []
+    for index, attribute in enumerate(mesh.color_attributes):
+        numbers = np.empty(len(attribute.data) * 4, np.float32)
+        attribute.data.foreach_get("color", numbers)  # bytes come decoded
+        colors = numbers.reshape(-1, 4)[:, :3][
+            corners if attribute.domain == "CORNER" else vertices
+        ]
+        entry = (attribute.name, np.ascontiguousarray(colors))
+        if index == mesh.color_attributes.render_color_index:
+            found.insert(0, entry)
+        else:
+            found.append(entry)
+    return tuple(found)
 
 
 def animated_paths(block: bpy.types.ID) -> Iterator[tuple[str, str]]:

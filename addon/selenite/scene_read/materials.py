@@ -10,8 +10,9 @@ import bpy
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
-from . import hosts, nodes
-from .nodes import Groups, Source
+from . import hosts, nodes, textures
+from .nodes import Groups, Source, Unreadable
+from .textures import TextureRoom
 from .values import MaterialValues, Owner
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
@@ -42,6 +43,7 @@ class MaterialRead:
     owner: Owner
     problems: list[Problem]
     warnings: list[str]
+    room: TextureRoom
 
 
 def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
@@ -73,7 +75,7 @@ def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Sou
     return _source(material, *found, parameter)
 
 
-def read_material(material: bpy.types.Material, name: str) -> MaterialRead:
+def read_material(material: bpy.types.Material, name: str, room: TextureRoom) -> MaterialRead:
     """Reads one original (not evaluated) material. Units are those of the sockets."""
     library = material.library.filepath if material.library is not None else ""
     table = parameters.of("material")
@@ -83,14 +85,14 @@ def read_material(material: bpy.types.Material, name: str) -> MaterialRead:
         values = grey_material(name, tuple(material.diffuse_color[:3]))
         fixed = {parameter.name: reason for parameter in table}
         owner = Owner(name, "material", material.name, library, values.values, fixed)
-        return MaterialRead(values, owner, [], [])
+        return MaterialRead(values, owner, [], [], room)
 
     found = principled_of(material)
     if isinstance(found, str):
         fixed = {parameter.name: f"the material {found}" for parameter in table}
         problem = Problem(title, found, "connect a Principled BSDF to the Surface of the output")
         owner = Owner(name, "material", material.name, library, {}, fixed)
-        return MaterialRead(grey_material(name), owner, [problem], [])
+        return MaterialRead(grey_material(name), owner, [problem], [], room)
 
     node, groups = found
     read = MaterialRead(
@@ -104,6 +106,7 @@ def read_material(material: bpy.types.Material, name: str) -> MaterialRead:
     for parameter in table:
         _read_parameter(material, node, groups, parameter, title, read)
     read.values.values.update(read.owner.values)
+        room,
     known = {socket for parameter in table for socket in parameter.sockets}
     _judge_other_inputs(node, groups, known, title, read)
     if hosts.is_version_3() and read.values.multi_ggx:
@@ -148,14 +151,7 @@ def _read_parameter(
     label = parameter.find(node).name
     value = nodes.constant(source)
     if value is None:
-        read.problems.append(
-            Problem(
-                title,
-                f"input '{label}' is linked to {nodes.describe(source.node)}, "
-                "which cannot be evaluated",
-                "unlink it or give it a constant value",
-            )
-        )
+        _read_map(source, parameter, label, title, read)
         return
     complaint = parameter.complaint(value)
     if complaint:
@@ -166,6 +162,7 @@ def _read_parameter(
 
 
 def _judge_other_inputs(
+    value = nodes.converted(value, parameter.width)
     node: bpy.types.Node, groups: Groups, known: set[str], title: str, read: MaterialRead
 ) -> None:
     """Inputs that the model lacks: a warning if they act, a problem if they bend the normal."""
@@ -174,6 +171,35 @@ def _judge_other_inputs(
             continue
         source = nodes.source_of(node.inputs[name], groups)
         value = nodes.constant(source)
+def _read_map(
+    source: Source, parameter: Parameter, label: str, title: str, read: MaterialRead
+) -> None:
+    """A linked input: a texture, a colour attribute, or a problem that names the node."""
+    try:
+        found = read.room.read_map(source, title)
+    except Unreadable as error:
+        problem = error.problem
+        place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
+        cause = f"{problem.cause} (for {place})"
+        read.problems.append(Problem(problem.object, cause, problem.cure))
+        return
+    if found is None:
+        cause = f"input '{label}' is linked to {nodes.describe(source.node)}"
+        if source.node is not None and source.node.bl_idname in textures.NODES:
+            cause += f", output '{source.socket.name}'"
+        cure = (
+            "unlink it, give it a constant value, or link it straight to the Color of an Image "
+            "Texture or Color Attribute node"
+        )
+        read.problems.append(Problem(title, f"{cause}, which cannot be evaluated", cure))
+        return
+    read.values.maps[parameter.name] = found
+    read.values.values[parameter.name] = textures.typical_value(parameter, found)
+    excess = textures.excess(parameter, found)
+    if excess:
+        read.warnings.append(f"{title}: input '{label}': {excess}")
+
+
         if value is None or any(value):
             read.warnings.append(f"{title}: '{name}' is not modelled; rendered as 0")
     for name in _DIRECTIONS:

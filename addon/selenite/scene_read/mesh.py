@@ -114,7 +114,10 @@ def _triangles(
     mesh.loop_triangles.foreach_get("material_index", slots)
     positions, triangles = positions.reshape(-1, 3), triangles.reshape(-1, 3)
     normals = hosts.corner_normals(mesh).reshape(-1, 3, 3)
-    uvs = hosts.corner_uvs(mesh, corners)
+    uv_maps = hosts.corner_uv_maps(mesh, corners)
+    colors = hosts.corner_colors(mesh, corners, triangles.ravel())
+    known = {name for name, _ in (*uv_maps, *colors)}
+    others = tuple(item.name for item in mesh.attributes if item.name not in known)
 
     finite = np.isfinite(positions).all(axis=1)
     if not finite.all():
@@ -125,7 +128,9 @@ def _triangles(
         )
         positions = np.where(finite[:, None], positions, np.float32(0))
         triangles, slots, normals = triangles[good], slots[good], normals[good]
-        uvs = uvs.reshape(-1, 3, 2)[good].reshape(-1, 2) if uvs is not None else None
+        kept = np.repeat(good, 3)
+        uv_maps = tuple((name, values[kept]) for name, values in uv_maps)
+        colors = tuple((name, values[kept]) for name, values in colors)
         if not len(triangles):
             return None
     last = max(len(evaluated.material_slots), 1) - 1
@@ -135,7 +140,9 @@ def _triangles(
         triangles=np.ascontiguousarray(triangles),
         corner_normals=np.ascontiguousarray(normals.reshape(-1, 3)),
         material_slots=np.clip(slots, 0, last),
-        uvs=uvs,
+        uv_maps=uv_maps,
+        colors=colors,
+        other_attributes=others,
     )
 
 

@@ -13,11 +13,20 @@ from dataclasses import dataclass
 import bpy
 
 from ..parameters import Values
+from ..problems import Problem
 from . import hosts
 
 _CONSTANT_NODES = {"ShaderNodeRGB", "ShaderNodeValue"}
 
 Groups = tuple[bpy.types.Node, ...]  # the group nodes that were entered, outermost first
+
+
+class Unreadable(Exception):
+    """Why something cannot be rendered, as a Problem."""
+
+    def __init__(self, title: str, cause: str, cure: str) -> None:
+        super().__init__(cause)
+        self.problem = Problem(title, cause, cure)
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,13 @@ def constant(source: Source) -> Values | None:
     return (float(value),)
 
 
+def converted(value: Values, width: int) -> Values:
+    """A number for a colour means grey; a colour for a number its luminance, as in Blender."""
+    if width == 1 and len(value) == 3:
+        return (0.2126729 * value[0] + 0.7151522 * value[1] + 0.0721750 * value[2],)
+    return value * width if len(value) == 1 else value
+
+
 def describe(node: bpy.types.Node) -> str:
     """A node for a message: its label or name, and its type."""
     muted = "muted " if node.mute else ""
@@ -84,7 +100,7 @@ def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
     if owner.override_library is not None or not hosts.is_editable(owner):
         return "a library override, whose nodes cannot be edited: make it local"
     if source.node is not None:
-        return f"linked to {describe(source.node)}"
+        return f"linked to {describe(source.node)}: unlink it to fit one value"
     tree = source.socket.id_data
     if tree.library is not None:
         return f"inside node group '{tree.name}' of a library: make the group local"

@@ -9,7 +9,8 @@ import numpy as np
 from ..problems import BadInput, Problem
 from . import camera as cameras
 from . import lights, materials, mesh, world
-from .values import ObjectValues, SceneValues
+from .textures import TextureRoom
+from .values import MeshValues, ObjectValues, SceneValues
 
 
 def open_blend(path: str) -> bpy.types.Scene:
@@ -38,6 +39,7 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     lamps: list[tuple[bpy.types.Light, np.ndarray]] = []
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
+    room = TextureRoom()
     for instance in mesh.rendered_instances(scene, depsgraph, read):
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
@@ -47,7 +49,8 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
             continue
         mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":
-            _read_object(instance, meshes, names, read)
+            _read_object(instance, meshes, names, room, read)
+    _note(read, [], room.warnings)
     if not read.objects:
         cure = "add an object or make one visible for rendering"
         read.problems.append(
@@ -98,6 +101,7 @@ def _read_object(
     instance: mesh.Instance,
     meshes: dict[int, int | None],
     names: dict[tuple[str, str], str],
+    room: TextureRoom,
     read: SceneValues,
 ) -> None:
     evaluated = instance.object
@@ -121,22 +125,51 @@ def _read_object(
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
     visible = instance.original.visible_camera
+    found = tuple(
+        _material_name(material if slot in used else None, names, room, read)
+        for slot, material in enumerate(slots)
+    )
+    for name in {found[slot] for slot in used}:
+        _judge_attributes(title, read.meshes[index], name, read)
     read.objects.append(
         ObjectValues(
             name=instance.original.name,
             mesh=index,
             matrix=instance.matrix,
-            materials=tuple(
-                _material_name(material if slot in used else None, names, read)
-                for slot, material in enumerate(slots)
-            ),
+            materials=found,
             visible_to_camera=bool(visible),
         )
     )
 
 
+def _judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:
+    """Whether a mesh has the UV maps and colour attributes that a material of it looks up."""
+    values = next(item for item in read.materials if item.name == material)
+    for found in values.maps.values():
+        kind = "UV map" if found.texture is not None else "colour attribute"
+        lists = shape.uv_maps if found.texture is not None else shape.colors
+        names = [name for name, _ in lists]
+        name = found.attribute
+        if name in names or (names and not name) or not found.uv[:, :2].any():
+            continue
+        called = f"{kind} '{name}'" if name else kind
+        asks = f"it has no {called}, which material '{material}' asks for"
+        known = {*shape.other_attributes, *(item[0] for item in shape.uv_maps + shape.colors)}
+        if name and name in known:
+            cause = f"{asks}, but another kind of attribute of that name"
+            cure = f"name a {kind} in the material's node, or add one"
+            problem = Problem(title, cause, cure)
+            if problem not in read.problems:
+                read.problems.append(problem)
+        else:
+            read.warn(f"{title}: {asks}; it is taken as 0, as in Cycles")
+
+
 def _material_name(
-    evaluated: bpy.types.Material | None, names: dict[tuple[str, str], str], read: SceneValues
+    evaluated: bpy.types.Material | None,
+    names: dict[tuple[str, str], str],
+    room: TextureRoom,
+    read: SceneValues,
 ) -> str:
     """Reads a material once and returns the name under which the native scene knows it."""
     if evaluated is None:
@@ -148,7 +181,7 @@ def _material_name(
     key = (material.name, library)
     if key not in names:
         names[key] = _free_name(material.name, library, read)
-        result = materials.read_material(material, names[key])
+        result = materials.read_material(material, names[key], room)
         read.materials.append(result.values)
         read.owners[names[key]] = result.owner
         _note(read, result.problems, result.warnings)

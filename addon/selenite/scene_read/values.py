@@ -51,14 +51,17 @@ class CameraValues:
 @dataclass(frozen=True)
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
-    material_slots (m,), uvs (3m, 2) or None."""
+    material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
+    that renders by default comes first. `other_attributes`: names of what is not read."""
 
     name: str
     positions: np.ndarray
     triangles: np.ndarray
     corner_normals: np.ndarray
     material_slots: np.ndarray
-    uvs: np.ndarray | None
+    uv_maps: tuple[tuple[str, np.ndarray], ...] = ()
+    colors: tuple[tuple[str, np.ndarray], ...] = ()
+    other_attributes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -72,14 +75,43 @@ class ObjectValues:
     visible_to_camera: bool
 
 
+@dataclass(frozen=True, eq=False)
+class TextureValues:
+    """An image: (h, w, 3) float32, or 4 with the alpha that the colours were multiplied by.
+
+    `encoded`: sRGB code values, decoded after interpolation. `extension`, `interpolation`: as the
+    native module calls them.
+    """
+
+    name: str
+    pixels: np.ndarray
+    encoded: bool
+    extension: str
+    interpolation: str
+
+
+@dataclass(frozen=True, eq=False)
+class MapValues:
+    """Where a parameter comes from that is not constant: a texture, or a colour attribute if None.
+
+    `attribute`: UV map or colour attribute, "" for the one that renders by default. `uv`: (2, 3),
+    applied to (u, v, 1).
+    """
+
+    texture: TextureValues | None
+    attribute: str
+    uv: np.ndarray = field(default_factory=lambda: np.eye(2, 3, dtype=np.float32))
+
+
 @dataclass(frozen=True)
 class MaterialValues:
-    """Values of a Principled BSDF by parameter name."""
+    """Values of a Principled BSDF by parameter name; a parameter in `maps` varies instead."""
 
     name: str
     values: dict[str, Values]
     multi_ggx: bool
     flavour: str
+    maps: dict[str, MapValues] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -3,28 +3,18 @@
 
 from __future__ import annotations
 
-from typing import Any, cast
-
 import bpy
 import numpy as np
-from mathutils import Euler
 
 from .. import parameters
 from ..problems import Problem
-from . import hosts, nodes
-from .nodes import Source
+from . import images, nodes
+from .coordinates import read_coordinates
+from .nodes import Groups, Source, Unreadable
 from .values import Owner, WorldValues
 
 WORLD = "World"  # the owner's name, whatever the datablock is called
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
-
-
-class Unreadable(Exception):
-    """Why a part of the world cannot be rendered, as a Problem."""
-
-    def __init__(self, title: str, cause: str, cure: str = _CURE) -> None:
-        super().__init__(cause)
-        self.problem = Problem(title, cause, cure)
 
 
 def read_world(
@@ -78,33 +68,39 @@ def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValue
     inputs, groups = background.node.inputs, background.groups
     strength = nodes.constant(nodes.source_of(inputs["Strength"], groups))
     if strength is None:
-        raise Unreadable(title, "the Strength of its Background node is linked to what varies")
+        cause = "the Strength of its Background node is linked to what varies"
+        raise Unreadable(title, cause, "unlink it")
     source = nodes.source_of(inputs["Color"], groups)
     color = nodes.constant(source)
     if color is not None:
-        return WorldValues(color, strength[0])
+        return WorldValues(nodes.converted(color, 3), nodes.converted(strength, 1)[0])
     node = source.node
-    if not isinstance(node, bpy.types.ShaderNodeTexEnvironment) or node.mute:
-        raise Unreadable(title, f"its colour comes from {nodes.describe(node)}")
+    if (
+        not isinstance(node, bpy.types.ShaderNodeTexEnvironment)
+        or node.mute
+        or source.socket.identifier != "Color"
+    ):
+        cause = f"its colour comes from {nodes.describe(node)}, output '{source.socket.name}'"
+        raise Unreadable(title, cause, _CURE)
     return WorldValues(
         (1.0, 1.0, 1.0),
-        strength[0],
+        nodes.converted(strength, 1)[0],
         _environment_image(node, title, warnings),
-        _rotation(nodes.source_of(node.inputs["Vector"], source.groups), title),
+        _rotation(node, source.groups, title),
     )
 
 
 def _background(world: bpy.types.World, title: str) -> Source:
     output = world.node_tree.get_output_node("CYCLES")
     if output is None:
-        raise Unreadable(title, "it has no World Output node")
+        raise Unreadable(title, "it has no World Output node", _CURE)
     if nodes.source_of(output.inputs["Volume"]).node is not None:
         raise Unreadable(title, "it is filled with a volume", "unlink the Volume of its output")
     source = nodes.source_of(output.inputs["Surface"])
     if source.node is None:
-        raise Unreadable(title, "nothing is linked to the Surface of its output")
+        raise Unreadable(title, "nothing is linked to the Surface of its output", _CURE)
     if source.node.bl_idname != "ShaderNodeBackground" or source.node.mute:
-        raise Unreadable(title, f"its surface is {nodes.describe(source.node)}")
+        raise Unreadable(title, f"its surface is {nodes.describe(source.node)}", _CURE)
     return source
 
 
@@ -118,64 +114,28 @@ def _environment_image(
     title = f"Image '{image.name}'"
     if node.projection != "EQUIRECTANGULAR":
         raise Unreadable(title, "it is a mirror ball", "use an equirectangular image")
-    if image.source not in {"FILE", "GENERATED"}:
-        raise Unreadable(title, f"its source is {image.source.lower()}", "use a single image")
-    width, height = image.size
-    stored = cast(Any, image.pixels)  # the stubs say one float; it is an array of all channels
-    if width == 0 or height == 0 or len(stored) == 0:
-        raise Unreadable(title, f"the file '{image.filepath}' cannot be read", "relink the file")
-    pixels = np.empty(width * height * image.channels, np.float32)
-    stored.foreach_get(pixels)
-    pixels = pixels.reshape(height, width, image.channels)[::-1]
-    pixels = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
-    if not image.is_float and hosts.is_srgb(image):  # bytes come as stored, floats decoded
-        pixels = _decoded(pixels)
-        warnings.append(f"{title}: 8-bit environment, decoded before it is interpolated")
-    elif not hosts.is_linear(image) and not (image.is_float and hosts.is_srgb(image)):
-        name = image.colorspace_settings.name
-        raise Unreadable(title, f"its colour space is {name}", "set it to Linear or sRGB")
-    if not np.isfinite(pixels).all():
-        raise Unreadable(title, "it contains NaN or infinite pixels", "repair the image")
+    pixels = images.read_pixels(image)
+    if pixels.encoded:
+        warnings.append(f"{title}: sRGB environment, decoded before it is interpolated")
     if node.interpolation != "Linear":
         warnings.append(f"{title}: interpolated linearly, not by {node.interpolation}")
-    return np.ascontiguousarray(pixels, np.float32)
+    return np.ascontiguousarray(pixels.decoded(), np.float32)
 
 
-def _decoded(encoded: np.ndarray) -> np.ndarray:
-    """sRGB code values to linear light."""
-    low = encoded / 12.92
-    high = ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4
-    return np.where(encoded <= 0.04045, low, high).astype(np.float32)
-
-
-def _rotation(source: Source, title: str) -> np.ndarray:
+def _rotation(node: bpy.types.ShaderNodeTexEnvironment, groups: Groups, title: str) -> np.ndarray:
     """(3, 3): direction in the image's frame = matrix @ direction in the world."""
-    node = source.node
-    if node is None:
-        return np.eye(3)
-    if node.bl_idname == "ShaderNodeTexCoord" and source.socket.identifier in {
-        "Generated",
-        "Object",
-    }:
-        return np.eye(3)
-    if node.bl_idname == "ShaderNodeNewGeometry" and source.socket.identifier == "Position":
-        return np.eye(3)
-    if node.bl_idname != "ShaderNodeMapping" or node.mute:
-        raise Unreadable(title, f"its image is placed by {nodes.describe(node)}", "use Mapping")
-    if node.vector_type == "NORMAL":
-        raise Unreadable(title, "its Mapping is of type Normal", "use type Point")
-    inner = _rotation(nodes.source_of(node.inputs["Vector"], source.groups), title)
-    parts: dict[str, parameters.Values] = {}
-    for name in ("Location", "Rotation", "Scale"):
-        socket: bpy.types.NodeSocket | None = node.inputs.get(name)
-        if socket is None or not socket.enabled:  # type Vector has no location
-            parts[name] = (0.0, 0.0, 0.0)
-            continue
-        parts[name] = nodes.constant(nodes.source_of(socket, source.groups))
-        if parts[name] is None:
-            raise Unreadable(title, f"the {name} of its Mapping is linked", "unlink it")
-    if any(parts["Location"]) or len(set(parts["Scale"])) != 1 or parts["Scale"][0] <= 0:
-        cause = "its Mapping moves or stretches the image"
+    coordinates = read_coordinates(node, groups, title)
+    if coordinates.kind != "direction":
+        cause = "its image is looked up in one direction only"
+        cure = "link the Generated output of Texture Coordinate to the Mapping"
+        raise Unreadable(title, cause, cure)
+    turn = coordinates.matrix[:, :3]
+    scale = np.cbrt(np.linalg.det(turn))  # only the direction counts
+    if (
+        scale <= 0
+        or coordinates.matrix[:, 3].any()
+        or not np.allclose(turn @ turn.T, scale**2 * np.eye(3), rtol=0, atol=1e-5 * scale**2)
+    ):
+        cause = "its Mapping moves, mirrors or stretches the image"
         raise Unreadable(title, cause, "set Location to 0 and Scale to 1")
-    turn = np.array(Euler(parts["Rotation"], "XYZ").to_matrix(), np.float64)
-    return (turn.T if node.vector_type == "TEXTURE" else turn) @ inner
+    return turn / scale

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Inputs of a Principled BSDF that vary over the surface: image textures and colour attributes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ..parameters import Parameter
+from . import images, nodes
+from .coordinates import read_coordinates
+from .images import Pixels
+from .nodes import Source, Unreadable
+from .values import MapValues, TextureValues
+
+# Cycles' own shading system takes Smart for Cubic.
+_INTERPOLATIONS = {"Linear": "Linear", "Closest": "Closest", "Cubic": "Cubic", "Smart": "Cubic"}
+NODES = {"ShaderNodeTexImage", "ShaderNodeVertexColor", "ShaderNodeAttribute"}
+_PROBED = 256  # at most so many texels a side are looked at for a mean
+
+
+@dataclass
+class TextureRoom:
+    """Images that were read in one pass over a scene, so that each is read and kept once."""
+
+    pixels: dict[str, Pixels] = field(default_factory=dict)
+    textures: dict[tuple[str, bool, bool, str, str], TextureValues] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def read_map(self, source: Source, title: str) -> MapValues | None:
+        """What a linked input looks up, None if the node is neither image nor colour attribute.
+
+        Raises Unreadable when it is one, but set to what is not modelled.
+        """
+        node, output = source.node, source.socket.identifier
+        if node is None or node.mute:
+            return None
+        if isinstance(node, bpy.types.ShaderNodeTexImage):
+            return self._image(node, source, title)
+        if isinstance(node, bpy.types.ShaderNodeVertexColor) and output == "Color":
+            return MapValues(None, node.layer_name)
+        if isinstance(node, bpy.types.ShaderNodeAttribute) and output == "Color":
+            if node.attribute_type != "GEOMETRY" or not node.attribute_name:
+                cause = f"{nodes.describe(node)} names no attribute of the geometry"
+                raise Unreadable(title, cause, "set its type to Geometry and name an attribute")
+            return MapValues(None, node.attribute_name)
+        return None
+
+    def _image(self, node: bpy.types.ShaderNodeTexImage, source: Source, title: str) -> MapValues:
+        if node.image is None:
+            raise Unreadable(title, f"{nodes.describe(node)} has no image", "choose an image")
+        if node.projection != "FLAT":
+            cause = f"{nodes.describe(node)} is projected as {node.projection.lower()}"
+            raise Unreadable(title, cause, "use the projection Flat and a UV map")
+        if _has_texture_mapping(node):
+            cause = f"the Texture Mapping in the sidebar of {nodes.describe(node)} is not neutral"
+            raise Unreadable(title, cause, "reset it and use a Mapping node")
+        coordinates = read_coordinates(node, source.groups, title)
+        texture = self._texture(
+            node.image,
+            wants_alpha=source.socket.identifier == "Alpha",
+            alpha_linked=any(not link.is_muted for link in node.outputs["Alpha"].links),
+            extension=node.extension,
+            interpolation=_INTERPOLATIONS[node.interpolation],
+        )
+        matrix = coordinates.matrix[:2][:, [0, 1, 3]]
+        return MapValues(texture, coordinates.attribute, matrix.astype(np.float32))
+
+    def _texture(
+        self,
+        image: bpy.types.Image,
+        *,
+        wants_alpha: bool,
+        alpha_linked: bool,
+        extension: str,
+        interpolation: str,
+    ) -> TextureValues:
+        name = image.name_full
+        if name not in self.pixels:
+            self.pixels[name] = images.read_pixels(image)
+            if images.is_stale(image):
+                self.warnings.append(
+                    f"Image '{image.name}' has changes that are not saved: they are rendered here, "
+                    "but Cycles reads the file"
+                )
+        pixels = self.pixels[name]
+        # Where nobody asks for alpha, Cycles leaves the colours multiplied by it. (Outside a
+        # clipped image alpha is 0, so that it matters there for opaque ones too.)
+        divided = (
+            not wants_alpha
+            and alpha_linked
+            and pixels.associated
+            and (extension == "CLIP" or bool((pixels.alpha != 1).any()))
+        )
+        key = (name, wants_alpha, divided, extension, interpolation)
+        if key not in self.textures:
+            values = pixels.color
+            if wants_alpha:
+                values = np.repeat(pixels.alpha[..., None], 3, axis=2)
+            elif divided:
+                values = np.dstack([pixels.color, pixels.alpha])
+            encoded = pixels.encoded and not wants_alpha
+            self.textures[key] = TextureValues(name, values, encoded, extension, interpolation)
+        return self.textures[key]
+
+
+def typical_value(parameter: Parameter, found: MapValues) -> tuple[float, ...]:
+    """A value of `parameter` that stands for the map where one is needed (to choose lights)."""
+    if found.texture is None:
+        mean = np.full(3, 0.5)
+    else:
+        texture = found.texture
+        height, width = texture.pixels.shape[:2]
+        few = texture.pixels[:: -(-height // _PROBED), :: -(-width // _PROBED), :3]
+        plain = Pixels(few, few[..., 0], texture.encoded, False)
+        mean = plain.decoded().mean(axis=(0, 1), dtype=np.float64)
+    if parameter.width == 1:
+        mean = mean.mean(keepdims=True)
+    inside = np.clip(mean, parameter.lower, parameter.upper)
+    return tuple(float(value) for value in inside)
+
+
+def excess(parameter: Parameter, found: MapValues) -> str:
+    """What of the map is cut off because `parameter` does not reach so far; empty if nothing is."""
+    if found.texture is None:
+        return ""
+    high = float(found.texture.pixels[..., :3].max())
+    if high <= max(parameter.upper, 1.0):
+        return ""
+    return f"values of image '{found.texture.name}' above {parameter.upper:g} are cut off"
+
+
+def _has_texture_mapping(node: bpy.types.ShaderNodeTexImage) -> bool:
+    mapping = node.texture_mapping
+    return (
+        tuple(mapping.translation) != (0, 0, 0)
+        or tuple(mapping.rotation) != (0, 0, 0)
+        or tuple(mapping.scale) != (1, 1, 1)
+        or (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z")
+        or mapping.use_min
+        or mapping.use_max
+    )

@@ -1,0 +1,444 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Textures and colour attributes against Cycles, texel by texel and without noise.
+
+Every case is a row of a picture: a strip of quads, one per pixel, that shine. All corners of a quad
+have the same coordinates (and colours), so that a pixel is one look-up, whoever takes it and
+wherever in the pixel. Cycles renders all rows at once, and so do we.
+"""
+
+import struct
+import sys
+import zlib
+from pathlib import Path
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+
+pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+
+COUNT = 24
+SIZE = (5, 3)  # of the images: odd, so that centres and edges of texels are told apart
+CASES = {}
+
+
+def case(*arguments):
+    """Registers a function (material, folder, *arguments) that makes the strip's material."""
+
+    def register(function):
+        for item in arguments or ((),):
+            item = item if isinstance(item, tuple) else (item,)
+            label = "-".join([function.__name__, *(str(part) for part in item)])
+            CASES[label] = (function, item)
+        return function
+
+    return register
+
+
+def texels(alpha=True):
+    """(h, w, 4) uint8, row 0 at the top."""
+    values = np.random.default_rng(1).integers(0, 256, (SIZE[1], SIZE[0], 4), dtype=np.uint8)
+    if not alpha:
+        values[..., 3] = 255
+    values[0, 0, 3] = 0
+    values[0, 1, 3] = 255
+    return values if alpha else np.where([True, True, True, False], values, np.uint8(255))
+
+
+def write_png(path, values):
+    """8 or 16 bits, RGBA, straight alpha."""
+    height, width = values.shape[:2]
+    depth = 8 * values.dtype.itemsize
+    rows = values.astype(values.dtype.newbyteorder(">")).reshape(height, -1)
+    data = b"".join(b"\0" + row.tobytes() for row in rows)
+
+    def chunk(kind, body):
+        check = struct.pack(">I", zlib.crc32(kind + body))
+        return struct.pack(">I", len(body)) + kind + body + check
+
+    header = struct.pack(">IIBBBBB", width, height, depth, 6, 0, 0, 0)
+    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+    return path
+
+
+def linear_name():
+    """What this Blender calls linear Rec. 709."""
+    return "Linear" if bpy.app.version < (4, 0, 0) else "Linear Rec.709"
+
+
+def image(folder, kind="generated8", space="sRGB", mode="STRAIGHT", alpha=True):
+    """An image: made in Blender, packed or in a file; of bytes, 16 bits or floats."""
+    values = texels(alpha)
+    where, depth = kind.rstrip("0123456789"), kind.lstrip("abcdefghijklmnopqrstuvwxyz")
+    if where == "generated":
+        found = bpy.data.images.new("made", *SIZE, alpha=True, float_buffer=depth == "32")
+        found.colorspace_settings.name = linear_name() if space == "Linear" else space
+        found.alpha_mode = mode
+        numbers = values[::-1].astype(np.float32) / 255
+        if depth == "32":
+            numbers[..., :3] *= 1.5
+        found.pixels.foreach_set(numbers.ravel())
+        found.update()
+        return found
+    path = folder / f"{kind}_{space}_{mode}_{alpha}.png"
+    if depth == "32":
+        from selenite import native
+
+        path = path.with_suffix(".exr")
+        numbers = values / np.array([200, 200, 200, 255], np.float32)
+        names = ["R", "G", "B", "A"] if alpha else ["R", "G", "B"]
+        native.image().write_exr(str(path), numbers[..., : len(names)], channel_names=names)
+    elif depth == "16":
+        write_png(path, values.astype(np.uint16) * 257 // np.uint16(2) + np.uint16(77))
+    else:
+        write_png(path, values)
+    found = bpy.data.images.load(str(path))
+    found.colorspace_settings.name = linear_name() if space == "Linear" else space
+    found.alpha_mode = mode
+    if where == "packed":
+        found.pack()
+        path.unlink()
+    return found
+
+
+def texture(material, found, **settings):
+    """An Image Texture node."""
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = found
+    for name, value in settings.items():
+        setattr(node, name, value)
+    return node
+
+
+def shine(material, output, parameter="emission_color"):
+    """Links an output to an input of the Principled node."""
+    material.node_tree.links.new(output, made.socket(material, parameter))
+
+
+@case("Linear", "Closest", "Cubic", "Smart")
+def interpolation(material, folder, way):
+    shine(material, texture(material, image(folder), interpolation=way).outputs["Color"])
+
+
+@case(
+    *[
+        (rule, way)
+        for rule in ("REPEAT", "EXTEND", "CLIP", "MIRROR")
+        for way in ("Linear", "Closest", "Cubic")
+    ]
+)
+def extension(material, folder, rule, way):
+    node = texture(material, image(folder, "generated32", "Linear", alpha=False))
+    node.interpolation = way
+    try:
+        node.extension = rule
+    except TypeError:
+        return "MIRROR came with Blender 3.5"
+    shine(material, node.outputs["Color"])
+
+
+@case(
+    *[
+        (kind, space)
+        for kind in ("generated8", "file8", "packed8", "file16", "packed16", "file32", "packed32")
+        for space in ("sRGB", "Non-Color", "Linear")
+    ],
+    ("generated32", "Linear"),
+    ("generated32", "Non-Color"),
+    ("generated32", "sRGB"),
+)
+def colour_space(material, folder, kind, space):
+    found = image(folder, kind, space, alpha=False)
+    shine(material, texture(material, found).outputs["Color"])
+
+
+@case(
+    *[
+        (kind, space, mode, linked)
+        for kind in (
+            "generated8",
+            "file8",
+            "packed8",
+            "file16",
+            "packed16",
+            "generated32",
+            "file32",
+            "packed32",
+        )
+        for space in ("sRGB", "Non-Color", "Linear")
+        for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")
+        for linked in ("alone", "linked")
+        # Cycles disregards the mode of these, and we refuse them
+        if space == "Non-Color"
+        or (kind, mode) not in {("file8", "PREMUL"), ("file16", "PREMUL"), ("file32", "STRAIGHT")}
+    ]
+)
+def alpha(material, folder, kind, space, mode, linked):
+    if bpy.app.version < (4, 0, 0) and (kind, space, mode) == ("file32", "sRGB", "PREMUL"):
+        return "refused in Blender 3"
+    node = texture(material, image(folder, kind, space, mode))
+    shine(material, node.outputs["Color"])
+    if linked == "linked":
+        shine(material, node.outputs["Alpha"], "emission_strength")
+
+
+@case("CLIP", "REPEAT")
+def opaque_with_alpha_linked(material, folder, rule):
+    node = texture(material, image(folder, alpha=False), extension=rule)
+    shine(material, node.outputs["Color"])
+    shine(material, node.outputs["Alpha"], "emission_strength")
+
+
+@case("emission_strength", "alpha")
+def number_from_colour(material, folder, parameter):
+    shine(material, texture(material, image(folder)).outputs["Color"], parameter)
+
+
+@case()
+def colour_from_alpha(material, folder):
+    shine(material, texture(material, image(folder)).outputs["Alpha"])
+
+
+@case("alpha")
+def cut_out(material, folder, parameter):
+    node = texture(material, image(folder))
+    shine(material, node.outputs["Color"])
+    shine(material, node.outputs["Alpha"], parameter)
+
+
+def mapping(material, kind, vector, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1)):
+    """A Mapping node behind the output `vector`."""
+    node = material.node_tree.nodes.new("ShaderNodeMapping")
+    node.vector_type = kind
+    if vector is not None:
+        material.node_tree.links.new(vector, node.inputs["Vector"])
+    node.inputs["Rotation"].default_value = rotation
+    node.inputs["Scale"].default_value = scale
+    if kind in {"POINT", "TEXTURE"}:
+        node.inputs["Location"].default_value = location
+    return node.outputs["Vector"]
+
+
+def placed(material, folder, vector):
+    """A texture that is looked up at an output."""
+    node = texture(material, image(folder, "generated32", "Linear", alpha=False))
+    material.node_tree.links.new(vector, node.inputs["Vector"])
+    shine(material, node.outputs["Color"])
+
+
+def coordinates(material, output="UV"):
+    """An output of a Texture Coordinate node."""
+    return material.node_tree.nodes.new("ShaderNodeTexCoord").outputs[output]
+
+
+@case("POINT", "TEXTURE", "VECTOR")
+def one_mapping(material, folder, kind):
+    placed(
+        material,
+        folder,
+        mapping(
+            material, kind, coordinates(material), (0.3, -0.2, 0.5), (0.4, -0.7, 1.1), (2, -3, 0.5)
+        ),
+    )
+
+
+@case()
+def mapping_of_mapping(material, folder):
+    first = mapping(material, "TEXTURE", coordinates(material), (1, 2, 3), (0.1, 0.2, 0.3))
+    placed(material, folder, mapping(material, "POINT", first, (0.1, 0, 0), (1, 2, 3), (1, 2, 3)))
+
+
+@case("POINT", "TEXTURE")
+def mapping_with_scale_0(material, folder, kind):
+    vector = mapping(material, kind, coordinates(material), (0.3, 0.6, 0), scale=(0, 2, 1))
+    placed(material, folder, vector)
+
+
+@case()
+def mapping_of_nothing(material, folder):
+    placed(material, folder, mapping(material, "POINT", None, (0.3, 0.6, 0)))
+
+
+@case()
+def texture_coordinate(material, folder):
+    placed(material, folder, coordinates(material))
+
+
+@case("UVMap", "Second", "")
+def uv_map(material, folder, name):
+    node = material.node_tree.nodes.new("ShaderNodeUVMap")
+    node.uv_map = name
+    placed(material, folder, node.outputs["UV"])
+
+
+@case()
+def uv_map_by_attribute(material, folder):
+    node = material.node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = "Second"
+    placed(material, folder, node.outputs["Vector"])
+
+
+@case()
+def uv_map_that_is_missing(material, folder):
+    node = material.node_tree.nodes.new("ShaderNodeUVMap")
+    node.uv_map = "Nowhere"
+    placed(material, folder, node.outputs["UV"])
+
+
+@case()
+def second_uv_map_renders(material, folder):
+    placed(material, folder, coordinates(material))
+    return lambda mesh: setattr(mesh.uv_layers["Second"], "active_render", True)
+
+
+COLOURS = [
+    ("ByteCorner", "BYTE_COLOR", "CORNER"),
+    ("BytePoint", "BYTE_COLOR", "POINT"),
+    ("FloatCorner", "FLOAT_COLOR", "CORNER"),
+    ("FloatPoint", "FLOAT_COLOR", "POINT"),
+]
+
+
+@case(*[name for name, _, _ in COLOURS], "Nowhere", "")
+def colour_attribute(material, folder, name):
+    node = material.node_tree.nodes.new("ShaderNodeVertexColor")
+    node.layer_name = name
+    shine(material, node.outputs["Color"])
+
+
+@case(*[name for name, _, _ in COLOURS])
+def colour_attribute_by_name(material, folder, name):
+    node = material.node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = name
+    shine(material, node.outputs["Color"])
+
+
+@case()
+def number_from_colour_attribute(material, folder):
+    node = material.node_tree.nodes.new("ShaderNodeVertexColor")
+    node.layer_name = "FloatPoint"
+    shine(material, node.outputs["Color"], "emission_strength")
+
+
+@case()
+def third_colour_attribute_renders(material, folder):
+    node = material.node_tree.nodes.new("ShaderNodeVertexColor")
+    shine(material, node.outputs["Color"])
+    return lambda mesh: setattr(mesh.color_attributes, "render_color_index", 2)
+
+
+@case("RGB", "Value")
+def constant(material, folder, kind):
+    node = material.node_tree.nodes.new(f"ShaderNode{kind}")
+    node.outputs[0].default_value = (0.2, 0.5, 0.7, 1) if kind == "RGB" else 0.6
+    shine(material, node.outputs[0], "emission_strength" if kind == "RGB" else "emission_color")
+
+
+@case()
+def grouped(material, folder):
+    """A texture inside a group, looked up where an input of the group says, behind reroutes."""
+    tree = bpy.data.node_groups.new("Picture", "ShaderNodeTree")
+    if hasattr(tree, "interface"):
+        tree.interface.new_socket("Where", in_out="INPUT", socket_type="NodeSocketVector")
+        tree.interface.new_socket("What", in_out="OUTPUT", socket_type="NodeSocketColor")
+    else:
+        tree.inputs.new("NodeSocketVector", "Where")
+        tree.outputs.new("NodeSocketColor", "What")
+    entry, leave = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    inner = tree.nodes.new("ShaderNodeTexImage")
+    inner.image = image(folder)
+    tree.links.new(entry.outputs[0], inner.inputs["Vector"])
+    tree.links.new(inner.outputs["Color"], leave.inputs[0])
+    outer = material.node_tree
+    node, reroute = outer.nodes.new("ShaderNodeGroup"), outer.nodes.new("NodeReroute")
+    node.node_tree = tree
+    outer.links.new(mapping(material, "POINT", coordinates(material), (0.2, 0, 0)), node.inputs[0])
+    outer.links.new(node.outputs[0], reroute.inputs[0])
+    shine(material, reroute.outputs[0])
+
+
+def strip(row, material, random):
+    """A row of quads, all corners of each with the same coordinates and colours."""
+    x, y = np.meshgrid(np.arange(COUNT), [row], indexing="ij")
+    corner = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+    places = np.stack([x, y, 0 * x], -1).reshape(-1, 1, 3) + corner
+    faces = np.arange(4 * COUNT).reshape(-1, 4)
+    mesh = bpy.data.meshes.new("Strip")
+    mesh.from_pydata(places.reshape(-1, 3).tolist(), [], faces.tolist())
+    for name in ("UVMap", "Second"):
+        layer = mesh.uv_layers.new(name=name)
+        uvs = random.uniform(-1.7, 2.7, (COUNT, 2))
+        layer.data.foreach_set("uv", np.repeat(uvs, 4, axis=0).ravel())
+    for name, kind, domain in COLOURS:
+        attribute = mesh.color_attributes.new(name, kind, domain)
+        colors = np.repeat(random.uniform(0, 1, (COUNT, 4)), 4, axis=0)
+        attribute.data.foreach_set("color", colors.ravel())
+    mesh.materials.append(material)
+    made.add(f"Strip {row}", mesh)
+    return mesh
+
+
+def shining(name):
+    """Nothing but emission."""
+    material = made.material(name)
+    inputs = made.principled(material).inputs
+    inputs["Base Color"].default_value = (0, 0, 0, 1)
+    level = "Specular IOR Level" if "Specular IOR Level" in inputs else "Specular"
+    inputs[level].default_value = 0
+    made.socket(material, "emission_color").default_value = (1, 1, 1, 1)
+    made.socket(material, "emission_strength").default_value = 1
+    return material
+
+
+@pytest.fixture(scope="module")
+def pictures(native, tmp_path_factory):
+    """Label of a case -> (ours, Cycles'), (COUNT, 3) each, or why there is none."""
+    sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scenes"))
+    from comparison import set_comparison
+    from selenite.scene_read.build import build
+    from selenite.scene_read.scene import read_scene
+
+    folder = tmp_path_factory.mktemp("textures")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    random = np.random.default_rng(7)
+    results, rows = {}, []
+    for label, (function, arguments) in CASES.items():
+        material = shining(label)
+        result = function(material, folder, *arguments)
+        if isinstance(result, str):
+            results[label] = result
+            continue
+        mesh = strip(len(rows), material, random)
+        if result is not None:
+            result(mesh)
+        rows.append(label)
+    scene = bpy.context.scene
+    camera = made.camera(type="ORTHO", ortho_scale=COUNT, sensor_fit="HORIZONTAL")
+    camera.location = (COUNT / 2, len(rows) / 2, 5)
+    scene.render.resolution_x, scene.render.resolution_y = COUNT, len(rows)
+    made.world((0, 0, 0))
+    set_comparison(scene, 1)
+    file = scene.render.image_settings
+    file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"
+    scene.render.filepath = str(folder / "cycles.exr")
+    values = read_scene(scene)
+    if values.problems:  # once and in short, not by every case
+        text = "\n".join(problem.line() for problem in values.problems)
+        pytest.fail(text, pytrace=False)
+    ours = native.core().render(build(values), "Camera", COUNT, len(rows), 1).image
+    bpy.ops.render.render(write_still=True)
+    cycles = native.image().read(scene.render.filepath)[0]
+    for index, label in enumerate(rows):
+        results[label] = (ours[-1 - index], cycles[-1 - index])
+    return results
+
+
+@pytest.mark.parametrize("label", CASES)
+def test_equals_cycles(pictures, label):
+    result = pictures[label]
+    if isinstance(result, str):
+        pytest.skip(result)
+    ours, cycles = result
+    np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)
