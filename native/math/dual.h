@@ -140,6 +140,10 @@ Dual<S, N> tan(const Dual<S, N>& x) {
   const S t = std::tan(x.v);
   return chain(x, t, S(1) + t * t);
 }
+template <class S, int N>
+Dual<S, N> atan(const Dual<S, N>& x) {
+  return chain(x, std::atan(x.v), S(1) / (S(1) + x.v * x.v));
+}
 /// x to a constant power.
 template <class S, int N>
 Dual<S, N> pow(const Dual<S, N>& x, std::type_identity_t<S> exponent) {

@@ -16,7 +16,11 @@ struct BsdfSample {
   scalar_t<T> density;   ///< of the whole mixture, 1/sr; a probability if singular
   Color<T> weight;       ///< value / density; derivatives are those of the value alone
   bool singular;
-  bool transmits;  ///< wo lies behind the geometric surface
+  bool transmits;        ///< wo lies behind the geometric surface
+  bool diffuse = false;  ///< drawn from a diffuse lobe
+  /// The light goes on under the surface, by a random walk that starts towards wo; the weight is that
+  /// of the lobe without its colour.
+  bool enters = false;
 };
 
 /// Principled BSDF at one shading point, seen from one direction, as Cycles 4.5 renders it.
@@ -35,7 +39,8 @@ class PrincipledBsdf {
         frame_(Frame<S>::from_normal(visible_normal(point))),
         wi_(frame_.to_local(point.wi)),
         cos_i_(clamp(wi_.z, S(1e-7), S(1))),
-        layers_(material, flavour, point.backfacing, cos_i_, dot(point.n, point.wi)),
+        layers_(material, flavour, point, cos_i_),
+        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction) {
     const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const auto& width2) { return ggx_lambda(tan2, width2); };
@@ -72,6 +77,7 @@ class PrincipledBsdf {
     while (lobe > 0 && !(layers_.pick[lobe] > 0)) --lobe;  // rounding of the sum
     if (!(layers_.pick[lobe] > 0)) return std::nullopt;
     if (lobe == kDiffuse) return sample_diffuse(u1, u2);
+    if (lobe == kSubsurface) return enter(left / layers_.pick[kSubsurface], u1, u2);
     const Width& width = lobe == kCoat ? coat_ : base_;
     const Vec3<S> m = width.singular ? Vec3<S>{0, 0, 1}
                                      : ggx_sample_visible(wi_, std::sqrt(width.width2), u1, u2);
@@ -87,6 +93,8 @@ class PrincipledBsdf {
   /// Factor of the light that passes straight through. It belongs to the path tracer and is part
   /// neither of `value` nor of `sample`.
   const Color<T>& transparency() const { return layers_.transparency; }
+  /// Index of refraction on entry into subsurface scattering.
+  const T& entry_eta() const { return layers_.entry_eta; }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.
   bool all_singular() const { return !has(kDiffuse) && !base_.spreads && !coat_.spreads; }
 
@@ -245,6 +253,12 @@ class PrincipledBsdf {
     }
   };
 
+  /// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals send to wo.
+  template <class X>
+  X refracted_flow(const Refraction<X>& g, const X& width2, const X& eta) const {
+    return ggx_normals(g.r2, g.z2, width2) * g.cos_m * g.cos_o * (eta * eta) / (g.length2 * cos_i_);
+  }
+
   template <bool kValue, bool kDensity>
   void add_refraction(const Vec3<S>& o, const Vec3<S>* drawn, Color<T>& f, S& p) const {
     const S eta = value_of(layers_.eta);
@@ -253,14 +267,11 @@ class PrincipledBsdf {
     if (!(dot(sum, sum) > S(1e-12))) return;
     if (!drawn && !unphysical_ && !reachable(sum, o, eta)) return;
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
-    const auto flow = [&](const auto& width2, const auto& n, const auto& g) {
-      return ggx_normals(g.r2, g.z2, width2) * g.cos_m * g.cos_o * (n * n) / (g.length2 * cos_i_);
-    };
     if constexpr (kValue) {
       const T shape = narrow(layers_.width2, layers_.eta, [&](const auto& width2, const auto& n) {
         using X = std::decay_t<decltype(n)>;
         const Refraction<X> g(wi_, o, n, drawn);
-        const X lobe = flow(width2, n, g) * shadowing(tan2_i, tan2_o, width2);
+        const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
         return layers_.version1 ? lobe
                                 : lobe * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1))));
       });
@@ -268,8 +279,8 @@ class PrincipledBsdf {
     }
     if constexpr (kDensity) {
       const Refraction<S> g(wi_, o, eta, drawn);
-      p += layers_.pick[kGlass] * (1 - reflected_share(g.cos_m)) * flow(base_.width2, eta, g) /
-           (1 + base_.lambda_i);
+      p += layers_.pick[kGlass] * (1 - reflected_share(g.cos_m)) *
+           refracted_flow(g, base_.width2, eta) / (1 + base_.lambda_i);
     }
   }
 
@@ -284,7 +295,53 @@ class PrincipledBsdf {
 
   std::optional<BsdfSample<T>> sample_diffuse(S u1, S u2) const {
     const Frame<S> frame = Frame<S>::from_normal(point_.n);
-    return finish(frame.to_world(square_to_cosine_hemisphere(u1, u2)), nullptr, false);
+    auto s = finish(frame.to_world(square_to_cosine_hemisphere(u1, u2)), nullptr, false);
+    if (s) s->diffuse = true;
+    return s;
+  }
+
+  /// Refraction at a visible micronormal without Fresnel term, masking or shadowing; for skin every
+  /// second time along a cosine lobe instead.
+  std::optional<BsdfSample<T>> enter(S u, S u1, S u2) const {
+    Vec3<S> o;
+    T change(1);  // of the density of the direction, with the parameters that shape it
+    if (skin_ && u < S(0.5)) {
+      o = -square_to_cosine_hemisphere(u1, u2);
+    } else {
+      const S eta = value_of(layers_.entry_eta), e = (eta - 1) * (eta + 1);
+      const S width2 = value_of(layers_.entry_width2);
+      const Vec3<S> m = ggx_sample_visible(wi_, std::sqrt(width2), u1, u2);
+      const S cos_m = dot(wi_, m);
+      o = (m * (-e / (cos_m + std::sqrt(e + cos_m * cos_m))) - wi_) / eta;
+      change = entry_change(o, m);
+    }
+    const Vec3<S> wo = normalize(frame_.to_world(o));
+    if (!(dot(point_.ng, wo) < 0)) return std::nullopt;
+    return BsdfSample<T>{.wo = wo,
+                         .density = 0,
+                         .weight = layers_.subsurface * change / layers_.pick[kSubsurface],
+                         .singular = false,
+                         .transmits = true,
+                         .enters = true};
+  }
+
+  /// 1, with the relative derivative of the density of the refracted direction o: the direction is
+  /// drawn from a distribution that is not divided out again. A mirror-like entry has none, and that
+  /// of skin is left out: its micronormals end abruptly at the horizon, so that their image moves.
+  T entry_change(const Vec3<S>& o, const Vec3<S>& m) const {
+    const T &width2 = layers_.entry_width2, &eta = layers_.entry_eta;
+    if constexpr (std::is_same_v<T, S>) {
+      return 1;
+    } else {
+      if (skin_ || (!has_slope(width2) && !has_slope(eta)) || width2.v <= S(kSingularWidth2))
+        return T(1);
+      const S tan2 = tangent2(wi_);
+      const T density = narrow(width2, eta, [&](const auto& w2, const auto& n) {
+        const Refraction<std::decay_t<decltype(n)>> g(wi_, o, n, &m);
+        return refracted_flow(g, w2, n) / (ggx_lambda(tan2, w2) + S(1));
+      });
+      return density.v > 0 ? with_value(density / density.v, S(1)) : T(1);
+    }
   }
 
   std::optional<BsdfSample<T>> reflect(const Vec3<S>& m, S cos_m, bool singular) const {
@@ -342,6 +399,7 @@ class PrincipledBsdf {
   Vec3<S> wi_;      // in that frame
   S cos_i_;
   Layers<T> layers_;
+  bool skin_;
   Width base_, coat_;
   bool unphysical_;
 };

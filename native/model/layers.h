@@ -8,11 +8,13 @@
 #include "model/fresnel.h"
 #include "model/ggx.h"
 #include "model/principled.h"
+#include "model/shading_normal.h"
+#include "model/subsurface.h"
 
 namespace selenite {
 
 /// Lobes in the order in which one is drawn.
-enum Lobe { kDiffuse, kSpecular, kMetal, kGlass, kCoat, kLobes };
+enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kLobes };
 
 /// sqrt(x) whose slope stops growing below `least`: the table axes and the colour of refraction are
 /// roots of parameters, whose true slope at 0 is infinite; an optimiser needs a finite one.
@@ -71,7 +73,7 @@ struct Gloss {
 };
 
 /// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
-/// coat, emission, metal, glass, dielectric specular, diffuse. Constant over the light direction.
+/// coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the light direction.
 template <class T>
 struct Layers {
   using S = scalar_t<T>;
@@ -81,7 +83,9 @@ struct Layers {
   T width2{}, coat_width2{};     ///< squared GGX widths
   Gloss<T> specular, glass, coat;
   MetalFresnel<T> metal;
-  Color<T> metal_weight{}, glass_through{}, diffuse{}, emission{}, transparency{};
+  Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{}, transparency{};
+  /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.
+  T entry_width2{}, entry_eta{1};
   std::optional<OrenNayar<T>> rough_diffuse;
   T retro_roughness{};  ///< of the diffuse lobe of version 1
   T eta{1};             ///< index of refraction of the far side over the viewer's side, for glass
@@ -92,26 +96,26 @@ struct Layers {
   bool version1;
   S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
-  /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0; cos_diffuse: to the
-  /// shading normal.
-  Layers(const Principled<T>& m, const Flavour& flavour, bool backfacing, S cos_i, S cos_diffuse)
+  /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0.
+  Layers(const Principled<T>& m, const Flavour& flavour, const SurfacePoint<S>& point, S cos_i)
       : version1(flavour.version == Flavour::Version::kV1),
         cos_i_(cos_i),
-        compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx) {
+        compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
+        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {
     const T alpha = clamp01(m.alpha);
     transparency = Color<T>(T(1) - alpha);
     const T roughness = clamp01(m.roughness);
     width2 = square(square(roughness));
     if (version1) {
-      stack_version1(m, alpha, backfacing);
+      stack_version1(m, alpha, point.backfacing);
     } else {
-      stack(m, alpha, backfacing, cos_diffuse);
+      stack(m, alpha, point);
     }
     choose();
   }
 
  private:
-  void stack(const Principled<T>& m, const T& alpha, bool backfacing, S cos_diffuse) {
+  void stack(const Principled<T>& m, const T& alpha, const SurfacePoint<S>& point) {
     T w = alpha;  // what the layers above let through, one number for all channels
     const T roughness = clamp01(m.roughness);
     const T coat_weight = nonnegative(m.coat_weight);
@@ -125,12 +129,12 @@ struct Layers {
     const T ior = max(m.ior, T(S(1e-5)));
     const T transmission = clamp01(m.transmission);
     if (matters(w * transmission))
-      add_glass(m, roughness, backfacing ? T(1) / ior : ior, w * transmission);
+      add_glass(m, roughness, point.backfacing ? T(1) / ior : ior, w * transmission);
     w = w * (T(1) - transmission);
 
     if (matters(w)) {
       add_specular(m, roughness, ior, w);
-      add_diffuse(m, w, cos_diffuse);
+      add_diffuse(m, w, point);
     }
     if (present[kCoat]) tint_below_coat(m, coat_weight);
   }
@@ -239,7 +243,7 @@ struct Layers {
       return T(1) - coat_weight + coat_weight * tint_power(nonnegative(t), path);
     });
     for (Color<T>* c : {&emission, &metal_weight, &glass.flat, &glass.risen, &glass_through,
-                        &specular.flat, &specular.risen, &diffuse})
+                        &specular.flat, &specular.risen, &diffuse, &subsurface})
       *c *= below;
   }
 
@@ -309,8 +313,12 @@ struct Layers {
     const T r = (ior - T(1)) / (ior + T(1));
     T reflectance = square(r) * (nonnegative(m.specular_level) * S(2));
     if (value_of(m.specular_level) != S(0.5)) reflectance = min(reflectance, T(S(0.99)));
-    if (value_of(reflectance) == 0 && !has_slope(reflectance)) return;
     const bool thinner = value_of(ior) < 1;
+    if (!skin_)
+      entry_eta = value_of(m.specular_level) == S(0.5) && !has_slope(m.specular_level)
+                      ? ior
+                      : of_reflectance(reflectance, thinner).eta;
+    if (value_of(reflectance) == 0 && !has_slope(reflectance)) return;
     const auto interface = [thinner](const auto& x) { return of_reflectance(x, thinner); };
     specular = layer(reflectance, interface, map_tint(m.specular_tint, nonnegative), roughness,
                      compensate_, T(1), w, estimate_[kSpecular]);
@@ -319,15 +327,37 @@ struct Layers {
                                 has_slope(specular.excess) || has_slope(width2);
   }
 
-  void add_diffuse(const Principled<T>& m, const T& w, S cos_diffuse) {
+  void add_diffuse(const Principled<T>& m, const T& w, const SurfacePoint<S>& point) {
     const Color<T> base = map(m.base_color, nonnegative);
-    diffuse = base * w;
+    const T under = clamp01(m.subsurface_weight);
+    diffuse = base * (w * (T(1) - under));
+    if (matters(w * under)) add_subsurface(m, w * under, point.after_diffuse);
+    const S cos_diffuse = dot(point.n, point.wi);
     const T roughness = clamp01(m.diffuse_roughness);
     if (!matters(diffuse) && !has_slope(roughness)) return;
     if (matters(roughness)) rough_diffuse.emplace(roughness, base, cos_diffuse);
     present[kDiffuse] = true;
     estimate_[kDiffuse] = value_of(mean_channel(diffuse));
     carries_slope_[kDiffuse] = has_slope(diffuse) || has_slope(roughness);
+  }
+
+  /// The channels that scatter under the surface; the others, and all of them after a diffuse
+  /// scattering, are reflected diffusely. `subsurface` is the lobe's weight without its colour.
+  void add_subsurface(const Principled<T>& m, const T& weight, bool after_diffuse) {
+    const Color<T> base = base01(m);
+    for (int c = 0; c < 3; ++c) {
+      if (after_diffuse || !scatters_under(m, c))
+        diffuse[c] += base[c] * weight;
+      else
+        subsurface[c] = weight;
+    }
+    if (!matters(subsurface)) return;
+    if (skin_) entry_eta = m.subsurface_ior;
+    entry_eta = clamp(entry_eta, S(1.01), S(3.8));
+    entry_width2 = skin_ ? T(1) : width2;
+    present[kSubsurface] = true;
+    estimate_[kSubsurface] = mean_channel(value_of(subsurface * base));
+    carries_slope_[kSubsurface] = true;
   }
 
   /// Probabilities proportional to what each lobe is likely to reflect; detached from the parameters.
@@ -347,7 +377,7 @@ struct Layers {
   static constexpr S kLeastAmplitude = S(1e-4);
 
   S cos_i_;
-  bool compensate_;
+  bool compensate_, skin_;
   std::array<S, kLobes> estimate_{};
   std::array<bool, kLobes> carries_slope_{};
 };

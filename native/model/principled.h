@@ -13,6 +13,7 @@ namespace selenite {
 struct Flavour {
   enum class Distribution { kGgx, kMultiGgx };
   enum class Version { kV1, kV2 };
+  enum class Subsurface { kRandomWalk, kRandomWalkSkin };
 
   /// Blender's "GGX" is single scattering; "Multiscatter GGX" scales it by its missing energy.
   Distribution distribution = Distribution::kMultiGgx;
@@ -20,6 +21,7 @@ struct Flavour {
   /// distribution GGX is closed form and modelled (Multiscatter GGX is rendered as GGX), without
   /// clearcoat, sheen and transmission roughness; its tint is a number: set the three channels equal.
   Version version = Version::kV2;
+  Subsurface subsurface = Subsurface::kRandomWalk;
   /// Cycles evaluates refraction towards a light for every pair of directions, also for those whose
   /// half vector no visible micronormal can have; its sampling never produces them. True renders what
   /// Cycles renders: `value` and `density` then include those pairs, so the density integrates to
@@ -27,7 +29,7 @@ struct Flavour {
   bool evaluate_unphysical_refraction = true;
 };
 
-/// Values of Blender's Principled BSDF node, without sheen, subsurface, anisotropy and thin film.
+/// Values of Blender's Principled BSDF node, without sheen, anisotropy and thin film.
 /// Members start at the defaults of the node in Blender 4.5.
 template <class T>
 struct Principled {
@@ -46,6 +48,11 @@ struct Principled {
   Color<T> coat_tint{T(1)};
   Color<T> emission_color{T(1)};
   T emission_strength{0};
+  T subsurface_weight{0};
+  Color<T> subsurface_radius{T(1)};  // the node starts at 1, 0.2, 0.1: skin
+  T subsurface_scale{0.05};
+  T subsurface_ior{1.4};
+  T subsurface_anisotropy{0};
 
   /// The one description of each parameter: `visit(Parameter, T&)` or `visit(Parameter, Color<T>&)`.
   template <class Self, class Visit>
@@ -210,6 +217,60 @@ struct Principled {
                     .effect = Effect::kEmission,
                     .help = "Radiance of the emitted light where its colour is 1"},
           m.emission_strength);
+    visit(Parameter{.name = "subsurface_weight",
+                    .sockets = "Subsurface Weight",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
+                    .help = "Share of the diffuse part that scatters under the surface"},
+          m.subsurface_weight);
+    visit(Parameter{.name = "subsurface_radius",
+                    .sockets = "Subsurface Radius",
+                    .unit = "scale",
+                    .lower = 0,
+                    .upper = 1e6,
+                    .fit_lower = 0.001,
+                    .fit_upper = 10,
+                    .initial = 1,
+                    .coordinate = kLog,
+                    .help = "How far each colour scatters under the surface, times the scale"},
+          m.subsurface_radius);
+    visit(Parameter{.name = "subsurface_scale",
+                    .sockets = "Subsurface Scale",
+                    .unit = "Blender unit",
+                    .lower = 0,
+                    .upper = 1e6,
+                    .fit_lower = 0.0001,
+                    .fit_upper = 10,
+                    .initial = 0.05,
+                    .coordinate = kLog,
+                    .help = "Scales the subsurface radius"},
+          m.subsurface_scale);
+    visit(
+        Parameter{.name = "subsurface_ior",
+                  .sockets = "Subsurface IOR",
+                  .unit = "1",
+                  .lower = 1,
+                  .upper = 10,
+                  .fit_lower = 1.01,
+                  .fit_upper = 2.5,
+                  .initial = 1.4,
+                  .coordinate = kLogExcess,
+                  .help = "Index of refraction under the surface of the method Random Walk (Skin)"},
+        m.subsurface_ior);
+    visit(Parameter{.name = "subsurface_anisotropy",
+                    .sockets = "Subsurface Anisotropy",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0,
+                    .fit_upper = 0.9,
+                    .initial = 0,
+                    .help = "Forward scattering under the surface"},
+          m.subsurface_anisotropy);
   }
 };
 

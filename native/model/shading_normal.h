@@ -12,6 +12,9 @@ struct SurfacePoint {
   Vec3<S> n;        ///< interpolated shading normal, flipped whenever ng was
   Vec3<S> wi;       ///< towards the viewer
   bool backfacing;  ///< the geometric face is seen from behind: glass is left, not entered
+  /// The path has been scattered diffusely before: subsurface scattering is rendered as diffuse
+  /// reflection, as in Cycles.
+  bool after_diffuse = false;
 };
 
 /// The shading normal, tilted towards the geometric one until the mirror image of the viewer stands

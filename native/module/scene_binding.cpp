@@ -25,11 +25,15 @@ T one_of(const std::string& what, const std::string& value,
   throw InvalidArgument(what + " = '" + value + "' is not one of " + names);
 }
 
-Flavour make_flavour(bool multi_ggx, const std::string& version) {
+Flavour make_flavour(bool multi_ggx, const std::string& version, const std::string& subsurface) {
   Flavour flavour;
   flavour.distribution = multi_ggx ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
   flavour.version = one_of<Flavour::Version>(
       "flavour", version, {{"v1", Flavour::Version::kV1}, {"v2", Flavour::Version::kV2}});
+  flavour.subsurface =
+      one_of<Flavour::Subsurface>("subsurface", subsurface,
+                                  {{"RANDOM_WALK", Flavour::Subsurface::kRandomWalk},
+                                   {"RANDOM_WALK_SKIN", Flavour::Subsurface::kRandomWalkSkin}});
   return flavour;
 }
 
@@ -144,10 +148,11 @@ int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pi
 }
 
 int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
-                 const std::string& flavour, const std::map<std::string, py::dict>& maps) {
+                 const std::string& flavour, const std::string& subsurface,
+                 const std::map<std::string, py::dict>& maps) {
   Material material;
   material.name = name;
-  material.flavour = make_flavour(multi_ggx, flavour);
+  material.flavour = make_flavour(multi_ggx, flavour, subsurface);
   set_values(material, values);
   for (const auto& [parameter, value] : maps)
     material.maps.push_back(field_map(b, name, parameter, value));
@@ -261,7 +266,8 @@ void bind_builder(py::module_& m) {
   py::class_<SceneBuilder>(m, "SceneBuilder", "Collects a scene in Blender's units; see `build`.")
       .def(py::init<>())
       .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
-           "flavour"_a = "v2", "maps"_a = std::map<std::string, py::dict>{},
+           "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK",
+           "maps"_a = std::map<std::string, py::dict>{},
            "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
            "node's defaults. `maps`: parameter name to {texture: index or None for the colour "
            "attribute, attribute: UV map or colour attribute ('' for the active one), uv: (2,3)}. "

@@ -6,6 +6,7 @@
 #include "math/rng.h"
 #include "math/sampling.h"
 #include "render/prepared.h"
+#include "render/random_walk.h"
 #include "render/render.h"
 
 namespace selenite {
@@ -28,6 +29,7 @@ class PathTracer {
     Vec3f from = ray.origin;    // where that density was taken
     float travelled = 0;        // from there to the ray's origin, through transparent surfaces
     int scatterings = 0;
+    bool after_diffuse = false;
     truncated = false;
 
     for (std::uint32_t vertex = 0;; ++vertex) {
@@ -39,12 +41,12 @@ class PathTracer {
         add_world(ray, camera_ray, density, beta, radiance);
         return radiance;
       }
-      const Surface surface = p_.geometry.surface(*hit);
+      Surface surface = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[surface.material];
-      const Vec3f wi = -ray.direction;
       Principled<Scalar> room;
-      const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
-                                        point(surface, wi));
+      const Principled<Scalar>& values = material.at(p_.geometry, *hit, room);
+      const PrincipledBsdf<Scalar> bsdf(values, material.flavour,
+                                        point(surface, -ray.direction, after_diffuse));
 
       if (material.emitter_density > 0) {
         const Vec3f d = surface.position - from;
@@ -63,10 +65,26 @@ class PathTracer {
 
       if (!bsdf.all_singular()) add_light_sample(surface, material, bsdf, random, beta, radiance);
 
-      const auto sample =
-          bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
+      auto sample = draw(bsdf, random);
       if (!sample) return radiance;
       beta.multiply(material.factor(sample->weight));
+      if (sample->enters) {
+        const SubsurfaceMedium<Scalar> medium(values, material.flavour, bsdf.entry_eta());
+        const auto exit = RandomWalk<Scalar>(medium).run(p_.geometry, hit->instance, surface,
+                                                         sample->wo, random, kWalk);
+        if (!exit) return radiance;
+        beta.multiply(material.factor(exit->weight));
+        // Lit and left as if a ray from outside had met it.
+        random.start_bounce(++vertex + 1);
+        surface = p_.geometry.surface(exit->hit);
+        const PrincipledBsdf<Scalar> out(p_.exit.values, p_.exit.flavour,
+                                         point(surface, exit->direction));
+        add_light_sample(surface, p_.exit, out, random, beta, radiance);
+        sample = draw(out, random);
+        if (!sample) return radiance;
+        beta.multiply(p_.exit.factor(sample->weight));
+      }
+      after_diffuse = after_diffuse || sample->diffuse;
       if (++scatterings >= kRouletteStart) {
         // sqrt keeps more of the dim paths than their share, as Cycles does.
         const float survival = std::min(1.0f, std::sqrt(beta.importance()));
@@ -104,12 +122,16 @@ class PathTracer {
     kLight2,
     kTriangle,
     kRoulette,
-    kPass
+    kPass,
+    kWalk  ///< and all after it
   };
 
-  static SurfacePoint<float> point(const Surface& s, const Vec3f& wi) {
+  static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
     const bool back = dot(s.ng, wi) < 0;
-    return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back};
+    return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
+  }
+  static auto draw(const PrincipledBsdf<Scalar>& bsdf, const Random& random) {
+    return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
   }
 
   /// MIS weight of a direction that the bsdf chose, where light sampling has density `light`.

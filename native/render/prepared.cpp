@@ -136,7 +136,26 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     for (const FieldMap& map : material.maps)
       prepared.transparent = prepared.transparent || fields[map.field].name == "alpha";
     any_transparent = any_transparent || prepared.transparent;
+    const auto& under = prepared.values.subsurface_weight;
+    bool subsurface = value_of(under) > 0 || has_slope(under);
+    for (const FieldMap& map : material.maps)
+      subsurface = subsurface || fields[map.field].name == "subsurface_weight";
+    if (subsurface) prepare_inside(static_cast<int>(m));
     materials.push_back(prepared);
+  }
+  exit.values.specular_level = PathScalar<L>(0);
+  exit.values.base_color = Color<PathScalar<L>>(PathScalar<L>(1));
+  static const std::vector<FieldMap> none;
+  exit.maps = &none;
+}
+
+template <int L>
+void Prepared<L>::prepare_inside(int material) {
+  const auto& instances = geometry.instances();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const auto& slots_of_mesh = instances[i].materials;
+    if (std::find(slots_of_mesh.begin(), slots_of_mesh.end(), material) != slots_of_mesh.end())
+      geometry.prepare_inside(static_cast<int>(i));
   }
 }
 

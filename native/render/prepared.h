@@ -54,6 +54,8 @@ class Prepared {
   const Scene& scene;
   const Geometry& geometry;
   std::vector<PreparedMaterial<L>> materials;
+  PreparedMaterial<L>
+      exit;  ///< white and Lambertian: where light leaves after subsurface scattering
   int slots;
   bool any_transparent = false;
 
@@ -99,6 +101,7 @@ class Prepared {
     return f;
   }
   void prepare_materials(const SlotLayout& layout);
+  void prepare_inside(int material);
   void prepare_emitters();
   void prepare_choice();
 

@@ -38,6 +38,8 @@ class Accelerator {
   }
   ~Accelerator() {
     for (RTCScene child : children_) rtcReleaseScene(child);
+    for (RTCScene alone : alone_)
+      if (alone) rtcReleaseScene(alone);
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
   }
@@ -49,6 +51,7 @@ class Accelerator {
                 bool visible_to_camera) {
     RTCGeometry geometry = new_triangles(positions, triangles);
     attach(scene_, geometry, visible_to_camera);
+    ++count_;
   }
   /// Triangles in their own space, to be placed by `add_instance`.
   int add_prototype(std::span<const Vec3f> positions,
@@ -65,26 +68,29 @@ class Accelerator {
     rtcSetGeometryInstancedScene(geometry, children_[prototype]);
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
     attach(scene_, geometry, visible_to_camera);
+    ++count_;
   }
-  void build() { rtcCommitScene(scene_); }
+  void build() {
+    rtcCommitScene(scene_);
+    alone_.resize(count_);
+  }
+  /// Lets `intersect_item` see one item; one call at a time, others may trace meanwhile.
+  void build_item(int item) {
+    if (alone_[item]) return;
+    RTCScene scene = new_scene();
+    rtcAttachGeometry(scene, rtcGetGeometry(scene_, static_cast<unsigned>(item)));
+    rtcCommitScene(scene);
+    alone_[item] = scene;
+  }
 
   std::optional<Found> intersect(const Ray& ray, bool camera_ray) const {
-    RTCRayHit query;
-    query.ray = embree_ray(ray, camera_ray);
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-#if RTC_VERSION_MAJOR >= 4
-    rtcIntersect1(scene_, &query);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_, &context, &query);
-#endif
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    const unsigned item =
-        query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
-    return Found{static_cast<int>(item), static_cast<int>(query.hit.primID), query.hit.u,
-                 query.hit.v, query.ray.tfar};
+    return intersect(scene_, ray, camera_ray);
+  }
+  /// The same as if there were no other item; needs `build_item`.
+  std::optional<Found> intersect_item(int item, const Ray& ray) const {
+    auto found = intersect(alone_[item], ray, false);
+    if (found) found->item = item;
+    return found;
   }
   bool occluded(const Ray& ray) const {
     RTCRay query = embree_ray(ray, false);
@@ -100,6 +106,25 @@ class Accelerator {
 
  private:
   static constexpr unsigned kCameraMask = 1, kOtherMask = 2;
+
+  static std::optional<Found> intersect(RTCScene scene, const Ray& ray, bool camera_ray) {
+    RTCRayHit query;
+    query.ray = embree_ray(ray, camera_ray);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+    rtcIntersect1(scene, &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(scene, &context, &query);
+#endif
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const unsigned item =
+        query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
+    return Found{static_cast<int>(item), static_cast<int>(query.hit.primID), query.hit.u,
+                 query.hit.v, query.ray.tfar};
+  }
 
   RTCScene new_scene() {
     RTCScene scene = rtcNewScene(device_);
@@ -147,7 +172,8 @@ class Accelerator {
 
   RTCDevice device_;
   RTCScene scene_;
-  std::vector<RTCScene> children_;
+  std::vector<RTCScene> children_, alone_;
+  std::size_t count_ = 0;
 };
 
 }  // namespace selenite

@@ -162,6 +162,17 @@ std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
   return Hit{found->item, found->triangle, found->b1, found->b2, found->t};
 }
 
+std::optional<Hit> Geometry::intersect_inside(int instance, const Ray& ray) const {
+  const auto found = accelerator_->intersect_item(instance, ray);
+  if (!found) return std::nullopt;
+  return Hit{found->item, found->triangle, found->b1, found->b2, found->t};
+}
+
+void Geometry::prepare_inside(int instance) const {
+  const std::lock_guard lock(preparing_);
+  accelerator_->build_item(instance);
+}
+
 bool Geometry::occluded(const Ray& ray) const { return accelerator_->occluded(ray); }
 
 std::array<Vec3f, 3> Geometry::corners(int index, int triangle) const {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -76,6 +77,10 @@ class Geometry {
 
   std::optional<Hit> intersect(const Ray& ray, bool camera_ray) const;
   bool occluded(const Ray& ray) const;
+  /// The first hit with one instance, as if it were alone in the scene: for walks inside it. Needs a
+  /// hierarchy of its own, which `prepare_inside` makes; that may be called from any thread.
+  std::optional<Hit> intersect_inside(int instance, const Ray& ray) const;
+  void prepare_inside(int instance) const;
   Surface surface(const Hit& hit) const;
   /// Of a UV map or colour attribute by name (empty: the first); zero where the mesh has none, as in
   /// Cycles.
@@ -99,6 +104,7 @@ class Geometry {
   float radius_ = 0;
   std::vector<std::pair<std::string, long>> dropped_;
   std::unique_ptr<Accelerator> accelerator_;
+  mutable std::mutex preparing_;
 };
 
 }  // namespace selenite

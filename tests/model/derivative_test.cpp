@@ -127,7 +127,9 @@ TEST_P(FiniteDifference, AgreesWithDual) {
     const bool begins = (x == 1 && p.coordinate == Coordinate::kLogExcess) ||
                         (x == 0 && (p.name == "specular_level" || p.name == "coat_tint"));
     EXPECT_GT(agreed, begins ? 1500 : 2900) << kinks << " kinks";
-    if (!begins) {
+    // The walk under the surface begins where the BSDF ends: subsurface_test.cpp of model and render.
+    const bool walk = p.name.starts_with("subsurface_") && p.name != "subsurface_weight";
+    if (!begins && !walk) {
       EXPECT_GT(moved, 150);
     }
   }
