@@ -69,17 +69,17 @@ def is_srgb(image: bpy.types.Image) -> bool:
     return image.colorspace_settings.name in _SRGB_NAMES
 
 
+def is_data(image: bpy.types.Image) -> bool:
+    """Whether the image holds numbers other than colours (Non-Color)."""
+    return bool(image.colorspace_settings.is_data)
+
+
 def is_editable(block: bpy.types.ID) -> bool:
     """False for what is linked from a library; writing there is lost on reload."""
     return block.library is None and bool(getattr(block, "is_editable", True))
 
 
 def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
-def is_data(image: bpy.types.Image) -> bool:
-    """Whether the image holds numbers other than colours (Non-Color)."""
-    return bool(image.colorspace_settings.is_data)
-
-
     """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated."""
     if hasattr(mesh, "calc_normals_split"):  # before 4.1
         mesh.calc_normals_split()
