@@ -6,25 +6,30 @@ have the same coordinates (and colours), so that a pixel is one look-up, whoever
 wherever in the pixel. Cycles renders all rows at once, and so do we.
 """
 
-import struct
 import sys
-import zlib
 from pathlib import Path
 
 import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from made_images import image
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 COUNT = 24
-SIZE = (5, 3)  # of the images: odd, so that centres and edges of texels are told apart
 CASES = {}
 
 
+class NotHere(Exception):
+    """Why this Blender does not have a case."""
+
+
 def case(*arguments):
-    """Registers a function (material, folder, *arguments) that makes the strip's material."""
+    """Registers a function (material, folder, *arguments) that makes the strip's material.
+
+    It may return what is to be done to the strip's mesh.
+    """
 
     def register(function):
         for item in arguments or ((),):
@@ -34,73 +39,6 @@ def case(*arguments):
         return function
 
     return register
-
-
-def texels(alpha=True):
-    """(h, w, 4) uint8, row 0 at the top."""
-    values = np.random.default_rng(1).integers(0, 256, (SIZE[1], SIZE[0], 4), dtype=np.uint8)
-    if not alpha:
-        values[..., 3] = 255
-    values[0, 0, 3] = 0
-    values[0, 1, 3] = 255
-    return values if alpha else np.where([True, True, True, False], values, np.uint8(255))
-
-
-def write_png(path, values):
-    """8 or 16 bits, RGBA, straight alpha."""
-    height, width = values.shape[:2]
-    depth = 8 * values.dtype.itemsize
-    rows = values.astype(values.dtype.newbyteorder(">")).reshape(height, -1)
-    data = b"".join(b"\0" + row.tobytes() for row in rows)
-
-    def chunk(kind, body):
-        check = struct.pack(">I", zlib.crc32(kind + body))
-        return struct.pack(">I", len(body)) + kind + body + check
-
-    header = struct.pack(">IIBBBBB", width, height, depth, 6, 0, 0, 0)
-    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
-    return path
-
-
-def linear_name():
-    """What this Blender calls linear Rec. 709."""
-    return "Linear" if bpy.app.version < (4, 0, 0) else "Linear Rec.709"
-
-
-def image(folder, kind="generated8", space="sRGB", mode="STRAIGHT", alpha=True):
-    """An image: made in Blender, packed or in a file; of bytes, 16 bits or floats."""
-    values = texels(alpha)
-    where, depth = kind.rstrip("0123456789"), kind.lstrip("abcdefghijklmnopqrstuvwxyz")
-    if where == "generated":
-        found = bpy.data.images.new("made", *SIZE, alpha=True, float_buffer=depth == "32")
-        found.colorspace_settings.name = linear_name() if space == "Linear" else space
-        found.alpha_mode = mode
-        numbers = values[::-1].astype(np.float32) / 255
-        if depth == "32":
-            numbers[..., :3] *= 1.5
-        found.pixels.foreach_set(numbers.ravel())
-        found.update()
-        return found
-    path = folder / f"{kind}_{space}_{mode}_{alpha}.png"
-    if depth == "32":
-        from selenite import native
-
-        path = path.with_suffix(".exr")
-        numbers = values / np.array([200, 200, 200, 255], np.float32)
-        names = ["R", "G", "B", "A"] if alpha else ["R", "G", "B"]
-        native.image().write_exr(str(path), numbers[..., : len(names)], channel_names=names)
-    elif depth == "16":
-        write_png(path, values.astype(np.uint16) * 257 // np.uint16(2) + np.uint16(77))
-    else:
-        write_png(path, values)
-    found = bpy.data.images.load(str(path))
-    found.colorspace_settings.name = linear_name() if space == "Linear" else space
-    found.alpha_mode = mode
-    if where == "packed":
-        found.pack()
-        path.unlink()
-    return found
 
 
 def texture(material, found, **settings):
@@ -134,8 +72,8 @@ def extension(material, folder, rule, way):
     node.interpolation = way
     try:
         node.extension = rule
-    except TypeError:
-        return "MIRROR came with Blender 3.5"
+    except TypeError as error:
+        raise NotHere("MIRROR came with Blender 3.5") from error
     shine(material, node.outputs["Color"])
 
 
@@ -177,7 +115,7 @@ def colour_space(material, folder, kind, space):
 )
 def alpha(material, folder, kind, space, mode, linked):
     if bpy.app.version < (4, 0, 0) and (kind, space, mode) == ("file32", "sRGB", "PREMUL"):
-        return "refused in Blender 3"
+        raise NotHere("refused in Blender 3")
     node = texture(material, image(folder, kind, space, mode))
     shine(material, node.outputs["Color"])
     if linked == "linked":
@@ -397,6 +335,7 @@ def pictures(native, tmp_path_factory):
     """Label of a case -> (ours, Cycles'), (COUNT, 3) each, or why there is none."""
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scenes"))
     from comparison import set_comparison
+
     from selenite.scene_read.build import build
     from selenite.scene_read.scene import read_scene
 
@@ -406,13 +345,14 @@ def pictures(native, tmp_path_factory):
     results, rows = {}, []
     for label, (function, arguments) in CASES.items():
         material = shining(label)
-        result = function(material, folder, *arguments)
-        if isinstance(result, str):
-            results[label] = result
+        try:
+            change = function(material, folder, *arguments)
+        except NotHere as reason:
+            results[label] = str(reason)
             continue
         mesh = strip(len(rows), material, random)
-        if result is not None:
-            result(mesh)
+        if change is not None:
+            change(mesh)
         rows.append(label)
     scene = bpy.context.scene
     camera = made.camera(type="ORTHO", ortho_scale=COUNT, sensor_fit="HORIZONTAL")

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from .. import native, parameters
-from ..fit_run.unknowns import find_parameter
 from ..problems import BadInput, Problem
 from . import arguments
-from .scene import camera_of, native_scene, open_scene, picture_size
+from .scene import camera_of, find_constant, native_scene, open_scene, picture_size
 from .terminal import bar, say
 
 
@@ -26,7 +25,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     changes = arguments.assignments(args.set, problems)
     folder = arguments.output_folder(args.out_dir, problems) if args.out_dir else None
     _, values = open_scene(args.scene)
-    found = [find_parameter(values, owner, name, problems) for owner, name in keys]
+    found = [find_constant(values, owner, name, problems) for owner, name in keys]
     wanted = [(owner.name, parameter.name) for owner, parameter in filter(None, found)]
     camera = camera_of(values, args.camera, problems)
     width, height = picture_size(camera, args.width, args.height, problems)

@@ -9,9 +9,9 @@ from typing import Any
 
 from ..fit_run.plan import build_scene
 from ..fit_run.unknowns import find_parameter
-from ..parameters import Values
+from ..parameters import Parameter, Values, join_name
 from ..problems import BadInput, Problem, listed
-from ..scene_read.values import CameraValues, SceneValues
+from ..scene_read.values import CameraValues, Owner, SceneValues
 from .terminal import say
 
 
@@ -68,13 +68,30 @@ def picture_size(
     return width, height
 
 
+def find_constant(
+    values: SceneValues, owner_name: str, name: str, problems: list[Problem]
+) -> tuple[Owner, Parameter] | None:
+    """A parameter that has one value, which can be replaced; a texture cannot."""
+    found = find_parameter(values, owner_name, name, problems)
+    if found is None:
+        return None
+    owner, parameter = found
+    if parameter.name not in owner.values:
+        reason = owner.fixed.get(parameter.name, "its value could not be read")
+        cause, _, cure = reason.partition(": ")
+        title = f"Parameter '{join_name(owner.name, parameter.name)}'"
+        problems.append(Problem(title, cause, cure or "name another parameter"))
+        return None
+    return found
+
+
 def native_scene(
     values: SceneValues, changes: Mapping[tuple[str, str], Values], problems: list[Problem]
 ) -> Any:  # noqa: ANN401 - a native Scene has no Python type
     """Builds the scene with some values replaced. Raises BadInput with `problems` and its own."""
     checked = {}
     for (owner_name, name), numbers in changes.items():
-        found = find_parameter(values, owner_name, name, problems)
+        found = find_constant(values, owner_name, name, problems)
         if found is None:
             continue
         owner, parameter = found

@@ -24,14 +24,15 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             {name: value[0] if len(value) == 1 else value for name, value in item.values.items()},
             multi_ggx=item.multi_ggx,
             flavour=item.flavour,
+            subsurface=item.subsurface,
             maps={name: _native_map(builder, textures, found) for name, found in item.maps.items()},
         )
         for item in values.materials
     }
-    meshes = [
     maps = [found for item in values.materials for found in item.maps.values()]
     uv_maps = {found.attribute for found in maps if found.texture is not None}
     colors = {found.attribute for found in maps if found.texture is None}
+    meshes = [
         builder.add_mesh(
             mesh.name,
             mesh.positions,
@@ -75,7 +76,6 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
     return builder.build()
 
 
-def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
 def _native_map(
     builder: Any,  # noqa: ANN401
     textures: dict[TextureValues, int],
@@ -104,6 +104,7 @@ def _wanted(
     ]
 
 
+def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
     add = {
         "POINT": builder.add_point_light,
         "SUN": builder.add_sun_light,

@@ -38,7 +38,7 @@ def read_coordinates(node: bpy.types.Node, groups: Groups, title: str) -> Coordi
     in_world = isinstance(node, bpy.types.ShaderNodeTexEnvironment)
     if source.node is None and source.socket == socket:
         return _plain("direction" if in_world else "uv")
-    return _follow(source, in_world, f"{title}: {nodes.describe(node)}")
+    return _follow(source, in_world, title)
 
 
 def _plain(kind: str, attribute: str = "") -> Coordinates:
@@ -63,7 +63,7 @@ def _follow(source: Source, in_world: bool, title: str) -> Coordinates:
         if plain is not None:
             return plain
     wanted = "the Generated output of Texture Coordinate" if in_world else "a UV Map node"
-    cause = f"its Vector comes from {nodes.describe(node)}, output '{source.socket.name}'"
+    cause = f"its image is placed by {nodes.describe(node)}, output '{source.socket.name}'"
     raise Unreadable(title, cause, f"use {wanted}, through Mapping nodes if need be")
 
 
@@ -114,13 +114,15 @@ def _mapped(
         raise Unreadable(title, cause, "use type Point or Texture")
 
     def read(name: str) -> np.ndarray:
-        value: Values | None = nodes.constant(nodes.source_of(node.inputs[name], groups))
+        socket: bpy.types.NodeSocket | None = node.inputs.get(name)
+        assert socket is not None  # noqa: S101 - every Mapping node has all of them
+        value: Values | None = nodes.constant(nodes.source_of(socket, groups))
         if value is None:
             cause = f"the {name} of {nodes.describe(node)} is linked to what varies"
             raise Unreadable(title, cause, "unlink it")
         return np.broadcast_to(np.array(value, np.float64), 3)
 
-    turn = np.array(Euler(read("Rotation"), "XYZ").to_matrix(), np.float64)
+    turn = np.array(Euler(tuple(read("Rotation")), "XYZ").to_matrix(), np.float64)
     scale = read("Scale")
     outer = np.zeros((3, 4))
     if kind == "TEXTURE":

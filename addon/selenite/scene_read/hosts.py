@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -21,6 +21,12 @@ def is_version_3() -> bool:
 def flavour() -> str:
     """Which Principled BSDF this Blender's Cycles renders."""
     return "v1" if is_version_3() else "v2"
+
+
+def subsurface_method(node: bpy.types.Node) -> str:
+    """RANDOM_WALK or RANDOM_WALK_SKIN of a Principled BSDF (in 3.x subsurface is not modelled)."""
+    known = not is_version_3() and node.subsurface_method == "RANDOM_WALK_SKIN"
+    return "RANDOM_WALK_SKIN" if known else "RANDOM_WALK"
 
 
 def light_units() -> str:
@@ -108,8 +114,8 @@ def corner_colors(
 
     `corners`: loops, `vertices`: vertices of the triangles' corners.
     """
-    found = []
-    for index, attribute in enumerate(mesh.color_attributes):
+    found: list[tuple[str, np.ndarray]] = []
+    for index, attribute in enumerate(cast(Any, mesh.color_attributes)):
         numbers = np.empty(len(attribute.data) * 4, np.float32)
         attribute.data.foreach_get("color", numbers)  # bytes come decoded
         colors = numbers.reshape(-1, 4)[:, :3][

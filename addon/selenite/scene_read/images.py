@@ -16,7 +16,6 @@ import numpy as np
 from . import hosts
 from .nodes import Unreadable
 
-
 _ASSOCIATED_FORMATS = {"OPEN_EXR", "OPEN_EXR_MULTILAYER"}
 
 

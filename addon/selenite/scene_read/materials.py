@@ -97,18 +97,27 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     node, groups = found
     read = MaterialRead(
         MaterialValues(
-            name, {}, multi_ggx=node.distribution == "MULTI_GGX", flavour=hosts.flavour()
+            name,
+            {},
+            multi_ggx=node.distribution == "MULTI_GGX",
+            flavour=hosts.flavour(),
+            subsurface=hosts.subsurface_method(node),
         ),
         Owner(name, "material", material.name, library, {}, {}),
         _other_outputs(material, title),
         [],
+        room,
     )
     for parameter in table:
         _read_parameter(material, node, groups, parameter, title, read)
     read.values.values.update(read.owner.values)
-        room,
     known = {socket for parameter in table for socket in parameter.sockets}
     _judge_other_inputs(node, groups, known, title, read)
+    if node.subsurface_method == "BURLEY" and any(read.values.values.get("subsurface_weight", ())):
+        read.warnings.append(
+            f"{title}: the subsurface method Christensen-Burley is rendered as Random Walk; set it "
+            "to Random Walk so that Cycles shows the same"
+        )
     if hosts.is_version_3() and read.values.multi_ggx:
         read.warnings.append(
             f"{title}: the distribution Multiscatter GGX of Blender 3 is rendered as GGX; set it "
@@ -153,6 +162,7 @@ def _read_parameter(
     if value is None:
         _read_map(source, parameter, label, title, read)
         return
+    value = nodes.converted(value, parameter.width)
     complaint = parameter.complaint(value)
     if complaint:
         problem = Problem(title, f"input '{label}': {complaint}", "set a value inside the range")
@@ -161,16 +171,6 @@ def _read_parameter(
     read.owner.values[parameter.name] = value
 
 
-def _judge_other_inputs(
-    value = nodes.converted(value, parameter.width)
-    node: bpy.types.Node, groups: Groups, known: set[str], title: str, read: MaterialRead
-) -> None:
-    """Inputs that the model lacks: a warning if they act, a problem if they bend the normal."""
-    for name in _WEIGHTS:
-        if name in known or name not in node.inputs:
-            continue
-        source = nodes.source_of(node.inputs[name], groups)
-        value = nodes.constant(source)
 def _read_map(
     source: Source, parameter: Parameter, label: str, title: str, read: MaterialRead
 ) -> None:
@@ -200,6 +200,15 @@ def _read_map(
         read.warnings.append(f"{title}: input '{label}': {excess}")
 
 
+def _judge_other_inputs(
+    node: bpy.types.Node, groups: Groups, known: set[str], title: str, read: MaterialRead
+) -> None:
+    """Inputs that the model lacks: a warning if they act, a problem if they bend the normal."""
+    for name in _WEIGHTS:
+        if name in known or name not in node.inputs:
+            continue
+        source = nodes.source_of(node.inputs[name], groups)
+        value = nodes.constant(source)
         if value is None or any(value):
             read.warnings.append(f"{title}: '{name}' is not modelled; rendered as 0")
     for name in _DIRECTIONS:

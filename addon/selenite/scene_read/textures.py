@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -133,11 +134,11 @@ def excess(parameter: Parameter, found: MapValues) -> str:
 
 
 def _has_texture_mapping(node: bpy.types.ShaderNodeTexImage) -> bool:
-    mapping = node.texture_mapping
+    mapping = cast(Any, node.texture_mapping)  # the stubs do not know that vectors are iterable
     return (
-        tuple(mapping.translation) != (0, 0, 0)
-        or tuple(mapping.rotation) != (0, 0, 0)
-        or tuple(mapping.scale) != (1, 1, 1)
+        any(mapping.translation)
+        or any(mapping.rotation)
+        or any(side != 1 for side in mapping.scale)
         or (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z")
         or mapping.use_min
         or mapping.use_max

@@ -111,6 +111,7 @@ class MaterialValues:
     values: dict[str, Values]
     multi_ggx: bool
     flavour: str
+    subsurface: str = "RANDOM_WALK"
     maps: dict[str, MapValues] = field(default_factory=dict)
 
 

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small images by script: made in Blender, packed or in files, of every depth."""
+
+import struct
+import zlib
+
+import bpy
+import numpy as np
+
+SIZE = (5, 3)  # odd, so that centres and edges of texels are told apart
+
+
+def texels(alpha=True):
+    """(h, w, 4) uint8, row 0 at the top."""
+    values = np.random.default_rng(1).integers(0, 256, (SIZE[1], SIZE[0], 4), dtype=np.uint8)
+    values[0, :2, 3] = (0, 255)
+    if not alpha:
+        values[..., 3] = 255
+    return values
+
+
+def write_png(path, values):
+    """8 or 16 bits, RGBA, straight alpha."""
+    height, width = values.shape[:2]
+    depth = 8 * values.dtype.itemsize
+    rows = values.astype(values.dtype.newbyteorder(">")).reshape(height, -1)
+    data = b"".join(b"\0" + row.tobytes() for row in rows)
+
+    def chunk(kind, body):
+        check = struct.pack(">I", zlib.crc32(kind + body))
+        return struct.pack(">I", len(body)) + kind + body + check
+
+    header = struct.pack(">IIBBBBB", width, height, depth, 6, 0, 0, 0)
+    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+    return path
+
+
+def linear_name():
+    """What this Blender calls linear Rec. 709."""
+    return "Linear" if bpy.app.version < (4, 0, 0) else "Linear Rec.709"
+
+
+def image(folder, kind="generated8", space="sRGB", mode="STRAIGHT", alpha=True):
+    """An image: made in Blender, packed or in a file; of bytes, 16 bits or floats."""
+    values = texels(alpha)
+    where, depth = kind.rstrip("0123456789"), kind.lstrip("abcdefghijklmnopqrstuvwxyz")
+    if where == "generated":
+        found = bpy.data.images.new("made", *SIZE, alpha=True, float_buffer=depth == "32")
+        found.colorspace_settings.name = linear_name() if space == "Linear" else space
+        found.alpha_mode = mode
+        numbers = values[::-1].astype(np.float32) / 255
+        if depth == "32":
+            numbers[..., :3] *= 1.5
+        found.pixels.foreach_set(numbers.ravel())
+        found.update()
+        return found
+    path = folder / f"{kind}_{space}_{mode}_{alpha}.png"
+    if depth == "32":
+        from selenite import native
+
+        path = path.with_suffix(".exr")
+        numbers = values / np.array([200, 200, 200, 255], np.float32)
+        names = ["R", "G", "B", "A"] if alpha else ["R", "G", "B"]
+        native.image().write_exr(str(path), numbers[..., : len(names)], channel_names=names)
+    elif depth == "16":
+        write_png(path, values.astype(np.uint16) * 257 // np.uint16(2) + np.uint16(77))
+    else:
+        write_png(path, values)
+    found = bpy.data.images.load(str(path))
+    found.colorspace_settings.name = linear_name() if space == "Linear" else space
+    found.alpha_mode = mode
+    if where == "packed":
+        found.pack()
+        path.unlink()
+    return found
