@@ -330,15 +330,34 @@ def shining(name):
     return material
 
 
-@pytest.fixture(scope="module")
-def pictures(native, tmp_path_factory):
-    """Label of a case -> (ours, Cycles'), (COUNT, 3) each, or why there is none."""
+def render_both(native, folder, size, samples):
+    """(ours, Cycles'): the open scene, seen from above its corner at the origin."""
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scenes"))
     from comparison import set_comparison
 
     from selenite.scene_read.build import build
-    from selenite.scene_read.scene import read_scene
 
+    scene = bpy.context.scene
+    camera = made.camera(type="ORTHO", ortho_scale=size[0], sensor_fit="HORIZONTAL")
+    camera.location = (size[0] / 2, size[1] / 2, 5)
+    scene.render.resolution_x, scene.render.resolution_y = size
+    made.world((0, 0, 0))
+    set_comparison(scene, samples)
+    file = scene.render.image_settings
+    file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"
+    scene.render.filepath = str(folder / "cycles.exr")
+    values = made.read()
+    if values.problems:  # in short: the cases that depend on it are many
+        text = "\n".join(problem.line() for problem in values.problems)
+        pytest.fail(text, pytrace=False)
+    ours = native.core().render(build(values), "Camera", *size, samples).image
+    bpy.ops.render.render(write_still=True)
+    return ours, native.image().read(scene.render.filepath)[0]
+
+
+@pytest.fixture(scope="module")
+def pictures(native, tmp_path_factory):
+    """Label of a case -> (ours, Cycles'), (COUNT, 3) each, or why there is none."""
     folder = tmp_path_factory.mktemp("textures")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     random = np.random.default_rng(7)
@@ -354,22 +373,7 @@ def pictures(native, tmp_path_factory):
         if change is not None:
             change(mesh)
         rows.append(label)
-    scene = bpy.context.scene
-    camera = made.camera(type="ORTHO", ortho_scale=COUNT, sensor_fit="HORIZONTAL")
-    camera.location = (COUNT / 2, len(rows) / 2, 5)
-    scene.render.resolution_x, scene.render.resolution_y = COUNT, len(rows)
-    made.world((0, 0, 0))
-    set_comparison(scene, 1)
-    file = scene.render.image_settings
-    file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"
-    scene.render.filepath = str(folder / "cycles.exr")
-    values = read_scene(scene)
-    if values.problems:  # once and in short, not by every case
-        text = "\n".join(problem.line() for problem in values.problems)
-        pytest.fail(text, pytrace=False)
-    ours = native.core().render(build(values), "Camera", COUNT, len(rows), 1).image
-    bpy.ops.render.render(write_still=True)
-    cycles = native.image().read(scene.render.filepath)[0]
+    ours, cycles = render_both(native, folder, (COUNT, len(rows)), 1)
     for index, label in enumerate(rows):
         results[label] = (ours[-1 - index], cycles[-1 - index])
     return results
@@ -382,3 +386,24 @@ def test_equals_cycles(pictures, label):
         pytest.skip(result)
     ours, cycles = result
     np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)
+
+
+@pytest.mark.parametrize("name", [None, *[name for name, _, _ in COLOURS]])
+def test_what_varies_over_a_face_equals_cycles(native, tmp_path, name):
+    """UVs and colours between corners; three standard errors of a pixel's mean are below 0.01."""
+    material = shining("Body")
+    random = np.random.default_rng(3)
+    mesh = bpy.data.meshes.new("Body")
+    mesh.from_pydata([(0, 0, 0), (8, 1, 0), (7, 8, 0), (0, 6, 0)], [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", random.uniform(0, 1, 8))
+    if name is None:
+        shine(material, texture(material, image(tmp_path)).outputs["Color"])
+    else:
+        attribute = mesh.color_attributes.new(*next(row for row in COLOURS if row[0] == name))
+        attribute.data.foreach_set("color", random.uniform(0, 1, 16))
+        colour_attribute(material, tmp_path, name)
+    mesh.materials.append(material)
+    made.add("Body", mesh)
+    ours, cycles = render_both(native, tmp_path, (8, 8), 1024)
+    inside = np.s_[3:6, 2:6]
+    np.testing.assert_allclose(ours[inside], cycles[inside], rtol=0, atol=0.01)
