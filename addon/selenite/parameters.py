@@ -19,7 +19,8 @@ class Parameter:
     """One row of the native table; units and ranges are those of Blender's socket.
 
     `lower`, `upper`: what the renderer permits. `fit_lower`, `fit_upper`: default box constraint of
-    a fit. `width`: 1, or 3 for a colour (linear Rec. 709).
+    a fit. `width`: 1, or 3 for a colour (linear Rec. 709). `versions`: of the Principled BSDF that
+    have it, "v1" (Blender 3) and "v2".
     """
 
     owner: str
@@ -34,6 +35,7 @@ class Parameter:
     initial: float
     coordinate: str
     effect: str
+    versions: tuple[str, ...]
     help: str
 
     def find(self, node: Any) -> Any | None:  # noqa: ANN401 - a bpy node, and bpy is not imported here
@@ -67,6 +69,7 @@ def table() -> dict[tuple[str, str], Parameter]:
     for row in native.core().parameters():
         fields = {key: row[key] for key in Parameter.__dataclass_fields__}
         fields["sockets"] = tuple(row["sockets"])
+        fields["versions"] = tuple(row["versions"])
         parameter = Parameter(**fields)
         rows[parameter.owner, parameter.name] = parameter
     return rows

@@ -1,189 +1,94 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "model/albedo_tables.h"
 
-#include <vector>
+#include <algorithm>
 
+#include "model/albedo_view.h"
 #include "model/fresnel.h"
-#include "model/ggx.h"
+#include "model/gauss_legendre.h"
 
 namespace selenite {
 namespace {
 
-// Cosines of the mean over the viewer's direction; the integrand is smooth.
-constexpr int kCosines = 12;
-// A direction in the surface has no visible normals; this is close enough to the limit.
-constexpr double kLeastCosine = 1e-4;
+// Cosines of the mean over the viewer's direction, in each of the intervals between kSplits.
+constexpr int kCosines = 5;
+constexpr std::array<double, 8> kSplits{0, 0.04, 0.15, 0.3, 0.45, 0.6, 0.8, 1};
+// Where Cycles evaluated the ends of its axes.
+constexpr double kLeast = 1e-4, kMostAxis = 0.99;
 
-double node(int i, int nodes) { return static_cast<double>(i) / (nodes - 1); }
+double node(int i, int nodes) { return std::max(static_cast<double>(i) / (nodes - 1), kLeast); }
 
 /// n from z = sqrt((n - 1) / (n + 1)).
-double index_of_refraction(double z) { return (1 + z * z) / (1 - z * z); }
+double index_of_refraction(int k, int nodes) {
+  const double z = std::min(node(k, nodes), kMostAxis);
+  return (1 + z * z) / (1 - z * z);
+}
 
-/// Gauss-Legendre nodes and weights on [0, 1].
-struct Gauss {
-  std::array<double, kCosines> x, weight;
-  Gauss() {
-    for (int i = 0; i < kCosines; ++i) {
-      double t = std::cos(kPi<double> * (i + 0.75) / (kCosines + 0.5)), slope = 0;
-      for (int newton = 0; newton < 8; ++newton) {
-        double p = 1, q = 0;  // Legendre polynomials of degrees k and k - 1
-        for (int k = 1; k <= kCosines; ++k) {
-          const double r = ((2 * k - 1) * t * p - (k - 1) * q) / k;
-          q = p;
-          p = r;
-        }
-        slope = kCosines * (t * p - q) / (t * t - 1);
-        t -= p / slope;
-      }
-      x[i] = (1 + t) / 2;
-      weight[i] = 1 / ((1 - t * t) * slope * slope);
+/// Calls point(cosine, weight) for a cosine-weighted mean over the hemisphere.
+template <class Point>
+void over_hemisphere(const Point& point) {
+  const GaussLegendre<kCosines> rule;
+  for (std::size_t i = 1; i < kSplits.size(); ++i) {
+    const double from = kSplits[i - 1], span = kSplits[i] - from;
+    for (int g = 0; g < kCosines; ++g) {
+      const double c = from + span * rule.x[g];
+      point(c, 2 * c * span * rule.weight[g]);
     }
   }
-};
-
-/// Points of the quadrature over visible micronormals: a Fibonacci lattice. Kinks and jumps (horizon,
-/// critical angle) may run along either axis, and a lattice has as many coordinates on both as points.
-/// Half a turn of azimuth suffices by symmetry.
-struct Lattice {
-  struct Point {
-    Vec2<double> turn;
-    double u, weight;
-  };
-  std::vector<Point> points;
-
-  /// Two consecutive Fibonacci numbers.
-  Lattice(int previous, int count) {
-    long step = 0;
-    for (int i = 0; i < count; ++i, step = (step + previous) % count) {
-      const double phi = kPi<double> * static_cast<double>(step) / count;
-      // The far tail of the micronormals lies at u = 1: crowd the points there, u = 1 - t^2.
-      const double t = (i + 0.5) / count;
-      points.push_back({{std::cos(phi), std::sin(phi)}, 1 - t * t, 2 * t / count});
-    }
-  }
-};
-
-/// The lobe's view from one direction: its visible micronormals, with everything that does not depend
-/// on the index of refraction. One array per quantity, so that the loops over them vectorise.
-class View {
- public:
-  /// The entries for one index of refraction on the axis z.
-  struct Entries {
-    double rise = 0;
-    std::array<double, 2> glass{1, 1};  // towards the optically denser and the thinner side
-  };
-
-  View(double roughness, double cosine, const Lattice& lattice) : lattice_(lattice) {
-    const double width = roughness * roughness;
-    cos_i_ = cosine > kLeastCosine ? cosine : kLeastCosine;
-    width2_ = width * width;
-    const Vec3d wi{safe_sqrt(1 - cos_i_ * cos_i_), 0, cos_i_};
-    lambda_i_ = ggx_lambda(tangent2(wi), width2_);
-    const std::size_t count = lattice.points.size();
-    cos_m_.resize(count), m_z_.resize(count), mirrored_.resize(count), terms_.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const Vec3d m = ggx_sample_visible(wi, width, lattice.points[i].turn, lattice.points[i].u);
-      const double cos_m = dot(m, wi), out_z = 2 * cos_m * m.z - wi.z;
-      cos_m_[i] = static_cast<float>(cos_m);
-      m_z_[i] = static_cast<float>(m.z);
-      mirrored_[i] = out_z > 0 ? shadowing(static_cast<float>(out_z)) : 0;
-    }
-  }
-
-  double mirror() const {
-    return mean([&](std::size_t i) { return mirrored_[i]; });
-  }
-
-  Entries entries(double z) {
-    if (z <= 0) return {};  // nothing is reflected, nothing bent, nothing lost
-    Entries result;
-    const bool conductor = z >= 1;
-    const double n = conductor ? 1 : index_of_refraction(z);
-    const auto e = static_cast<float>(n * n - 1), f0 = static_cast<float>(square(z * z));
-    result.rise = mean([&](std::size_t i) {
-      const float f = conductor ? 1 : fresnel_dielectric(cos_m_[i], e);
-      return mirrored_[i] > 0 ? fresnel_rise(f, conductor ? 0 : f0) : 0;
-    });
-    if (width2_ <= kSingularWidth2) return result;
-    if (conductor) return {result.rise, {mirror(), mirror()}};
-    for (const bool thinner : {false, true})
-      result.glass[thinner] = glass(static_cast<float>(thinner ? 1 / n : n), thinner);
-    return result;
-  }
-
- private:
-  /// G2 / G1 for an outgoing direction whose cosine has the absolute value c:
-  /// (1 + L_i) / (1 + L_i + L_o) with L_o = (sqrt(c^2 + width2 (1 - c^2)) - c) / (2 c).
-  float shadowing(float c) const {
-    const auto lambda = static_cast<float>(lambda_i_), width2 = static_cast<float>(width2_);
-    const float root = std::sqrt(width2 + (1 - width2) * c * c);
-    return 2 * c * (1 + lambda) / (c * (1 + 2 * lambda) + root);
-  }
-  /// Refraction towards the optically thinner side may leave a micronormal on the wrong side of the
-  /// surface. Cycles drops such a sample, yet its table counts it; so does this one.
-  double glass(float eta, bool thinner) {
-    const float e = (eta - 1) * (eta + 1), inverse = 1 / eta;
-    const auto cos_i = static_cast<float>(cos_i_);
-    return mean([&](std::size_t i) {
-      const float c = cos_m_[i], g2 = e + c * c, g = std::sqrt(g2 > 0 ? g2 : 0);
-      const float f = fresnel_dielectric(c, e);
-      const float out_z = (m_z_[i] * (c - g) - cos_i) * inverse;
-      const float through = (1 - f) * shadowing(std::abs(out_z));
-      return f * mirrored_[i] + (thinner || out_z < 0 ? through : 0);
-    });
-  }
-  template <class Term>
-  double mean(const Term& term) const {
-    for (std::size_t i = 0; i < terms_.size(); ++i) terms_[i] = term(i);
-    double sum = 0;
-    for (std::size_t i = 0; i < terms_.size(); ++i) sum += lattice_.points[i].weight * terms_[i];
-    return sum;
-  }
-
-  const Lattice& lattice_;
-  double cos_i_, width2_, lambda_i_;
-  std::vector<float> cos_m_;     // m.wi
-  std::vector<float> m_z_;       // m.z
-  std::vector<float> mirrored_;  // G2 / G1 of the reflection, 0 below the horizon
-  mutable std::vector<float> terms_;
-};
+}
 
 }  // namespace
 
 AlbedoTables::AlbedoTables() {
-  const Gauss gauss;
-  // What means and smooth tables need, and what the jumps of the others need, for errors of 1e-4.
-  const Lattice coarse(1597, 2584), fine(6765, 10946);
   for (int i = 0; i < kFine; ++i) {
+    const double roughness = node(i, kFine);
+    // At the least roughness the lobe is a mirror: nothing is lost.
+    mirror_[i].fill(1);
+    mirror_mean_[i] = 1;
+    if (i == 0) continue;
     for (int j = 0; j < kFine; ++j)
-      mirror_[i][j] = static_cast<float>(View(node(i, kFine), node(j, kFine), fine).mirror());
+      mirror_[i][j] = static_cast<float>(AlbedoView(roughness, node(j, kFine)).mirror());
     double mean = 0;
-    for (int g = 0; g < kCosines; ++g)
-      mean += 2 * gauss.weight[g] * gauss.x[g] * View(node(i, kFine), gauss.x[g], coarse).mirror();
+    over_hemisphere([&](double c, double w) { mean += w * AlbedoView(roughness, c).mirror(); });
     mirror_mean_[i] = static_cast<float>(mean);
   }
   for (int i = 0; i < kCoarse; ++i) {
-    for (int j = 0; j < kCoarse; ++j) {
-      View view(node(i, kCoarse), node(j, kCoarse), fine);
-      for (int k = 0; k < kCoarse; ++k) {
-        const View::Entries entries = view.entries(node(k, kCoarse));
-        rise_[i][j][k] = static_cast<float>(entries.rise);
-        for (int thinner = 0; thinner < 2; ++thinner)
-          glass_[thinner][i][j][k] = static_cast<float>(entries.glass[thinner]);
-      }
-    }
+    for (int j = 0; j < kCoarse; ++j) fill_glass(i, j);
+    for (int k = 0; k < kCoarse; ++k) glass_mean_[0][i][k] = glass_mean_[1][i][k] = 1;
+    if (i == 0) continue;
     std::array<std::array<double, kCoarse>, 2> mean{};
-    for (int g = 0; g < kCosines; ++g) {
-      View view(node(i, kCoarse), gauss.x[g], coarse);
+    over_hemisphere([&](double c, double w) {
+      const AlbedoView view(node(i, kCoarse), c);
       for (int k = 0; k < kCoarse; ++k) {
-        const View::Entries entries = view.entries(node(k, kCoarse));
-        for (int thinner = 0; thinner < 2; ++thinner)
-          mean[thinner][k] += 2 * gauss.weight[g] * gauss.x[g] * entries.glass[thinner];
+        const double n = index_of_refraction(k, kCoarse);
+        mean[0][k] += k ? w * view.glass(n) : w;
+        mean[1][k] += k ? w * view.glass(1 / n) : w;
       }
+    });
+    for (int k = 0; k < kCoarse; ++k)
+      for (int side = 0; side < 2; ++side)
+        glass_mean_[side][i][k] = static_cast<float>(mean[side][k]);
+  }
+}
+
+/// The entries of one roughness and one cosine.
+void AlbedoTables::fill_glass(int i, int j) {
+  const double cosine = node(j, kCoarse);
+  if (i == 0) {
+    for (int k = 0; k < kCoarse; ++k) {
+      const double n = index_of_refraction(k, kCoarse);
+      rise_[i][j][k] = k == 0 ? 0 : static_cast<float>(dielectric_rise(cosine, (n - 1) * (n + 1)));
+      glass_[0][i][j][k] = glass_[1][i][j][k] = 1;
     }
-    for (int thinner = 0; thinner < 2; ++thinner)
-      for (int k = 0; k < kCoarse; ++k)
-        glass_mean_[thinner][i][k] = static_cast<float>(mean[thinner][k]);
+    return;
+  }
+  const AlbedoView view(node(i, kCoarse), cosine);
+  for (int k = 0; k < kCoarse; ++k) {
+    const double n = index_of_refraction(k, kCoarse);
+    rise_[i][j][k] = static_cast<float>(view.rise(n));
+    const bool bends = k > 0;
+    glass_[0][i][j][k] = bends ? static_cast<float>(view.glass(n)) : 1;
+    glass_[1][i][j][k] = bends ? static_cast<float>(view.glass(1 / n)) : 1;
   }
 }
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <algorithm>
 #include <array>
 
-#include "model/narrow.h"
+#include "model/table_axis.h"
 
 namespace selenite {
 
@@ -67,27 +66,11 @@ class AlbedoTables {
 
  private:
   AlbedoTables();
+  void fill_glass(int i, int j);
 
   template <int N>
   using Row = std::array<float, N>;
   using Cube = std::array<std::array<Row<kCoarse>, kCoarse>, kCoarse>;  // roughness, c, z
-
-  /// Position on an axis of `nodes` nodes, clamped to its ends.
-  template <class T>
-  struct Cell {
-    int index;
-    T t;
-    Cell(const T& x, int nodes) {
-      using S = scalar_t<T>;
-      const T p = clamp01(x) * S(nodes - 1);
-      index = std::min(static_cast<int>(value_of(p)), nodes - 2);
-      t = p - T(S(index));
-    }
-    template <class A>
-    T mix(const A& a, const A& b) const {
-      return T(a) + t * (T(b) - T(a));
-    }
-  };
 
   template <class T>
   T look_up(const Cube& table, const T& roughness, scalar_t<T> c, const T& z) const {

@@ -5,6 +5,7 @@
 
 #include "math/sampling.h"
 #include "model/layers.h"
+#include "model/refraction.h"
 #include "model/shading_normal.h"
 
 namespace selenite {
@@ -46,6 +47,7 @@ class PrincipledBsdf {
     const auto lambda = [tan2](const auto& width2) { return ggx_lambda(tan2, width2); };
     const S singular = static_cast<S>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
     base_.start(layers_.width2, has(kSpecular) || has(kMetal) || has(kGlass), singular, lambda);
+    through_.start(layers_.through_width2, has(kGlass), singular, lambda);
     coat_.start(layers_.coat_width2, has(kCoat), singular, lambda);
   }
 
@@ -77,8 +79,12 @@ class PrincipledBsdf {
     while (lobe > 0 && !(layers_.pick[lobe] > 0)) --lobe;  // rounding of the sum
     if (!(layers_.pick[lobe] > 0)) return std::nullopt;
     if (lobe == kDiffuse) return sample_diffuse(u1, u2);
+    if (lobe == kSheen) return finish(layers_.sheen->sample(u1, u2), nullptr, false);
     if (lobe == kSubsurface) return enter(left / layers_.pick[kSubsurface], u1, u2);
-    const Width& width = lobe == kCoat ? coat_ : base_;
+    // Where refraction has a width of its own, in version 1, its share is fixed.
+    const bool through = layers_.version1 && lobe == kGlass &&
+                         left >= layers_.pick[kGlass] * layers_.macro_reflected;
+    const Width& width = lobe == kCoat ? coat_ : through ? through_ : base_;
     const Vec3<S> m = width.singular ? Vec3<S>{0, 0, 1}
                                      : ggx_sample_visible(wi_, std::sqrt(width.width2), u1, u2);
     const S cos_m = dot(wi_, m);
@@ -96,7 +102,9 @@ class PrincipledBsdf {
   /// Index of refraction on entry into subsurface scattering.
   const T& entry_eta() const { return layers_.entry_eta; }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.
-  bool all_singular() const { return !has(kDiffuse) && !base_.spreads && !coat_.spreads; }
+  bool all_singular() const {
+    return !has(kDiffuse) && !has(kSheen) && !base_.spreads && !through_.spreads && !coat_.spreads;
+  }
 
  private:
   /// Lobes of one roughness share micronormals.
@@ -121,14 +129,15 @@ class PrincipledBsdf {
   template <bool kValue, bool kDensity>
   void evaluate(const Vec3<S>& wo, const Vec3<S>* drawn, Color<T>& f, S& p) const {
     if (has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
-    if (!base_.spreads && !coat_.spreads) return;
+    if (has(kSheen)) add_sheen<kValue, kDensity>(wo, f, p);
+    if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
     // A direction above the bent normal's horizon but behind the surface, or the other way round,
     // belongs to neither side.
     const bool below = o.z < 0;
     if (o.z == 0 || below != (dot(point_.ng, wo) < 0)) return;
     if (below) {
-      if (has(kGlass) && base_.spreads) add_refraction<kValue, kDensity>(o, drawn, f, p);
+      if (through_.spreads) add_refraction<kValue, kDensity>(o, drawn, f, p);
     } else {
       add_reflection<kValue, kDensity>(o, drawn, f, p);
     }
@@ -150,6 +159,13 @@ class PrincipledBsdf {
       }
     }
     if constexpr (kDensity) p += layers_.pick[kDiffuse] * cos_o * kInvPi<S>;
+  }
+
+  template <bool kValue, bool kDensity>
+  void add_sheen(const Vec3<S>& wo, Color<T>& f, S& p) const {
+    if (!(dot(point_.n, wo) > 0)) return;
+    if constexpr (kValue) f += layers_.sheen_weight * layers_.sheen->value(wo);
+    if constexpr (kDensity) p += layers_.pick[kSheen] * layers_.sheen->density(wo);
   }
 
   template <bool kValue, bool kDensity>
@@ -226,33 +242,6 @@ class PrincipledBsdf {
     return clamp(share, layers_.glass_least, layers_.glass_most);
   }
 
-  /// Micronormal geometry of a refraction, over any scalar: the half vector depends on eta.
-  template <class X>
-  struct Refraction {
-    X r2, z2, cos_m, cos_o, length2;  // squares of m; |m.wi|, |m.wo|; |wi + eta wo|^2
-
-    Refraction(const Vec3<S>& wi, const Vec3<S>& wo, const X& eta, const Vec3<S>* drawn) {
-      using std::abs, std::sqrt;
-      const X x = eta * wo.x + X(wi.x), y = eta * wo.y + X(wi.y), z = eta * wo.z + X(wi.z);
-      const S cos_io = dot(wi, wo);
-      length2 = x * x + y * y + z * z;
-      const X inverse2 = X(1) / length2, inverse = sqrt(inverse2);
-      r2 = (x * x + y * y) * inverse2;
-      z2 = z * z * inverse2;
-      cos_m = abs(eta * cos_io + X(1)) * inverse;
-      cos_o = abs(eta + X(cos_io)) * inverse;
-      if (drawn) {
-        const S c = dot(*drawn, wi), e = (value_of(eta) - 1) * (value_of(eta) + 1);
-        const S g = safe_sqrt(e + c * c);
-        r2 = with_value(r2, drawn->x * drawn->x + drawn->y * drawn->y);
-        z2 = with_value(z2, drawn->z * drawn->z);
-        cos_m = with_value(cos_m, c);
-        cos_o = with_value(cos_o, g / value_of(eta));
-        length2 = with_value(length2, square(e / (c + g)));  // wi + eta wo = m (c - g)
-      }
-    }
-  };
-
   /// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals send to wo.
   template <class X>
   X refracted_flow(const Refraction<X>& g, const X& width2, const X& eta) const {
@@ -268,19 +257,21 @@ class PrincipledBsdf {
     if (!drawn && !unphysical_ && !reachable(sum, o, eta)) return;
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     if constexpr (kValue) {
-      const T shape = narrow(layers_.width2, layers_.eta, [&](const auto& width2, const auto& n) {
-        using X = std::decay_t<decltype(n)>;
-        const Refraction<X> g(wi_, o, n, drawn);
-        const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
-        return layers_.version1 ? lobe
-                                : lobe * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1))));
-      });
+      const T shape =
+          narrow(layers_.through_width2, layers_.eta, [&](const auto& width2, const auto& n) {
+            using X = std::decay_t<decltype(n)>;
+            const Refraction<X> g(wi_, o, n, drawn);
+            const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
+            return layers_.version1
+                       ? lobe
+                       : lobe * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1))));
+          });
       f += layers_.glass_through * shape;
     }
     if constexpr (kDensity) {
       const Refraction<S> g(wi_, o, eta, drawn);
       p += layers_.pick[kGlass] * (1 - reflected_share(g.cos_m)) *
-           refracted_flow(g, base_.width2, eta) / (1 + base_.lambda_i);
+           refracted_flow(g, through_.width2, eta) / (1 + through_.lambda_i);
     }
   }
 
@@ -372,7 +363,7 @@ class PrincipledBsdf {
     const Vec3<S> o = (m * bend - wi_) / eta;
     if (!(o.z < 0)) return std::nullopt;
     const Vec3<S> wo = normalize(frame_.to_world(o));
-    if (!base_.singular && !bends_nothing(eta)) return finish(wo, &m, true);
+    if (!through_.singular && !bends_nothing(eta)) return finish(wo, &m, true);
     if (!(dot(point_.ng, wo) < 0)) return std::nullopt;
     const S p = layers_.pick[kGlass] * (1 - reflected_share(cos_m));
     if (!(p > 0)) return std::nullopt;
@@ -400,7 +391,7 @@ class PrincipledBsdf {
   S cos_i_;
   Layers<T> layers_;
   bool skin_;
-  Width base_, coat_;
+  Width base_, through_, coat_;
   bool unphysical_;
 };
 

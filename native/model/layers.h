@@ -4,76 +4,22 @@
 #include <optional>
 
 #include "model/albedo_tables.h"
+#include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
 #include "model/ggx.h"
 #include "model/principled.h"
 #include "model/shading_normal.h"
+#include "model/sheen.h"
 #include "model/subsurface.h"
 
 namespace selenite {
 
 /// Lobes in the order in which one is drawn.
-enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kLobes };
-
-/// sqrt(x) whose slope stops growing below `least`: the table axes and the colour of refraction are
-/// roots of parameters, whose true slope at 0 is infinite; an optimiser needs a finite one.
-template <class T>
-T capped_root(const T& x, scalar_t<T> least) {
-  using S = scalar_t<T>;
-  if constexpr (std::is_same_v<T, S>) {
-    return safe_sqrt(x);
-  } else {
-    const S root = safe_sqrt(x.v);
-    return chain(x, root, S(0.5) / max(root, least));
-  }
-}
-
-/// base^exponent for base >= 0, exponent >= 1.
-template <class T>
-T tint_power(const T& base, const T& exponent) {
-  using S = scalar_t<T>;
-  const S b = value_of(base), e = value_of(exponent), v = std::pow(b, e);
-  if constexpr (std::is_same_v<T, S>) {
-    return v;
-  } else {
-    return chain(base, v, e * std::pow(b, e - 1)) +
-           chain(exponent, S(0), b > 0 ? v * std::log(b) : S(0));
-  }
-}
-
-/// A dielectric interface, described by x = (n - 1) / (n + 1), whose square is the reflectance at
-/// normal incidence and which is an odd function of log n.
-template <class T>
-struct Dielectric {
-  T eta, excess, normal, z;  ///< n; n^2 - 1; x^2; axis of the tables
-
-  static Dielectric from_amplitude(const T& x) {
-    using std::abs;
-    return {(T(1) + x) / (T(1) - x), x * scalar_t<T>(4) / square(T(1) - x), square(x),
-            capped_root(abs(x), kLeastAxis)};
-  }
-  static Dielectric from_ior(const T& n) {
-    using std::abs;
-    const T x = (n - T(1)) / (n + T(1));
-    return {n, (n - T(1)) * (n + T(1)), square(x), capped_root(abs(x), kLeastAxis)};
-  }
-
- private:
-  static constexpr scalar_t<T> kLeastAxis = scalar_t<T>(0.01);  // |n - 1| = 2e-4
-};
-
-/// Reflectance flat + risen * rise(c) of a tinted dielectric, weight of the lobe included.
-template <class T>
-struct Gloss {
-  Color<T> flat{}, risen{};
-  T excess{};
-
-  Color<T> at(const T& rise) const { return flat + risen * rise; }
-};
+enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kSheen, kLobes };
 
 /// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
-/// coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the light direction.
+/// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the light direction.
 template <class T>
 struct Layers {
   using S = scalar_t<T>;
@@ -81,8 +27,11 @@ struct Layers {
   std::array<bool, kLobes> present{};
   std::array<S, kLobes> pick{};  ///< probabilities of drawing a lobe; sum 1, or all 0
   T width2{}, coat_width2{};     ///< squared GGX widths
+  T through_width2{};            ///< of the refraction, which version 1 may make wider
   Gloss<T> specular, glass, coat;
   MetalFresnel<T> metal;
+  std::optional<Sheen<T>> sheen;
+  Color<T> sheen_weight{};  ///< of the sheen lobe, its albedo included
   Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{}, transparency{};
   /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.
   T entry_width2{}, entry_eta{1};
@@ -105,7 +54,7 @@ struct Layers {
     const T alpha = clamp01(m.alpha);
     transparency = Color<T>(T(1) - alpha);
     const T roughness = clamp01(m.roughness);
-    width2 = square(square(roughness));
+    width2 = through_width2 = square(square(roughness));
     if (version1) {
       stack_version1(m, alpha, point.backfacing);
     } else {
@@ -118,6 +67,8 @@ struct Layers {
   void stack(const Principled<T>& m, const T& alpha, const SurfacePoint<S>& point) {
     T w = alpha;  // what the layers above let through, one number for all channels
     const T roughness = clamp01(m.roughness);
+    const T sheen_share = nonnegative(m.sheen_weight);
+    if (matters(w * sheen_share)) add_sheen(m, sheen_share, point, w);
     const T coat_weight = nonnegative(m.coat_weight);
     if (matters(w * coat_weight)) add_coat(m, coat_weight, w);
     if (matters(m.emission_strength)) emission = m.emission_color * (m.emission_strength * w);
@@ -211,12 +162,25 @@ struct Layers {
         const auto terms = reflection<T>(roughness, d, tint[c], compensate);
         gloss.flat[c] = terms[0] * weight;
         gloss.risen[c] = terms[1] * weight;
-        reflected = max(reflected, terms[2]);
+        if (!blocked_[c]) reflected = max(reflected, terms[2]);
       }
     }
     albedo = value_of(reflected) * value_of(weight);
     w = w * clamp01(T(1) - reflected * share);
     return gloss;
+  }
+
+  void add_sheen(const Principled<T>& m, const T& share, const SurfacePoint<S>& point, T& w) {
+    const Sheen<T> lobe(clamp01(m.sheen_roughness), point.n, point.wi);
+    if (!lobe.exists()) return;
+    const Color<T> tint = map(m.sheen_tint, nonnegative);
+    const T reflected = lobe.albedo() * share;
+    sheen = lobe;
+    sheen_weight = tint * (reflected * w);
+    w = w * clamp01(T(1) - max_channel(tint) * reflected);
+    present[kSheen] = true;
+    estimate_[kSheen] = value_of(mean_channel(sheen_weight));
+    carries_slope_[kSheen] = has_slope(sheen_weight) || has_slope(m.sheen_roughness);
   }
 
   void add_coat(const Principled<T>& m, const T& coat_weight, T& w) {
@@ -228,6 +192,9 @@ struct Layers {
     coat = layer(max(m.coat_ior, T(1)), interface, Color<T>(T(1)), roughness, true, coat_weight, w,
                  estimate_[kCoat]);
     present[kCoat] = true;
+    for (int c = 0; c < 3; ++c)
+      blocked_[c] = value_of(coat_weight) == 1 && value_of(m.coat_tint[c]) == 0 &&
+                    !has_slope(coat_weight) && !has_slope(m.coat_tint[c]);
     carries_slope_[kCoat] = has_slope(coat.flat) || has_slope(coat.risen) || has_slope(coat_width2);
   }
 
@@ -378,6 +345,9 @@ struct Layers {
 
   S cos_i_;
   bool compensate_, skin_;
+  /// Channels that do not get through the coat at all; Cycles leaves them out of what darkens the
+  /// layers below. A tint with a derivative is treated as its limit, so that it does not jump.
+  std::array<bool, 3> blocked_{};
   std::array<S, kLobes> estimate_{};
   std::array<bool, kLobes> carries_slope_{};
 };

@@ -54,6 +54,8 @@ void Layers<T>::stack_version1(const Principled<T>& m, const T& alpha, bool back
     eta = backfacing ? T(1) / ior : ior;
     const auto d = Dielectric<T>::from_ior(eta);
     const T reflected = fresnel_dielectric(T(cos_i_), d.excess);
+    const T smoothness = (T(1) - roughness) * (T(1) - clamp01(m.transmission_roughness));
+    through_width2 = square(square(T(1) - smoothness));
     const Color<T> f0 = mix(base);
     const T mirrors = glass_weight * reflected;
     if (matters(mirrors)) glass = {f0 * mirrors, (Color<T>(T(1)) - f0) * mirrors, d.excess};
@@ -64,7 +66,8 @@ void Layers<T>::stack_version1(const Principled<T>& m, const T& alpha, bool back
     const S refracted = value_of(mean_channel(glass_through));
     estimate_[kGlass] = mirrored + refracted;
     carries_slope_[kGlass] = has_slope(glass.flat) || has_slope(glass.risen) ||
-                             has_slope(glass_through) || has_slope(eta) || has_slope(width2);
+                             has_slope(glass_through) || has_slope(eta) || has_slope(width2) ||
+                             has_slope(through_width2);
     macro_reflected = estimate_[kGlass] > 0 ? mirrored / estimate_[kGlass] : S(0.5);
     if (carries_slope_[kGlass]) macro_reflected = clamp(macro_reflected, S(0.05), S(0.95));
   }

@@ -8,6 +8,9 @@ namespace selenite {
 /// What a change of the parameter does to a picture; decides which model a fit needs.
 enum class Effect { kSurface, kEmission, kVolume, kVisibility };
 
+/// Which Principled BSDF has the parameter: that of Blender 3.x (1), that of 4.x and 5.x (2).
+enum class Versions { kBoth, k1, k2 };
+
 /// Coordinate in which an optimiser should step: the picture is closest to linear in it.
 enum class Coordinate { kLinear, kLog, kLogExcess };  // kLogExcess: log(x - 1), for IOR
 
@@ -28,6 +31,7 @@ struct Parameter {
   /// Colours only: channel c of the picture depends on channel c of the parameter alone, so one dual
   /// slot serves the three channels.
   bool diagonal = true;
+  Versions versions = Versions::kBoth;
   std::string_view help;  ///< one sentence for tooltips and the manual
 };
 

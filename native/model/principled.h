@@ -19,7 +19,7 @@ struct Flavour {
   Distribution distribution = Distribution::kMultiGgx;
   /// Which Principled node: that of Blender 3.x or that of 4.x and 5.x. Of version 1 only the
   /// distribution GGX is closed form and modelled (Multiscatter GGX is rendered as GGX), without
-  /// clearcoat, sheen and transmission roughness; its tint is a number: set the three channels equal.
+  /// clearcoat and sheen; its tint is a number: set the three channels equal.
   Version version = Version::kV2;
   Subsurface subsurface = Subsurface::kRandomWalk;
   /// Cycles evaluates refraction towards a light for every pair of directions, also for those whose
@@ -29,7 +29,7 @@ struct Flavour {
   bool evaluate_unphysical_refraction = true;
 };
 
-/// Values of Blender's Principled BSDF node, without sheen, anisotropy and thin film.
+/// Values of Blender's Principled BSDF node, without anisotropy and thin film.
 /// Members start at the defaults of the node in Blender 4.5.
 template <class T>
 struct Principled {
@@ -46,6 +46,10 @@ struct Principled {
   T coat_roughness{T(0.03)};
   T coat_ior{1.5};
   Color<T> coat_tint{T(1)};
+  T sheen_weight{0};
+  T sheen_roughness{0.5};
+  Color<T> sheen_tint{T(1)};
+  T transmission_roughness{0};
   Color<T> emission_color{T(1)};
   T emission_strength{0};
   T subsurface_weight{0};
@@ -151,20 +155,22 @@ struct Principled {
                     .fit_lower = 0.001,
                     .fit_upper = 0.999,
                     .initial = 0,
+                    .versions = Versions::k2,
                     .help = "Roughness of the diffuse part; 0 is Lambertian"},
           m.diffuse_roughness);
     visit(Parameter{.name = "coat_weight",
-                    .sockets = "Coat Weight|Clearcoat",
+                    .sockets = "Coat Weight",
                     .unit = "1",
                     .lower = 0,
                     .upper = 1,
                     .fit_lower = 0.001,
                     .fit_upper = 0.999,
                     .initial = 0,
+                    .versions = Versions::k2,
                     .help = "Share of the surface under a clear coat"},
           m.coat_weight);
     visit(Parameter{.name = "coat_roughness",
-                    .sockets = "Coat Roughness|Clearcoat Roughness",
+                    .sockets = "Coat Roughness",
                     .unit = "1",
                     .lower = 0,
                     .upper = 1,
@@ -172,6 +178,7 @@ struct Principled {
                     .fit_upper = 0.999,
                     .initial = 0.03,
                     .coordinate = kLog,
+                    .versions = Versions::k2,
                     .help = "Square root of the GGX width of the coat"},
           m.coat_roughness);
     visit(Parameter{.name = "coat_ior",
@@ -183,6 +190,7 @@ struct Principled {
                     .fit_upper = 2.5,
                     .initial = 1.5,
                     .coordinate = kLogExcess,
+                    .versions = Versions::k2,
                     .help = "Index of refraction of the coat"},
           m.coat_ior);
     visit(Parameter{.name = "coat_tint",
@@ -193,8 +201,54 @@ struct Principled {
                     .fit_lower = 0.001,
                     .fit_upper = 0.999,
                     .initial = 1,
+                    .versions = Versions::k2,
                     .help = "Transmittance of the coat at normal incidence"},
           m.coat_tint);
+    visit(Parameter{.name = "sheen_weight",
+                    .sockets = "Sheen Weight",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
+                    .versions = Versions::k2,
+                    .help = "Strength of the reflection by fibres on the surface, as on velvet"},
+          m.sheen_weight);
+    visit(Parameter{.name = "sheen_roughness",
+                    .sockets = "Sheen Roughness",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.1,
+                    .fit_upper = 0.999,
+                    .initial = 0.5,
+                    .versions = Versions::k2,
+                    .help = "How far the fibres' reflection reaches from the rim inwards"},
+          m.sheen_roughness);
+    visit(Parameter{.name = "sheen_tint",
+                    .sockets = "Sheen Tint",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 1,
+                    .diagonal = false,
+                    .versions = Versions::k2,
+                    .help = "Colour of the fibres' reflection"},
+          m.sheen_tint);
+    visit(Parameter{.name = "transmission_roughness",
+                    .sockets = "Transmission Roughness",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
+                    .versions = Versions::k1,
+                    .help = "Further roughness of the refraction only; Blender 3"},
+          m.transmission_roughness);
     visit(Parameter{.name = "emission_color",
                     .sockets = "Emission Color|Emission",
                     .unit = "1",
@@ -225,6 +279,7 @@ struct Principled {
                     .fit_lower = 0.001,
                     .fit_upper = 0.999,
                     .initial = 0,
+                    .versions = Versions::k2,
                     .help = "Share of the diffuse part that scatters under the surface"},
           m.subsurface_weight);
     visit(Parameter{.name = "subsurface_radius",
@@ -236,6 +291,7 @@ struct Principled {
                     .fit_upper = 10,
                     .initial = 1,
                     .coordinate = kLog,
+                    .versions = Versions::k2,
                     .help = "How far each colour scatters under the surface, times the scale"},
           m.subsurface_radius);
     visit(Parameter{.name = "subsurface_scale",
@@ -247,6 +303,7 @@ struct Principled {
                     .fit_upper = 10,
                     .initial = 0.05,
                     .coordinate = kLog,
+                    .versions = Versions::k2,
                     .help = "Scales the subsurface radius"},
           m.subsurface_scale);
     visit(
@@ -259,6 +316,7 @@ struct Principled {
                   .fit_upper = 2.5,
                   .initial = 1.4,
                   .coordinate = kLogExcess,
+                  .versions = Versions::k2,
                   .help = "Index of refraction under the surface of the method Random Walk (Skin)"},
         m.subsurface_ior);
     visit(Parameter{.name = "subsurface_anisotropy",
@@ -269,6 +327,7 @@ struct Principled {
                     .fit_lower = 0,
                     .fit_upper = 0.9,
                     .initial = 0,
+                    .versions = Versions::k2,
                     .help = "Forward scattering under the surface"},
           m.subsurface_anisotropy);
   }

@@ -78,15 +78,6 @@ struct Line {
   std::vector<std::vector<T*>> scalars_;
 };
 
-/// What a parameter is called in the tables of Blender 3.x; empty if its node has no such socket.
-std::string version1_name(std::string_view name) {
-  if (name == "specular_level") return "specular";
-  for (const char* same :
-       {"base_color", "metallic", "roughness", "ior", "specular_tint", "transmission"})
-    if (name == same) return same;
-  return {};
-}
-
 }  // namespace
 
 Color<double> probe(const Probe& row) { return value(row.material, row.flavour, row.wi, row.wo); }
@@ -98,15 +89,18 @@ std::vector<ProbeColumn> probe_columns(Flavour::Version version) {
   const Principled<double> material;
   Principled<double>::fields(material, [&](const Parameter& p, const auto& member) {
     ++field;
-    if (p.effect != Effect::kSurface) return;
-    std::string name = version1 ? version1_name(p.name) : std::string(p.name);
-    if (name.empty()) return;
+    // What a walk under the surface sends back is no function of the two directions.
+    if (p.effect != Effect::kSurface || p.name.starts_with("subsurface")) return;
+    if (p.versions == (version1 ? Versions::k2 : Versions::k1)) return;
+    std::string name(p.name);
+    if (name == "base_color") name = "base";
+    if (version1 && name == "specular_level") name = "specular";
+    const bool required = !(version1 && name == "alpha");
     const auto add = [&](const std::string& suffix, int channel) {
       constexpr bool colour = requires { member.r; };
       const double upper = colour ? kBrightest : p.upper;
-      columns.push_back({name + suffix, p.lower, upper, true, true, field, channel});
+      columns.push_back({name + suffix, p.lower, upper, required, true, field, channel});
     };
-    if (name == "base_color") name = "base";
     if constexpr (requires { member.r; }) {
       if (version1 && name == "specular_tint") {
         add("", -1);

@@ -33,8 +33,8 @@ struct ProbeColumn {
 };
 
 /// The columns of a version, directions last. Version 1 has the sockets of Blender 3.x: `specular` for
-/// specular_level, a `specular_tint` without channels, and no coat, sheen and diffuse roughness.
-/// Emission is left out: it is no part of the values.
+/// specular_level, a `specular_tint` without channels, transmission_roughness. Emission and subsurface
+/// scattering are left out: the values, of two directions, do not hold them.
 std::vector<ProbeColumn> probe_columns(Flavour::Version version);
 
 /// Many lines with the same columns.

@@ -53,6 +53,7 @@ py::list parameters() {
         rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
       }
       static constexpr const char* kCoordinates[] = {"linear", "log", "log_excess"};
+      static const std::vector<std::string> kVersions[] = {{"v1", "v2"}, {"v1"}, {"v2"}};
       static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
       out.append(py::dict("owner"_a = owner, "name"_a = std::string(p.name), "sockets"_a = sockets,
                           "unit"_a = std::string(p.unit), "width"_a = parameter_widths(kind)[i],
@@ -60,6 +61,7 @@ py::list parameters() {
                           "fit_upper"_a = p.fit_upper, "initial"_a = p.initial,
                           "coordinate"_a = kCoordinates[static_cast<int>(p.coordinate)],
                           "effect"_a = kEffects[static_cast<int>(p.effect)],
+                          "versions"_a = kVersions[static_cast<int>(p.versions)],
                           "help"_a = std::string(p.help)));
     }
   }

@@ -43,9 +43,15 @@ inline const std::vector<Family>& families() {
        [](M& m, double r) {
          m.coat_weight = 0.8, m.coat_roughness = r, m.coat_tint = {0.4, 0.9, 1}, m.roughness = 0.4;
        }},
+      {"sheen", false,
+       [](M& m, double r) {
+         m.sheen_weight = 0.9, m.sheen_roughness = r, m.sheen_tint = {1, 0.4, 0.7};
+         m.specular_level = 0, m.base_color = Color<double>(0.1);
+       }},
       {"mixture", false,
        [](M& m, double) {
          m.metallic = 0.3, m.transmission = 0.5, m.coat_weight = 0.6, m.diffuse_roughness = 0.5;
+         m.sheen_weight = 0.5, m.sheen_roughness = 0.3;
          m.coat_roughness = 0.2, m.alpha = 0.7;
        }},
       {"mixture_inside", true,
@@ -55,6 +61,7 @@ inline const std::vector<Family>& families() {
       {"version1", false,
        [](M& m, double) {
          m.metallic = 0.2, m.transmission = 0.6, m.specular_tint = Color<double>(0.5);
+         m.transmission_roughness = 0.3;
        },
        Flavour::Version::kV1},
       {"version1_inside", true, [](M& m, double) { m.transmission = 1; }, Flavour::Version::kV1},
@@ -95,7 +102,8 @@ Principled<double> random_material(Engine& engine) {
   });
   if (u(engine) < 0.5) {
     for (auto x : {&Principled<double>::metallic, &Principled<double>::transmission,
-                   &Principled<double>::coat_weight, &Principled<double>::diffuse_roughness})
+                   &Principled<double>::coat_weight, &Principled<double>::diffuse_roughness,
+                   &Principled<double>::sheen_weight})
       if (u(engine) < 0.6) m.*x = 0;
     if (u(engine) < 0.3) m.base_color = Color<double>(0);
   }

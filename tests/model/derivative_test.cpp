@@ -86,7 +86,8 @@ TEST_P(FiniteDifference, AgreesWithDual) {
       auto material = lift<D>(cases::random_material(engine));
       const Flavour flavour{
           .distribution = i % 2 ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx,
-          .version = i % 4 ? Flavour::Version::kV2 : Flavour::Version::kV1};
+          .version =
+              i % 4 && p.versions != Versions::k1 ? Flavour::Version::kV2 : Flavour::Version::kV1};
       const auto point = cases::flat(cases::direction(0.05 + 0.95 * u(engine)), u(engine) < 0.5);
       const Vec3d wo = cases::random_direction(engine);
       const auto at = [&](double value) {
@@ -117,7 +118,7 @@ TEST_P(FiniteDifference, AgreesWithDual) {
           ++kinks;
           continue;
         }
-        EXPECT_NEAR(here[k].d[0], fine[k], 2e-5 * scale + 10 * rounding + 1e-9)
+        EXPECT_NEAR(here[k].d[0], fine[k], 2e-5 * scale + 10 * rounding + 1e-8)
             << entry.name() << " = " << x << ", output " << k << ", case " << i;
         ++agreed;
         moved += std::abs(fine[k]) > 1e-6;
@@ -129,8 +130,9 @@ TEST_P(FiniteDifference, AgreesWithDual) {
     EXPECT_GT(agreed, begins ? 1500 : 2900) << kinks << " kinks";
     // The walk under the surface begins where the BSDF ends: subsurface_test.cpp of model and render.
     const bool walk = p.name.starts_with("subsurface_") && p.name != "subsurface_weight";
-    if (!begins && !walk) {
-      EXPECT_GT(moved, 150);
+    const bool clamped = x == 0 && p.name == "sheen_roughness";  // Cycles starts at 0.001
+    if (!begins && !walk && !clamped) {
+      EXPECT_GT(moved, 90);
     }
   }
 }
@@ -203,6 +205,14 @@ TEST_F(AtABound, SlopeSurvivesZeroCoat) {
   expect_sampled_slope([&](D x) { m.coat_weight = x; }, 0, 0.1, 0.005);
 }
 
+TEST_F(AtABound, SlopeSurvivesZeroSheen) {
+  m.base_color = Color<D>(D(0));
+  m.sheen_weight = on(0);
+  EXPECT_GT(bsdf().value(wo).g.d[0], 0.01);
+  EXPECT_GT(bsdf().density(wo), 0.01);
+  expect_sampled_slope([&](D x) { m.sheen_weight = x; }, 0, 0.1, 0.005);
+}
+
 TEST_F(AtABound, SlopeSurvivesZeroAlpha) {
   m.alpha = on(0);
   EXPECT_EQ(bsdf().value(wo).g.v, 0);
@@ -265,6 +275,9 @@ TEST_F(AtABound, MirrorCarriesTheSlopeOfItsFresnelTerm) {
 }
 
 TEST(Dual, ValuesAreThoseOfPlainNumbers) {
+  int fields = 0;
+  const Principled<double> any;
+  Principled<double>::fields(any, [&](const Parameter&, const auto&) { ++fields; });
   std::mt19937_64 engine(9);
   std::uniform_real_distribution<double> u;
   for (int i = 0; i < 3000; ++i) {
@@ -275,7 +288,7 @@ TEST(Dual, ValuesAreThoseOfPlainNumbers) {
     auto seeded = lift<D>(material);
     int k = 0;
     Principled<D>::fields(seeded, [&](const Parameter&, auto& member) {
-      if (k++ != i % 15) return;
+      if (k++ != i % fields) return;
       if constexpr (requires { member.r; }) {
         for (int c = 0; c < 3; ++c) member[c].d[0] = 1;
       } else {

@@ -112,8 +112,10 @@ TEST_P(Extremes, AreFiniteInFloat) {
           if (lobe == "metal") m.metallic = 1;
           if (lobe == "glass") m.transmission = 1;
           if (lobe == "coat") m.coat_weight = 1;
+          if (lobe == "sheen") m.sheen_weight = 1, m.sheen_roughness = roughness;
           if (lobe == "wax") m.subsurface_weight = 1;
-          if (lobe == "mixture") m.metallic = m.transmission = m.coat_weight = m.alpha = 0.5f;
+          if (lobe == "mixture")
+            m.metallic = m.transmission = m.coat_weight = m.sheen_weight = m.alpha = 0.5f;
           ++seed;
           const bool backfacing = seed % 2;
           const Vec3f z{0, 0, 1};
@@ -133,7 +135,8 @@ TEST_P(Extremes, AreFiniteInFloat) {
   EXPECT_GT(checked_, 10000);
 }
 INSTANTIATE_TEST_SUITE_P(Lobes, Extremes,
-                         testing::Values("plastic", "metal", "glass", "coat", "wax", "mixture"),
+                         testing::Values("plastic", "metal", "glass", "coat", "sheen", "wax",
+                                         "mixture"),
                          [](const auto& info) { return std::string(info.param); });
 
 TEST(Float, AgreesWithDoubleWhereTheLobeIsNotNarrowerThanItsDirections) {

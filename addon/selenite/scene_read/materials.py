@@ -111,7 +111,12 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     for parameter in table:
         _read_parameter(material, node, groups, parameter, title, read)
     read.values.values.update(read.owner.values)
-    known = {socket for parameter in table for socket in parameter.sockets}
+    known = {
+        socket
+        for parameter in table
+        if hosts.flavour() in parameter.versions
+        for socket in parameter.sockets
+    }
     _judge_other_inputs(node, groups, known, title, read)
     if node.subsurface_method == "BURLEY" and any(read.values.values.get("subsurface_weight", ())):
         read.warnings.append(
@@ -132,6 +137,8 @@ def _source(
     socket = parameter.find(node)
     if socket is None:
         return None, "this Blender's Principled BSDF has no such input"
+    if hosts.flavour() not in parameter.versions:
+        return None, "it is not modelled for this Blender's Principled BSDF"
     width = 3 if socket.type in {"RGBA", "VECTOR"} else 1
     if width != parameter.width:
         return None, f"the input '{socket.name}' of this Blender is of another kind"
@@ -151,7 +158,7 @@ def _read_parameter(
     if reason:
         read.owner.fixed[parameter.name] = reason
     if source is None:
-        socket = parameter.find(node)
+        socket = parameter.find(node) if hosts.flavour() in parameter.versions else None
         if socket is not None and (
             socket.is_linked or any(nodes.constant(Source(None, socket, ())))
         ):
