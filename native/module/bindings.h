@@ -5,6 +5,7 @@
 
 namespace selenite {
 
+void bind_parameters(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
 void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);

@@ -48,6 +48,7 @@ PYBIND11_MODULE(_core, m) {
     }
   });
   py::register_exception<selenite::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
+  selenite::bind_parameters(m);
   selenite::bind_scene(m);
   selenite::bind_render(m);
   selenite::bind_fit(m);

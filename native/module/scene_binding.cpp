@@ -37,37 +37,6 @@ Flavour make_flavour(bool multi_ggx, const std::string& version, const std::stri
   return flavour;
 }
 
-py::list parameters() {
-  py::list out;
-  const std::pair<OwnerKind, const char*> owners[] = {{OwnerKind::kMaterial, "material"},
-                                                      {OwnerKind::kLight, "light"},
-                                                      {OwnerKind::kWorld, "world"}};
-  for (const auto& [kind, owner] : owners) {
-    const auto& table = parameter_table(kind);
-    for (std::size_t i = 0; i < table.size(); ++i) {
-      const Parameter& p = table[i];
-      py::list sockets;
-      for (std::string_view rest = p.sockets; !rest.empty();) {
-        const auto bar = rest.find('|');
-        sockets.append(std::string(rest.substr(0, bar)));
-        rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
-      }
-      static constexpr const char* kCoordinates[] = {"linear", "log", "log_excess"};
-      static const std::vector<std::string> kVersions[] = {{"v1", "v2"}, {"v1"}, {"v2"}};
-      static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
-      out.append(py::dict("owner"_a = owner, "name"_a = std::string(p.name), "sockets"_a = sockets,
-                          "unit"_a = std::string(p.unit), "width"_a = parameter_widths(kind)[i],
-                          "lower"_a = p.lower, "upper"_a = p.upper, "fit_lower"_a = p.fit_lower,
-                          "fit_upper"_a = p.fit_upper, "initial"_a = p.initial,
-                          "coordinate"_a = kCoordinates[static_cast<int>(p.coordinate)],
-                          "effect"_a = kEffects[static_cast<int>(p.effect)],
-                          "versions"_a = kVersions[static_cast<int>(p.versions)],
-                          "help"_a = std::string(p.help)));
-    }
-  }
-  return out;
-}
-
 /// Writes named values into a material; a parameter that is not named keeps its default.
 void set_values(Material& material, const py::dict& values) {
   struct Visit {
@@ -359,9 +328,6 @@ void bind_builder(py::module_& m) {
 }  // namespace
 
 void bind_scene(py::module_& m) {
-  m.def("parameters", &parameters,
-        "The table of every parameter that can be fitted: owner kind, name, Blender sockets, unit, "
-        "width, permitted range, default range of a fit, default value, coordinate, effect, help.");
   bind_builder(m);
   py::class_<Scene>(m, "Scene", "Immutable scene; `with_values` shares its geometry.")
       .def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })

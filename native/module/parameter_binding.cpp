@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/stl.h>
+
+#include "module/bindings.h"
+#include "scene/scene_builder.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+py::list parameters() {
+  py::list out;
+  const std::pair<OwnerKind, const char*> owners[] = {{OwnerKind::kMaterial, "material"},
+                                                      {OwnerKind::kLight, "light"},
+                                                      {OwnerKind::kWorld, "world"}};
+  for (const auto& [kind, owner] : owners) {
+    const auto& table = parameter_table(kind);
+    for (std::size_t i = 0; i < table.size(); ++i) {
+      const Parameter& p = table[i];
+      py::list sockets;
+      for (std::string_view rest = p.sockets; !rest.empty();) {
+        const auto bar = rest.find('|');
+        sockets.append(std::string(rest.substr(0, bar)));
+        rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
+      }
+      static constexpr const char* kCoordinates[] = {"linear", "log", "log_excess"};
+      static const std::vector<std::string> kVersions[] = {{"v1", "v2"}, {"v1"}, {"v2"}};
+      static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
+      out.append(py::dict("owner"_a = owner, "name"_a = std::string(p.name), "sockets"_a = sockets,
+                          "unit"_a = std::string(p.unit), "width"_a = parameter_widths(kind)[i],
+                          "lower"_a = p.lower, "upper"_a = p.upper, "fit_lower"_a = p.fit_lower,
+                          "fit_upper"_a = p.fit_upper, "initial"_a = p.initial,
+                          "coordinate"_a = kCoordinates[static_cast<int>(p.coordinate)],
+                          "effect"_a = kEffects[static_cast<int>(p.effect)],
+                          "versions"_a = kVersions[static_cast<int>(p.versions)],
+                          "help"_a = std::string(p.help)));
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+void bind_parameters(py::module_& m) {
+  m.def("parameters", &parameters,
+        "The table of every parameter that can be fitted: owner kind, name, Blender sockets, unit, "
+        "width, permitted range, default range of a fit, default value, coordinate, effect, "
+        "versions of the Principled BSDF that have it, help.");
+}
+
+}  // namespace selenite
