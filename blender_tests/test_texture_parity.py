@@ -18,6 +18,8 @@ from made_images import image
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 COUNT = 24
+KINDS = [f"{where}{bits}" for where in ("file", "packed") for bits in (8, 16, 32)]
+KINDS += ["generated8", "generated32"]
 CASES = {}
 
 
@@ -78,14 +80,7 @@ def extension(material, folder, rule, way):
 
 
 @case(
-    *[
-        (kind, space)
-        for kind in ("generated8", "file8", "packed8", "file16", "packed16", "file32", "packed32")
-        for space in ("sRGB", "Non-Color", "Linear")
-    ],
-    ("generated32", "Linear"),
-    ("generated32", "Non-Color"),
-    ("generated32", "sRGB"),
+    *[(kind, space) for kind in KINDS for space in ("sRGB", "Non-Color", "Linear")],
 )
 def colour_space(material, folder, kind, space):
     found = image(folder, kind, space, alpha=False)
@@ -95,16 +90,7 @@ def colour_space(material, folder, kind, space):
 @case(
     *[
         (kind, space, mode, linked)
-        for kind in (
-            "generated8",
-            "file8",
-            "packed8",
-            "file16",
-            "packed16",
-            "generated32",
-            "file32",
-            "packed32",
-        )
+        for kind in KINDS
         for space in ("sRGB", "Non-Color", "Linear")
         for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE")
         for linked in ("alone", "linked")
