@@ -237,10 +237,22 @@ def test_texture_and_bump_are_problems_that_name_the_node():
 def test_lobes_that_the_model_lacks_are_warned_of():
     material = made.material()
     inputs = made.principled(material).inputs
-    name = "Subsurface Weight" if "Subsurface Weight" in inputs else "Subsurface"
-    inputs[name].default_value = 0.5
+    names = [
+        name
+        for name in ("Anisotropic", "Clearcoat", "Sheen", "Subsurface")  # the others of Blender 3
+        if name in inputs
+    ]
+    for name in names:
+        inputs[name].default_value = 0.5
     made.triangle(material=material)
-    assert any(f"'{name}' is not modelled" in text for text in made.read().warnings)
+    assert "Anisotropic" in names
+    for name in names:
+        assert any(f"'{name}' is not modelled" in text for text in made.read().warnings)
+
+
+def test_defaults_of_the_node_are_not_warned_of():
+    made.triangle(material=made.material())
+    assert not [text for text in made.read().warnings if "Multiscatter" not in text]
 
 
 def test_material_without_nodes_is_grey_and_fixed():
