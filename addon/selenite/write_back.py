@@ -12,7 +12,7 @@ import bpy
 from . import parameters
 from .parameters import Parameter, Values
 from .problems import BadInput, Problem
-from .scene_read import lights, materials, world
+from .scene_read import lights, materials, volumes, world
 from .scene_read.nodes import Source
 from .scene_read.values import Owner
 
@@ -84,6 +84,8 @@ def _target(
         material = datablock(bpy.data.materials, owner)
         if material is None:
             return None, "the material is gone: undo its removal"
+        if parameter.name in volumes.PARAMETERS:
+            return _volume_target(material, parameter)
         return _socket_target(*materials.find_source(material, parameter))
     if owner.kind == "light":
         light = datablock(bpy.data.lights, owner)
@@ -125,6 +127,18 @@ def _socket_target(source: Source | None, reason: str) -> tuple[_Target | None, 
             socket.default_value[:3] = values
 
     return _Target(get, put), ""
+
+
+def _volume_target(
+    material: bpy.types.Material, parameter: Parameter
+) -> tuple[_Target | None, str]:
+    source, reason = volumes.find_node(material)
+    if source is None:
+        return None, reason
+    return _Target(
+        lambda: volumes.read(source, material.name)[parameter.name],
+        lambda values: volumes.write(source, parameter, values),
+    ), ""
 
 
 def _light_target(light: bpy.types.Light, parameter: Parameter) -> _Target:

@@ -34,6 +34,14 @@ Vec3<S> square_to_cone(S u, S v, S one_minus_cos_max) {
   return {d.x * scale, d.y * scale, S(1) - one_minus_cos};
 }
 
+/// A unit vector turned by an angle of the given cosine, to the side that u in [0, 1) says.
+template <class S>
+Vec3<S> deflect(const Vec3<S>& direction, S cosine, S u) {
+  const S sine = safe_sqrt((1 - cosine) * (1 + cosine)), phi = 2 * kPi<S> * u;
+  return normalize(Frame<S>::from_normal(direction).to_world(
+      {sine * std::cos(phi), sine * std::sin(phi), cosine}));
+}
+
 /// Weight of the strategy with density `a` against the one with density `b`.
 /// Source: Veach 1997, power heuristic with exponent 2 (what Cycles uses).
 template <class S>

@@ -55,7 +55,7 @@ void set_values(Material& material, const py::dict& values) {
       ++used;
     }
   } visit{values};
-  Principled<double>::fields(material.values, visit);
+  MaterialParameters<double>::fields(material.values, visit);
   if (visit.used == values.size()) return;
   std::string names;
   for (const Parameter& p : parameter_table(OwnerKind::kMaterial))

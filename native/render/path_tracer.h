@@ -5,6 +5,7 @@
 
 #include "math/rng.h"
 #include "math/sampling.h"
+#include "render/media_stack.h"
 #include "render/prepared.h"
 #include "render/random_walk.h"
 #include "render/render.h"
@@ -30,13 +31,37 @@ class PathTracer {
     float travelled = 0;        // from there to the ray's origin, through transparent surfaces
     int scatterings = 0;
     bool after_diffuse = false;
+    MediaStack<L> media(p_);
+    if (p_.any_medium) media.locate(ray.origin);
     truncated = false;
 
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       const auto hit = p_.geometry.intersect(ray, camera_ray);
       const float reach = hit ? travelled + hit->t : kInfinity;
-      if (!camera_ray) add_lamps(from, ray.direction, travelled, reach, density, beta, radiance);
+      if (!camera_ray)
+        add_lamps(from, ray.direction, travelled, reach, density, media, beta, radiance);
+      if (!media.empty()) {
+        const auto flight = fly(media, hit ? hit->t : kInfinity, random, beta);
+        if (flight.scatterer) {
+          if (depth_ > 0 && scatterings >= depth_) return radiance;
+          const PreparedMaterial<L>& medium = *flight.scatterer;
+          from = ray.origin + ray.direction * flight.length;
+          add_light_sample(from, PhaseScatterer{medium, ray.direction, from}, media, random, beta,
+                           radiance);
+          const float g = value_of(medium.values.anisotropy);
+          const float cosine = sample_henyey_greenstein(g, random.uniform(kLobe1));
+          density = henyey_greenstein(g, cosine);
+          beta.multiply(medium.factor(
+              Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / density)));
+          if (!survives(++scatterings, random, beta)) return radiance;
+          if (vertex >= kHardLimit) break;
+          camera_ray = false;
+          travelled = 0;
+          ray = {from, deflect(ray.direction, cosine, random.uniform(kLobe2)), 0, kInfinity};
+          continue;
+        }
+      }
       if (!hit) {
         add_world(ray, camera_ray, density, beta, radiance);
         return radiance;
@@ -56,6 +81,7 @@ class PathTracer {
 
       if (material.transparent && pass_through(material, bsdf, random, beta)) {
         if (vertex >= kHardLimit) break;
+        media.cross(*hit, surface, ray.direction);
         // The ray goes on as if nothing had been there; its density stays that of its origin.
         ray = {surface.leave(ray.direction), ray.direction, 0, kInfinity};
         travelled = reach;
@@ -63,7 +89,9 @@ class PathTracer {
       }
       if (depth_ > 0 && scatterings >= depth_) return radiance;
 
-      if (!bsdf.all_singular()) add_light_sample(surface, material, bsdf, random, beta, radiance);
+      if (!bsdf.all_singular())
+        add_light_sample(surface.position, SurfaceScatterer{*hit, surface, material, bsdf}, media, random,
+                         beta, radiance);
 
       auto sample = draw(bsdf, random);
       if (!sample) return radiance;
@@ -79,18 +107,15 @@ class PathTracer {
         surface = p_.geometry.surface(exit->hit);
         const PrincipledBsdf<Scalar> out(p_.exit.values, p_.exit.flavour,
                                          point(surface, exit->direction));
-        add_light_sample(surface, p_.exit, out, random, beta, radiance);
+        add_light_sample(surface.position, SurfaceScatterer{exit->hit, surface, p_.exit, out}, media, random,
+                         beta, radiance);
         sample = draw(out, random);
         if (!sample) return radiance;
         beta.multiply(p_.exit.factor(sample->weight));
       }
+      if (sample->transmits) media.cross(*hit, surface, sample->wo);
       after_diffuse = after_diffuse || sample->diffuse;
-      if (++scatterings >= kRouletteStart) {
-        // sqrt keeps more of the dim paths than their share, as Cycles does.
-        const float survival = std::min(1.0f, std::sqrt(beta.importance()));
-        if (!(random.uniform(kRoulette) < survival)) return radiance;
-        beta.multiply(1 / survival);
-      }
+      if (!survives(++scatterings, random, beta)) return radiance;
       if (vertex >= kHardLimit) break;
       density = sample->singular ? kSingular : sample->density;
       camera_ray = false;
@@ -112,7 +137,7 @@ class PathTracer {
   static constexpr float kSingular =
       kInfinity;  ///< density of a direction that cannot be met by chance
   static constexpr int kRouletteStart = 4;
-  static constexpr std::uint32_t kHardLimit = 4096;
+  static constexpr std::uint32_t kHardLimit = 1 << 17;  // a white medium of a hundred free paths needs it
   enum Dimension : std::uint32_t {
     kLobe,
     kLobe1,
@@ -123,6 +148,9 @@ class PathTracer {
     kTriangle,
     kRoulette,
     kPass,
+    kFreePath,
+    kFreeChannel,
+    kMedium,
     kWalk  ///< and all after it
   };
 
@@ -130,6 +158,50 @@ class PathTracer {
     const bool back = dot(s.ng, wi) < 0;
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
   }
+  /// Russian roulette.
+  static bool survives(int scatterings, const Random& random, Throughput<L>& beta) {
+    if (scatterings < kRouletteStart) return true;
+    // sqrt keeps more of the dim paths than their share, as Cycles does.
+    const float survival = std::min(1.0f, std::sqrt(beta.importance()));
+    if (!(random.uniform(kRoulette) < survival)) return false;
+    beta.multiply(1 / survival);
+    return true;
+  }
+  static auto fly(const MediaStack<L>& media, float distance, const Random& random,
+                  Throughput<L>& beta) {
+    return media.fly(distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
+                     random.uniform(kMedium), beta);
+  }
+
+  /// Scatters light at a surface: where a shadow ray starts, and value and density of a direction.
+  struct SurfaceScatterer {
+    const Hit& hit;
+    const Surface& surface;
+    const PreparedMaterial<L>& material;
+    const PrincipledBsdf<Scalar>& bsdf;
+
+    Vec3f origin(const Vec3f& direction) const { return surface.leave(direction); }
+    void cross(MediaStack<L>& media, const Vec3f& direction) const {
+      media.cross(hit, surface, direction);
+    }
+    void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
+      bsdf.value_and_density(direction, value, density);
+    }
+  };
+  /// The same in a medium; `forward` is the way of the path.
+  struct PhaseScatterer {
+    const PreparedMaterial<L>& material;
+    Vec3f forward, position;
+
+    Vec3f origin(const Vec3f&) const { return position; }
+    void cross(MediaStack<L>&, const Vec3f&) const {}
+    void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
+      const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
+      value = Color<Scalar>(p);
+      density = value_of(p);
+    }
+  };
+
   static auto draw(const PrincipledBsdf<Scalar>& bsdf, const Random& random) {
     return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
   }
@@ -147,13 +219,20 @@ class PathTracer {
   }
 
   void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
-                 const Throughput<L>& beta, Radiance<L>& radiance) const {
+                 const MediaStack<L>& media, const Throughput<L>& beta,
+                 Radiance<L>& radiance) const {
     const auto& lights = p_.scene.appearance.lights;
     for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
       const auto hit = lights[i].intersect(from, direction, t_min, t_max);
       if (!hit || !(hit->factor > 0)) continue;
-      const float light = hit->density * p_.lamp_probability(i);
-      radiance.add(beta, p_.lamp(i, hit->factor), bsdf_weight(density, light));
+      const float weight = bsdf_weight(density, hit->density * p_.lamp_probability(i));
+      if (media.empty()) {
+        radiance.add(beta, p_.lamp(i, hit->factor), weight);
+      } else {
+        Throughput<L> through = beta;
+        media.attenuate(hit->distance - t_min, through);
+        radiance.add(through, p_.lamp(i, hit->factor), weight);
+      }
     }
   }
 
@@ -181,17 +260,26 @@ class PathTracer {
     return false;
   }
 
-  /// Unoccluded part of the way to a light: the throughput after all transparent surfaces.
-  bool visible(const Surface& surface, const Vec3f& direction, float distance,
-               Throughput<L>& beta) const {
-    Ray ray{surface.leave(direction), direction, 0, distance};
-    if (!p_.any_transparent) return !p_.geometry.occluded(ray);
+  /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
+  bool visible(const Vec3f& origin, const Vec3f& direction, float distance,
+               MediaStack<L>& media, Throughput<L>& beta) const {
+    Ray ray{origin, direction, 0, distance};
+    if (!p_.any_transparent) {
+      if (p_.geometry.occluded(ray)) return false;
+      media.attenuate(distance, beta);
+      return beta.importance() > 0;
+    }
     for (std::uint32_t i = 0; i < kHardLimit; ++i) {
       const auto hit = p_.geometry.intersect(ray, false);
-      if (!hit) return true;
+      if (!hit) {
+        media.attenuate(ray.t_max, beta);
+        return beta.importance() > 0;
+      }
       const Surface s = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[s.material];
       if (!material.transparent) return false;
+      media.attenuate(hit->t, beta);
+      media.cross(*hit, s, direction);
       Principled<Scalar> room;
       const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
                                         point(s, -direction));
@@ -206,8 +294,9 @@ class PathTracer {
     return false;
   }
 
-  void add_light_sample(const Surface& surface, const PreparedMaterial<L>& material,
-                        const PrincipledBsdf<Scalar>& bsdf, const Random& random,
+  template <class Scatterer>
+  void add_light_sample(const Vec3f& position, const Scatterer& scatterer,
+                        const MediaStack<L>& media, const Random& random,
                         const Throughput<L>& beta, Radiance<L>& radiance) const {
     const auto choice = p_.choose(random.uniform(kLightChoice));
     if (choice.source == Source::kNone) return;
@@ -218,7 +307,7 @@ class PathTracer {
     Factor<L> emitted;
     switch (choice.source) {
       case Source::kLamp: {
-        const auto s = p_.scene.appearance.lights[choice.index].sample(surface.position, u1, u2);
+        const auto s = p_.scene.appearance.lights[choice.index].sample(position, u1, u2);
         if (!s) return;
         direction = s->direction;
         distance = s->distance;
@@ -238,7 +327,7 @@ class PathTracer {
         const float root = std::sqrt(u1);
         const Hit on{t.instance, t.triangle, root * (1 - u2), root * u2, 0};
         const Surface target = p_.geometry.surface(on);
-        const Vec3f d = target.position - surface.position;
+        const Vec3f d = target.position - position;
         const float distance2 = dot(d, d);
         if (!(distance2 > 0)) return;
         direction = d / std::sqrt(distance2);
@@ -260,12 +349,14 @@ class PathTracer {
 
     Color<Scalar> value;
     float bsdf_density = 0;
-    bsdf.value_and_density(direction, value, bsdf_density);
+    scatterer.evaluate(direction, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
     Throughput<L> through = beta;
-    if (!visible(surface, direction, distance, through)) return;
+    MediaStack<L> beyond = media;
+    scatterer.cross(beyond, direction);
+    if (!visible(scatterer.origin(direction), direction, distance, beyond, through)) return;
     const float weight = delta ? 1 : power_heuristic(density, bsdf_density);
-    radiance.add(through, material.factor(value), emitted, weight / density);
+    radiance.add(through, scatterer.material.factor(value), emitted, weight / density);
   }
 
   const Prepared<L>& p_;

@@ -12,7 +12,7 @@ namespace {
 double luminance(const Color<double>& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
 
 /// All numbers of a material, field by field, three for a colour.
-std::vector<double> flatten(const Principled<double>& values) {
+std::vector<double> flatten(const MaterialParameters<double>& values) {
   std::vector<double> flat;
   struct Visit {
     std::vector<double>& flat;
@@ -21,8 +21,8 @@ std::vector<double> flatten(const Principled<double>& values) {
       for (int i = 0; i < 3; ++i) flat.push_back(c[i]);
     }
   };
-  Principled<double> copy = values;
-  Principled<double>::fields(copy, Visit{flat});
+  MaterialParameters<double> copy = values;
+  MaterialParameters<double>::fields(copy, Visit{flat});
   return flat;
 }
 
@@ -131,7 +131,7 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     }
     const std::vector<double> flat = flatten(material.values);
     Seed<L> seed{flat, local};
-    Principled<PathScalar<L>>::fields(prepared.values, seed);
+    MaterialParameters<PathScalar<L>>::fields(prepared.values, seed);
     prepared.transparent = value_of(prepared.values.alpha) < 1 || has_slope(prepared.values.alpha);
     for (const FieldMap& map : material.maps)
       prepared.transparent = prepared.transparent || fields[map.field].name == "alpha";
@@ -141,12 +141,27 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     for (const FieldMap& map : material.maps)
       subsurface = subsurface || fields[map.field].name == "subsurface_weight";
     if (subsurface) prepare_inside(static_cast<int>(m));
+    prepare_medium(prepared);
     materials.push_back(prepared);
   }
   exit.values.specular_level = PathScalar<L>(0);
   exit.values.base_color = Color<PathScalar<L>>(PathScalar<L>(1));
   static const std::vector<FieldMap> none;
   exit.maps = &none;
+}
+
+template <int L>
+void Prepared<L>::prepare_medium(PreparedMaterial<L>& material) {
+  const auto& sigma_t = material.values.extinction;
+  material.has_medium = max_channel(value_of(sigma_t)) > 0 || has_slope(sigma_t);
+  if (!material.has_medium) return;
+  any_medium = true;
+  material.sigma_s = sigma_t * material.values.albedo;
+  material.rate = value_of(sigma_t);
+  // A ticked extinction of 0 still has a derivative, of light that would be scattered once.
+  const float least = geometry.radius() > 0 ? 0.2f / geometry.radius() : 0;
+  if (has_slope(sigma_t))
+    material.rate = map(material.rate, [least](float r) { return std::max(r, least); });
 }
 
 template <int L>

@@ -16,11 +16,16 @@ using PathScalar = std::conditional_t<L == 0, float, Dual<float, L == 0 ? 1 : L>
 /// A material with its ticked parameters seeded as independent variables.
 template <int L>
 struct PreparedMaterial {
-  Principled<PathScalar<L>> values;
+  MaterialParameters<PathScalar<L>> values;
   Flavour flavour;
   int count = 0;              ///< local slots in use
   std::array<int, L> slot{};  ///< local slot -> slot of the layout
-  bool transparent = false;   ///< lets rays pass straight through (alpha below 1, or ticked)
+  /// There is a medium behind the surface: what it scatters, and the rates at which free paths in it
+  /// are drawn.
+  bool has_medium = false;
+  Color<PathScalar<L>> sigma_s;
+  Colorf rate;
+  bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
 
@@ -57,7 +62,7 @@ class Prepared {
   PreparedMaterial<L>
       exit;  ///< white and Lambertian: where light leaves after subsurface scattering
   int slots;
-  bool any_transparent = false;
+  bool any_transparent = false, any_medium = false;
 
   /// Radiance (delta lamp: irradiance) of a lamp or the world for its shape's factor.
   Factor<L> lamp(int light, float shape) const {
@@ -102,6 +107,7 @@ class Prepared {
   }
   void prepare_materials(const SlotLayout& layout);
   void prepare_inside(int material);
+  void prepare_medium(PreparedMaterial<L>& material);
   void prepare_emitters();
   void prepare_choice();
 

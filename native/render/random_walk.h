@@ -4,7 +4,8 @@
 #include <optional>
 
 #include "math/rng.h"
-#include "math/vec.h"
+#include "math/sampling.h"
+#include "model/medium.h"
 #include "model/subsurface.h"
 #include "scene/geometry.h"
 
@@ -18,13 +19,7 @@ struct WalkExit {
   Color<T> weight;
 };
 
-/// Henyey and Greenstein's phase function: draws the cosine of the deflection.
-inline float sample_henyey_greenstein(float g, float u) {
-  if (std::abs(g) < 1e-3f) return 1 - 2 * u;
-  const float k = (1 - g) * (1 + g) / (1 - g + 2 * g * u);
-  return clamp((1 + g * g - k * k) / (2 * g), -1.0f, 1.0f);
-}
-/// Derivative of the logarithm of its density, with respect to g.
+/// Derivative of the logarithm of Henyey and Greenstein's phase function, with respect to g.
 inline float henyey_greenstein_slope(float g, float cosine) {
   return -2 * g / (1 - g * g) - 3 * (g - cosine) / (1 + g * g - 2 * g * cosine);
 }
@@ -104,12 +99,6 @@ class RandomWalk {
     Colorf sigma_t, sigma_s;
     float scatterings = 0, length = 0;
   };
-
-  static Vec3f deflect(const Vec3f& direction, float cosine, float u) {
-    const float sine = safe_sqrt((1 - cosine) * (1 + cosine)), phi = 2 * kPi<float> * u;
-    return normalize(Frame<float>::from_normal(direction).to_world(
-        {sine * std::cos(phi), sine * std::sin(phi), cosine}));
-  }
 
   Color<T> weight() const {
     Color<T> w;

@@ -199,7 +199,7 @@ std::optional<LightHit> Light::intersect(const Vec3f& origin, const Vec3f& direc
     if (t_max != kInfinity) return std::nullopt;
     const Vec3f difference = direction + axis;  // |difference|^2 / 2 = 1 - cos
     if (dot(difference, difference) > 2 * one_minus_cos_sun) return std::nullopt;
-    return LightHit{1 / (2 * kPi<float> * one_minus_cos_sun), scale};
+    return LightHit{1 / (2 * kPi<float> * one_minus_cos_sun), scale, kInfinity};
   }
   const Vec3f to_center = position - origin;
   if (kind == LightKind::kArea) {
@@ -213,7 +213,7 @@ std::optional<LightHit> Light::intersect(const Vec3f& origin, const Vec3f& direc
     const float determinant = uu * vv - uv * uv;
     const float a = (du * vv - dv * uv) / determinant, b = (dv * uu - du * uv) / determinant;
     if (ellipse ? a * a + b * b > 1 : (std::abs(a) > 1 || std::abs(b) > 1)) return std::nullopt;
-    return LightHit{t * t / (cos_light * area), scale * area_factor(cos_light)};
+    return LightHit{t * t / (cos_light * area), scale * area_factor(cos_light), t};
   }
   const float distance2 = dot(to_center, to_center);
   const auto r = static_cast<float>(radius);
@@ -225,7 +225,7 @@ std::optional<LightHit> Light::intersect(const Vec3f& origin, const Vec3f& direc
     const Vec3f d = direction * t - to_center;
     if (!(t > t_min && t < t_max) || dot(d, d) > r * r) return std::nullopt;
     const float cos_light = along / std::sqrt(distance2);
-    return LightHit{t * t / (cos_light * area), factor};
+    return LightHit{t * t / (cos_light * area), factor, t};
   }
   const Vec3f perpendicular = to_center - direction * along;
   const float half_chord2 = r * r - dot(perpendicular, perpendicular);
@@ -235,7 +235,7 @@ std::optional<LightHit> Light::intersect(const Vec3f& origin, const Vec3f& direc
   if (!(t > t_min && t < t_max)) return std::nullopt;
   const float ratio = r * r / distance2;
   const float one_minus_cos = inside ? 2 : ratio / (1 + safe_sqrt(1 - ratio));
-  return LightHit{1 / (2 * kPi<float> * one_minus_cos), factor};
+  return LightHit{1 / (2 * kPi<float> * one_minus_cos), factor, t};
 }
 
 }  // namespace selenite

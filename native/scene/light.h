@@ -58,6 +58,7 @@ struct LightSample {
 };
 struct LightHit {
   float density, factor;  ///< as in LightSample
+  float distance;
 };
 
 /// A lamp. Lamps never hide anything: rays see their radiance and go on.

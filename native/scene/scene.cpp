@@ -33,7 +33,7 @@ Table table_of() {
 }
 
 const Table& table(OwnerKind kind) {
-  static const Table material = table_of<Principled<double>>();
+  static const Table material = table_of<MaterialParameters<double>>();
   static const Table light = table_of<LightParameters>();
   static const Table world = table_of<WorldParameters>();
   switch (kind) {

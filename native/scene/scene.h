@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "model/medium.h"
 #include "model/principled.h"
 #include "scene/geometry.h"
 #include "scene/light.h"
@@ -13,9 +14,19 @@
 
 namespace selenite {
 
+/// All that a material can be fitted by: its surface and the medium behind it.
+template <class T>
+struct MaterialParameters : Principled<T>, Medium<T> {
+  template <class Self, class Visit>
+  static constexpr void fields(Self& m, Visit&& visit) {
+    Principled<T>::fields(m, visit);
+    Medium<T>::fields(m, visit);
+  }
+};
+
 struct Material {
   std::string name;
-  Principled<double> values;
+  MaterialParameters<double> values;
   Flavour flavour;
   std::vector<FieldMap> maps;  ///< parameters with a texture or vertex colours
 };

@@ -35,7 +35,7 @@ int SceneBuilder::add_material(Material material) {
       for (int i = 0; i < 3; ++i) check_value(owner, p, c[i]);
     }
   };
-  Principled<double>::fields(material.values, Check{material.name});
+  MaterialParameters<double>::fields(material.values, Check{material.name});
   return append(appearance.materials, std::move(material));
 }
 

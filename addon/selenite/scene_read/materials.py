@@ -10,7 +10,7 @@ import bpy
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
-from . import hosts, nodes, textures
+from . import hosts, nodes, textures, volumes
 from .nodes import Groups, Source, Unreadable
 from .textures import TextureRoom
 from .values import MaterialValues, Owner
@@ -65,6 +65,15 @@ def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups]
     return source.node, source.groups
 
 
+def _is_volume_alone(material: bpy.types.Material) -> bool:
+    output = material.node_tree.get_output_node("CYCLES")
+    return (
+        output is not None
+        and nodes.source_of(output.inputs["Surface"]).node is None
+        and nodes.source_of(output.inputs["Volume"]).node is not None
+    )
+
+
 def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, str]:
     """Where the value of `parameter` sits, and why it cannot be written ("" if it can)."""
     if not material.use_nodes or material.node_tree is None:
@@ -86,6 +95,19 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
         fixed = {parameter.name: reason for parameter in table}
         owner = Owner(name, "material", material.name, library, values.values, fixed)
         return MaterialRead(values, owner, [], [], room)
+
+    if _is_volume_alone(material):
+        fixed = {
+            parameter.name: "the material has no surface"
+            for parameter in table
+            if parameter.name not in volumes.PARAMETERS
+        }
+        owner = Owner(name, "material", material.name, library, {}, fixed)
+        values = MaterialValues(name, {"alpha": (0.0,)}, multi_ggx=True, flavour="v2")
+        read = MaterialRead(values, owner, _other_outputs(material, title), [], room)
+        _read_volume(material, title, read)
+        read.values.values.update(owner.values)
+        return read
 
     found = principled_of(material)
     if isinstance(found, str):
@@ -109,7 +131,9 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
         room,
     )
     for parameter in table:
-        _read_parameter(material, node, groups, parameter, title, read)
+        if parameter.name not in volumes.PARAMETERS:
+            _read_parameter(material, node, groups, parameter, title, read)
+    _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
     known = {
         socket
@@ -233,18 +257,28 @@ def _judge_other_inputs(
             )
 
 
+def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -> None:
+    _, reason = volumes.find_node(material)
+    if reason:
+        read.owner.fixed.update(dict.fromkeys(volumes.PARAMETERS, reason))
+    source = nodes.source_of(material.node_tree.get_output_node("CYCLES").inputs["Volume"])
+    if source.node is None:
+        return
+    try:
+        found = volumes.read(source, title)
+    except Unreadable as error:
+        read.problems.append(error.problem)
+        return
+    read.owner.values.update(found)
+
+
 def _other_outputs(material: bpy.types.Material, title: str) -> list[Problem]:
-    problems = []
     output = material.node_tree.get_output_node("CYCLES")
-    for name in ("Volume", "Displacement"):
-        source = nodes.source_of(output.inputs[name])
-        if source.node is not None:
-            problems.append(
-                Problem(
-                    title,
-                    f"its {name} is linked to {nodes.describe(source.node)}, "
-                    "which this version does not render",
-                    f"unlink the {name} of the Material Output",
-                )
-            )
-    return problems
+    source = nodes.source_of(output.inputs["Displacement"])
+    if source.node is None:
+        return []
+    cause = (
+        f"its Displacement is linked to {nodes.describe(source.node)}, "
+        "which this version does not render"
+    )
+    return [Problem(title, cause, "unlink the Displacement of the Material Output")]

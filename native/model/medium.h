@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "math/color.h"
+#include "math/dual.h"
+#include "model/parameter.h"
+
+namespace selenite {
+
+/// A homogeneous participating medium: what lies behind a surface, on the inside of its geometric
+/// normal. All zero is no medium.
+template <class T>
+struct Medium {
+  Color<T> extinction{};  // sigma_t; its share that scatters is `albedo`
+  Color<T> albedo{T(0.8)};
+  T anisotropy{0};
+
+  template <class Self, class Visit>
+  static constexpr void fields(Self& m, Visit&& visit) {
+    visit(Parameter{.name = "extinction",
+                    .sockets = "",
+                    .unit = "1/Blender unit",
+                    .lower = 0,
+                    .upper = 1e8,
+                    .fit_lower = 0.001,
+                    .fit_upper = 1000,
+                    .initial = 0,
+                    .coordinate = Coordinate::kLog,
+                    .effect = Effect::kVolume,
+                    .help = "How often light meets the medium inside the object, per length"},
+          m.extinction);
+    visit(Parameter{.name = "albedo",
+                    .sockets = "",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.9999,
+                    .initial = 0.8,
+                    .effect = Effect::kVolume,
+                    .help = "Share of what meets the medium that is scattered, not absorbed"},
+          m.albedo);
+    visit(Parameter{.name = "anisotropy",
+                    .sockets = "",
+                    .unit = "1",
+                    .lower = -0.999,
+                    .upper = 0.999,
+                    .fit_lower = -0.95,
+                    .fit_upper = 0.95,
+                    .initial = 0,
+                    .effect = Effect::kVolume,
+                    .help = "Mean cosine of scattering in the medium: above 0 forwards"},
+          m.anisotropy);
+  }
+};
+
+/// Phase function of Henyey and Greenstein 1941, 1/sr; `cosine` of the deflection, 1 straight on.
+template <class T>
+T henyey_greenstein(const T& g, scalar_t<T> cosine) {
+  using std::sqrt;
+  using S = scalar_t<T>;
+  const T d = T(1) + g * g - g * (2 * cosine);
+  return (T(1) - g * g) / (d * sqrt(d)) * (S(0.25) * kInvPi<S>);
+}
+/// Draws the cosine of the deflection with that density.
+template <class S>
+S sample_henyey_greenstein(S g, S u) {
+  if (std::abs(g) < S(1e-3)) return 1 - 2 * u;
+  const S k = (1 - g) * (1 + g) / (1 - g + 2 * g * u);
+  return clamp((1 + g * g - k * k) / (2 * g), S(-1), S(1));
+}
+
+}  // namespace selenite

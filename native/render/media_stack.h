@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <limits>
+
+#include "math/rng.h"
+#include "render/prepared.h"
+
+namespace selenite {
+
+/// The homogeneous media that a path is inside of. A medium fills the inside of its object, by the
+/// winding of the faces; where objects overlap, their media add, as in Cycles.
+template <int L>
+class MediaStack {
+ public:
+  explicit MediaStack(const Prepared<L>& prepared) : p_(&prepared) {}
+
+  bool empty() const { return count_ == 0; }
+
+  /// Finds the media around a point: those whose boundary is left, and not entered before, along a
+  /// ray from there.
+  void locate(const Vec3f& point) {
+    // No direction along which scenes are built.
+    const Vec3f direction = normalize(Vec3f{0.3137f, 0.2719f, 0.9097f});
+    std::array<Entry, kMost> entered;
+    int entered_count = 0;
+    Ray ray{point, direction, 0, std::numeric_limits<float>::infinity()};
+    for (int i = 0; i < kMostSurfaces; ++i) {
+      const auto hit = p_->geometry.intersect(ray, false);
+      if (!hit) return;
+      const Surface s = p_->geometry.surface(*hit);
+      if (p_->materials[s.material].has_medium) {
+        const Entry entry{hit->instance, s.material};
+        const auto end = entered.begin() + entered_count;
+        if (dot(direction, s.ng) < 0) {
+          if (entered_count < kMost) entered[entered_count++] = entry;
+        } else if (const auto at = std::find(entered.begin(), end, entry); at != end) {
+          *at = entered[--entered_count];
+        } else {
+          push(entry);
+        }
+      }
+      ray.origin = s.leave(direction);
+    }
+  }
+
+  /// A path goes on from a surface towards `direction`, by either side of it: nothing changes if it
+  /// stays on the side that it came from.
+  void cross(const Hit& hit, const Surface& surface, const Vec3f& direction) {
+    if (!p_->materials[surface.material].has_medium) return;
+    const Entry entry{hit.instance, surface.material};
+    if (dot(direction, surface.ng) < 0) {
+      push(entry);
+      return;
+    }
+    const auto end = entries_.begin() + count_;
+    if (const auto at = std::find(entries_.begin(), end, entry); at != end) *at = entries_[--count_];
+  }
+
+  /// What passes a length without being met.
+  void attenuate(float length, Throughput<L>& beta) const {
+    for (int i = 0; i < count_; ++i) {
+      const PreparedMaterial<L>& m = material(i);
+      beta.multiply(m.factor(map(m.values.extinction, [length](const auto& sigma) {
+        return transmittance(sigma, length);
+      })));
+    }
+  }
+
+  struct Flight {
+    const PreparedMaterial<L>* scatterer = nullptr;  ///< none: the path arrives at `distance`
+    float length = 0;
+  };
+  /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
+  /// drawn for one channel and weighted for all (balance heuristic).
+  Flight fly(float distance, float u_channel, float u_length, float u_medium,
+             Throughput<L>& beta) const {
+    Colorf rate;
+    for (int i = 0; i < count_; ++i) rate += material(i).rate;
+    const Colorf share = channel_shares(beta.value);
+    const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
+    Flight flight;
+    flight.length = rate[channel] > 0 ? -std::log1p(-u_length) / rate[channel]
+                                      : std::numeric_limits<float>::infinity();
+    const bool scatters = flight.length < distance;
+    flight.length = std::min(flight.length, distance);
+    float density = 0;
+    for (int c = 0; c < 3; ++c) {
+      if (!(share[c] > 0)) continue;
+      const float through = transmittance(rate[c], flight.length);
+      density += share[c] * (scatters ? rate[c] * through : through);
+    }
+    attenuate(flight.length, beta);
+    beta.multiply(1 / density);
+    if (!scatters) return flight;
+
+    std::array<float, kMost> weight{};
+    float sum = 0;
+    for (int i = 0; i < count_; ++i) sum += weight[i] = mean_channel(material(i).rate);
+    int chosen = 0;
+    for (float left = u_medium * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
+      left -= weight[chosen];
+    flight.scatterer = &material(chosen);
+    beta.multiply(flight.scatterer->factor(flight.scatterer->sigma_s));
+    beta.multiply(sum / weight[chosen]);
+    return flight;
+  }
+
+ private:
+  struct Entry {
+    int instance = -1, material = -1;
+    bool operator==(const Entry&) const = default;
+  };
+  static constexpr int kMost = 8;  // media around one point; more are left out
+  static constexpr int kMostSurfaces = 1000;
+
+  const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
+
+  void push(const Entry& entry) {
+    const auto end = entries_.begin() + count_;
+    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end) entries_[count_++] = entry;
+  }
+
+  template <class T>
+  static T transmittance(const T& sigma, float length) {
+    using std::exp;
+    if (value_of(sigma) == 0 && !has_slope(sigma)) return T(1);
+    // An endless way: nothing is left, and nothing of a derivative.
+    if (length == std::numeric_limits<float>::infinity()) return T(value_of(sigma) > 0 ? 0.f : 1.f);
+    return exp(sigma * -length);
+  }
+
+  static Colorf channel_shares(const Colorf& throughput) {
+    const float sum = throughput.r + throughput.g + throughput.b;
+    const Colorf even(1.0f / 3);
+    if (!(sum > 0)) return even;
+    // Derivatives may live in a channel whose light is gone.
+    return L > 0 ? throughput * (0.9f / sum) + even * 0.1f : throughput / sum;
+  }
+
+  const Prepared<L>* p_;
+  std::array<Entry, kMost> entries_;
+  int count_ = 0;
+};
+
+}  // namespace selenite
