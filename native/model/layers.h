@@ -68,26 +68,32 @@ struct Layers {
     T w = alpha;  // what the layers above let through, one number for all channels
     const T roughness = clamp01(m.roughness);
     const T sheen_share = nonnegative(m.sheen_weight);
-    if (matters(w * sheen_share)) add_sheen(m, sheen_share, point, w);
+    const Color<T> sheen_tint = map(m.sheen_tint, nonnegative);
+    if (matters(sheen_tint * (w * sheen_share))) add_sheen(m, sheen_tint, sheen_share, point, w);
     const T coat_weight = nonnegative(m.coat_weight);
     if (matters(w * coat_weight)) add_coat(m, coat_weight, w);
+    const Color<T> below = present[kCoat] ? below_coat(m, coat_weight) : Color<T>(T(1));
+    for (int c = 0; c < 3; ++c) blocked_[c] = value_of(below[c]) == 0 && !has_slope(below[c]);
     if (matters(m.emission_strength)) emission = m.emission_color * (m.emission_strength * w);
 
     const T metallic = clamp01(m.metallic);
-    if (matters(w * metallic)) add_metal(m, roughness, w * metallic);
+    if (matters(below * (w * metallic))) add_metal(m, roughness, w * metallic);
     w = w * (T(1) - metallic);
 
     const T ior = max(m.ior, T(S(1e-5)));
     const T transmission = clamp01(m.transmission);
-    if (matters(w * transmission))
+    if (matters(below * (w * transmission)))
       add_glass(m, roughness, point.backfacing ? T(1) / ior : ior, w * transmission);
     w = w * (T(1) - transmission);
 
-    if (matters(w)) {
+    if (matters(below * w)) {
       add_specular(m, roughness, ior, w);
-      add_diffuse(m, w, point);
+      add_diffuse(m, w, below, point);
     }
-    if (present[kCoat]) tint_below_coat(m, coat_weight);
+    if (!present[kCoat]) return;
+    for (Color<T>* c : {&emission, &metal_weight, &glass.flat, &glass.risen, &glass_through,
+                        &specular.flat, &specular.risen, &diffuse, &subsurface})
+      *c *= below;
   }
   void stack_version1(const Principled<T>& m, const T& alpha, bool backfacing);  // layers_v1.h
 
@@ -170,10 +176,10 @@ struct Layers {
     return gloss;
   }
 
-  void add_sheen(const Principled<T>& m, const T& share, const SurfacePoint<S>& point, T& w) {
+  void add_sheen(const Principled<T>& m, const Color<T>& tint, const T& share,
+                 const SurfacePoint<S>& point, T& w) {
     const Sheen<T> lobe(clamp01(m.sheen_roughness), point.n, point.wi);
     if (!lobe.exists()) return;
-    const Color<T> tint = map(m.sheen_tint, nonnegative);
     const T reflected = lobe.albedo() * share;
     sheen = lobe;
     sheen_weight = tint * (reflected * w);
@@ -192,26 +198,21 @@ struct Layers {
     coat = layer(max(m.coat_ior, T(1)), interface, Color<T>(T(1)), roughness, true, coat_weight, w,
                  estimate_[kCoat]);
     present[kCoat] = true;
-    for (int c = 0; c < 3; ++c)
-      blocked_[c] = value_of(coat_weight) == 1 && value_of(m.coat_tint[c]) == 0 &&
-                    !has_slope(coat_weight) && !has_slope(m.coat_tint[c]);
     carries_slope_[kCoat] = has_slope(coat.flat) || has_slope(coat.risen) || has_slope(coat_width2);
   }
 
-  void tint_below_coat(const Principled<T>& m, const T& coat_weight) {
+  /// What the coat lets through to the layers below, beside what it reflects.
+  Color<T> below_coat(const Principled<T>& m, const T& coat_weight) const {
     if (!has_slope(m.coat_tint) && value_of(m.coat_tint.r) == 1 && value_of(m.coat_tint.g) == 1 &&
         value_of(m.coat_tint.b) == 1)
-      return;
+      return Color<T>(T(1));
     using std::sqrt;
     const T n = max(m.coat_ior, T(1));
     // Length of the refracted ray through a coat of thickness 1: 1 / cos_t, n cos_t = sqrt(e + c^2).
     const T path = n / sqrt((n - T(1)) * (n + T(1)) + T(cos_i_ * cos_i_));
-    const Color<T> below = map(m.coat_tint, [&](const T& t) {
+    return map(m.coat_tint, [&](const T& t) {
       return T(1) - coat_weight + coat_weight * tint_power(nonnegative(t), path);
     });
-    for (Color<T>* c : {&emission, &metal_weight, &glass.flat, &glass.risen, &glass_through,
-                        &specular.flat, &specular.risen, &diffuse, &subsurface})
-      *c *= below;
   }
 
   void add_metal(const Principled<T>& m, const T& roughness, const T& weight) {
@@ -294,14 +295,15 @@ struct Layers {
                                 has_slope(specular.excess) || has_slope(width2);
   }
 
-  void add_diffuse(const Principled<T>& m, const T& w, const SurfacePoint<S>& point) {
+  void add_diffuse(const Principled<T>& m, const T& w, const Color<T>& below,
+                   const SurfacePoint<S>& point) {
     const Color<T> base = map(m.base_color, nonnegative);
     const T under = clamp01(m.subsurface_weight);
     diffuse = base * (w * (T(1) - under));
     if (matters(w * under)) add_subsurface(m, w * under, point.after_diffuse);
     const S cos_diffuse = dot(point.n, point.wi);
     const T roughness = clamp01(m.diffuse_roughness);
-    if (!matters(diffuse) && !has_slope(roughness)) return;
+    if (!matters(diffuse * below) && !has_slope(roughness)) return;
     if (matters(roughness)) rough_diffuse.emplace(roughness, base, cos_diffuse);
     present[kDiffuse] = true;
     estimate_[kDiffuse] = value_of(mean_channel(diffuse));

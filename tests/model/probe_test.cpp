@@ -222,6 +222,21 @@ TEST(Probe, BlackChannelsOfTheCoatDarkenNothing) {
   EXPECT_LT(line.value()[1], blocked[1] * 0.999);
 }
 
+TEST(Probe, LobesThatTheCoatAllButBlocksAreLeftOut) {
+  // Measured in Cycles: what is left of a lobe counts after the tint, as the mean of the channels.
+  Line line(Flavour::Version::kV2);
+  line["coat_weight"] = 1, line["specular_level"] = 0;
+  line["coat_tint_r"] = line["coat_tint_g"] = 0;
+  line["wo_x"] = 0.6, line["wo_z"] = 0.8;
+  const auto blue = [&](double tint) {
+    line["coat_tint_b"] = tint;
+    const auto f = line.value();
+    return f[2] - f[0];
+  };
+  EXPECT_EQ(blue(3e-5), 0);
+  EXPECT_GT(blue(5e-5), 1e-6);
+}
+
 TEST(Probe, SlopesAreDifferencesOfTheValue) {
   for (const auto version : {Flavour::Version::kV1, Flavour::Version::kV2}) {
     Line line(version);
