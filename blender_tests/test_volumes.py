@@ -4,6 +4,7 @@
 import bpy
 import made_scenes as made
 import pytest
+
 from selenite import write_back
 from selenite.scene_read import volumes
 
@@ -95,9 +96,7 @@ def test_what_is_written_is_read_again(kind, wanted):
 def test_undoing_a_write_brings_the_numbers_back():
     linked("ShaderNodeVolumePrincipled", Color=(0.9, 0.6, 0.3), Density=2.0)
     owners, before = made.read().owners, medium()
-    back = write_back.write(
-        bpy.context.scene, owners, {("Body", "extinction"): (7.0, 8.0, 9.0)}
-    )
+    back = write_back.write(bpy.context.scene, owners, {("Body", "extinction"): (7.0, 8.0, 9.0)})
     write_back.write(bpy.context.scene, owners, back)
     for name in volumes.PARAMETERS:
         assert medium()[name] == pytest.approx(before[name], rel=1e-5)

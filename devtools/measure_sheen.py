@@ -34,6 +34,7 @@ import tempfile
 import textwrap
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -66,10 +67,10 @@ Floats = NDArray[np.float64]
 def build_scene(roughnesses: Floats) -> tuple[bpy.types.Object, bpy.types.Object]:
     """Triangles of all roughnesses; the camera and the sun to be turned."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
+    scene: Any = bpy.context.scene  # there is one: the factory settings bring it
     length = 1000.0  # in pixels: also a grazing view sees nothing but triangles
     for k, roughness in enumerate(roughnesses):
-        material = bpy.data.materials.new(f"sheen {k}")
+        material: Any = bpy.data.materials.new(f"sheen {k}")
         material.use_nodes = True
         sockets = material.node_tree.nodes["Principled BSDF"].inputs
         sockets["Base Color"].default_value = (0, 0, 0, 1)
@@ -113,20 +114,21 @@ def build_scene(roughnesses: Floats) -> tuple[bpy.types.Object, bpy.types.Object
 
 def turn(thing: bpy.types.Object, z: Vector, x: Vector, distance: float = 0) -> Floats:
     """Puts the local z axis along `z`; returns where it points, in Blender's 32 bits."""
-    y = z.cross(x).normalized()
-    axes = Matrix((y.cross(z), y, z)).transposed()
+    y: Any = cast("Vector", z.cross(x)).normalized()
+    rows: Any = (y.cross(z), y, z)
+    axes: Any = Matrix(rows).transposed()
     thing.rotation_quaternion = axes.to_quaternion()
     thing.location = z * distance
-    bpy.context.view_layer.update()
+    cast("Any", bpy.context.view_layer).update()
     return np.array(thing.matrix_world.col[2][:3], dtype=np.float64)
 
 
 def render(folder: Path) -> Floats:
     """f cos of each roughness."""
     file = folder / "row.exr"
-    bpy.context.scene.render.filepath = str(file)
+    cast("Any", bpy.context.scene).render.filepath = str(file)
     bpy.ops.render.render(write_still=True)
-    image = bpy.data.images.load(str(file))
+    image: Any = bpy.data.images.load(str(file))
     pixels = np.empty(4 * image.size[0] * image.size[1], dtype=np.float32)
     image.pixels.foreach_get(pixels)
     bpy.data.images.remove(image)

@@ -79,7 +79,7 @@ class PrincipledBsdf {
     while (lobe > 0 && !(layers_.pick[lobe] > 0)) --lobe;  // rounding of the sum
     if (!(layers_.pick[lobe] > 0)) return std::nullopt;
     if (lobe == kDiffuse) return sample_diffuse(u1, u2);
-    if (lobe == kSheen) return finish(layers_.sheen->sample(u1, u2), nullptr, false);
+    if (lobe == kSheen) return sample_sheen(u1, u2);
     if (lobe == kSubsurface) return enter(left / layers_.pick[kSubsurface], u1, u2);
     // Where refraction has a width of its own, in version 1, its share is fixed.
     const bool through = layers_.version1 && lobe == kGlass &&
@@ -164,8 +164,8 @@ class PrincipledBsdf {
   template <bool kValue, bool kDensity>
   void add_sheen(const Vec3<S>& wo, Color<T>& f, S& p) const {
     if (!(dot(point_.n, wo) > 0)) return;
-    if constexpr (kValue) f += layers_.sheen_weight * layers_.sheen->value(wo);
-    if constexpr (kDensity) p += layers_.pick[kSheen] * layers_.sheen->density(wo);
+    if constexpr (kValue) f += layers_.sheen_weight * layers_.sheen.value(wo);
+    if constexpr (kDensity) p += layers_.pick[kSheen] * layers_.sheen.density(wo);
   }
 
   template <bool kValue, bool kDensity>
@@ -287,6 +287,12 @@ class PrincipledBsdf {
   std::optional<BsdfSample<T>> sample_diffuse(S u1, S u2) const {
     const Frame<S> frame = Frame<S>::from_normal(point_.n);
     auto s = finish(frame.to_world(square_to_cosine_hemisphere(u1, u2)), nullptr, false);
+    if (s) s->diffuse = true;
+    return s;
+  }
+
+  std::optional<BsdfSample<T>> sample_sheen(S u1, S u2) const {
+    auto s = finish(layers_.sheen.sample(u1, u2), nullptr, false);
     if (s) s->diffuse = true;
     return s;
   }

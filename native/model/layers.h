@@ -19,7 +19,8 @@ namespace selenite {
 enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kSheen, kLobes };
 
 /// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
-/// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the light direction.
+/// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the
+/// light direction.
 template <class T>
 struct Layers {
   using S = scalar_t<T>;
@@ -30,7 +31,7 @@ struct Layers {
   T through_width2{};            ///< of the refraction, which version 1 may make wider
   Gloss<T> specular, glass, coat;
   MetalFresnel<T> metal;
-  std::optional<Sheen<T>> sheen;
+  Sheen<T> sheen;
   Color<T> sheen_weight{};  ///< of the sheen lobe, its albedo included
   Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{}, transparency{};
   /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.

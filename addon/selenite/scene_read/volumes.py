@@ -192,9 +192,7 @@ def write(source: Source, parameter: Parameter, value: Values) -> None:
     """Puts one parameter into the node and keeps the other two; see `find_node`."""
     node = source.node
     medium = read(source, "") | {parameter.name: value}
-    scattering = tuple(
-        t * a for t, a in zip(medium["extinction"], medium["albedo"], strict=True)
-    )
+    scattering = tuple(t * a for t, a in zip(medium["extinction"], medium["albedo"], strict=True))
     absorption = tuple(
         t * (1 - a) for t, a in zip(medium["extinction"], medium["albedo"], strict=True)
     )
