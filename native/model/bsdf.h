@@ -4,25 +4,12 @@
 #include <optional>
 
 #include "math/sampling.h"
+#include "model/bsdf_sample.h"
 #include "model/layers.h"
 #include "model/refraction.h"
 #include "model/shading_normal.h"
 
 namespace selenite {
-
-/// A drawn direction.
-template <class T>
-struct BsdfSample {
-  Vec3<scalar_t<T>> wo;  ///< world frame, unit, away from the surface
-  scalar_t<T> density;   ///< of the whole mixture, 1/sr; a probability if singular
-  Color<T> weight;       ///< value / density; derivatives are those of the value alone
-  bool singular;
-  bool transmits;        ///< wo lies behind the geometric surface
-  bool diffuse = false;  ///< drawn from a diffuse lobe
-  /// The light goes on under the surface, by a random walk that starts towards wo; the weight is that
-  /// of the lobe without its colour.
-  bool enters = false;
-};
 
 /// Principled BSDF at one shading point, seen from one direction, as Cycles 4.5 renders it.
 ///

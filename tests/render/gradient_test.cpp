@@ -15,9 +15,10 @@ constexpr int kSize = 6;
 constexpr int kSeeds = 6;
 
 /// A sphere with some of every lobe over a ground, under a lamp and a grey sky.
-Scene layered_scene() {
+Scene layered_scene(Flavour::Version version = Flavour::Version::kV2) {
   SceneBuilder builder;
   Material m = plastic("Layered");
+  m.flavour.version = version;
   m.values.base_color = {0.6, 0.4, 0.3};
   m.values.roughness = 0.45;
   m.values.metallic = 0.3;
@@ -31,6 +32,10 @@ Scene layered_scene() {
   m.values.coat_roughness = 0.35;
   m.values.coat_ior = 1.6;
   m.values.coat_tint = {0.8, 0.6, 0.7};
+  m.values.sheen_weight = 0.2;
+  m.values.sheen_roughness = 0.45;
+  m.values.sheen_tint = {0.7, 0.8, 0.5};
+  m.values.transmission_roughness = 0.3;
   m.values.emission_color = {0.3, 0.2, 0.4};
   m.values.emission_strength = 0.5;
   place(builder, sphere_mesh(1, 10), builder.add_material(m));
@@ -96,7 +101,8 @@ std::vector<double> grey(const Picture& picture) {
 }
 
 Scene base_scene(const Probe& probe) {
-  Scene scene = layered_scene();
+  const bool old = probe.parameter == "transmission_roughness";  // only version 1 has it
+  Scene scene = layered_scene(old ? Flavour::Version::kV1 : Flavour::Version::kV2);
   for (const auto& [name, value] : probe.changed) {
     const ParameterRef ref = scene.find(probe.owner, name);
     scene = scene.with({{ref, std::vector<double>(scene.get(ref).size(), value)}});
@@ -153,13 +159,14 @@ TEST_P(Gradient, AgreesWithDifferencesOfRenders) {
 
 /// Ends of ranges without a finite derivative.
 const std::set<std::pair<std::string, double>> kNoSlope = {
-    {"roughness", 0},       // a mirror
-    {"coat_roughness", 0},  // likewise
-    {"ior", 1e-5},          // everything is reflected
-    {"coat_ior", 1},        // the energy tables run over sqrt((n - 1) / (n + 1))
-    {"specular_level", 0},  // likewise
-    {"base_color", 0},      // glass takes its root; tested below without glass
-    {"coat_tint", 0},       // a power between 1 and 1.3: differences do not converge
+    {"roughness", 0},        // a mirror
+    {"coat_roughness", 0},   // likewise
+    {"sheen_roughness", 0},  // Cycles starts at 0.001
+    {"ior", 1e-5},           // everything is reflected
+    {"coat_ior", 1},         // the energy tables run over sqrt((n - 1) / (n + 1))
+    {"specular_level", 0},   // likewise
+    {"base_color", 0},       // glass takes its root; tested below without glass
+    {"coat_tint", 0},        // a power between 1 and 1.3: differences do not converge
 };
 
 /// Parameters that the other lobes' noise would drown are tried without those lobes.
@@ -172,7 +179,9 @@ Changes without_noise(const std::string& parameter, Side side) {
   Changes bare = opaque;
   if (parameter == "specular_tint" && side == Side::kDown) bare[3].second = 0;
   bare.emplace_back("coat_weight", 0);
-  if (parameter.starts_with("specular_")) return bare;
+  if (parameter.starts_with("sheen_") && parameter != "sheen_weight")
+    bare.emplace_back("sheen_weight", 1);
+  if (parameter.starts_with("specular_") || parameter.starts_with("sheen_")) return bare;
   if (side != Side::kDown) return {};
   if (parameter == "ior") return bare;
   if (parameter == "transmission") return {{"alpha", 1}, {"metallic", 0}, {"coat_weight", 0}};
