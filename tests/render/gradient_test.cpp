@@ -169,6 +169,8 @@ const std::set<std::pair<std::string, double>> kNoSlope = {
     {"coat_tint", 0},        // a power between 1 and 1.3: differences do not converge
 };
 
+const std::set<std::string> kMedium = {"extinction", "albedo", "anisotropy"};
+
 /// Parameters that the other lobes' noise would drown are tried without those lobes.
 Changes without_noise(const std::string& parameter, Side side) {
   const Changes opaque = {{"transmission", 0},
@@ -179,8 +181,11 @@ Changes without_noise(const std::string& parameter, Side side) {
   Changes bare = opaque;
   if (parameter == "specular_tint" && side == Side::kDown) bare[3].second = 0;
   bare.emplace_back("coat_weight", 0);
-  if (parameter.starts_with("sheen_") && parameter != "sheen_weight")
+  if (parameter.starts_with("sheen_") && parameter != "sheen_weight") {
     bare.emplace_back("sheen_weight", 1);
+    bare.emplace_back("specular_level", 0);
+    bare[3].second = 0;
+  }
   if (parameter.starts_with("specular_") || parameter.starts_with("sheen_")) return bare;
   if (side != Side::kDown) return {};
   if (parameter == "ior") return bare;
@@ -197,7 +202,8 @@ std::vector<Probe> all_probes() {
   for (const auto& [kind, owner] : owners)
     for (const Parameter& p : parameter_table(kind)) {
       const std::string name(p.name);
-      if (name.starts_with("subsurface_")) continue;  // subsurface_test.cpp
+      // subsurface_test.cpp, medium_test.cpp
+      if (name.starts_with("subsurface_") || kMedium.contains(name)) continue;
       const double value = scene.get(scene.find(owner, name))[0];
       const bool wide = p.upper > 100;
       probes.push_back({owner, name, Side::kBoth, 0, wide ? 0.2 * value : 0.08});
