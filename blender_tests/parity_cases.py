@@ -81,7 +81,7 @@ def _cases():
         lamp("coat .5, IOR 1.8, rough", coat_weight=0.5, coat_roughness=0.4, coat_ior=1.8),
         lamp("coat on metal", metallic=1.0, coat_weight=1.0, coat_roughness=0.0),
         lamp("alpha .5", True, alpha=0.5),
-        lamp("alpha .5 glass", alpha=0.5, transmission=1.0, roughness=0.1),
+        lamp("alpha .5 glass", alpha=0.5, transmission=1.0),
         lamp("emission", emission_color=TEAL, emission_strength=2.0),
         lamp("emission under a coat", coat_weight=1.0, emission_color=TEAL, emission_strength=2.0),
         lamp("diffuse roughness .5", diffuse_roughness=0.5),

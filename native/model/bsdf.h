@@ -88,6 +88,8 @@ class PrincipledBsdf {
   const Color<T>& transparency() const { return layers_.transparency; }
   /// Index of refraction on entry into subsurface scattering.
   const T& entry_eta() const { return layers_.entry_eta; }
+  /// Whether a direction leads through the geometric surface.
+  bool transmits(const Vec3<S>& wo) const { return dot(point_.ng, wo) < 0; }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.
   bool all_singular() const {
     return !has(kDiffuse) && !has(kSheen) && !base_.spreads && !through_.spreads && !coat_.spreads;
@@ -120,9 +122,9 @@ class PrincipledBsdf {
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
     // A direction above the bent normal's horizon but behind the surface, or the other way round,
-    // belongs to neither side.
-    const bool below = o.z < 0;
-    if (o.z == 0 || below != (dot(point_.ng, wo) < 0)) return;
+    // belongs to neither side, unless a lobe has drawn it: as in Cycles 4.5.
+    const bool below = dot(point_.ng, wo) < 0;
+    if (o.z == 0 || (!drawn && below != (o.z < 0))) return;
     if (below) {
       if (through_.spreads) add_refraction<kValue, kDensity>(o, drawn, f, p);
     } else {
@@ -330,7 +332,6 @@ class PrincipledBsdf {
 
   std::optional<BsdfSample<T>> reflect(const Vec3<S>& m, S cos_m, bool singular) const {
     const Vec3<S> o = m * (2 * cos_m) - wi_;
-    if (!(o.z > 0)) return std::nullopt;
     const Vec3<S> wo = normalize(frame_.to_world(o));
     if (!singular) return finish(wo, &m, false);
     if (!(dot(point_.ng, wo) > 0)) return std::nullopt;
@@ -354,7 +355,6 @@ class PrincipledBsdf {
     if (!(g2 > 0)) return std::nullopt;
     const S bend = -e / (cos_m + std::sqrt(g2));  // cos_m - eta cos_t without its cancellation
     const Vec3<S> o = (m * bend - wi_) / eta;
-    if (!(o.z < 0)) return std::nullopt;
     const Vec3<S> wo = normalize(frame_.to_world(o));
     if (!through_.singular && !bends_nothing(eta)) return finish(wo, &m, true);
     if (!(dot(point_.ng, wo) < 0)) return std::nullopt;

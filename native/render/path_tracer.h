@@ -27,6 +27,7 @@ class PathTracer {
     Throughput<L> beta(p_.slots);
     bool camera_ray = true;
     float density = kSingular;  // of the ray's direction, per solid angle
+    bool refracted = false;     // the direction leads through a surface
     Vec3f from = ray.origin;    // where that density was taken
     float travelled = 0;        // from there to the ray's origin, through transparent surfaces
     int scatterings = 0;
@@ -56,14 +57,14 @@ class PathTracer {
               Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / density)));
           if (!survives(++scatterings, random, beta)) return radiance;
           if (vertex >= kHardLimit) break;
-          camera_ray = false;
+          camera_ray = refracted = false;
           travelled = 0;
           ray = {from, deflect(ray.direction, cosine, random.uniform(kLobe2)), 0, kInfinity};
           continue;
         }
       }
       if (!hit) {
-        add_world(ray, camera_ray, density, beta, radiance);
+        add_world(ray, camera_ray, density, refracted, beta, radiance);
         return radiance;
       }
       Surface surface = p_.geometry.surface(*hit);
@@ -90,8 +91,8 @@ class PathTracer {
       if (depth_ > 0 && scatterings >= depth_) return radiance;
 
       if (!bsdf.all_singular())
-        add_light_sample(surface.position, SurfaceScatterer{*hit, surface, material, bsdf}, media, random,
-                         beta, radiance);
+        add_light_sample(surface.position, SurfaceScatterer{*hit, surface, material, bsdf}, media,
+                         random, beta, radiance);
 
       auto sample = draw(bsdf, random);
       if (!sample) return radiance;
@@ -107,8 +108,8 @@ class PathTracer {
         surface = p_.geometry.surface(exit->hit);
         const PrincipledBsdf<Scalar> out(p_.exit.values, p_.exit.flavour,
                                          point(surface, exit->direction));
-        add_light_sample(surface.position, SurfaceScatterer{exit->hit, surface, p_.exit, out}, media, random,
-                         beta, radiance);
+        add_light_sample(surface.position, SurfaceScatterer{exit->hit, surface, p_.exit, out},
+                         media, random, beta, radiance);
         sample = draw(out, random);
         if (!sample) return radiance;
         beta.multiply(p_.exit.factor(sample->weight));
@@ -118,6 +119,7 @@ class PathTracer {
       if (!survives(++scatterings, random, beta)) return radiance;
       if (vertex >= kHardLimit) break;
       density = sample->singular ? kSingular : sample->density;
+      refracted = sample->transmits;
       camera_ray = false;
       from = surface.position;
       travelled = 0;
@@ -137,7 +139,8 @@ class PathTracer {
   static constexpr float kSingular =
       kInfinity;  ///< density of a direction that cannot be met by chance
   static constexpr int kRouletteStart = 4;
-  static constexpr std::uint32_t kHardLimit = 1 << 17;  // a white medium of a hundred free paths needs it
+  static constexpr std::uint32_t kHardLimit =
+      1 << 17;  // a white medium of a hundred free paths needs it
   enum Dimension : std::uint32_t {
     kLobe,
     kLobe1,
@@ -184,6 +187,7 @@ class PathTracer {
     void cross(MediaStack<L>& media, const Vec3f& direction) const {
       media.cross(hit, surface, direction);
     }
+    bool refracts(const Vec3f& direction) const { return bsdf.transmits(direction); }
     void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
       bsdf.value_and_density(direction, value, density);
     }
@@ -195,6 +199,7 @@ class PathTracer {
 
     Vec3f origin(const Vec3f&) const { return position; }
     void cross(MediaStack<L>&, const Vec3f&) const {}
+    bool refracts(const Vec3f&) const { return false; }
     void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
       const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
       value = Color<Scalar>(p);
@@ -218,6 +223,14 @@ class PathTracer {
     return cosine > 0 ? p_.mesh_probability() * m.emitter_density * distance2 / cosine : 0;
   }
 
+  /// Density of world samples that enters the weights of multiple importance sampling. Whatever is
+  /// put here leaves the sum of both weights 1; but refraction that only light sampling can reach
+  /// keeps its own weight (facts sheet "cycles", 1.11): there it has to be that of Cycles.
+  float heuristic_density(const Vec3f& direction, bool refracted) const {
+    const World& world = p_.scene.appearance.world;
+    return refracted ? world.cycles_density(direction) : world.density(direction);
+  }
+
   void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
                  const MediaStack<L>& media, const Throughput<L>& beta,
                  Radiance<L>& radiance) const {
@@ -236,10 +249,11 @@ class PathTracer {
     }
   }
 
-  void add_world(const Ray& ray, bool camera_ray, float density, const Throughput<L>& beta,
-                 Radiance<L>& radiance) const {
+  void add_world(const Ray& ray, bool camera_ray, float density, bool refracted,
+                 const Throughput<L>& beta, Radiance<L>& radiance) const {
     const World& world = p_.scene.appearance.world;
-    const float light = camera_ray ? 0 : world.density(ray.direction) * p_.world_probability();
+    const float light =
+        camera_ray ? 0 : heuristic_density(ray.direction, refracted) * p_.world_probability();
     radiance.add(beta, p_.world(world.factor(ray.direction)), bsdf_weight(density, light));
   }
 
@@ -261,8 +275,8 @@ class PathTracer {
   }
 
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
-  bool visible(const Vec3f& origin, const Vec3f& direction, float distance,
-               MediaStack<L>& media, Throughput<L>& beta) const {
+  bool visible(const Vec3f& origin, const Vec3f& direction, float distance, MediaStack<L>& media,
+               Throughput<L>& beta) const {
     Ray ray{origin, direction, 0, distance};
     if (!p_.any_transparent) {
       if (p_.geometry.occluded(ray)) return false;
@@ -296,13 +310,14 @@ class PathTracer {
 
   template <class Scatterer>
   void add_light_sample(const Vec3f& position, const Scatterer& scatterer,
-                        const MediaStack<L>& media, const Random& random,
-                        const Throughput<L>& beta, Radiance<L>& radiance) const {
+                        const MediaStack<L>& media, const Random& random, const Throughput<L>& beta,
+                        Radiance<L>& radiance) const {
     const auto choice = p_.choose(random.uniform(kLightChoice));
     if (choice.source == Source::kNone) return;
     const float u1 = random.uniform(kLight1), u2 = random.uniform(kLight2);
     Vec3f direction;
     float distance = kInfinity, density = 0;
+    float relative = 1;  // density for the weight per real one
     bool delta = false;
     Factor<L> emitted;
     switch (choice.source) {
@@ -319,6 +334,8 @@ class PathTracer {
       case Source::kWorld: {
         const World& world = p_.scene.appearance.world;
         direction = world.sample(u1, u2, density);
+        if (!(density > 0)) return;
+        relative = heuristic_density(direction, scatterer.refracts(direction)) / density;
         emitted = p_.world(world.factor(direction));
         break;
       }
@@ -355,7 +372,7 @@ class PathTracer {
     MediaStack<L> beyond = media;
     scatterer.cross(beyond, direction);
     if (!visible(scatterer.origin(direction), direction, distance, beyond, through)) return;
-    const float weight = delta ? 1 : power_heuristic(density, bsdf_density);
+    const float weight = delta ? 1 : power_heuristic(relative * density, bsdf_density);
     radiance.add(through, scatterer.material.factor(value), emitted, weight / density);
   }
 

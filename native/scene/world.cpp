@@ -51,6 +51,7 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
       const float own = luminance(pixels_[static_cast<std::size_t>(y) * width + x]);
       weight[static_cast<std::size_t>(y) * width + x] = (0.5f * own + 0.5f * largest) * sine;
       sum += own * sine;
+      cycles_sum_ += mean_channel(pixels_[static_cast<std::size_t>(y) * width + x]) * sine;
       solid += sine;
     }
   }
@@ -103,6 +104,18 @@ float EnvironmentMap::density(const Vec3f& d) const {
   return row * column * width_ * height_ / (2 * kPi<float> * kPi<float> * sine);
 }
 
+float EnvironmentMap::cycles_density(const Vec3f& d) const {
+  const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
+  const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;
+  const int x = std::clamp(static_cast<int>(u * width_), 0, width_ - 1);
+  const int y = std::clamp(static_cast<int>(v * height_), 0, height_ - 1);
+  const float sine = std::hypot(d.x, d.y);
+  if (!(sine > 0) || !(cycles_sum_ > 0)) return 0;
+  const float share = mean_channel(pixels_[static_cast<std::size_t>(y) * width_ + x]) *
+                      std::sin(kPi<float> * (y + 0.5f) / height_) / static_cast<float>(cycles_sum_);
+  return share * width_ * height_ / (2 * kPi<float> * kPi<float> * sine);
+}
+
 Vec3f EnvironmentMap::sample(float u1, float u2, float& density_out) const {
   const int y = pick(row_cdf_.data(), height_, u1);
   const int x = pick(&column_cdf_[static_cast<std::size_t>(y) * width_], width_, u2);
@@ -137,6 +150,10 @@ Colorf World::factor(const Vec3f& d) const {
 float World::density(const Vec3f& d) const {
   if (!map) return 0;
   return map->density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+}
+float World::cycles_density(const Vec3f& d) const {
+  if (!map) return 0;
+  return map->cycles_density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
 }
 Vec3f World::sample(float u1, float u2, float& density_out) const {
   const Vec3f d = map->sample(u1, u2, density_out);

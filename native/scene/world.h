@@ -53,7 +53,9 @@ class EnvironmentMap {
   EnvironmentMap(int width, int height, std::vector<Colorf> pixels);  ///< row 0 at the top
 
   Colorf radiance(const Vec3f& map_direction) const;
-  float density(const Vec3f& map_direction) const;  ///< per solid angle
+  float density(const Vec3f& map_direction) const;  ///< of `sample`, per solid angle
+  /// By which Cycles samples the map: by the mean of the channels at the middle of each pixel.
+  float cycles_density(const Vec3f& map_direction) const;
   Vec3f sample(float u1, float u2, float& density) const;
   float mean_luminance() const { return mean_; }  ///< over the sphere
 
@@ -62,6 +64,7 @@ class EnvironmentMap {
   std::vector<Colorf> pixels_;
   std::vector<float> row_cdf_, column_cdf_;
   float mean_ = 0;
+  double cycles_sum_ = 0;  // over the pixels, times the sine of their row
 };
 
 /// Background: constant, or an image times the colour.
@@ -75,6 +78,7 @@ struct World {
   Colorf factor(const Vec3f& direction) const;
   float density(
       const Vec3f& direction) const;  ///< 0 where there is no image: not sampled as a light
+  float cycles_density(const Vec3f& direction) const;  ///< likewise
   Vec3f sample(float u1, float u2, float& density) const;
 };
 

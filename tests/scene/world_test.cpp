@@ -109,6 +109,7 @@ double over_the_sphere(const World& world, F&& f) {
 TEST_P(Map, DensityIntegratesToOne) {
   const World w = world();
   EXPECT_NEAR(over_the_sphere(w, [&](const Vec3f& d) { return w.density(d); }), 1, 5e-3);
+  EXPECT_NEAR(over_the_sphere(w, [&](const Vec3f& d) { return w.cycles_density(d); }), 1, 2e-2);
 }
 
 TEST_P(Map, SamplesFollowTheDensityAndCoverAllRadiance) {
