@@ -55,7 +55,8 @@ class MediaStack {
       return;
     }
     const auto end = entries_.begin() + count_;
-    if (const auto at = std::find(entries_.begin(), end, entry); at != end) *at = entries_[--count_];
+    if (const auto at = std::find(entries_.begin(), end, entry); at != end)
+      *at = entries_[--count_];
   }
 
   /// What passes a length without being met.
@@ -68,14 +69,20 @@ class MediaStack {
     }
   }
 
+  /// A ray leaves a surface from a point beside it: what lies between counts as flown, else dense
+  /// media would begin below their surface.
+  void leave(const Surface& surface, const Vec3f& direction) {
+    beside_ = surface.offset / std::max(std::abs(dot(direction, surface.ng)), kLeastCosine);
+  }
+
   struct Flight {
     const PreparedMaterial<L>* scatterer = nullptr;  ///< none: the path arrives at `distance`
     float length = 0;
   };
   /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
   /// drawn for one channel and weighted for all (balance heuristic).
-  Flight fly(float distance, float u_channel, float u_length, float u_medium,
-             Throughput<L>& beta) const {
+  Flight fly(float distance, float u_channel, float u_length, float u_medium, Throughput<L>& beta) {
+    distance += beside_;
     Colorf rate;
     for (int i = 0; i < count_; ++i) rate += material(i).rate;
     const Colorf share = channel_shares(beta.value);
@@ -93,6 +100,8 @@ class MediaStack {
     }
     attenuate(flight.length, beta);
     beta.multiply(1 / density);
+    flight.length = std::max(flight.length - beside_, 0.0f);
+    beside_ = 0;
     if (!scatters) return flight;
 
     std::array<float, kMost> weight{};
@@ -114,12 +123,14 @@ class MediaStack {
   };
   static constexpr int kMost = 8;  // media around one point; more are left out
   static constexpr int kMostSurfaces = 1000;
+  static constexpr float kLeastCosine = 0.01f;  // flatter rays soon leave a curved surface
 
   const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
 
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;
-    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end) entries_[count_++] = entry;
+    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end)
+      entries_[count_++] = entry;
   }
 
   template <class T>
@@ -142,6 +153,7 @@ class MediaStack {
   const Prepared<L>* p_;
   std::array<Entry, kMost> entries_;
   int count_ = 0;
+  float beside_ = 0;  // from the surface that the ray has left to its origin, along the ray
 };
 
 }  // namespace selenite

@@ -36,6 +36,7 @@ class PathTracer {
     if (p_.any_medium) media.locate(ray.origin);
     truncated = false;
 
+    std::uint32_t surfaces = 0;
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       const auto hit = p_.geometry.intersect(ray, camera_ray);
@@ -56,7 +57,7 @@ class PathTracer {
           beta.multiply(medium.factor(
               Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / density)));
           if (!survives(++scatterings, random, beta)) return radiance;
-          if (vertex >= kHardLimit) break;
+          if (vertex >= kMediumLimit) break;
           camera_ray = refracted = false;
           travelled = 0;
           ray = {from, deflect(ray.direction, cosine, random.uniform(kLobe2)), 0, kInfinity};
@@ -67,6 +68,7 @@ class PathTracer {
         add_world(ray, camera_ray, density, refracted, beta, radiance);
         return radiance;
       }
+      if (++surfaces > kHardLimit) break;
       Surface surface = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[surface.material];
       Principled<Scalar> room;
@@ -81,8 +83,8 @@ class PathTracer {
       }
 
       if (material.transparent && pass_through(material, bsdf, random, beta)) {
-        if (vertex >= kHardLimit) break;
         media.cross(*hit, surface, ray.direction);
+        media.leave(surface, ray.direction);
         // The ray goes on as if nothing had been there; its density stays that of its origin.
         ray = {surface.leave(ray.direction), ray.direction, 0, kInfinity};
         travelled = reach;
@@ -117,12 +119,12 @@ class PathTracer {
       if (sample->transmits) media.cross(*hit, surface, sample->wo);
       after_diffuse = after_diffuse || sample->diffuse;
       if (!survives(++scatterings, random, beta)) return radiance;
-      if (vertex >= kHardLimit) break;
       density = sample->singular ? kSingular : sample->density;
       refracted = sample->transmits;
       camera_ray = false;
       from = surface.position;
       travelled = 0;
+      media.leave(surface, sample->wo);
       ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
     }
     truncated = true;
@@ -139,8 +141,9 @@ class PathTracer {
   static constexpr float kSingular =
       kInfinity;  ///< density of a direction that cannot be met by chance
   static constexpr int kRouletteStart = 4;
-  static constexpr std::uint32_t kHardLimit =
-      1 << 17;  // a white medium of a hundred free paths needs it
+  static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
+  static constexpr std::uint32_t kMediumLimit =
+      1 << 24;  // a white medium of a thousand free paths needs millions
   enum Dimension : std::uint32_t {
     kLobe,
     kLobe1,
@@ -170,8 +173,7 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  static auto fly(const MediaStack<L>& media, float distance, const Random& random,
-                  Throughput<L>& beta) {
+  static auto fly(MediaStack<L>& media, float distance, const Random& random, Throughput<L>& beta) {
     return media.fly(distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
                      random.uniform(kMedium), beta);
   }
