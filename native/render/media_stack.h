@@ -55,7 +55,8 @@ class MediaStack {
       return;
     }
     const auto end = entries_.begin() + count_;
-    if (const auto at = std::find(entries_.begin(), end, entry); at != end) *at = entries_[--count_];
+    if (const auto at = std::find(entries_.begin(), end, entry); at != end)
+      *at = entries_[--count_];
   }
 
   /// What passes a length without being met.
@@ -68,6 +69,12 @@ class MediaStack {
     }
   }
 
+  /// A ray leaves a surface from a point beside it: what lies between counts as flown, else dense
+  /// media would begin below their surface.
+  void leave(const Surface& surface, const Vec3f& direction) {
+    beside_ = surface.offset / std::max(std::abs(dot(direction, surface.ng)), kLeastCosine);
+  }
+
   struct Flight {
     const PreparedMaterial<L>* scatterer = nullptr;  ///< none: the path arrives at `distance`
     float length = 0;
@@ -76,6 +83,7 @@ class MediaStack {
   /// Density of a free path of that length, per length.
   float density(float length, const Throughput<L>& beta) const {
     const Colorf rate = rates(), share = channel_shares(beta.value);
+    length += beside_;
     float density = 0;
     for (int c = 0; c < 3; ++c)
       if (share[c] > 0) density += share[c] * rate[c] * transmittance(rate[c], length);
@@ -89,8 +97,8 @@ class MediaStack {
   }
   /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
   /// drawn for one channel and weighted for all (balance heuristic).
-  Flight fly(float distance, float u_channel, float u_length, float u_medium,
-             Throughput<L>& beta) const {
+  Flight fly(float distance, float u_channel, float u_length, float u_medium, Throughput<L>& beta) {
+    distance += beside_;
     const Colorf rate = rates();
     const Colorf share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
@@ -107,6 +115,8 @@ class MediaStack {
     }
     attenuate(flight.length, beta);
     beta.multiply(1 / density);
+    flight.length = std::max(flight.length - beside_, 0.0f);
+    beside_ = 0;
     if (!scatters) return flight;
 
     flight.density = density;
@@ -133,6 +143,7 @@ class MediaStack {
   };
   static constexpr int kMost = 8;  // media around one point; more are left out
   static constexpr int kMostSurfaces = 1000;
+  static constexpr float kLeastCosine = 0.01f;  // flatter rays soon leave a curved surface
 
   const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
 
@@ -144,7 +155,8 @@ class MediaStack {
 
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;
-    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end) entries_[count_++] = entry;
+    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end)
+      entries_[count_++] = entry;
   }
 
   template <class T>
@@ -167,6 +179,7 @@ class MediaStack {
   const Prepared<L>* p_;
   std::array<Entry, kMost> entries_;
   int count_ = 0;
+  float beside_ = 0;  // from the surface that the ray has left to its origin, along the ray
 };
 
 }  // namespace selenite

@@ -40,6 +40,7 @@ class PathTracer {
     }
     truncated = false;
 
+    std::uint32_t surfaces = 0;
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       const auto hit = p_.geometry.intersect(ray, camera_ray);
@@ -66,7 +67,7 @@ class PathTracer {
           beta.multiply(medium.factor(
               Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / density)));
           if (!survives(++scatterings, random, beta)) return radiance;
-          if (vertex >= kHardLimit) break;
+          if (vertex >= kMediumLimit) break;
           camera_ray = refracted = false;
           travelled = 0;
           ray = {from, deflect(ray.direction, cosine, random.uniform(kLobe2)), 0, kInfinity};
@@ -77,6 +78,7 @@ class PathTracer {
         add_world(ray, camera_ray, density, refracted, beta, radiance);
         return radiance;
       }
+      if (++surfaces > kHardLimit) break;
       Surface surface = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[surface.material];
       Principled<Scalar> room;
@@ -91,8 +93,8 @@ class PathTracer {
       }
 
       if (material.transparent && pass_through(material, bsdf, random, beta)) {
-        if (vertex >= kHardLimit) break;
         media.cross(*hit, surface, ray.direction);
+        media.leave(surface, ray.direction);
         // The ray goes on as if nothing had been there; its density stays that of its origin.
         ray = {surface.leave(ray.direction), ray.direction, 0, kInfinity};
         travelled = reach;
@@ -127,12 +129,12 @@ class PathTracer {
       if (sample->transmits) media.cross(*hit, surface, sample->wo);
       after_diffuse = after_diffuse || sample->diffuse;
       if (!survives(++scatterings, random, beta)) return radiance;
-      if (vertex >= kHardLimit) break;
       density = sample->singular ? kSingular : sample->density;
       refracted = sample->transmits;
       camera_ray = false;
       from = surface.position;
       travelled = 0;
+      media.leave(surface, sample->wo);
       ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
     }
     truncated = true;
@@ -149,29 +151,9 @@ class PathTracer {
   static constexpr float kSingular =
       kInfinity;  ///< density of a direction that cannot be met by chance
   static constexpr int kRouletteStart = 4;
-  static constexpr std::uint32_t kHardLimit =
-      1 << 17;  // a white medium of a hundred free paths needs it
-  enum Dimension : std::uint32_t {
-    kLobe,
-    kLobe1,
-    kLobe2,
-    kLightChoice,
-    kLight1,
-    kLight2,
-    kTriangle,
-    kRoulette,
-    kPass,
-    kFreePath,
-    kFreeChannel,
-    kMedium,
-    kAlong,
-    kAlongChoice,
-    kAlong1,
-    kAlong2,
-    kAlongMedium,
-    kWalk  ///< and all after it
-  };
-
+  static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
+  static constexpr std::uint32_t kMediumLimit =
+      1 << 24;  // a white medium of a thousand free paths needs millions
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
     const bool back = dot(s.ng, wi) < 0;
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
@@ -185,8 +167,7 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  static auto fly(const MediaStack<L>& media, float distance, const Random& random,
-                  Throughput<L>& beta) {
+  static auto fly(MediaStack<L>& media, float distance, const Random& random, Throughput<L>& beta) {
     return media.fly(distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
                      random.uniform(kMedium), beta);
   }

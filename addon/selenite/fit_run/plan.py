@@ -26,6 +26,7 @@ class FitPlan:
     unknowns: list[Unknown]
     warnings: list[str]
     model: str
+    millimetres: float | None  # in one Blender unit, None where the scene has no units
 
 
 def prepare(
@@ -53,6 +54,7 @@ def prepare(
         unknowns=unknowns,
         warnings=warnings,
         model=model_name(unknowns),
+        millimetres=values.millimetres,
     )
 
 
