@@ -75,6 +75,11 @@ class MediaStack {
     beside_ = surface.offset / std::max(std::abs(dot(direction, surface.ng)), kLeastCosine);
   }
 
+  /// The same, over a length of a ray that has just left a surface.
+  void attenuate_from_surface(float length, Throughput<L>& beta) const {
+    attenuate(length + beside_, beta);
+  }
+
   struct Flight {
     const PreparedMaterial<L>* scatterer = nullptr;  ///< none: the path arrives at `distance`
     float length = 0;
@@ -95,30 +100,31 @@ class MediaStack {
       if (material(i).sealed) return true;
     return false;
   }
-  /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
-  /// drawn for one channel and weighted for all (balance heuristic).
-  Flight fly(float distance, float u_channel, float u_length, float u_medium, Throughput<L>& beta) {
-    distance += beside_;
-    const Colorf rate = rates();
-    const Colorf share = channel_shares(beta.value);
+  /// Draws the length of a free flight along a ray that starts here: for one channel.
+  float draw(float u_channel, float u_length, const Throughput<L>& beta) const {
+    const Colorf rate = rates(), share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
+    if (!(rate[channel] > 0)) return std::numeric_limits<float>::infinity();
+    return std::max(-std::log1p(-u_length) / rate[channel] - beside_, 0.0f);
+  }
+  /// Flies the length that was drawn, at most `distance`, and multiplies `beta` by what it carries:
+  /// weighted for all channels (balance heuristic).
+  Flight fly(float drawn, float distance, float u_medium, Throughput<L>& beta) {
     Flight flight;
-    flight.length = rate[channel] > 0 ? -std::log1p(-u_length) / rate[channel]
-                                      : std::numeric_limits<float>::infinity();
-    const bool scatters = flight.length < distance;
-    flight.length = std::min(flight.length, distance);
+    const bool scatters = drawn < distance;
+    flight.length = std::min(drawn, distance);
+    const Colorf rate = rates(), share = channel_shares(beta.value);
+    const float flown = flight.length + beside_;
     float density = 0;
     for (int c = 0; c < 3; ++c) {
       if (!(share[c] > 0)) continue;
-      const float through = transmittance(rate[c], flight.length);
+      const float through = transmittance(rate[c], flown);
       density += share[c] * (scatters ? rate[c] * through : through);
     }
-    attenuate(flight.length, beta);
+    attenuate(flown, beta);
     beta.multiply(1 / density);
-    flight.length = std::max(flight.length - beside_, 0.0f);
     beside_ = 0;
     if (!scatters) return flight;
-
     flight.density = density;
     flight.scatterer = &scatter(u_medium, beta);
     return flight;

@@ -5,6 +5,7 @@
 
 #include "math/rng.h"
 #include "math/sampling.h"
+#include "render/dimension.h"
 #include "render/prepared.h"
 #include "render/random_walk.h"
 #include "render/render.h"
@@ -43,16 +44,22 @@ class PathTracer {
     std::uint32_t surfaces = 0;
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
+      float drawn = kInfinity;
+      const bool sealed = media.sealed();
+      if (!media.empty())
+        drawn = media.draw(random.uniform(kFreeChannel), random.uniform(kFreePath), beta);
+      // Nothing but the boundary is met in there: no need to look beyond the end of the flight.
+      if (sealed) ray.t_max = std::min(ray.t_max, drawn);
       const auto hit = p_.geometry.intersect(ray, camera_ray);
       const float reach = hit ? travelled + hit->t : kInfinity;
-      if (!camera_ray)
-        add_lamps(from, ray.direction, travelled, reach, density, media, beta, radiance);
+      if (!camera_ray && !sealed)
+        add_lamps(from, ray.direction, travelled, reach, density, refracted, media, beta, radiance);
       if (!media.empty()) {
         const float distance = hit ? hit->t : kInfinity;
         const bool scatters_once_more = depth_ == 0 || scatterings < depth_;
-        const bool lit = scatters_once_more && !media.sealed();
+        const bool lit = scatters_once_more && !sealed;
         if (lit) add_lamp_along(ray, distance, media, random, beta, radiance);
-        const auto flight = fly(media, distance, random, beta);
+        const auto flight = media.fly(drawn, distance, random.uniform(kMedium), beta);
         if (flight.scatterer) {
           if (!scatters_once_more) return radiance;
           const PreparedMaterial<L>& medium = *flight.scatterer;
@@ -88,7 +95,7 @@ class PathTracer {
 
       if (material.emitter_density > 0) {
         const Vec3f d = surface.position - from;
-        const float light = camera_ray ? 0 : mesh_density(material, surface, d);
+        const float light = camera_ray ? 0 : mesh_density(material, surface, d, refracted);
         radiance.add(beta, material.factor(bsdf.emission()), bsdf_weight(density, light));
       }
 
@@ -154,6 +161,7 @@ class PathTracer {
   static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
   static constexpr std::uint32_t kMediumLimit =
       1 << 24;  // a white medium of a thousand free paths needs millions
+
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
     const bool back = dot(s.ng, wi) < 0;
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
@@ -167,11 +175,6 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  static auto fly(MediaStack<L>& media, float distance, const Random& random, Throughput<L>& beta) {
-    return media.fly(distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
-                     random.uniform(kMedium), beta);
-  }
-
   static auto draw(const PrincipledBsdf<Scalar>& bsdf, const Random& random) {
     return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
   }
@@ -181,29 +184,37 @@ class PathTracer {
     return density == kSingular || !(light > 0) ? 1 : power_heuristic(density, light);
   }
 
-  /// Per solid angle, by which light sampling would have chosen the point at `d` from its origin.
-  float mesh_density(const PreparedMaterial<L>& m, const Surface& s, const Vec3f& d) const {
+  // Densities per solid angle by which light sampling would have chosen a direction. They are for the
+  // weights of multiple importance sampling, and whatever they are, the weights of both strategies
+  // add up to 1. But refraction that only light sampling can reach keeps its own weight (facts sheet
+  // "cycles", 1.11): for a `refracted` direction they are those of Cycles.
+  float lamp_density(int lamp, const LightHit& hit, bool refracted) const {
+    return hit.density * p_.probability(lamp, refracted);
+  }
+  float world_density(const Vec3f& direction, bool refracted) const {
+    const World& world = p_.scene.appearance.world;
+    return (refracted ? world.cycles_density(direction) : world.density(direction)) *
+           p_.probability(p_.world_source(), refracted);
+  }
+  /// Of the point at `d` on an emissive mesh.
+  float mesh_density(const PreparedMaterial<L>& m, const Surface& s, const Vec3f& d,
+                     bool refracted) const {
+    if (refracted && !m.strong_emitter) return 0;
     const float distance2 = dot(d, d);
     const float cosine = std::abs(dot(s.ng, d)) / std::sqrt(distance2);
-    return cosine > 0 ? p_.mesh_probability() * m.emitter_density * distance2 / cosine : 0;
-  }
-
-  /// Density of world samples that enters the weights of multiple importance sampling. Whatever is
-  /// put here leaves the sum of both weights 1; but refraction that only light sampling can reach
-  /// keeps its own weight (facts sheet "cycles", 1.11): there it has to be that of Cycles.
-  float heuristic_density(const Vec3f& direction, bool refracted) const {
-    const World& world = p_.scene.appearance.world;
-    return refracted ? world.cycles_density(direction) : world.density(direction);
+    return cosine > 0 ? p_.probability(p_.mesh_source(), refracted) * m.emitter_density *
+                            distance2 / cosine
+                      : 0;
   }
 
   void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
-                 const MediaStack<L>& media, const Throughput<L>& beta,
+                 bool refracted, const MediaStack<L>& media, const Throughput<L>& beta,
                  Radiance<L>& radiance) const {
     const auto& lights = p_.scene.appearance.lights;
     for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
       const auto hit = lights[i].intersect(from, direction, t_min, t_max);
       if (!hit || !(hit->factor > 0)) continue;
-      const float weight = bsdf_weight(density, hit->density * p_.lamp_probability(i));
+      const float weight = bsdf_weight(density, lamp_density(i, *hit, refracted));
       if (media.empty()) {
         radiance.add(beta, p_.lamp(i, hit->factor), weight);
       } else {
@@ -217,8 +228,7 @@ class PathTracer {
   void add_world(const Ray& ray, bool camera_ray, float density, bool refracted,
                  const Throughput<L>& beta, Radiance<L>& radiance) const {
     const World& world = p_.scene.appearance.world;
-    const float light =
-        camera_ray ? 0 : heuristic_density(ray.direction, refracted) * p_.world_probability();
+    const float light = camera_ray ? 0 : world_density(ray.direction, refracted);
     radiance.add(beta, p_.world(world.factor(ray.direction)), bsdf_weight(density, light));
   }
 
@@ -291,7 +301,7 @@ class PathTracer {
     if (!s || !(s->density > 0) || !(density > 0)) return;
     const float share = power_heuristic(density, media.density(t, beta));
     Throughput<L> through = beta;
-    media.attenuate(t, through);
+    media.attenuate_from_surface(t, through);
     const PreparedMaterial<L>& medium = media.scatter(random.uniform(kAlongMedium), through);
     const Scalar phase =
         henyey_greenstein(medium.values.anisotropy, dot(ray.direction, s->direction));
@@ -312,8 +322,8 @@ class PathTracer {
     const float u1 = random.uniform(kLight1), u2 = random.uniform(kLight2);
     Vec3f direction;
     float distance = kInfinity, density = 0;
-    float relative = 1;  // density for the weight per real one
-    float share = 1;     // of other ways to draw the position
+    float heuristic = 0;  // the density that enters the weight
+    float share = 1;      // of this way to draw the position
     bool delta = false;
     Factor<L> emitted;
     switch (choice.source) {
@@ -324,16 +334,17 @@ class PathTracer {
         share = scatterer.share(lamp);
         direction = s->direction;
         distance = s->distance;
-        density = s->density;
         delta = s->delta;
+        density = s->density * choice.probability;
+        heuristic = s->density * p_.probability(choice.index, scatterer.refracts(direction));
         emitted = p_.lamp(choice.index, s->factor);
         break;
       }
       case Source::kWorld: {
         const World& world = p_.scene.appearance.world;
         direction = world.sample(u1, u2, density);
-        if (!(density > 0)) return;
-        relative = heuristic_density(direction, scatterer.refracts(direction)) / density;
+        density *= choice.probability;
+        heuristic = world_density(direction, scatterer.refracts(direction));
         emitted = p_.world(world.factor(direction));
         break;
       }
@@ -349,7 +360,8 @@ class PathTracer {
         // Stop short of the emitter itself.
         distance = std::sqrt(distance2) * (1 - 1e-4f);
         const PreparedMaterial<L>& source = p_.materials[t.material];
-        density = mesh_density(source, target, d) / choice.probability;
+        density = mesh_density(source, target, d, false);
+        heuristic = mesh_density(source, target, d, scatterer.refracts(direction));
         Principled<Scalar> room;
         const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));
@@ -359,18 +371,18 @@ class PathTracer {
       case Source::kNone:
         return;
     }
-    density *= choice.probability;
-    if (!(density > 0)) return;
+    if (!(density > 0) || !(heuristic > 0)) return;
+    MediaStack<L> beyond = media;
+    scatterer.cross(beyond, direction);
+    if (beyond.sealed()) return;
 
     Color<Scalar> value;
     float bsdf_density = 0;
     scatterer.evaluate(direction, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
     Throughput<L> through = beta;
-    MediaStack<L> beyond = media;
-    scatterer.cross(beyond, direction);
     if (!visible(scatterer.origin(direction), direction, distance, beyond, through)) return;
-    const float weight = delta ? 1 : power_heuristic(relative * density, bsdf_density);
+    const float weight = delta ? 1 : power_heuristic(heuristic, bsdf_density);
     radiance.add(through, scatterer.material.factor(value), emitted, share * weight / density);
   }
 

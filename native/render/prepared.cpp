@@ -78,6 +78,21 @@ struct Put {
   }
 };
 
+/// Probabilities of lights of some flux: half by power, half evenly, so that a weak lamp close by is
+/// not starved.
+std::vector<float> shares(const std::vector<double>& flux) {
+  double total = 0;
+  int active = 0;
+  for (const double f : flux) {
+    total += f;
+    active += f > 0;
+  }
+  std::vector<float> found;
+  for (const double f : flux)
+    found.push_back(f > 0 ? static_cast<float>(0.5 * f / total + 0.5 / active) : 0);
+  return found;
+}
+
 }  // namespace
 
 template <int L>
@@ -184,6 +199,8 @@ void Prepared<L>::prepare_emitters() {
     if (!emits(materials[m].values)) continue;
     // A ticked emission of 0 is sampled too: its derivative is not 0.
     weight[m] = std::max(luminance(values.emission_color) * values.emission_strength, 1e-3);
+    materials[m].strong_emitter =
+        max_channel(values.emission_color) * values.emission_strength > 0.5;
     any = true;
   }
   if (!any) return;
@@ -195,7 +212,9 @@ void Prepared<L>::prepare_emitters() {
       const int m = instances[i].materials[mesh.material_slots[t]];
       if (weight[m] == 0) continue;
       const auto [a, b, c] = geometry.corners(static_cast<int>(i), static_cast<int>(t));
-      emitter_flux_ += weight[m] * length(cross(b - a, c - a)) / 2;
+      const double flux = weight[m] * length(cross(b - a, c - a)) / 2;
+      emitter_flux_ += flux;
+      if (materials[m].strong_emitter) strong_flux_ += flux;
       triangles_.push_back({static_cast<int>(i), static_cast<int>(t), m});
       cumulative.push_back(emitter_flux_);
     }
@@ -230,7 +249,7 @@ void Prepared<L>::prepare_seals() {
       const bool window = has(i, [](const auto& other) { return other.transparent; });
       const bool lit = std::any_of(lights.begin(), lights.end(),
                                    [&](const Box& light) { return light.overlaps(box); });
-      if (window || lit) material.sealed = false;
+      if (window || lit || !geometry.closed(static_cast<int>(i))) material.sealed = false;
     }
   }
 }
@@ -255,21 +274,11 @@ void Prepared<L>::prepare_choice() {
   }
   flux.push_back(sky);
 
-  double total = 0;
-  int active = 0;
-  for (double f : flux) {
-    total += f;
-    active += f > 0;
-  }
-  probability_.assign(flux.size(), 0);
-  cdf_.assign(flux.size(), 0);
+  probability_ = shares(flux);
   double sum = 0;
-  for (std::size_t i = 0; i < flux.size(); ++i) {
-    // Half by power, half evenly: a weak lamp close by is not starved.
-    if (flux[i] > 0) probability_[i] = static_cast<float>(0.5 * flux[i] / total + 0.5 / active);
-    sum += probability_[i];
-    cdf_[i] = static_cast<float>(sum);
-  }
+  for (const float p : probability_) cdf_.push_back(static_cast<float>(sum += p));
+  flux[mesh_source()] = strong_flux_ * 2 * kPi<double>;
+  cycles_probability_ = shares(flux);
 }
 
 template <int L>

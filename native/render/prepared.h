@@ -30,6 +30,9 @@ struct PreparedMaterial {
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
+  /// Cycles samples meshes as lights from an emission of 0.5 up. Refraction must not be sampled
+  /// otherwise: see `heuristic_density`.
+  bool strong_emitter = false;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
 
   /// The values at a hit: the constants, or `room` filled from textures and vertex colours.
@@ -85,9 +88,13 @@ class Prepared {
   };
   /// Picks a light; `u` in [0, 1).
   Choice choose(float u) const;
-  float lamp_probability(int light) const { return probability_[light]; }
-  float mesh_probability() const { return probability_[scene.appearance.lights.size()]; }
-  float world_probability() const { return probability_[scene.appearance.lights.size() + 1]; }
+  /// Of choosing a lamp (its index), emissive meshes or the world. `refracted`: as Cycles chooses,
+  /// which leaves weak emissive meshes out; see `PathTracer::heuristic_density`.
+  float probability(int source, bool refracted = false) const {
+    return (refracted ? cycles_probability_ : probability_)[source];
+  }
+  int mesh_source() const { return static_cast<int>(scene.appearance.lights.size()); }
+  int world_source() const { return mesh_source() + 1; }
 
   struct EmissiveTriangle {
     int instance, triangle, material;
@@ -117,10 +124,10 @@ class Prepared {
 
   std::vector<OwnerSlots> lamp_slots_;
   OwnerSlots world_slots_;
-  std::vector<float> probability_, cdf_;  ///< lamps, emissive meshes, world
+  std::vector<float> probability_, cycles_probability_, cdf_;  ///< lamps, meshes, world
   std::vector<EmissiveTriangle> triangles_;
   std::vector<float> triangle_cdf_;
-  double emitter_flux_ = 0;
+  double emitter_flux_ = 0, strong_flux_ = 0;
 };
 
 }  // namespace selenite

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scene/geometry.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <limits>
 
 #include "scene/accelerator.h"
@@ -92,6 +94,20 @@ void to_world_space(Mesh& mesh, const Transform& transform) {
   }
 }
 
+/// Every edge is run along once in either direction.
+bool is_closed(const Mesh& mesh) {
+  std::vector<std::uint64_t> there, back;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const auto a = static_cast<std::uint64_t>(t[k]), b = static_cast<std::uint64_t>(t[(k + 1) % 3]);
+      there.push_back(a << 32 | b);
+      back.push_back(b << 32 | a);
+    }
+  std::sort(there.begin(), there.end());
+  std::sort(back.begin(), back.end());
+  return there == back && std::adjacent_find(there.begin(), there.end()) == there.end();
+}
+
 }  // namespace
 
 Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
@@ -103,6 +119,8 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
     if (const long gone = drop_degenerate(mesh)) dropped_.emplace_back(mesh.name, gone);
     mend_normals(mesh);
   }
+
+  for (const Mesh& mesh : meshes_) closed_.push_back(is_closed(mesh));
 
   std::vector<int> uses(meshes_.size(), 0);
   Vec3d low(1e300, 1e300, 1e300), high = -low;

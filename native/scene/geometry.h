@@ -87,6 +87,8 @@ class Geometry {
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
   Colorf color(const Hit& hit, const std::string& name) const;
+  /// Whether every edge of an instance's mesh has one face on each side.
+  bool closed(int instance) const { return closed_[instances_[instance].mesh]; }
   /// Of an instance, in world space.
   const Box& bounds(int instance) const { return bounds_[instance]; }
   /// World-space corners of a triangle.
@@ -104,6 +106,7 @@ class Geometry {
   std::vector<Instance> instances_;
   std::vector<char> in_world_space_;  ///< per instance
   std::vector<Box> bounds_;           ///< likewise, relative to the origin
+  std::vector<char> closed_;          ///< per mesh
   Vec3d origin_;
   float radius_ = 0;
   std::vector<std::pair<std::string, long>> dropped_;

@@ -37,7 +37,9 @@ TEST_P(HenyeyGreenstein, SamplesInvertTheDistribution) {
     const float drawn = sample_henyey_greenstein(static_cast<float>(g), static_cast<float>(u));
     ASSERT_LE(std::abs(drawn), 1);
     // Floats next to 1 are 3.5e-4 apart as angles.
-    if (i < 1000) EXPECT_NEAR(std::acos(static_cast<double>(drawn)), std::acos(exact), 1e-3) << u;
+    if (i < 1000) {
+      EXPECT_NEAR(std::acos(static_cast<double>(drawn)), std::acos(exact), 1e-3) << u;
+    }
   }
 }
 
