@@ -22,7 +22,7 @@ GLASS = {"base_color": (1.0, 1.0, 1.0), "roughness": 0.1, "transmission": 1.0, "
 DENSITIES = (0.5, 5.0, 50.0)
 #: Colour and absorption colour of the Principled Volume: most of what is met is scattered.
 COLOR, ABSORPTION, ANISOTROPY = (0.45, 0.85, 0.6), (0.93, 0.88, 0.89), 0.5
-SIZE = (200, 260)
+SIZE = (160, 210)
 
 
 def build(density: float) -> bpy.types.Scene:
@@ -30,6 +30,7 @@ def build(density: float) -> bpy.types.Scene:
     scene = jade_pendant.build(GLASS)
     scene.unit_settings.system, scene.unit_settings.scale_length = "METRIC", METRES_PER_UNIT
     scene.render.resolution_x, scene.render.resolution_y = SIZE
+    scene.camera.data.lens = 66
     tree = bpy.data.materials[jade_pendant.MATERIAL].node_tree
     node = tree.nodes.new("ShaderNodeVolumePrincipled")
     node.inputs["Color"].default_value = (*COLOR, 1)
