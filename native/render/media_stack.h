@@ -78,13 +78,28 @@ class MediaStack {
   struct Flight {
     const PreparedMaterial<L>* scatterer = nullptr;  ///< none: the path arrives at `distance`
     float length = 0;
+    float density = 0;  ///< per length, if it scatters
   };
+  /// Density of a free path of that length, per length.
+  float density(float length, const Throughput<L>& beta) const {
+    const Colorf rate = rates(), share = channel_shares(beta.value);
+    length += beside_;
+    float density = 0;
+    for (int c = 0; c < 3; ++c)
+      if (share[c] > 0) density += share[c] * rate[c] * transmittance(rate[c], length);
+    return density;
+  }
+  /// True inside a closed boundary that no shadow ray passes, with every light outside of it.
+  bool sealed() const {
+    for (int i = 0; i < count_; ++i)
+      if (material(i).sealed) return true;
+    return false;
+  }
   /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
   /// drawn for one channel and weighted for all (balance heuristic).
   Flight fly(float distance, float u_channel, float u_length, float u_medium, Throughput<L>& beta) {
     distance += beside_;
-    Colorf rate;
-    for (int i = 0; i < count_; ++i) rate += material(i).rate;
+    const Colorf rate = rates();
     const Colorf share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
     Flight flight;
@@ -104,16 +119,21 @@ class MediaStack {
     beside_ = 0;
     if (!scatters) return flight;
 
+    flight.density = density;
+    flight.scatterer = &scatter(u_medium, beta);
+    return flight;
+  }
+  /// Chooses the medium that scatters here; `beta` takes its coefficient.
+  const PreparedMaterial<L>& scatter(float u, Throughput<L>& beta) const {
     std::array<float, kMost> weight{};
     float sum = 0;
     for (int i = 0; i < count_; ++i) sum += weight[i] = mean_channel(material(i).rate);
     int chosen = 0;
-    for (float left = u_medium * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
+    for (float left = u * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
       left -= weight[chosen];
-    flight.scatterer = &material(chosen);
-    beta.multiply(flight.scatterer->factor(flight.scatterer->sigma_s));
+    beta.multiply(material(chosen).factor(material(chosen).sigma_s));
     beta.multiply(sum / weight[chosen]);
-    return flight;
+    return material(chosen);
   }
 
  private:
@@ -126,6 +146,12 @@ class MediaStack {
   static constexpr float kLeastCosine = 0.01f;  // flatter rays soon leave a curved surface
 
   const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
+
+  Colorf rates() const {
+    Colorf rate;
+    for (int i = 0; i < count_; ++i) rate += material(i).rate;
+    return rate;
+  }
 
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;

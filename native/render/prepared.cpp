@@ -110,6 +110,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout)
   prepare_materials(layout);
   prepare_emitters();
   prepare_choice();
+  if (any_medium) prepare_seals();
 }
 
 template <int L>
@@ -203,6 +204,35 @@ void Prepared<L>::prepare_emitters() {
     if (weight[m] > 0 && emitter_flux_ > 0)
       materials[m].emitter_density = static_cast<float>(weight[m] / emitter_flux_);
   for (double x : cumulative) triangle_cdf_.push_back(static_cast<float>(x / emitter_flux_));
+}
+
+template <int L>
+void Prepared<L>::prepare_seals() {
+  std::vector<Box> lights;
+  for (const Light& light : scene.appearance.lights)
+    if (light.kind != LightKind::kSun) lights.push_back(light.bounds());
+  const auto& instances = geometry.instances();
+  const auto has = [&](std::size_t instance, const auto& wanted) {
+    return std::any_of(instances[instance].materials.begin(), instances[instance].materials.end(),
+                       [&](int m) { return wanted(materials[m]); });
+  };
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (has(i, [](const auto& m) { return m.emitter_density > 0; }))
+      lights.push_back(geometry.bounds(static_cast<int>(i)));
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    PreparedMaterial<L>& material = materials[m];
+    if (!material.has_medium || material.transparent) continue;
+    material.sealed = true;
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+      if (!has(i, [&](const auto& other) { return &other == &material; })) continue;
+      const Box box = geometry.bounds(static_cast<int>(i));
+      // Another material on the same object may be a window.
+      const bool window = has(i, [](const auto& other) { return other.transparent; });
+      const bool lit = std::any_of(lights.begin(), lights.end(),
+                                   [&](const Box& light) { return light.overlaps(box); });
+      if (window || lit) material.sealed = false;
+    }
+  }
 }
 
 template <int L>

@@ -25,6 +25,9 @@ struct PreparedMaterial {
   bool has_medium = false;
   Color<PathScalar<L>> sigma_s;
   Colorf rate;
+  /// No light can be seen from inside of it: its surface lets no shadow ray pass, and every light is
+  /// outside of the boxes around its objects.
+  bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
@@ -109,6 +112,7 @@ class Prepared {
   void prepare_inside(int material);
   void prepare_medium(PreparedMaterial<L>& material);
   void prepare_emitters();
+  void prepare_seals();
   void prepare_choice();
 
   std::vector<OwnerSlots> lamp_slots_;
