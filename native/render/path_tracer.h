@@ -5,6 +5,7 @@
 
 #include "math/rng.h"
 #include "math/sampling.h"
+#include "render/dimension.h"
 #include "render/prepared.h"
 #include "render/random_walk.h"
 #include "render/render.h"
@@ -103,8 +104,8 @@ class PathTracer {
       if (depth_ > 0 && scatterings >= depth_) return radiance;
 
       if (!bsdf.all_singular())
-        add_light_sample(surface.position, SurfaceScatterer<L>{*hit, surface, material, bsdf}, media,
-                         random, beta, radiance);
+        add_light_sample(surface.position, SurfaceScatterer<L>{*hit, surface, material, bsdf},
+                         media, random, beta, radiance);
 
       auto sample = draw(bsdf, random);
       if (!sample) return radiance;
@@ -154,6 +155,7 @@ class PathTracer {
   static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
   static constexpr std::uint32_t kMediumLimit =
       1 << 24;  // a white medium of a thousand free paths needs millions
+
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
     const bool back = dot(s.ng, wi) < 0;
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
