@@ -110,8 +110,8 @@ class PathTracer {
       if (depth_ > 0 && scatterings >= depth_) return radiance;
 
       if (!bsdf.all_singular())
-        add_light_sample(surface.position, SurfaceScatterer<L>{*hit, surface, material, bsdf}, media,
-                         random, beta, radiance);
+        add_light_sample(surface.position, SurfaceScatterer<L>{*hit, surface, material, bsdf},
+                         media, random, beta, radiance);
 
       auto sample = draw(bsdf, random);
       if (!sample) return radiance;

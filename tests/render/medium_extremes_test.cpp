@@ -184,6 +184,35 @@ std::vector<Dense> dense() {
 }
 INSTANTIATE_TEST_SUITE_P(Depths, DenseMedium, testing::ValuesIn(dense()));
 
+// ---------------------------------------------------------------- colours far apart
+
+class ColouredMedium : public testing::TestWithParam<double> {};
+
+TEST_P(ColouredMedium, ChannelsAreThoseOfGreyMedia) {
+  const double g = GetParam();
+  const Color<double> depth{0, 1, 1e4};
+  const auto film_of = [g](const Color<double>& extinction, std::uint64_t seed) {
+    const Scene scene = ball(fog(extinction, 0.9, g));
+    return render_view(scene, settings_of(8, 2000, seed),
+                       ticked(scene, {{"Medium", "extinction"}, {"Medium", "albedo"}}));
+  };
+  const Film coloured = film_of(depth, 1);
+  expect_sound(coloured);
+  for (int c = 0; c < 3; ++c) {
+    const Film grey = film_of(Color<double>(depth[c]), 2 + c);
+    const auto compare = [](const Estimate& a, const Estimate& b, double scale) {
+      EXPECT_LT(std::abs(a.mean - b.mean) * scale,
+                4 * std::hypot(a.error, b.error) * scale + kSlack)
+          << a.mean << " and " << b.mean;
+    };
+    compare(mean_of(coloured, c), mean_of(grey, c), 1);
+    compare(slope_of(coloured, 0, c), slope_of(grey, 0, c), std::max(depth[c], 1.0));
+    compare(slope_of(coloured, 1, c), slope_of(grey, 1, c), 1);
+    EXPECT_LT(mean_of(coloured, c).error, 4e-3);  // no channel is starved by the others
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Anisotropies, ColouredMedium, testing::Values(-0.99, 0.0, 0.99));
+
 // ---------------------------------------------------------------- sizes
 
 struct Sized {

@@ -68,7 +68,7 @@ def _model(values: SceneValues) -> str:
 
 
 def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
-    rows = {}
+    rows: dict[str, dict[str, Any]] = {}
     for parameter in parameters.of(owner.kind):
         value = owner.values.get(parameter.name)
         rows[parameter.name] = {
@@ -101,7 +101,7 @@ def _say(report: dict[str, Any], values: SceneValues) -> None:
             say(f"  mean free path in the medium: {path.text()}")
     for body in values.bodies:
         state = "closed" if body.found.encloses else "not closed"
-        count = f"{body.found.triangles} triangles, {body.found.bodies} bodies"
-        say(f"{body.need} '{body.material}' in object '{body.object}': {state} ({count})")
+        count = f"triangles: {body.found.triangles}, bodies: {body.found.bodies}"
+        say(f"object '{body.object}' with {body.need} '{body.material}' is {state} ({count})")
     for text in report["warnings"]:
         say(f"warning: {text}")

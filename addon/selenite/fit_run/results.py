@@ -28,7 +28,7 @@ SCHEMA = 1
 def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, Any]:
     """The content of result.json; units are in it. Uncertainties are null until they are known."""
     values = fitted_values(plan, result)
-    rows = {}
+    rows: dict[str, dict[str, Any]] = {}
     for item in plan.unknowns:
         rows[item.name] = {
             "initial": _plain(item.start),

@@ -55,7 +55,7 @@ def survey(positions: np.ndarray, triangles: np.ndarray) -> Closedness:
 
     Units and place do not matter. Triangles with two corners at one place are left out, as the
     renderer does. A mirroring matrix need not be applied: Cycles and the renderer turn the winding
-    with the determinant. About 0.1 s for 70,000 triangles.
+    with the determinant. 0.15 to 0.3 s for 70,000 triangles.
     """
     places = _places(positions)
     corners = places[triangles].astype(np.int64)
