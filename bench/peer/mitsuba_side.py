@@ -83,7 +83,7 @@ def load(scene):
     if lamp:
         place = transform.look_at(lamp["origin"], lamp["target"], [0, 1, 0])
         items["lamp"] = {
-            "type": "rectangle",
+            "type": "disk",
             "to_world": place @ transform.scale([lamp["size"] / 2] * 3),
             "emitter": {"type": "area", "radiance": rgb([lamp["radiance"]] * 3)},
         }

@@ -75,8 +75,8 @@ def set_body(body):
 def make(kind, size, folder):
     """Replaces the open file; returns the description, whose body lacks its values.
 
-    "sky": a uniform world. "lamp": an area lamp behind the body in a black world; a lamp of Cycles
-    hides nothing, one of Mitsuba would hide some of the sky.
+    "sky": a uniform world. "lamp": a disc above the body in a black world; a lamp of Cycles hides
+    nothing, one of Mitsuba would hide some of the sky.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
     body = dented_ball()
@@ -97,9 +97,9 @@ def make(kind, size, folder):
     made.world(world)
     lamp = None
     if kind == "lamp":
-        item = made.light("Lamp", "AREA", energy=LAMP["power"], shape="SQUARE", size=LAMP["size"])
+        item = made.light("Lamp", "AREA", energy=LAMP["power"], shape="DISK", size=LAMP["size"])
         look_at(item, LAMP["origin"], LAMP["target"])
-        lamp = LAMP | {"radiance": LAMP["power"] / (math.pi * LAMP["size"] ** 2)}
+        lamp = LAMP | {"radiance": 4 * LAMP["power"] / (math.pi * LAMP["size"]) ** 2}
     paths = {name: folder / f"{kind}_{name}.ply" for name in ("body", "ground")}
     write_ply(paths["body"], body)
     write_ply(paths["ground"], ground)
