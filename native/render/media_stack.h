@@ -5,11 +5,12 @@
 #include <limits>
 
 #include "math/rng.h"
+#include "render/grid_flight.h"
 #include "render/prepared.h"
 
 namespace selenite {
 
-/// The homogeneous media that a path is inside of. A medium fills the inside of its object, by the
+/// The media that a path is inside of. A medium fills the inside of its object, by the
 /// winding of the faces; where objects overlap, their media add, as in Cycles.
 template <int L>
 class MediaStack {
@@ -17,6 +18,12 @@ class MediaStack {
   explicit MediaStack(const Prepared<L>& prepared) : p_(&prepared) {}
 
   bool empty() const { return count_ == 0; }
+  /// Some of them vary along a ray.
+  bool vary() const {
+    for (int i = 0; i < count_; ++i)
+      if (material(i).density_grid) return true;
+    return false;
+  }
 
   /// Finds the media around a point: those whose boundary is left, and not entered before, along a
   /// ray from there.
@@ -55,13 +62,18 @@ class MediaStack {
       return;
     }
     const auto end = entries_.begin() + count_;
-    if (const auto at = std::find(entries_.begin(), end, entry); at != end) *at = entries_[--count_];
+    if (const auto at = std::find(entries_.begin(), end, entry); at != end)
+      *at = entries_[--count_];
   }
 
-  /// What passes a length without being met.
-  void attenuate(float length, Throughput<L>& beta) const {
+  /// What passes a length of the ray without being met. `dimension` of the random numbers is used
+  /// where the media vary.
+  void attenuate(const Ray& ray, float length, const Random& random, std::uint32_t dimension,
+                 Throughput<L>& beta) const {
+    if (vary()) grids(ray, true).attenuate(inside(length), random.branch(dimension), beta);
     for (int i = 0; i < count_; ++i) {
       const PreparedMaterial<L>& m = material(i);
+      if (m.density_grid) continue;
       beta.multiply(m.factor(map(m.values.extinction, [length](const auto& sigma) {
         return transmittance(sigma, length);
       })));
@@ -73,9 +85,17 @@ class MediaStack {
     float length = 0;
   };
   /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
-  /// drawn for one channel and weighted for all (balance heuristic).
-  Flight fly(float distance, float u_channel, float u_length, float u_medium,
-             Throughput<L>& beta) const {
+  /// drawn for one channel and weighted for all (balance heuristic), or by null collisions from
+  /// `dimension` of the random numbers where the media vary.
+  Flight fly(const Ray& ray, float distance, float u_channel, float u_length, float u_medium,
+             const Random& random, std::uint32_t dimension, Throughput<L>& beta) const {
+    if (vary()) {
+      const auto met =
+          grids(ray, false).fly(inside(distance), random.branch(dimension), beta, channel_shares);
+      if (!met.medium) return {nullptr, distance};
+      scatter(*met.medium, ray.origin + ray.direction * met.length, beta);
+      return {met.medium, met.length};
+    }
     Colorf rate;
     for (int i = 0; i < count_; ++i) rate += material(i).rate;
     const Colorf share = channel_shares(beta.value);
@@ -91,7 +111,7 @@ class MediaStack {
       const float through = transmittance(rate[c], flight.length);
       density += share[c] * (scatters ? rate[c] * through : through);
     }
-    attenuate(flight.length, beta);
+    attenuate(ray, flight.length, random, dimension, beta);
     beta.multiply(1 / density);
     if (!scatters) return flight;
 
@@ -102,7 +122,7 @@ class MediaStack {
     for (float left = u_medium * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
       left -= weight[chosen];
     flight.scatterer = &material(chosen);
-    beta.multiply(flight.scatterer->factor(flight.scatterer->sigma_s));
+    scatter(*flight.scatterer, ray.origin + ray.direction * flight.length, beta);
     beta.multiply(sum / weight[chosen]);
     return flight;
   }
@@ -117,9 +137,21 @@ class MediaStack {
 
   const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
 
+  /// All media, or those alone that vary.
+  GridFlight<L> grids(const Ray& ray, bool varying) const {
+    static_assert(kMost <= GridFlight<L>::kMost);
+    GridFlight<L> flight(ray);
+    for (int i = 0; i < count_; ++i)
+      if (!varying || material(i).density_grid) flight.add(material(i));
+    return flight;
+  }
+  /// Beyond the scene nothing is: a ray that leaves an open object there has left the grid too.
+  float inside(float length) const { return std::min(length, 4 * p_->geometry.radius()); }
+
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;
-    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end) entries_[count_++] = entry;
+    if (count_ < kMost && std::find(entries_.begin(), end, entry) == end)
+      entries_[count_++] = entry;
   }
 
   template <class T>

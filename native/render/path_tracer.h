@@ -35,15 +35,19 @@ class PathTracer {
     MediaStack<L> media(p_);
     if (p_.any_medium) media.locate(ray.origin);
     truncated = false;
+    if constexpr (L == kTaped) {
+      tape.clear();
+      beta.tape = &tape;
+    }
 
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       const auto hit = p_.geometry.intersect(ray, camera_ray);
       const float reach = hit ? travelled + hit->t : kInfinity;
       if (!camera_ray)
-        add_lamps(from, ray.direction, travelled, reach, density, media, beta, radiance);
+        add_lamps(from, ray.direction, travelled, reach, density, media, random, beta, radiance);
       if (!media.empty()) {
-        const auto flight = fly(media, hit ? hit->t : kInfinity, random, beta);
+        const auto flight = fly(media, ray, hit ? hit->t : kInfinity, random, beta);
         if (flight.scatterer) {
           if (depth_ > 0 && scatterings >= depth_) return radiance;
           const PreparedMaterial<L>& medium = *flight.scatterer;
@@ -130,6 +134,7 @@ class PathTracer {
   }
 
   bool truncated = false;  ///< the last path ran into the hard limit on its length
+  Tape tape;               ///< of the last path, in the kernel that keeps one
 
  private:
   using Scalar = PathScalar<L>;
@@ -154,7 +159,10 @@ class PathTracer {
     kFreePath,
     kFreeChannel,
     kMedium,
-    kWalk  ///< and all after it
+    kWalk,              ///< and all after it, below those that follow
+    kShadow = 1 << 13,  ///< one a surface on the way to a light
+    kToLamp = 1 << 14,  ///< one a lamp
+    kFlight = 1 << 15
   };
 
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
@@ -170,10 +178,10 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  static auto fly(const MediaStack<L>& media, float distance, const Random& random,
+  static auto fly(const MediaStack<L>& media, const Ray& ray, float distance, const Random& random,
                   Throughput<L>& beta) {
-    return media.fly(distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
-                     random.uniform(kMedium), beta);
+    return media.fly(ray, distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
+                     random.uniform(kMedium), random, kFlight, beta);
   }
 
   /// Scatters light at a surface: where a shadow ray starts, and value and density of a direction.
@@ -232,7 +240,7 @@ class PathTracer {
   }
 
   void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
-                 const MediaStack<L>& media, const Throughput<L>& beta,
+                 const MediaStack<L>& media, const Random& random, const Throughput<L>& beta,
                  Radiance<L>& radiance) const {
     const auto& lights = p_.scene.appearance.lights;
     for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
@@ -243,7 +251,8 @@ class PathTracer {
         radiance.add(beta, p_.lamp(i, hit->factor), weight);
       } else {
         Throughput<L> through = beta;
-        media.attenuate(hit->distance - t_min, through);
+        const Ray start{from + direction * t_min, direction, 0, kInfinity};
+        media.attenuate(start, hit->distance - t_min, random, kToLamp + i, through);
         radiance.add(through, p_.lamp(i, hit->factor), weight);
       }
     }
@@ -275,24 +284,24 @@ class PathTracer {
   }
 
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
-  bool visible(const Vec3f& origin, const Vec3f& direction, float distance, MediaStack<L>& media,
-               Throughput<L>& beta) const {
+  bool visible(const Vec3f& origin, const Vec3f& direction, float distance, const Random& random,
+               MediaStack<L>& media, Throughput<L>& beta) const {
     Ray ray{origin, direction, 0, distance};
     if (!p_.any_transparent) {
       if (p_.geometry.occluded(ray)) return false;
-      media.attenuate(distance, beta);
+      media.attenuate(ray, distance, random, kShadow, beta);
       return beta.importance() > 0;
     }
     for (std::uint32_t i = 0; i < kHardLimit; ++i) {
       const auto hit = p_.geometry.intersect(ray, false);
       if (!hit) {
-        media.attenuate(ray.t_max, beta);
+        media.attenuate(ray, ray.t_max, random, kShadow + i, beta);
         return beta.importance() > 0;
       }
       const Surface s = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[s.material];
       if (!material.transparent) return false;
-      media.attenuate(hit->t, beta);
+      media.attenuate(ray, hit->t, random, kShadow + i, beta);
       media.cross(*hit, s, direction);
       Principled<Scalar> room;
       const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
@@ -371,7 +380,7 @@ class PathTracer {
     Throughput<L> through = beta;
     MediaStack<L> beyond = media;
     scatterer.cross(beyond, direction);
-    if (!visible(scatterer.origin(direction), direction, distance, beyond, through)) return;
+    if (!visible(scatterer.origin(direction), direction, distance, random, beyond, through)) return;
     const float weight = delta ? 1 : power_heuristic(relative * density, bsdf_density);
     radiance.add(through, scatterer.material.factor(value), emitted, weight / density);
   }
