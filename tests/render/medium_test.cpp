@@ -124,12 +124,12 @@ TEST_P(MediumGradient, AgreesWithDifferencesOfRenders) {
     const RenderSettings settings = settings_of(6, 200, 70 + seed);
     const Film film = render_view(base, settings, layout);
     ASSERT_TRUE(complete(film));
-    const double want =
-        side == 0 ? (render_at(h, settings) - render_at(-h, settings)) / (2 * h)
-                  : side *
-                        (4 * render_at(side * h, settings) - 3 * mean_of(film).mean -
-                         render_at(2 * side * h, settings)) /
-                        (2 * h);
+    const double want = side == 0
+                            ? (render_at(h, settings) - render_at(-h, settings)) / (2 * h)
+                            : side *
+                                  (4 * render_at(side * h, settings) - 3 * mean_of(film).mean -
+                                   render_at(2 * side * h, settings)) /
+                                  (2 * h);
     gap.add(slope_of(film, 0).mean - want);
     size.add(std::abs(want));
   }
