@@ -60,6 +60,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
+    if plan.fields and args.check_in_cycles:
+        cause = "Cycles has no way to give a mesh's medium a grid"
+        cure = "leave --check-in-cycles out"
+        raise BadInput(Problem(f"Parameter '{plan.fields[0].name}'", cause, cure))
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
@@ -169,6 +173,9 @@ def _unknowns(
             problems.append(Problem(title, f"it has {len(numbers)} numbers", "give LO,HI"))
         elif _known(key, found, problems):
             found[key] = replace(found[key], minimum=numbers[0], maximum=numbers[1])
+    for key, grid in arguments.grids(args.grid, problems).items():
+        if _known(key, found, problems):
+            found[key] = replace(found[key], grid=grid)
     return tuple(found.values())
 
 
