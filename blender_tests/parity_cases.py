@@ -81,7 +81,6 @@ def _cases():
         lamp("coat .5, IOR 1.8, rough", coat_weight=0.5, coat_roughness=0.4, coat_ior=1.8),
         lamp("coat on metal", metallic=1.0, coat_weight=1.0, coat_roughness=0.0),
         lamp("alpha .5", True, alpha=0.5),
-        lamp("alpha .5 glass", alpha=0.5, transmission=1.0),
         lamp("emission", emission_color=TEAL, emission_strength=2.0),
         lamp("emission under a coat", coat_weight=1.0, emission_color=TEAL, emission_strength=2.0),
         lamp("diffuse roughness .5", diffuse_roughness=0.5),
@@ -95,6 +94,8 @@ def _cases():
             for r in (0, 0.1, 0.3, 0.7)
         ),
         sky("transmission .5, roughness .3", transmission=0.5, roughness=0.3),
+        # Under a lamp Cycles sees its image through the body by a few samples of huge weight.
+        sky("alpha .5 glass", **_glass(alpha=0.5, roughness=0.1)),
         sky("coat, tinted", coat_weight=1.0, coat_roughness=0.1, coat_tint=TEAL),
         sky("everything mixed", **mixed),
         sun("opaque", roughness=0.3),

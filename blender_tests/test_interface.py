@@ -110,6 +110,45 @@ def test_rows_keep_ticks_and_bounds_when_refreshed():
     assert row.minimum == pytest.approx(0.02)
 
 
+def translucent_studio():
+    """The studio's ball as glass with a medium of extinction 4 in it; its material."""
+    material = made.studio(transmission=1.0)
+    tree = material.node_tree
+    node = tree.nodes.new("ShaderNodeVolumePrincipled")
+    node.inputs["Density"].default_value = 4.0
+    tree.links.new(node.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    return material
+
+
+@pytest.mark.usefixtures("addon")
+def test_row_of_an_extinction_tells_the_mean_free_path():
+    translucent_studio()
+    scene = bpy.context.scene
+    scene.unit_settings.system, scene.unit_settings.scale_length = "METRIC", 0.01
+    bpy.ops.selenite.refresh_rows()
+    settings = scene.selenite
+    for index, row in enumerate(settings.rows):
+        settings.active_row = index
+        told = "Mean free path 2.5 mm" in draw(panels.SELENITE_PT_parameters)
+        assert told == (row.parameter == "extinction"), row.parameter
+
+
+@pytest.mark.usefixtures("addon")
+def test_panel_names_an_open_body_until_it_is_closed():
+    material = translucent_studio()
+    bpy.ops.selenite.refresh_rows()
+    assert "open edges" not in draw(panels.SELENITE_PT_parameters)
+    sheet = made.triangle("Sheet", material)
+    bpy.ops.selenite.refresh_rows()
+    drawn = " ".join(draw(panels.SELENITE_PT_parameters).split())
+    assert "Object 'Sheet'" in drawn and "3 open edges" in drawn and "Merge by Distance" in drawn
+    with pytest.raises(RuntimeError, match="Object 'Sheet'"):
+        bpy.ops.selenite.start()
+    bpy.data.objects.remove(sheet)
+    bpy.ops.selenite.refresh_rows()
+    assert "open edges" not in draw(panels.SELENITE_PT_parameters)
+
+
 @pytest.mark.usefixtures("addon")
 def test_photo_becomes_the_background_of_its_camera(tmp_path):
     _, settings = prepare_fit(tmp_path)

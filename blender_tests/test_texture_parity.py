@@ -319,7 +319,7 @@ def shining(name):
 def render_both(native, folder, size, samples):
     """(ours, Cycles'): the open scene, seen from above its corner at the origin."""
     sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "scenes"))
-    from comparison import set_comparison
+    from example_scene import set_comparison
 
     from selenite.scene_read.build import build
 

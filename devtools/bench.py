@@ -5,7 +5,11 @@ from __future__ import annotations
 
 import subprocess
 
+import environment
 from process import BUILD, PYTHON, ROOT, Failed
+
+# These race or compare with Mitsuba, which has an environment of its own; `./dev` knows them too.
+WITH_MITSUBA = ("equivalence", "race")
 
 
 def run_bench(arguments: list[str]) -> int:
@@ -17,7 +21,11 @@ def run_bench(arguments: list[str]) -> int:
         return 0
     name, rest = arguments[0], arguments[1:]
     if name in scripts:
-        command = [str(PYTHON), str(scripts[name]), *rest]
+        command = [str(PYTHON), str(scripts[name])]
+        if name in WITH_MITSUBA:
+            place, pinned = BUILD / "venv-peer", ROOT / "requirements" / "peer.txt"
+            command += ["--peer-python", str(environment.ensure_environment(place, pinned))]
+        command += rest
     elif name in programs:
         command = [str(programs[name]), *rest]
     else:

@@ -7,8 +7,6 @@ Made from Blender primitives only (CC0). Run it inside bpy:
     python scenes/cornell_box.py --photos /tmp/cornell_box    the reference photos (minutes)
 """
 
-import argparse
-import json
 import math
 import sys
 from pathlib import Path
@@ -17,21 +15,14 @@ import bpy
 import mathutils
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from comparison import set_comparison  # noqa: E402
+from example_scene import Example, principled, set_comparison  # noqa: E402
 
 MATERIAL = "Block"
 RESOLUTION = (512, 512)
-#: What the photos show. Sockets are addressed by both generations of names.
+#: What the photos show.
 TRUTH = {"base_color": (0.85, 0.55, 0.25), "roughness": 0.25, "transmission": 0.8, "ior": 1.4}
 #: A grey, nearly opaque start.
 START = {"base_color": (0.5, 0.5, 0.5), "roughness": 0.5, "transmission": 0.2, "ior": 1.6}
-SOCKETS = {
-    "base_color": ("Base Color",),
-    "roughness": ("Roughness",),
-    "transmission": ("Transmission Weight", "Transmission"),
-    "ior": ("IOR",),
-    "specular_level": ("Specular IOR Level", "Specular"),
-}
 #: Where each camera stands; the box is 2 units wide and open at -y.
 CAMERAS = {"Front": (0, -4.6, 1), "Low": (0.6, -1.75, 0.75)}
 TARGETS = {"Front": (0, 0, 1), "Low": (0.2, 0, 0.5)}
@@ -43,17 +34,6 @@ WALLS = {
     "Left": ((-1, 0, 1), (0, math.pi / 2, 0), (0.63, 0.065, 0.05)),
     "Right": ((1, 0, 1), (0, -math.pi / 2, 0), (0.14, 0.45, 0.091)),
 }
-
-
-def principled(name: str, values: dict) -> bpy.types.Material:
-    """Material with one Principled BSDF holding `values` (parameter name -> number or colour)."""
-    material = bpy.data.materials.new(name)
-    material.use_nodes = True
-    node = next(n for n in material.node_tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
-    for parameter, value in values.items():
-        socket = next(node.inputs[s] for s in SOCKETS[parameter] if s in node.inputs)
-        socket.default_value = (*value, 1.0) if isinstance(value, tuple) else value
-    return material
 
 
 def matte(name: str, color: tuple) -> bpy.types.Material:
@@ -130,42 +110,7 @@ def build(values: dict) -> bpy.types.Scene:
     return scene
 
 
-def render_photos(folder: Path, samples: int) -> None:
-    """Reference photos at the true values: PNG at full size, EXR (half float) at half size."""
-    folder.mkdir(parents=True, exist_ok=True)
-    scene = build(TRUTH)
-    image = scene.render.image_settings
-    for seed, camera in enumerate(CAMERAS):
-        scene.camera = bpy.data.objects[camera]
-        for percentage, file_format, depth, suffix in (
-            (100, "PNG", "8", ".png"),
-            (50, "OPEN_EXR", "16", ".exr"),
-        ):
-            set_comparison(scene, samples, seed=seed)
-            scene.render.resolution_percentage = percentage
-            image.file_format = file_format
-            image.color_mode = "RGB"
-            image.color_depth = depth
-            if file_format == "OPEN_EXR":
-                image.exr_codec = "ZIP"
-            scene.render.filepath = str(folder / (camera + suffix))
-            bpy.ops.render.render(write_still=True)
-    truth = {"material": MATERIAL, "parameters": TRUTH, "cameras": list(CAMERAS)}
-    (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
-
-
-def main(arguments: list[str]) -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--save", type=Path, help="write the scene with the start values here")
-    parser.add_argument("--photos", type=Path, help="render the reference photos into this folder")
-    parser.add_argument("--spp", type=int, default=512, help="samples of the photos")
-    options = parser.parse_args(arguments)
-    if options.save:
-        build(START)
-        bpy.ops.wm.save_as_mainfile(filepath=str(options.save.resolve()))
-    if options.photos:
-        render_photos(options.photos.resolve(), options.spp)
-
+EXAMPLE = Example(__doc__ or "", build, MATERIAL, list(CAMERAS), TRUTH, START)
 
 if __name__ == "__main__":
-    main(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:])
+    EXAMPLE.main()

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     out.mkdir(parents=True, exist_ok=True)
     start_file, fitted_file = out / "start.blend", out / "fitted.blend"
     say("building the scene with its dark opaque start")
-    scene.save_start(start_file)
+    scene.EXAMPLE.save_start(start_file)
     photos = [f"--photo={c}={SCENES / NAME / c}.png" for c in truth["cameras"]]
     command = ["fit", str(start_file), *photos]
     command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]

@@ -62,10 +62,15 @@ T henyey_greenstein(const T& g, scalar_t<T> cosine) {
   const T d = T(1) + g * g - g * (2 * cosine);
   return (T(1) - g * g) / (d * sqrt(d)) * (S(0.25) * kInvPi<S>);
 }
-/// Draws the cosine of the deflection with that density.
+/// Draws the cosine of the deflection with that density: its distribution function, inverted.
 template <class S>
 S sample_henyey_greenstein(S g, S u) {
-  if (std::abs(g) < S(1e-3)) return 1 - 2 * u;
+  if (std::abs(g) < S(0.05)) {
+    // The same without a division by g: nothing jumps at 0, where light is scattered evenly.
+    const S x = 2 * u - 1;
+    const S sum = x + g * ((3 + x * x) / 2 + g * (x + g * (x * x - 1) / 2));
+    return clamp(sum / square(1 + g * x), S(-1), S(1));
+  }
   const S k = (1 - g) * (1 + g) / (1 - g + 2 * g * u);
   return clamp((1 + g * g - k * k) / (2 * g), S(-1), S(1));
 }

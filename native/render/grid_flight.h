@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <limits>
+#include <optional>
 
 #include "math/rng.h"
 #include "render/prepared.h"
@@ -70,47 +72,35 @@ class GridFlight {
     }
   }
 
-  struct Meeting {
-    const PreparedMaterial<L>* medium = nullptr;  ///< none: nothing was met
-    float length = 0;
-  };
-  /// Draws where light is scattered, at most `length` away. `beta` takes all factors but the
-  /// scattering coefficient. `shares`: how much a channel counts, from its throughput.
+  /// Draws where light is scattered, less than `length` away; empty if nothing is met. `beta` takes
+  /// all factors but the scattering coefficient. `shares`: how much a channel counts, from its
+  /// throughput.
   template <class Shares>
-  Meeting fly(float length, const Random& random, Throughput<L>& beta, Shares&& shares) const {
+  std::optional<float> fly(float length, const Random& random, Throughput<L>& beta,
+                           Shares&& shares) const {
     float t = 0;
     for (std::uint32_t step = 0;; step += kFlightDraws) {
       t += free_path(random.uniform(step));
-      if (!(t < length)) return {nullptr, length};
+      if (!(t < length)) return std::nullopt;
       const Vec3f p = at(t);
-      std::array<float, kMost> weight{};
       Colorf rate;
-      float sum = 0;
-      for (int i = 0; i < count_; ++i) {
-        const Colorf one = media_[i]->rate_at(p);
-        rate += one;
-        sum += weight[i] = mean_channel(one);
-      }
+      for (int i = 0; i < count_; ++i) rate += media_[i]->rate_at(p);
       const Colorf share = shares(beta.value);
       const float probability =
           (share.r * rate.r + share.g * rate.g + share.b * rate.b) / majorant_;
       if (!(random.uniform(step + 1) < probability)) {
         pass(p, 1 / (majorant_ * (1 - probability)), beta);
-        if (!(beta.importance() > 0)) return {nullptr, length};
+        if (!(beta.importance() > 0)) return std::nullopt;
         continue;
       }
-      int chosen = 0;
-      for (float left = random.uniform(step + 2) * sum;
-           chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
-        left -= weight[chosen];
-      beta.multiply(sum / (weight[chosen] * majorant_ * probability));
-      return {media_[chosen], t};
+      beta.multiply(1 / (majorant_ * probability));
+      return t;
     }
   }
 
  private:
   static constexpr float kDim = 0.05f, kEnd = 0.5f;
-  static constexpr std::uint32_t kAttenuationDraws = 2, kFlightDraws = 3;
+  static constexpr std::uint32_t kAttenuationDraws = 2, kFlightDraws = 2;
 
   Vec3f at(float t) const { return origin_ + direction_ * t; }
   float free_path(float u) const {

@@ -80,24 +80,41 @@ class MediaStack {
     }
   }
 
+  /// A ray leaves a surface from a point beside it: what lies between counts as flown, else dense
+  /// media would begin below their surface.
+  void leave(const Surface& surface, const Vec3f& direction) {
+    beside_ = surface.offset / std::max(std::abs(dot(direction, surface.ng)), kLeastCosine);
+  }
+
   struct Flight {
     const PreparedMaterial<L>* scatterer = nullptr;  ///< none: the path arrives at `distance`
     float length = 0;
+    float density = 0;  ///< per length, if it scatters
   };
+  /// Density of a free path of that length, per length. Where media vary it is only near that, but
+  /// the same for everybody: good for weights.
+  float density(float length, const Throughput<L>& beta) const {
+    const Colorf rate = rates(), share = channel_shares(beta.value);
+    length += beside_;
+    float density = 0;
+    for (int c = 0; c < 3; ++c)
+      if (share[c] > 0) density += share[c] * rate[c] * transmittance(rate[c], length);
+    return density;
+  }
+  /// True inside a closed boundary that no shadow ray passes, with every light outside of it.
+  bool sealed() const {
+    for (int i = 0; i < count_; ++i)
+      if (material(i).sealed) return true;
+    return false;
+  }
   /// Draws a free path, at most `distance`, and multiplies `beta` by what it carries. The length is
   /// drawn for one channel and weighted for all (balance heuristic), or by null collisions from
   /// `dimension` of the random numbers where the media vary.
   Flight fly(const Ray& ray, float distance, float u_channel, float u_length, float u_medium,
-             const Random& random, std::uint32_t dimension, Throughput<L>& beta) const {
-    if (vary()) {
-      const auto met =
-          grids(ray, false).fly(inside(distance), random.branch(dimension), beta, channel_shares);
-      if (!met.medium) return {nullptr, distance};
-      scatter(*met.medium, ray.origin + ray.direction * met.length, beta);
-      return {met.medium, met.length};
-    }
-    Colorf rate;
-    for (int i = 0; i < count_; ++i) rate += material(i).rate;
+             const Random& random, std::uint32_t dimension, Throughput<L>& beta) {
+    distance += beside_;
+    if (vary()) return fly_by_nulls(ray, distance, u_medium, random.branch(dimension), beta);
+    const Colorf rate = rates();
     const Colorf share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
     Flight flight;
@@ -113,18 +130,29 @@ class MediaStack {
     }
     attenuate(ray, flight.length, random, dimension, beta);
     beta.multiply(1 / density);
+    flight.length = std::max(flight.length - beside_, 0.0f);
+    beside_ = 0;
     if (!scatters) return flight;
 
+    flight.density = density;
+    flight.scatterer = &scatter(ray.origin + ray.direction * flight.length, u_medium, beta);
+    return flight;
+  }
+  /// Chooses the medium that scatters at a place; `beta` takes its coefficient.
+  const PreparedMaterial<L>& scatter(const Vec3f& position, float u, Throughput<L>& beta) const {
     std::array<float, kMost> weight{};
     float sum = 0;
-    for (int i = 0; i < count_; ++i) sum += weight[i] = mean_channel(material(i).rate);
+    for (int i = 0; i < count_; ++i) sum += weight[i] = mean_channel(material(i).rate_at(position));
+    if (!(sum > 0)) {  // nothing is there
+      beta.multiply(0);
+      return material(0);
+    }
     int chosen = 0;
-    for (float left = u_medium * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
+    for (float left = u * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
       left -= weight[chosen];
-    flight.scatterer = &material(chosen);
-    scatter(*flight.scatterer, ray.origin + ray.direction * flight.length, beta);
+    selenite::scatter(material(chosen), position, beta);
     beta.multiply(sum / weight[chosen]);
-    return flight;
+    return material(chosen);
   }
 
  private:
@@ -134,9 +162,24 @@ class MediaStack {
   };
   static constexpr int kMost = 8;  // media around one point; more are left out
   static constexpr int kMostSurfaces = 1000;
+  static constexpr float kLeastCosine = 0.01f;  // flatter rays soon leave a curved surface
 
   const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
 
+  Flight fly_by_nulls(const Ray& ray, float distance, float u_medium, const Random& random,
+                      Throughput<L>& beta) {
+    const Throughput<L> before = beta;
+    const Ray start{ray.origin - ray.direction * beside_, ray.direction, 0, distance};
+    const auto met = grids(start, false).fly(inside(distance), random, beta, channel_shares);
+    Flight flight;
+    flight.length = std::max((met ? *met : distance) - beside_, 0.0f);
+    if (met) {
+      flight.density = density(flight.length, before);
+      flight.scatterer = &scatter(ray.origin + ray.direction * flight.length, u_medium, beta);
+    }
+    beside_ = 0;
+    return flight;
+  }
   /// All media, or those alone that vary.
   GridFlight<L> grids(const Ray& ray, bool varying) const {
     static_assert(kMost <= GridFlight<L>::kMost);
@@ -147,6 +190,12 @@ class MediaStack {
   }
   /// Beyond the scene nothing is: a ray that leaves an open object there has left the grid too.
   float inside(float length) const { return std::min(length, 4 * p_->geometry.radius()); }
+  /// Where media vary it is a typical one.
+  Colorf rates() const {
+    Colorf rate;
+    for (int i = 0; i < count_; ++i) rate += material(i).typical_rate;
+    return rate;
+  }
 
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;
@@ -174,6 +223,7 @@ class MediaStack {
   const Prepared<L>* p_;
   std::array<Entry, kMost> entries_;
   int count_ = 0;
+  float beside_ = 0;  // from the surface that the ray has left to its origin, along the ray
 };
 
 }  // namespace selenite

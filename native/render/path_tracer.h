@@ -5,10 +5,11 @@
 
 #include "math/rng.h"
 #include "math/sampling.h"
-#include "render/media_stack.h"
+#include "render/dimension.h"
 #include "render/prepared.h"
 #include "render/random_walk.h"
 #include "render/render.h"
+#include "render/scatterer.h"
 
 namespace selenite {
 
@@ -28,18 +29,23 @@ class PathTracer {
     bool camera_ray = true;
     float density = kSingular;  // of the ray's direction, per solid angle
     bool refracted = false;     // the direction leads through a surface
-    Vec3f from = ray.origin;    // where that density was taken
+    Vec3f from;                 // where that density was taken
     float travelled = 0;        // from there to the ray's origin, through transparent surfaces
     int scatterings = 0;
     bool after_diffuse = false;
     MediaStack<L> media(p_);
-    if (p_.any_medium) media.locate(ray.origin);
+    if (p_.any_medium) {
+      // Before the near clip plane there is no medium either, as in Cycles.
+      ray = {ray.origin + ray.direction * ray.t_min, ray.direction, 0, ray.t_max - ray.t_min};
+      media.locate(ray.origin);
+    }
     truncated = false;
     if constexpr (L == kTaped) {
       tape.clear();
       beta.tape = &tape;
     }
 
+    std::uint32_t surfaces = 0;
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       const auto hit = p_.geometry.intersect(ray, camera_ray);
@@ -47,20 +53,26 @@ class PathTracer {
       if (!camera_ray)
         add_lamps(from, ray.direction, travelled, reach, density, media, random, beta, radiance);
       if (!media.empty()) {
-        const auto flight = fly(media, ray, hit ? hit->t : kInfinity, random, beta);
+        const float distance = hit ? hit->t : kInfinity;
+        const bool scatters_once_more = depth_ == 0 || scatterings < depth_;
+        const bool lit = scatters_once_more && !media.sealed();
+        if (lit) add_lamp_along(ray, distance, media, random, beta, radiance);
+        const auto flight = fly(media, ray, distance, random, beta);
         if (flight.scatterer) {
-          if (depth_ > 0 && scatterings >= depth_) return radiance;
+          if (!scatters_once_more) return radiance;
           const PreparedMaterial<L>& medium = *flight.scatterer;
           from = ray.origin + ray.direction * flight.length;
-          add_light_sample(from, PhaseScatterer{medium, ray.direction, from}, media, random, beta,
-                           radiance);
+          if (lit) {
+            const PhaseScatterer<L> here{medium, ray.direction, from, &ray, distance, flight};
+            add_light_sample(from, here, media, random, beta, radiance);
+          }
           const float g = value_of(medium.values.anisotropy);
           const float cosine = sample_henyey_greenstein(g, random.uniform(kLobe1));
           density = henyey_greenstein(g, cosine);
           beta.multiply(medium.factor(
               Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / density)));
           if (!survives(++scatterings, random, beta)) return radiance;
-          if (vertex >= kHardLimit) break;
+          if (vertex >= kMediumLimit) break;
           camera_ray = refracted = false;
           travelled = 0;
           ray = {from, deflect(ray.direction, cosine, random.uniform(kLobe2)), 0, kInfinity};
@@ -71,6 +83,7 @@ class PathTracer {
         add_world(ray, camera_ray, density, refracted, beta, radiance);
         return radiance;
       }
+      if (++surfaces > kHardLimit) break;
       Surface surface = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[surface.material];
       Principled<Scalar> room;
@@ -85,8 +98,8 @@ class PathTracer {
       }
 
       if (material.transparent && pass_through(material, bsdf, random, beta)) {
-        if (vertex >= kHardLimit) break;
         media.cross(*hit, surface, ray.direction);
+        media.leave(surface, ray.direction);
         // The ray goes on as if nothing had been there; its density stays that of its origin.
         ray = {surface.leave(ray.direction), ray.direction, 0, kInfinity};
         travelled = reach;
@@ -95,8 +108,8 @@ class PathTracer {
       if (depth_ > 0 && scatterings >= depth_) return radiance;
 
       if (!bsdf.all_singular())
-        add_light_sample(surface.position, SurfaceScatterer{*hit, surface, material, bsdf}, media,
-                         random, beta, radiance);
+        add_light_sample(surface.position, SurfaceScatterer<L>{*hit, surface, material, bsdf},
+                         media, random, beta, radiance);
 
       auto sample = draw(bsdf, random);
       if (!sample) return radiance;
@@ -112,7 +125,7 @@ class PathTracer {
         surface = p_.geometry.surface(exit->hit);
         const PrincipledBsdf<Scalar> out(p_.exit.values, p_.exit.flavour,
                                          point(surface, exit->direction));
-        add_light_sample(surface.position, SurfaceScatterer{exit->hit, surface, p_.exit, out},
+        add_light_sample(surface.position, SurfaceScatterer<L>{exit->hit, surface, p_.exit, out},
                          media, random, beta, radiance);
         sample = draw(out, random);
         if (!sample) return radiance;
@@ -121,12 +134,12 @@ class PathTracer {
       if (sample->transmits) media.cross(*hit, surface, sample->wo);
       after_diffuse = after_diffuse || sample->diffuse;
       if (!survives(++scatterings, random, beta)) return radiance;
-      if (vertex >= kHardLimit) break;
       density = sample->singular ? kSingular : sample->density;
       refracted = sample->transmits;
       camera_ray = false;
       from = surface.position;
       travelled = 0;
+      media.leave(surface, sample->wo);
       ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
     }
     truncated = true;
@@ -144,27 +157,9 @@ class PathTracer {
   static constexpr float kSingular =
       kInfinity;  ///< density of a direction that cannot be met by chance
   static constexpr int kRouletteStart = 4;
-  static constexpr std::uint32_t kHardLimit =
-      1 << 17;  // a white medium of a hundred free paths needs it
-  enum Dimension : std::uint32_t {
-    kLobe,
-    kLobe1,
-    kLobe2,
-    kLightChoice,
-    kLight1,
-    kLight2,
-    kTriangle,
-    kRoulette,
-    kPass,
-    kFreePath,
-    kFreeChannel,
-    kMedium,
-    kWalk,              ///< and all after it, below those that follow
-    kShadow = 1 << 13,  ///< one a surface on the way to a light
-    kToLamp = 1 << 14,  ///< one a lamp
-    kFlight = 1 << 15
-  };
-
+  static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
+  static constexpr std::uint32_t kMediumLimit =
+      1 << 24;  // a white medium of a thousand free paths needs millions
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
     const bool back = dot(s.ng, wi) < 0;
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
@@ -178,42 +173,11 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  static auto fly(const MediaStack<L>& media, const Ray& ray, float distance, const Random& random,
+  static auto fly(MediaStack<L>& media, const Ray& ray, float distance, const Random& random,
                   Throughput<L>& beta) {
     return media.fly(ray, distance, random.uniform(kFreeChannel), random.uniform(kFreePath),
                      random.uniform(kMedium), random, kFlight, beta);
   }
-
-  /// Scatters light at a surface: where a shadow ray starts, and value and density of a direction.
-  struct SurfaceScatterer {
-    const Hit& hit;
-    const Surface& surface;
-    const PreparedMaterial<L>& material;
-    const PrincipledBsdf<Scalar>& bsdf;
-
-    Vec3f origin(const Vec3f& direction) const { return surface.leave(direction); }
-    void cross(MediaStack<L>& media, const Vec3f& direction) const {
-      media.cross(hit, surface, direction);
-    }
-    bool refracts(const Vec3f& direction) const { return bsdf.transmits(direction); }
-    void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
-      bsdf.value_and_density(direction, value, density);
-    }
-  };
-  /// The same in a medium; `forward` is the way of the path.
-  struct PhaseScatterer {
-    const PreparedMaterial<L>& material;
-    Vec3f forward, position;
-
-    Vec3f origin(const Vec3f&) const { return position; }
-    void cross(MediaStack<L>&, const Vec3f&) const {}
-    bool refracts(const Vec3f&) const { return false; }
-    void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
-      const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
-      value = Color<Scalar>(p);
-      density = value_of(p);
-    }
-  };
 
   static auto draw(const PrincipledBsdf<Scalar>& bsdf, const Random& random) {
     return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
@@ -317,6 +281,38 @@ class PathTracer {
     return false;
   }
 
+  /// Light of a lamp that a medium scatters towards the ray's origin, from a place drawn for that
+  /// lamp: free flights seldom end where a lamp is close.
+  void add_lamp_along(const Ray& ray, float distance, const MediaStack<L>& media,
+                      const Random& random, const Throughput<L>& beta,
+                      Radiance<L>& radiance) const {
+    const auto choice = p_.choose(random.uniform(kAlongChoice));
+    if (choice.source != Source::kLamp) return;
+    const Light& lamp = p_.scene.appearance.lights[choice.index];
+    if (!lamp.has_place()) return;
+    const Equiangular along(ray.origin, ray.direction, distance, lamp.position);
+    if (!along) return;
+    const float t = along.sample(random.uniform(kAlong));
+    const float density = along.density(t);
+    const Vec3f position = ray.origin + ray.direction * t;
+    const auto s = lamp.sample(position, random.uniform(kAlong1), random.uniform(kAlong2));
+    if (!s || !(s->density > 0) || !(density > 0)) return;
+    const float share = power_heuristic(density, media.density(t, beta));
+    Throughput<L> through = beta;
+    if constexpr (L == kTaped) through.branches();
+    media.attenuate(ray, t, random, kAlongGrids, through);
+    const PreparedMaterial<L>& medium =
+        media.scatter(position, random.uniform(kAlongMedium), through);
+    const Scalar phase =
+        henyey_greenstein(medium.values.anisotropy, dot(ray.direction, s->direction));
+    MediaStack<L> beyond = media;
+    if (!visible(position, s->direction, s->distance, random, beyond, through)) return;
+    const float light = s->density * choice.probability;
+    const float weight = s->delta ? 1 : power_heuristic(light, value_of(phase));
+    radiance.add(through, medium.factor(Color<Scalar>(phase)), p_.lamp(choice.index, s->factor),
+                 share * weight / (light * density));
+  }
+
   template <class Scatterer>
   void add_light_sample(const Vec3f& position, const Scatterer& scatterer,
                         const MediaStack<L>& media, const Random& random, const Throughput<L>& beta,
@@ -327,12 +323,15 @@ class PathTracer {
     Vec3f direction;
     float distance = kInfinity, density = 0;
     float relative = 1;  // density for the weight per real one
+    float share = 1;     // of other ways to draw the position
     bool delta = false;
     Factor<L> emitted;
     switch (choice.source) {
       case Source::kLamp: {
-        const auto s = p_.scene.appearance.lights[choice.index].sample(position, u1, u2);
+        const Light& lamp = p_.scene.appearance.lights[choice.index];
+        const auto s = lamp.sample(position, u1, u2);
         if (!s) return;
+        share = scatterer.share(lamp);
         direction = s->direction;
         distance = s->distance;
         density = s->density;
@@ -382,7 +381,7 @@ class PathTracer {
     scatterer.cross(beyond, direction);
     if (!visible(scatterer.origin(direction), direction, distance, random, beyond, through)) return;
     const float weight = delta ? 1 : power_heuristic(relative * density, bsdf_density);
-    radiance.add(through, scatterer.material.factor(value), emitted, weight / density);
+    radiance.add(through, scatterer.material.factor(value), emitted, share * weight / density);
   }
 
   const Prepared<L>& p_;

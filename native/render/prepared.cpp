@@ -110,6 +110,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   prepare_materials(layout, fields);
   prepare_emitters();
   prepare_choice();
+  if (any_medium) prepare_seals();
 }
 
 template <int L>
@@ -167,6 +168,8 @@ void Prepared<L>::prepare_medium(const Material& source, PreparedMaterial<L>& ma
   const float least = geometry.radius() > 0 ? 0.2f / (geometry.radius() * densest) : 0;
   if (has_slope(sigma_t))
     material.rate = map(material.rate, [least](float r) { return std::max(r, least); });
+  material.typical_rate =
+      material.rate * (source.density_grid ? source.density_grid.grid->mean() : 1.0f);
   // Twice the extinction where it is ticked: as many null collisions as real ones at the densest
   // place. Their number then adds as much variance to the derivative as the free path itself has.
   material.majorant = max_channel(material.rate) * densest * (has_slope(sigma_t) ? 2.0f : 1.0f);
@@ -211,6 +214,35 @@ void Prepared<L>::prepare_emitters() {
     if (weight[m] > 0 && emitter_flux_ > 0)
       materials[m].emitter_density = static_cast<float>(weight[m] / emitter_flux_);
   for (double x : cumulative) triangle_cdf_.push_back(static_cast<float>(x / emitter_flux_));
+}
+
+template <int L>
+void Prepared<L>::prepare_seals() {
+  std::vector<Box> lights;
+  for (const Light& light : scene.appearance.lights)
+    if (light.kind != LightKind::kSun) lights.push_back(light.bounds());
+  const auto& instances = geometry.instances();
+  const auto has = [&](std::size_t instance, const auto& wanted) {
+    return std::any_of(instances[instance].materials.begin(), instances[instance].materials.end(),
+                       [&](int m) { return wanted(materials[m]); });
+  };
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    if (has(i, [](const auto& m) { return m.emitter_density > 0; }))
+      lights.push_back(geometry.bounds(static_cast<int>(i)));
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    PreparedMaterial<L>& material = materials[m];
+    if (!material.has_medium || material.transparent) continue;
+    material.sealed = true;
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+      if (!has(i, [&](const auto& other) { return &other == &material; })) continue;
+      const Box box = geometry.bounds(static_cast<int>(i));
+      // Another material on the same object may be a window.
+      const bool window = has(i, [](const auto& other) { return other.transparent; });
+      const bool lit = std::any_of(lights.begin(), lights.end(),
+                                   [&](const Box& light) { return light.overlaps(box); });
+      if (window || lit) material.sealed = false;
+    }
+  }
 }
 
 template <int L>

@@ -28,8 +28,12 @@ struct PreparedMaterial {
   Colorf rate;
   const PlacedGrid* albedo_grid = nullptr;   ///< none: the constant
   const PlacedGrid* density_grid = nullptr;  ///< none: 1 everywhere
+  Colorf typical_rate;                       ///< `rate` at a middling density, for weights
   float majorant = 0;     ///< above the rate of every channel everywhere; see GridFlight
   int albedo_field = -1;  ///< number of the field of unknowns that the albedo grid is, if it is one
+  /// No light can be seen from inside of it: its surface lets no shadow ray pass, and every light is
+  /// outside of the boxes around its objects.
+  bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
@@ -124,6 +128,7 @@ class Prepared {
   void prepare_inside(int material);
   void prepare_medium(const Material& source, PreparedMaterial<L>& material);
   void prepare_emitters();
+  void prepare_seals();
   void prepare_choice();
 
   std::vector<OwnerSlots> lamp_slots_;

@@ -33,6 +33,7 @@ class Tape {
  public:
   void clear() {
     events_.clear();
+    leaves_.clear();
     light_ = Colorf();
   }
   void add_light(const Colorf& light) { light_ += light; }
@@ -42,10 +43,17 @@ class Tape {
     light_ = Colorf();
   }
 
-  /// Calls `sink(field, position, derivative)` for every event, last first, where `weight` is that of
+  /// A lookup on a branch of the path that ended at a light: `derivative` of the path's radiance by
+  /// the looked-up colour.
+  void add_leaf(const Colorf& derivative, const Vec3f& position, int field) {
+    leaves_.push_back({derivative, position, field});
+  }
+
+  /// Calls `sink(field, position, derivative)` for every leaf and every event, last first, where `weight` is that of
   /// the path's radiance in what is differentiated. Returns the path's radiance.
   template <class Sink>
   Colorf sweep(const Colorf& weight, Sink&& sink) const {
+    for (const Leaf& leaf : leaves_) sink(leaf.field, leaf.position, weight * leaf.derivative);
     Colorf light = light_;
     for (auto event = events_.rbegin(); event != events_.rend(); ++event) {
       sink(event->field, event->position, weight * event->throughput * event->slope * light);
@@ -53,9 +61,15 @@ class Tape {
     }
     return light;
   }
-  bool empty() const { return events_.empty(); }
+  bool empty() const { return events_.empty() && leaves_.empty(); }
 
  private:
+  struct Leaf {
+    Colorf derivative;
+    Vec3f position;
+    int field;
+  };
+  std::vector<Leaf> leaves_;
   std::vector<TapeEvent> events_;
   Colorf light_;  ///< brought home since the last event
 };
@@ -70,8 +84,26 @@ template <>
 struct SinceEvent<true> {
   Colorf since{1, 1, 1};
   Tape* tape = nullptr;
-  void multiply(const Colorf& f) { since = since * f; }
-  void multiply(float f) { since = since * f; }
+  /// A branch towards a light may look up one colour, at `place`: throughput before and since.
+  bool is_branch = false, has_leaf = false;
+  Colorf before, after;
+  Vec3f place;
+  int field = 0;
+
+  void branches() { is_branch = true; }
+  void multiply(const Colorf& f) {
+    since = since * f;
+    after = after * f;
+  }
+  void multiply(float f) {
+    since = since * f;
+    after = after * f;
+  }
+  /// `light`, per throughput, is brought home.
+  void bring(const Colorf& light) const {
+    tape->add_light(since * light);
+    if (has_leaf) tape->add_leaf(before * after * light, place, field);
+  }
 };
 
 }  // namespace selenite

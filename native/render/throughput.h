@@ -61,8 +61,17 @@ class Throughput : public SinceEvent<K == kTaped> {
   /// A colour looked up in a field of unknowns: it goes on the tape, and its derivative into the one
   /// slot that there is.
   void multiply_recorded(const Colorf& f, const Vec3f& position, int field) requires(K == kTaped) {
-    this->tape->record(value, this->since, f, Colorf(1), position, field);
-    this->since = Colorf(1);
+    if (this->is_branch) {
+      Since::multiply(f);
+      this->has_leaf = true;
+      this->before = value;
+      this->after = Colorf(1);
+      this->place = position;
+      this->field = field;
+    } else {
+      this->tape->record(value, this->since, f, Colorf(1), position, field);
+      this->since = Colorf(1);
+    }
     slope[0] = slope[0] * f + value;
     value = value * f;
   }
@@ -93,7 +102,7 @@ class Radiance {
   void add(const Throughput<K>& t, const Factor<K>& emitted, float weight) {
     const Colorf e = emitted.value * weight;
     value += t.value * e;
-    if constexpr (K == kTaped) t.tape->add_light(t.since * e);
+    if constexpr (K == kTaped) t.bring(e);
     for (int s = 0; s < slots_; ++s) slope[s] += t.slope[s] * e;
     for (int k = 0; k < emitted.count; ++k)
       slope[emitted.slot[k]] += t.value * emitted.slope[k] * weight;
@@ -102,7 +111,7 @@ class Radiance {
   void add(const Throughput<K>& t, const Factor<K>& f, const Factor<K>& emitted, float weight) {
     const Colorf e = emitted.value * weight, fe = f.value * e;
     value += t.value * fe;
-    if constexpr (K == kTaped) t.tape->add_light(t.since * fe);
+    if constexpr (K == kTaped) t.bring(fe);
     for (int s = 0; s < slots_; ++s) slope[s] += t.slope[s] * fe;
     for (int k = 0; k < f.count; ++k) slope[f.slot[k]] += t.value * f.slope[k] * e;
     for (int k = 0; k < emitted.count; ++k)

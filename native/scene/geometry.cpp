@@ -145,6 +145,12 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
     accelerator_->add_instance(prototype, matrix, instance.visible_to_camera);
   }
   accelerator_->build();
+  bounds_.resize(instances_.size());
+  for (int i = 0; i < static_cast<int>(instances_.size()); ++i) {
+    const auto count = static_cast<int>(meshes_[instances_[i].mesh].triangles.size());
+    for (int t = 0; t < count; ++t)
+      for (const Vec3f& corner : corners(i, t)) bounds_[i].include(corner);
+  }
 }
 
 Geometry::~Geometry() = default;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "math/box.h"
 #include "math/color.h"
 #include "scene/camera.h"
 #include "scene/transform.h"
@@ -86,6 +87,8 @@ class Geometry {
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
   Colorf color(const Hit& hit, const std::string& name) const;
+  /// Of an instance, in world space.
+  const Box& bounds(int instance) const { return bounds_[instance]; }
   /// World-space corners of a triangle.
   std::array<Vec3f, 3> corners(int instance, int triangle) const;
 
@@ -100,6 +103,7 @@ class Geometry {
   std::vector<Mesh> meshes_;
   std::vector<Instance> instances_;
   std::vector<char> in_world_space_;  ///< per instance
+  std::vector<Box> bounds_;           ///< likewise, relative to the origin
   Vec3d origin_;
   float radius_ = 0;
   std::vector<std::pair<std::string, long>> dropped_;

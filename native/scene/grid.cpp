@@ -55,12 +55,15 @@ Grid::Grid(std::string name, std::array<int, 3> size, int channels, std::vector<
   if (static_cast<std::int64_t>(values_.size()) != numbers)
     refuse(name_, values_.size(), " numbers are given for ", size[0], " x ", size[1], " x ",
            size[2], " voxels of ", channels, " channels; give ", numbers);
+  double sum = 0;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     if (!(values_[i] >= 0 && std::isfinite(values_[i])))
       refuse(name_, "number ", i, " is ", values_[i],
              "; every one must be finite and at least 0: repair the file");
     maximum_ = std::max(maximum_, values_[i]);
+    sum += static_cast<double>(values_[i]);
   }
+  mean_ = static_cast<float>(sum / static_cast<double>(numbers));
 }
 
 Colorf Grid::at(const Vec3d& u) const {

@@ -43,6 +43,7 @@ class Grid {
   std::size_t voxels() const { return values_.size() / static_cast<std::size_t>(channels_); }
   const std::vector<float>& values() const { return values_; }
   float maximum() const { return maximum_; }
+  float mean() const { return mean_; }
   /// The same lattice with other values; the same errors.
   Grid with(std::vector<float> values) const {
     return {name_, size_, channels_, std::move(values)};
@@ -58,7 +59,7 @@ class Grid {
   std::array<int, 3> size_;
   int channels_;
   std::vector<float> values_;
-  float maximum_ = 0;
+  float maximum_ = 0, mean_ = 0;
 };
 
 /// A grid and its place in a scene; no grid: a constant takes its place.

@@ -100,6 +100,18 @@ void Light::prepare(const Vec3d& origin) {
   scale = static_cast<float>(scale_exact * radiance_scale);
 }
 
+Box Light::bounds() const {
+  const auto r = static_cast<float>(radius);
+  const Vec3f reach = kind == LightKind::kArea
+                          ? Vec3f{std::abs(u.x) + std::abs(v.x), std::abs(u.y) + std::abs(v.y),
+                                  std::abs(u.z) + std::abs(v.z)}
+                          : Vec3f{r, r, r};
+  Box box;
+  box.include(position - reach);
+  box.include(position + reach);
+  return box;
+}
+
 bool Light::is_delta() const {
   switch (kind) {
     case LightKind::kSun:

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "math/box.h"
 #include "math/color.h"
 #include "model/parameter.h"
 #include "scene/transform.h"
@@ -85,6 +86,9 @@ struct Light {
   /// Checks every value (InvalidArgument) and derives the rest; `origin` is the geometry's.
   void prepare(const Vec3d& origin);
   bool is_delta() const;
+  bool has_place() const { return kind != LightKind::kSun; }
+  /// A box around the lamp; not for a sun.
+  Box bounds() const;
   /// Rough flux for choosing between lights: W, for a scene of the given radius.
   float flux(float scene_radius) const;
   std::optional<LightSample> sample(const Vec3f& point, float u1, float u2) const;

@@ -8,6 +8,7 @@
 #include "math/error.h"
 #include "render/picture_statistics.h"
 #include "render/tape.h"
+#include "render/throughput.h"
 #include "scene/small_scenes.h"
 
 namespace selenite {
@@ -16,8 +17,11 @@ namespace {
 constexpr int kVoxels = 8;
 
 /// A rough glass ball whose medium has 2 x 2 x 2 albedos, over a ground, under a lamp and a sky.
-Scene grid_ball(const std::vector<float>& albedo, int channels, bool density = false) {
-  Material m = glass("Medium", 1.35, 0.3);
+/// `smoky`: no glass around it, so that lamps are seen from inside.
+Scene grid_ball(const std::vector<float>& albedo, int channels, bool density = false,
+                bool smoky = false) {
+  Material m = smoky ? matte("Medium", 0) : glass("Medium", 1.35, 0.3);
+  if (smoky) m.values.alpha = 0;
   m.values.extinction = {2, 3, 4};
   m.values.anisotropy = 0.3;
   const Transform place_grid = matrix({0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}, {0.5, 0.5, 0.5});
@@ -61,7 +65,7 @@ struct Place {
   std::string name;
   std::vector<float> albedo;  ///< one number a voxel
   int voxel;
-  bool density = false;
+  bool density = false, smoky = false;
 };
 void PrintTo(const Place& p, std::ostream* out) { *out << p.name << ", voxel " << p.voxel; }
 class Voxel : public testing::TestWithParam<Place> {};
@@ -72,12 +76,12 @@ TEST_P(Voxel, AgreesWithDifferencesOfRenders) {
   const auto displaced = [&](float step, const RenderSettings& settings) {
     std::vector<float> albedo = p.albedo;
     albedo[p.voxel] = here + step;
-    const Scene scene = grid_ball(albedo, 1, p.density);
+    const Scene scene = grid_ball(albedo, 1, p.density, p.smoky);
     return mean_of_all(render_view(scene, settings));
   };
   // At an end of the range a one-sided difference, of second order.
   const float side = here - h < 0 ? 1.f : here + h > 1 ? -1.f : 0.f;
-  const Scene scene = grid_ball(p.albedo, 1, p.density);
+  const Scene scene = grid_ball(p.albedo, 1, p.density, p.smoky);
   Tally gap, size;
   for (int seed = 0; seed < 12; ++seed) {
     const RenderSettings settings = settings_of(6, 150, 70 + seed);
@@ -113,7 +117,9 @@ std::vector<Place> places() {
           {"all black", black, 4},
           {"all white", bright, 3},
           {"with density", mixed, 6, true},
-          {"black with density", black, 1, true}};
+          {"black with density", black, 1, true},
+          {"smoke", mixed, 6, false, true},
+          {"black smoke with density", black, 4, true, true}};
 }
 INSTANTIATE_TEST_SUITE_P(Albedos, Voxel, testing::ValuesIn(places()));
 
@@ -160,6 +166,21 @@ TEST(FieldGradient, TheTapeTellsTheRadianceItself) {
   const Colorf light =
       tape.sweep(Colorf(1), [&](int field, const Vec3f&, const Colorf& d) { by[field] = d.g; });
   EXPECT_FLOAT_EQ(light.r, 0.5f);
+  // A branch that looks up 0: its light is none, its derivative is the throughput before and after.
+  Throughput<kTaped> beta(1);
+  tape.clear();
+  beta.tape = &tape;
+  beta.multiply(3);
+  Throughput<kTaped> branch = beta;
+  branch.branches();
+  branch.multiply_recorded(Colorf(0), {}, 0);
+  branch.multiply(0.5f);
+  Radiance<kTaped> radiance(1);
+  radiance.add(branch, Factor<kTaped>{Colorf(4)}, 1);
+  by[0] = 0;
+  EXPECT_EQ(tape.sweep(Colorf(1), [&](int, const Vec3f&, const Colorf& d) { by[0] += d.g; }).r, 0);
+  EXPECT_FLOAT_EQ(by[0], 6);
+  by[0] = 8;
   EXPECT_FLOAT_EQ(by[0], 8);
   EXPECT_FLOAT_EQ(by[1], 0);
 }

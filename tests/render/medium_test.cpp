@@ -1,48 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include "render/media_scenes.h"
 #include "render/picture_statistics.h"
-#include "scene/small_scenes.h"
 
 namespace selenite {
 namespace {
-
-/// A boundary that is not seen: only its medium is.
-Material fog(const Color<double>& extinction, double albedo, double g = 0) {
-  Material m = matte("Medium", 0);
-  m.values.alpha = 0;
-  m.values.extinction = extinction;
-  m.values.albedo = Color<double>(albedo);
-  m.values.anisotropy = g;
-  return m;
-}
-Material filled_glass(double roughness, double ior, double extinction, double albedo,
-                      double g = 0) {
-  Material m = glass("Medium", ior, roughness);
-  m.values.extinction = Color<double>(extinction);
-  m.values.albedo = Color<double>(albedo);
-  m.values.anisotropy = g;
-  return m;
-}
-
-/// A box of thickness 2 in front of the camera under a sky of radiance 1.
-Scene slab(const Material& material, double size = 1) {
-  SceneBuilder builder;
-  place(builder, box_mesh(20 * size, size, 20 * size), builder.add_material(material));
-  add_view(builder, {0, -4 * size, 0}, {0, 0, 0}, 500);
-  builder.cameras.back().clip_start = 1e-3 * size;
-  builder.cameras.back().clip_end = 1e3 * size;
-  set_sky(builder, 1);
-  return builder.build();
-}
-
-Scene ball(const Material& material) {
-  SceneBuilder builder;
-  place(builder, sphere_mesh(1, 16), builder.add_material(material));
-  add_view(builder, {0, -4, 0}, {0, 0, 0}, 90);
-  set_sky(builder, 1);
-  return builder.build();
-}
 
 class Absorption : public testing::TestWithParam<double> {};
 

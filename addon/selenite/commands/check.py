@@ -6,11 +6,11 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from .. import parameters
+from .. import mean_free_path, parameters
 from ..fit_run.plan import build_scene
 from ..fit_run.unknowns import USUAL
-from ..problems import BadInput
-from ..scene_read.values import Owner
+from ..problems import BadInput, listed
+from ..scene_read.values import Owner, SceneValues
 from .scene import open_scene
 from .terminal import say
 
@@ -43,20 +43,31 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "triangles": values.triangle_count(),
         "dropped_triangles": dropped,
         "lights": [{"name": item.name, "kind": item.kind} for item in values.lights],
-        "owners": {owner.name: _owner(owner) for owner in values.owners.values()},
+        "owners": {
+            owner.name: _owner(owner, values.millimetres) for owner in values.owners.values()
+        },
+        "bodies": [body.as_json() for body in values.bodies],
         "flavour": sorted({item.flavour for item in values.materials}),
-        "model": "surface: the scene has no medium",
+        "model": _model(values),
         "problems": [problem.as_json() for problem in problems],
         "warnings": values.warnings,
         "render_settings": [item.as_json() for item in remarks],
     }
-    _say(report, values.owners)
+    _say(report, values)
     for remark in remarks:
         say(f"{'render setting' if remark.spoils else 'remark'}: {remark.line()}")
     return report
 
 
-def _owner(owner: Owner) -> dict[str, Any]:
+def _model(values: SceneValues) -> str:
+    """Which model a render of the scene needs, and why."""
+    media = [item.name for item in values.materials if "extinction" in item.values]
+    if media:
+        return f"volume: there is a medium in {listed(media)}"
+    return "surface: the scene has no medium"
+
+
+def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
     rows = {}
     for parameter in parameters.of(owner.kind):
         value = owner.values.get(parameter.name)
@@ -67,20 +78,30 @@ def _owner(owner: Owner) -> dict[str, Any]:
             "maximum": parameter.fit_upper,
             "fixed": owner.fixed.get(parameter.name),
         }
+    if "extinction" in owner.values:
+        path = mean_free_path.of(owner.values["extinction"], millimetres)
+        rows["extinction"]["mean_free_path"] = path.as_json()
     return {"kind": owner.kind, "datablock": owner.datablock, "parameters": rows}
 
 
-def _say(report: dict[str, Any], owners: dict[str, Owner]) -> None:
+def _say(report: dict[str, Any], values: SceneValues) -> None:
     say(f"{report['objects']} objects, {report['triangles']} triangles; model {report['model']}")
     for camera in report["cameras"]:
         say(f"camera '{camera['name']}': {camera['width']} x {camera['height']}")
     for light in report["lights"]:
         say(f"light '{light['name']}' ({light['kind'].lower()})")
-    for owner in owners.values():
+    for owner in values.owners.values():
         free = [name for name in owner.values if name not in owner.fixed]
         say(f"{owner.kind} '{owner.name}': can be fitted: {', '.join(free) or 'nothing'}")
         for name in USUAL:
             if name in owner.fixed:
                 say(f"  not {name}: {owner.fixed[name]}")
+        if "extinction" in owner.values:
+            path = mean_free_path.of(owner.values["extinction"], values.millimetres)
+            say(f"  mean free path in the medium: {path.text()}")
+    for body in values.bodies:
+        state = "closed" if body.found.encloses else "not closed"
+        count = f"{body.found.triangles} triangles, {body.found.bodies} bodies"
+        say(f"{body.need} '{body.material}' in object '{body.object}': {state} ({count})")
     for text in report["warnings"]:
         say(f"warning: {text}")

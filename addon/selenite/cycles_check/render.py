@@ -6,7 +6,10 @@ Whoever wants a scene left as it is renders a copy, in a process of its own: see
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -15,6 +18,22 @@ import numpy as np
 from .. import native
 from .compare import Estimate
 from .render_settings import set_comparison
+
+
+@contextmanager
+def without_words() -> Iterator[None]:
+    """Keeps from the terminal the lines that Blender prints at each step of a render: it writes
+    them past Python's sys.stdout."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
 
 
 def render(
@@ -33,7 +52,8 @@ def render(
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
     scene.render.use_file_extension = False
     scene.render.filepath = str(path)
-    bpy.ops.render.render(write_still=True, scene=scene.name)
+    with without_words():
+        bpy.ops.render.render(write_still=True, scene=scene.name)
     pixels: np.ndarray = native.image().read(str(path))[0]
     return pixels
 

@@ -29,6 +29,7 @@ class FitPlan:
     fields: list[FieldUnknown]
     warnings: list[str]
     model: str
+    millimetres: float | None  # in one Blender unit, None where the scene has no units
 
 
 def prepare(
@@ -62,6 +63,7 @@ def prepare(
         fields=fields,
         warnings=warnings,
         model=model_name(unknowns, fields),
+        millimetres=values.millimetres,
     )
 
 

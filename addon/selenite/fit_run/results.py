@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__, grid_files, native
+from .. import __version__, grid_files, mean_free_path, native
 from ..parameters import Values
 from .captures import Capture
 from .fields import FieldUnknown
 from .job import fitted_values, scene_at
 from .plan import FitPlan
+from .unknowns import Unknown
 
 SCHEMA = 1
 
@@ -40,6 +41,12 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "determined": None,
             "unit": item.parameter.unit,
         }
+        if item.parameter.name == "extinction":
+            value = values[item.owner, item.parameter.name]
+            rows[item.name]["mean_free_path"] = {
+                "initial": list(mean_free_path.of(item.start, plan.millimetres).value),
+                **mean_free_path.of(value, plan.millimetres).as_json(),
+            }
     for field in plan.fields:
         values_of_field = result["fields_best"][field.name]
         rows[field.name] = {
@@ -117,11 +124,19 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     for item in plan.unknowns:
         value = values[item.owner, item.parameter.name]
         unit = "" if item.parameter.unit == "1" else f" {item.parameter.unit}"
-        lines.append(f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}")
+        line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
+        lines.append(line + _length(item, value, plan))
     for field in plan.fields:
         start, value = _means(field.start.values), _means(result["fields_best"][field.name])
         lines.append(f"{field.name}: mean {_text(start)} -> {_text(value)}")
     return lines
+
+
+def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
+    """What an extinction means as a length."""
+    if unknown.parameter.name != "extinction":
+        return ""
+    return f" (mean free path {mean_free_path.of(value, plan.millimetres).text()})"
 
 
 def _write_pictures(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-from .. import write_back
+from .. import mean_free_path, write_back
 from ..cycles_check.render_settings import contents_of
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
@@ -19,7 +19,7 @@ from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from .request import refresh_rows, run_request, values_text
 from .row_operators import report_problems
-from .state import CHECK, RUN
+from .state import CHECK, RUN, remember_shapes
 
 _TICK = 0.2  # seconds between two looks at the native thread
 
@@ -79,6 +79,7 @@ class SELENITE_OT_start(bpy.types.Operator):
         problems: list[Problem] = []
         try:
             values = read_scene(context.scene, context.evaluated_depsgraph_get())
+            remember_shapes(context.scene.name, values)
             wanted = run_request(context.scene, values, problems)
             if problems:
                 raise BadInput([*values.problems, *problems])
@@ -260,6 +261,8 @@ def _keep_result(scene: bpy.types.Scene) -> None:
         row.start, row.value = _three(unknown.start), _three(value)
         row.original = _three(owner.values[name])
         row.text = f"{values_text(unknown.start)}\nto {values_text(value)}"
+        if name == "extinction":
+            row.text += f"\n{mean_free_path.of(value, RUN.plan.millimetres).text()} free path"
 
 
 def _write(scene: bpy.types.Scene, which: str) -> dict[tuple[str, str], tuple[float, ...]]:

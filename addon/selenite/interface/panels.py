@@ -97,6 +97,12 @@ class SELENITE_PT_parameters(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("selenite.refresh_rows", text="Refresh", icon="FILE_REFRESH")
         row.operator("selenite.reset_rows", text="Reset", icon="LOOP_BACK")
+        for text in state.SHAPES.get(context.scene.name, ()):
+            box = layout.box().column(align=True)
+            first, *rest = _wrapped(text)
+            box.label(text=first, icon="ERROR")
+            for line in rest:
+                box.label(text=line)
         if not len(settings.rows):
             return
         layout.template_list(
@@ -105,6 +111,8 @@ class SELENITE_PT_parameters(bpy.types.Panel):
         if settings.active_row >= len(settings.rows):
             return
         item = settings.rows[settings.active_row]
+        for line in _wrapped(item.note) if item.note else ():
+            layout.label(text=line)
         if item.reason:
             for line in _wrapped(item.reason):
                 layout.label(text=line)

@@ -92,6 +92,7 @@ class SeleniteRow(bpy.types.PropertyGroup):
     help: StringProperty()
     width: IntProperty(default=1)
     value: StringProperty(description="Value in the scene when the list was last refreshed")
+    note: StringProperty(description="What the value means, where that needs another unit")
     reason: StringProperty(description="Why this parameter cannot be fitted")
     use_start: BoolProperty(
         name="Own Start", default=False, description="Start elsewhere than at the scene's value"

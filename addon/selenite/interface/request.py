@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import parameters, write_back
+from .. import mean_free_path, parameters, write_back
 from ..fit_run.request import RunRequest, UnknownRequest
 from ..fit_run.settings import FitSettings
 from ..parameters import Values
@@ -98,6 +98,9 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             row.reason = owner.fixed.get(parameter.name, "")
             current = owner.values.get(parameter.name)
             row.value = values_text(current) if current is not None else ""
+            if current is not None and parameter.name == "extinction":
+                path = mean_free_path.of(current, values.millimetres)
+                row.note = f"Mean free path {path.text()}"
             reset_row(row, current)
             for name, value in kept.get((owner.name, parameter.name), {}).items():
                 setattr(row, name, value)

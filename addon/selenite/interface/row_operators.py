@@ -12,7 +12,7 @@ from ..problems import BadInput
 from ..scene_read.photos import pair_by_name
 from ..scene_read.scene import read_scene
 from . import request
-from .state import CHECK
+from .state import CHECK, remember_shapes
 
 
 def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
@@ -35,6 +35,7 @@ class SELENITE_OT_refresh_rows(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         request.refresh_rows(context.scene, values)
+        remember_shapes(context.scene.name, values)
         CHECK.contents[context.scene.name] = contents_of(context.scene)
         for problem in values.problems:
             self.report({"WARNING"}, problem.line())

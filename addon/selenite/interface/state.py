@@ -13,7 +13,7 @@ from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
-from ..scene_read.values import Owner
+from ..scene_read.values import Owner, SceneValues
 
 
 @dataclass
@@ -82,6 +82,13 @@ class Check:
 
 RUN = Run()
 CHECK = Check()
+#: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
+SHAPES: dict[str, list[str]] = {}
+
+
+def remember_shapes(scene_name: str, values: SceneValues) -> None:
+    """What the panel says about bodies until an operator looks again."""
+    SHAPES[scene_name] = [body.fault for body in values.bodies if body.fault]
 
 
 @lru_cache(maxsize=1)

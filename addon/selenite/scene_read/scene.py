@@ -9,6 +9,7 @@ import numpy as np
 from ..problems import BadInput, Problem
 from . import camera as cameras
 from . import lights, materials, mesh, volume_objects, world
+from .bodies import judge_bodies
 from .nodes import Unreadable
 from .textures import TextureRoom
 from .values import MeshValues, ObjectValues, SceneValues
@@ -34,7 +35,7 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     if depsgraph is None:
         bpy.context.view_layer.update()
         depsgraph = bpy.context.evaluated_depsgraph_get()
-    read = SceneValues()
+    read = SceneValues(millimetres=_millimetres(scene))
     _read_cameras(scene, depsgraph, read)
     # Lamps come last: where names clash, the material keeps the plain name.
     lamps: list[tuple[bpy.types.Light, np.ndarray]] = []
@@ -54,6 +55,7 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
         elif instance.object.type == "VOLUME":
             _read_volume(instance, read)
     _note(read, [], room.warnings)
+    read.bodies = judge_bodies(read)
     if not read.objects:
         cure = "add an object or make one visible for rendering"
         read.problems.append(
@@ -68,6 +70,12 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
         _read_lamp(light, matrix, read)
     _warn_of_render_settings(scene, read)
     return read
+
+
+def _millimetres(scene: bpy.types.Scene) -> float | None:
+    """Length of a Blender unit, None without a system of units."""
+    units = scene.unit_settings
+    return 1000 * float(units.scale_length) if units.system != "NONE" else None
 
 
 def _note(read: SceneValues, problems: list[Problem], warnings: list[str]) -> None:

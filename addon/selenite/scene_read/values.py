@@ -7,12 +7,14 @@ radians, colours linear Rec. 709, pictures (height, width, 3) float32 with row 0
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..parameters import Values
 from ..problems import Problem
+from .closedness import Closedness
 
 PACKED = "packed:"  # a photo that is packed in the .blend
 
@@ -169,9 +171,36 @@ class Owner:
     fixed: dict[str, str]
 
 
+@dataclass(frozen=True)
+class BodyValues:
+    """What was counted for the faces of one object that have to be closed, and why they have to:
+    `need` is "medium", "glass" or "subsurface". `fault`: the problem or warning, "" for none.
+    """
+
+    object: str
+    material: str
+    need: str
+    found: Closedness
+    fault: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Keys object, material, need, closed, fault, and the counts of Closedness."""
+        return {
+            "object": self.object,
+            "material": self.material,
+            "need": self.need,
+            "closed": self.found.encloses,
+            "fault": self.fault,
+            **asdict(self.found),
+        }
+
+
 @dataclass
 class SceneValues:
-    """Everything that was read, with what stands in the way of rendering it."""
+    """Everything that was read, with what stands in the way of rendering it.
+
+    millimetres: in one Blender unit, None where the scene has no system of units.
+    """
 
     cameras: list[CameraValues] = field(default_factory=list)
     meshes: list[MeshValues] = field(default_factory=list)
@@ -180,6 +209,8 @@ class SceneValues:
     lights: list[LightValues] = field(default_factory=list)
     world: WorldValues = field(default_factory=WorldValues)
     owners: dict[str, Owner] = field(default_factory=dict)
+    bodies: list[BodyValues] = field(default_factory=list)
+    millimetres: float | None = None
     unusable_cameras: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)

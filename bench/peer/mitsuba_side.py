@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Renders with Mitsuba 3, for who cannot import it: runs in an environment of its own.
+
+Reads requests from stdin, a line of JSON each, and answers with a line each:
+  {"load": {...}}           a scene as `scenes.py` describes it; its parameters replace all before
+  {"spp": N, "seed": N}     -> {"mean": [r, g, b]} over the mask of the scene
+"""
+
+import json
+import os
+import sys
+
+import numpy as np
+
+# Mitsuba itself finds LLVM 15 first, which cannot compile for AVX-512.
+os.environ.setdefault("DRJIT_LIBLLVM_PATH", "/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1")
+
+import mitsuba as mi
+
+mi.set_variant("llvm_ad_rgb")
+mi.set_log_level(mi.LogLevel.Error)
+
+
+def rgb(value):
+    return {"type": "rgb", "value": list(value)}
+
+
+def mesh(path, bsdf):
+    """Flat triangles: no interpolated normals, which every renderer treats in its own way."""
+    return {"type": "ply", "filename": path, "face_normals": True, "bsdf": bsdf}
+
+
+def body_of(values):
+    """Rough glass and what is in it. Cycles' width is the square of the roughness."""
+    glass = {
+        "type": "roughdielectric",
+        "distribution": "ggx",
+        "alpha": values["roughness"] ** 2,
+        "int_ior": values["ior"],
+        "ext_ior": 1.0,
+    }
+    body = mesh(values["mesh"], glass)
+    if values["sigma_t"] > 0:
+        body["interior"] = {
+            "type": "homogeneous",
+            "sigma_t": values["sigma_t"],
+            "albedo": rgb(values["albedo"]),
+            "phase": {"type": "hg", "g": values["g"]},
+        }
+    return body
+
+
+def load(scene):
+    """(scene, mask) of a description."""
+    transform = mi.ScalarTransform4f()
+    size, camera, lamp = scene["size"], scene["camera"], scene["lamp"]
+    film = {
+        "type": "hdrfilm",
+        "width": size,
+        "height": size,
+        "rfilter": {"type": "box"},
+        "pixel_format": "rgb",
+        "component_format": "float32",
+    }
+    items = {
+        "type": "scene",
+        "sensor": {
+            "type": "perspective",
+            "fov": camera["fov"],
+            "fov_axis": "x",
+            "to_world": transform.look_at(camera["origin"], camera["target"], [0, 0, 1]),
+            "film": film,
+            "sampler": {"type": "independent"},
+        },
+        "body": body_of(scene["body"]),
+        "ground": mesh(
+            scene["ground"]["mesh"],
+            {"type": "diffuse", "reflectance": rgb(scene["ground"]["reflectance"])},
+        ),
+    }
+    if any(scene["world"]):
+        items["world"] = {"type": "constant", "radiance": rgb(scene["world"])}
+    if lamp:
+        place = transform.look_at(lamp["origin"], lamp["target"], [0, 1, 0])
+        items["lamp"] = {
+            "type": "rectangle",
+            "to_world": place @ transform.scale([lamp["size"] / 2] * 3),
+            "emitter": {"type": "area", "radiance": rgb([lamp["radiance"]] * 3)},
+        }
+    return mi.load_dict(items), np.load(scene["mask"])
+
+
+def main():
+    # Nothing that a library prints may come between the answers.
+    answers = os.fdopen(os.dup(1), "w", buffering=1)
+    os.dup2(2, 1)
+    integrator = mi.load_dict({"type": "volpath", "max_depth": -1, "rr_depth": 8})
+    scene = mask = None
+    for line in sys.stdin:
+        request = json.loads(line)
+        if "load" in request:
+            scene, mask = load(request["load"])
+            answer = {}
+        else:
+            picture = mi.render(
+                scene, integrator=integrator, spp=request["spp"], seed=request["seed"]
+            )
+            answer = {"mean": np.array(picture, np.float64)[mask].mean(axis=0).tolist()}
+        answers.write(json.dumps(answer) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "math/vec.h"
+
+namespace selenite {
+
+/// Axis-aligned box; empty until something is put into it.
+struct Box {
+  Vec3f low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
+
+  void include(const Vec3f& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  bool overlaps(const Box& other) const {
+    return low.x <= other.high.x && other.low.x <= high.x && low.y <= other.high.y &&
+           other.low.y <= high.y && low.z <= other.high.z && other.low.z <= high.z;
+  }
+
+ private:
+  static constexpr float kFar = std::numeric_limits<float>::infinity();
+};
+
+}  // namespace selenite
