@@ -52,7 +52,8 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
         image.add(samples[i], i % 2 == 0);
       }
       film.mean[pixel] = image.sum / static_cast<float>(n);
-      film.half_a[pixel] = image.even / static_cast<float>((n + 1) / 2);
+      const int even_count = (n + 1) / 2;
+      film.half_a[pixel] = image.even / static_cast<float>(even_count);
       film.variance[pixel] = image.variance(n);
       if (!work.loss) continue;
       const PixelSlope slope = work.loss(pixel, film);
