@@ -14,10 +14,7 @@ constexpr double kTiny = 1e-30;
 
 }  // namespace
 
-Adam::Adam(const Problem& problem)
-    : problem_(&problem),
-      first_(Vector::Zero(problem.unknowns.size())),
-      second_(Vector::Zero(problem.unknowns.size())) {}
+Adam::Adam(const Problem& problem) : problem_(&problem), moments_(problem.unknowns.size()) {}
 
 Vector Adam::step(const Vector& x, std::span<const Observation> seen) {
   Vector gradient = Vector::Zero(x.size());
@@ -37,6 +34,12 @@ Vector Adam::step(const Vector& x, std::span<const Observation> seen) {
 
 Vector Adam::update(const Vector& x, const Vector& gradient) {
   const Unknowns& unknowns = problem_->unknowns;
+  return moments_.update(x, gradient, unknowns.learning_rate(), unknowns.minimum(),
+                         unknowns.maximum());
+}
+
+Vector AdamMoments::update(const Vector& x, const Vector& gradient, const Vector& rate,
+                           const Vector& minimum, const Vector& maximum) {
   ++steps_;
   first_ = kBeta1 * first_ + (1 - kBeta1) * gradient;
   second_ = kBeta2 * second_ + (1 - kBeta2) * gradient.cwiseProduct(gradient);
@@ -45,9 +48,8 @@ Vector Adam::update(const Vector& x, const Vector& gradient) {
   Vector next = x;
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     const double root = std::sqrt(second_[k] * scale2);
-    next[k] -= unknowns.learning_rate()[k] * first_[k] * scale1 / (root + kTiny);
-    const double inside =
-        std::fmin(std::fmax(next[k], unknowns.minimum()[k]), unknowns.maximum()[k]);
+    next[k] -= rate[k] * first_[k] * scale1 / (root + kTiny);
+    const double inside = std::fmin(std::fmax(next[k], minimum[k]), maximum[k]);
     // At a bound the momentum has nowhere to go; kept, it would hold the value there for many steps
     // after the gradient has turned.
     if (inside != next[k]) first_[k] = 0;

@@ -5,8 +5,21 @@
 
 namespace selenite {
 
-/// Adam with a learning rate per unknown and projection on the bounds.
+/// Running moments of a gradient, and the step that they give.
 /// Source: Kingma and Ba 2015, algorithm 1.
+class AdamMoments {
+ public:
+  explicit AdamMoments(Eigen::Index size) : first_(Vector::Zero(size)), second_(first_) {}
+  /// The next values, inside the bounds; `rate` is the length of a step of each unknown.
+  Vector update(const Vector& x, const Vector& gradient, const Vector& rate, const Vector& minimum,
+                const Vector& maximum);
+
+ private:
+  Vector first_, second_;
+  int steps_ = 0;
+};
+
+/// Adam with a learning rate per unknown and projection on the bounds.
 class Adam final : public Optimiser {
  public:
   explicit Adam(const Problem& problem);
@@ -18,8 +31,7 @@ class Adam final : public Optimiser {
 
  private:
   const Problem* problem_;
-  Vector first_, second_;  ///< running moments of the gradient
-  int steps_ = 0;
+  AdamMoments moments_;
 };
 
 }  // namespace selenite

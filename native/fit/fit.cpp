@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "math/error.h"
@@ -46,6 +47,7 @@ Scene checked(Scene scene, std::vector<Capture>& captures,
   };
   collect([&] { check_captures(scene, captures); });
   collect([&] { (void)Unknowns(scene, unknowns); });
+  collect([&] { (void)Fields(scene, unknowns); });
   collect([&] { settings.check(); });
   if (problems.empty()) return scene;
   if (only_names) throw UnknownName(problems);
@@ -90,18 +92,27 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
     : scene_(checked(std::move(scene), captures, unknowns, settings)),
       captures_(std::move(captures)),
       unknowns_(scene_, unknowns),
+      fields_(scene_, unknowns),
       settings_(std::move(settings)),
       loss_(find_loss(settings_.loss)),
       layout_(scene_, unknowns_.parameters()),
       passes_(split(scene_, unknowns_.parameters())),
       problem_{unknowns_, layout_, captures_, loss_, settings_.iterations},
+      field_adam_(fields_),
       x_(unknowns_.start()),
+      field_values_(fields_.start()),
       previews_(captures_.size()) {
+  // What other optimisers gather over iterations would be about fields that have moved since.
+  if (!fields_.empty() && settings_.optimiser == "auto") settings_.optimiser = "adam";
+  if (!fields_.empty() && settings_.optimiser != "adam")
+    throw InvalidArgument("optimiser = '" + settings_.optimiser +
+                          "' cannot fit a grid; choose optimiser = 'adam' or 'auto'");
   const OptimiserKind& kind = choose_optimiser(settings_.optimiser, unknowns_.size(), loss_,
                                                settings_.spp, settings_.accumulate);
   optimiser_name_ = kind.name;
   optimiser_ = kind.make(problem_);
   result_.last = result_.best = x_;
+  result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
   result_.best_validation = result_.best_validation_standard_error = kNotDone;
 }
 
@@ -142,22 +153,37 @@ Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings 
   return film;
 }
 
-Observation Fit::observe(const Scene& scene, int capture, Progress* progress) {
+Observation Fit::observe(const Scene& scene, int capture,
+                         std::vector<std::vector<double>>& gradients, Progress* progress) {
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
   const std::uint64_t seed =
       stream_seed(settings_.seed, Stream::kStep, result_.iterations, capture);
   Observation seen;
   seen.capture = capture;
-  seen.film = render_slots(scene, scene.camera(photo.camera),
-                           render_settings(capture, settings_.spp, seed), progress);
+  const Camera& camera = scene.camera(photo.camera);
+  const RenderSettings settings = render_settings(capture, settings_.spp, seed);
+  if (!fields_.empty()) {
+    FieldGradient found =
+        loss_field_gradient(scene, camera, fields_, photo, loss_, settings, progress);
+    count(found.film);
+    gradients.resize(found.fields.size());
+    for (std::size_t f = 0; f < gradients.size(); ++f) {
+      gradients[f].resize(found.fields[f].size());
+      std::transform(gradients[f].begin(), gradients[f].end(), found.fields[f].begin(),
+                     gradients[f].begin(), std::plus<>());
+    }
+    seen.film = std::move(found.film);
+  }
+  if (fields_.empty() || unknowns_.size() > 0)
+    seen.film = render_slots(scene, camera, settings, progress);
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;
 }
 
 /// The same samples every time: differences between two sets of values are not hidden by noise.
-Fit::Validation Fit::validate(const Vector& x, Progress* progress) {
-  const Scene scene = unknowns_.scene_with(scene_, x);
+Fit::Validation Fit::validate(const Vector& x, const FieldValues& fields, Progress* progress) {
+  const Scene scene = scene_at(x, fields);
   const SlotLayout none;
   const double share = 1.0 / static_cast<double>(captures_.size());
   Validation sum;
@@ -186,6 +212,7 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   if (first || validation.unbiased < smallest_.unbiased) smallest_ = validation;
   if (worse_than_smallest(validation)) return;
   result_.best = row.values;
+  result_.fields_best = result_.fields_last;
   result_.best_iteration = row.iteration;
   result_.best_validation = row.validation;
   result_.best_validation_standard_error = row.validation_standard_error;
@@ -237,31 +264,41 @@ bool Fit::step(Progress* progress) {
   if (result_.stopped != StopReason::kNone) return false;
   try {
     const double share = 1.0 / static_cast<double>(captures_.size());
-    HistoryRow row{result_.iterations, x_, 0, kNotDone, kNotDone, {}};
+    HistoryRow row{result_.iterations, x_, 0, kNotDone, kNotDone, {}, fields_.means(field_values_)};
     const bool due = result_.iterations % settings_.validation_interval == 0;
     Validation validation;
-    if (due) validation = validate(x_, progress);
+    if (due) validation = validate(x_, field_values_, progress);
     Vector next = x_;
+    FieldValues next_fields = field_values_;
+    FieldAdam field_adam = field_adam_;
+    std::vector<std::vector<double>> gradients;
     // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
     std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
     std::vector<Observation> seen;
     for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
-      seen.push_back(observe(unknowns_.scene_with(scene_, next), i, progress));
+      seen.push_back(observe(scene_at(next, next_fields), i, gradients, progress));
       row.loss += share * seen.back().loss.value;
       row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
       if (settings_.accumulate) continue;
       next = copy->step(next, seen);
+      field_adam.step(next_fields, gradients);
       seen.clear();
+      gradients.clear();
     }
-    if (settings_.accumulate)
+    if (settings_.accumulate) {
       next = optimiser_->step(next, seen);
-    else
+      field_adam.step(next_fields, gradients);
+    } else {
       optimiser_ = std::move(copy);
+    }
     if (due) note_validation(row, validation);
     result_.history.push_back(row);
     if (too_many_dropped()) return false;
     if (due && within_tolerance()) return stop(StopReason::kTolerance);
     x_ = result_.last = unknowns_.project(next);
+    field_adam_ = std::move(field_adam);
+    field_values_ = std::move(next_fields);
+    if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
     ++result_.iterations;
     if (result_.iterations < settings_.iterations) return true;
     finish(progress);
@@ -275,8 +312,10 @@ bool Fit::step(Progress* progress) {
 }
 
 void Fit::finish(Progress* progress) {
-  HistoryRow row{result_.iterations, unknowns_.project(optimiser_->answer(x_)), 0, 0, 0, {}};
-  const Validation validation = validate(row.values, progress);
+  HistoryRow row{
+      result_.iterations,          unknowns_.project(optimiser_->answer(x_)), 0, 0, 0, {},
+      fields_.means(field_values_)};
+  const Validation validation = validate(row.values, field_values_, progress);
   x_ = result_.last = row.values;
   row.loss = validation.loss;
   row.mean_bias = validation.bias;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fit/capture.h"
+#include "fit/fields.h"
 #include "fit/loss.h"
 #include "fit/optimiser.h"
 #include "fit/settings.h"
@@ -20,7 +21,8 @@ struct HistoryRow {
   double loss = 0;        ///< mean over the cameras, at the samples of a step
   double validation = 0;  ///< the same, unbiased, fixed seed, more samples; NaN: not done
   double validation_standard_error = 0;
-  Color<double> mean_bias;  ///< render minus photo, mean over the cameras
+  Color<double> mean_bias;                 ///< render minus photo, mean over the cameras
+  std::vector<Color<double>> field_means;  ///< of the voxels of each field
 };
 
 enum class StopReason { kNone, kIterations, kTolerance, kCancelled, kDropped, kError };
@@ -32,6 +34,8 @@ struct FitResult {
   /// The newest values whose validation is not worse than the smallest one by more than its noise.
   /// Smallest alone would be a lottery: one bright path can outweigh the whole residual.
   Vector best;
+  /// The fields that belong to `last` and `best`; shared, for they may be large.
+  std::shared_ptr<const FieldValues> fields_last, fields_best;
   int best_iteration = 0;
   double best_validation = 0;
   double best_validation_standard_error = 0;
@@ -64,6 +68,7 @@ class Fit {
 
   const Vector& values() const { return x_; }
   const Unknowns& unknowns() const { return unknowns_; }
+  const Fields& fields() const { return fields_; }
   const std::vector<Capture>& captures() const { return captures_; }
   const FitSettings& settings() const { return settings_; }
   const std::string& optimiser_name() const { return optimiser_name_; }
@@ -77,8 +82,13 @@ class Fit {
     Color<double> bias;
   };
 
-  Observation observe(const Scene& scene, int capture, Progress* progress);
-  Validation validate(const Vector& x, Progress* progress);
+  Scene scene_at(const Vector& x, const FieldValues& fields) const {
+    return fields_.scene_with(unknowns_.scene_with(scene_, x), fields);
+  }
+  /// Adds the gradient by the fields to `gradients`, if there are fields.
+  Observation observe(const Scene& scene, int capture, std::vector<std::vector<double>>& gradients,
+                      Progress* progress);
+  Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
   bool worse_than_smallest(const Validation& validation) const;
   /// Settles on the optimiser's answer and validates it.
@@ -94,6 +104,7 @@ class Fit {
   Scene scene_;
   std::vector<Capture> captures_;
   Unknowns unknowns_;
+  Fields fields_;
   FitSettings settings_;
   const Loss& loss_;
   SlotLayout layout_;
@@ -101,7 +112,9 @@ class Fit {
   Problem problem_;
   std::string optimiser_name_;
   std::unique_ptr<Optimiser> optimiser_;
+  FieldAdam field_adam_;
   Vector x_;
+  FieldValues field_values_;
   FitResult result_;
   Validation smallest_;
   std::string first_dropped_;

@@ -48,6 +48,7 @@ class FitJob {
   std::shared_ptr<const Picture> preview(int capture) const;
 
   const Unknowns& unknowns() const { return fit_.unknowns(); }
+  const Fields& fields() const { return fit_.fields(); }
   const std::vector<Capture>& captures() const { return fit_.captures(); }
   const std::string& optimiser_name() const { return fit_.optimiser_name(); }
 

@@ -141,24 +141,24 @@ constexpr std::array kLosses{
         "samples "
         "of a pixel of (I1 - photo)(I2 - photo). Value and gradient are unbiased; the value may be "
         "below 0. Needs 2 samples",
-        2, true, dual_buffer},
+        2, true, true, dual_buffer},
     Loss{"mse",
          "Mean squared error. Noise adds its variance to the value and pulls the gradient towards "
          "parameters that render with less noise; use dual-buffer unless samples are many",
-         1, true, mse},
+         1, true, true, mse},
     Loss{"brightness-independent-mse",
          "Mean squared error after each image is divided by its own mean; the render's mean is "
          "differentiated too. Bias of noise is removed up to the noise of that mean",
-         1, false, brightness_independent_mse},
+         1, false, false, brightness_independent_mse},
     Loss{"mae",
          "Mean absolute error: less drawn by outliers, such as misaligned edges. Biased by noise, "
          "as "
          "no exact correction exists; use 16 samples or more",
-         1, false, mae},
+         1, false, true, mae},
     Loss{"mean-bias-error",
          "Square of the mean of render minus photo, per channel: matches overall brightness and "
          "colour only. Unbiased from 2 samples on",
-         1, false, mean_bias_error},
+         1, false, false, mean_bias_error},
 };
 
 }  // namespace

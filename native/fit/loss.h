@@ -33,6 +33,7 @@ struct Loss {
   std::string_view help;
   int least_spp;       ///< fewer samples are refused
   bool least_squares;  ///< its expectation is a weighted sum of squared residuals
+  bool per_pixel;      ///< a sum over pixels: the slope of one needs no other
   LossResult (*evaluate)(const Film& film, const Capture& capture);
 };
 

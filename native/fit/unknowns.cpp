@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "fit/fields.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -66,6 +67,7 @@ Unknowns::Unknowns(const Scene& scene, const std::vector<UnknownParameter>& want
   if (wanted.empty()) problems.add("Nothing to fit: tick at least one parameter");
   std::vector<double> start, minimum, maximum, rate;
   for (const UnknownParameter& one : wanted) {
+    if (Fields::is_field(one)) continue;
     const std::string name = one.owner + ":" + one.parameter;
     ParameterRef ref;
     try {

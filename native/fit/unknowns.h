@@ -33,6 +33,7 @@ class Unknowns {
  public:
   /// Checks everything and reports all problems at once, one line each: InvalidArgument, or
   /// UnknownName when names that do not exist are the only problem.
+  /// Fields (see Fields) are passed over; with nothing else there is nothing to fit, or no unknown.
   Unknowns(const Scene& scene, const std::vector<UnknownParameter>& wanted);
 
   int size() const { return static_cast<int>(components_.size()); }

@@ -25,6 +25,15 @@ class Random {
 
   void start_bounce(std::uint32_t bounce) { counter_ = static_cast<std::uint64_t>(bounce) << 16; }
 
+  /// A stream of its own for a use that needs nobody knows how many numbers: there `dimension`
+  /// counts them.
+  Random branch(std::uint32_t dimension) const {
+    Random other = *this;
+    other.key_ = mix64(mix64(key_ + (counter_ + dimension + 1) * kGolden) + kGolden);
+    other.counter_ = 0;
+    return other;
+  }
+
   /// Uniform in [0, 1), 24 bits; `dimension` names the use within the bounce.
   float uniform(std::uint32_t dimension) const {
     const std::uint64_t bits = mix64(key_ + (counter_ + dimension + 1) * kGolden);

@@ -91,14 +91,15 @@ UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
   UnknownParameter unknown;
   unknown.owner = named.as<std::string>("owner");
   unknown.parameter = named.as<std::string>("parameter");
+  named.take("learning_rate", unknown.learning_rate);
+  unknown.minimum = named.as<double>("minimum");
+  unknown.maximum = named.as<double>("maximum");
+  if (Fields::is_field(unknown) && !named.has("start")) return unknown;
   const py::object start = named.get("start");
   if (py::isinstance<py::float_>(start) || py::isinstance<py::int_>(start))
     unknown.start = {named.as<double>("start")};
   else
     unknown.start = named.as<std::vector<double>>("start");
-  unknown.minimum = named.as<double>("minimum");
-  unknown.maximum = named.as<double>("maximum");
-  named.take("learning_rate", unknown.learning_rate);
   return unknown;
 }
 
@@ -137,6 +138,20 @@ py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
   return values;
 }
 
+/// (nz, ny, nx, channels) float32 by name.
+py::dict fields_dict(const Fields& fields, const FieldValues& values) {
+  py::dict arrays;
+  for (std::size_t f = 0; f < fields.names().size(); ++f) {
+    const Grid& grid = fields.grid(f);
+    const auto& [nx, ny, nz] = grid.size();
+    py::array_t<float> array({nz, ny, nx, grid.channels()});
+    for (Eigen::Index i = 0; i < values[f].size(); ++i)
+      array.mutable_data()[i] = static_cast<float>(values[f][i]);
+    arrays[py::str(fields.names()[f])] = array;
+  }
+  return arrays;
+}
+
 py::dict state_dict(const FitJob& job) {
   const FitState s = job.state();
   return py::dict("running"_a = s.running, "done"_a = s.done, "error"_a = s.error,
@@ -172,8 +187,17 @@ py::dict history_dict(const FitJob& job, const std::vector<HistoryRow>& rows) {
   py::dict values;
   for (std::size_t i = 0; i < columns.size(); ++i)
     values[py::str(job.unknowns().names()[i])] = columns[i];
+  py::dict means;
+  for (std::size_t f = 0; f < job.fields().names().size(); ++f) {
+    py::array_t<double> column({k, py::ssize_t{3}});
+    for (py::ssize_t i = 0; i < k; ++i)
+      for (int c = 0; c < 3; ++c)
+        column.mutable_at(i, c) = rows[static_cast<std::size_t>(i)].field_means[f][c];
+    means[py::str(job.fields().names()[f])] = column;
+  }
   return py::dict("iteration"_a = iteration, "loss"_a = loss, "validation"_a = validation,
-                  "validation_standard_error"_a = error, "mean_bias"_a = bias, "values"_a = values);
+                  "validation_standard_error"_a = error, "mean_bias"_a = bias, "values"_a = values,
+                  "field_means"_a = means);
 }
 
 py::dict result_dict(const FitJob& job) {
@@ -181,6 +205,8 @@ py::dict result_dict(const FitJob& job) {
   const FitState s = job.state();
   return py::dict("values_last"_a = values_dict(job.unknowns(), r.last),
                   "values_best"_a = values_dict(job.unknowns(), r.best),
+                  "fields_last"_a = fields_dict(job.fields(), *r.fields_last),
+                  "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
                   "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
                   "best_validation_standard_error"_a = r.best_validation_standard_error,
                   "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because,
@@ -229,7 +255,8 @@ Args:
     captures: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
         top, weight: (h, w) float32 >= 0 or None}. Pixels that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
-        (0.03)}; the bounds hold for every component.
+        (0.03)}; the bounds hold for every component. The parameter "albedo_grid" of a material is
+        every value of its grid: it starts at the scene's, without `start`.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
@@ -247,13 +274,15 @@ loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown
 {"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
       .def("preview", &preview_array, "capture_index"_a,
            "Newest picture of a capture, (h, w, 3) float32, or None before the first.")
-      .def("result", &result_dict,
-           R"(dict {values_last, values_best, best_iteration, best_validation,
+      .def(
+          "result", &result_dict,
+          R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
 best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
 cpu_seconds, dropped, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.
+fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
-mean_bias (k, 3) render minus photo, values {"Body:roughness": (k, width)}; the last row is the
+mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
 final state, its loss taken from the validation render.)");
 }
 

@@ -6,6 +6,7 @@
 
 #include "module/arrays.h"
 #include "module/bindings.h"
+#include "module/grids.h"
 #include "scene/scene_builder.h"
 
 namespace py = pybind11;
@@ -120,13 +121,18 @@ int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pi
 
 int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
                  const std::string& flavour, const std::string& subsurface,
-                 const std::map<std::string, py::dict>& maps) {
+                 const std::map<std::string, py::dict>& maps,
+                 const std::map<std::string, py::dict>& grids) {
   Material material;
   material.name = name;
   material.flavour = make_flavour(multi_ggx, flavour, subsurface);
   set_values(material, values);
   for (const auto& [parameter, value] : maps)
     material.maps.push_back(field_map(b, name, parameter, value));
+  for (const auto& [use, value] : grids)
+    *one_of<PlacedGrid*>("Material '" + name + "': grids", use,
+                         {{"albedo", &material.albedo_grid}, {"density", &material.density_grid}}) =
+        placed_grid(name, value);
   return b.add_material(std::move(material));
 }
 
@@ -239,9 +245,13 @@ void bind_builder(py::module_& m) {
       .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
            "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK",
            "maps"_a = std::map<std::string, py::dict>{},
+           "grids"_a = std::map<std::string, py::dict>{},
            "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
            "node's defaults. `maps`: parameter name to {texture: index or None for the colour "
            "attribute, attribute: UV map or colour attribute ('' for the active one), uv: (2,3)}. "
+           "`grids`: 'albedo' (in place of the medium's, within [0, 1]) or 'density' (times its "
+           "extinction) to {name, values: (nz, ny, nx, 1 or 3) float32, to_unit: (4, 4), world to "
+           "the unit cube over which the values lie}. "
            "ValueError: out of range. KeyError: unknown name.")
       .def(
           "add_texture", &add_texture, "name"_a, "pixels"_a, py::kw_only(), "encoded"_a,
@@ -348,6 +358,17 @@ void bind_scene(py::module_& m) {
       .def("get", &get, "owner"_a, "parameter"_a, "(1,) or (3,) float64. KeyError: no such name.")
       .def("with_values", &with_values, "values"_a,
            "{(owner, parameter): value} -> Scene. ValueError: not finite or out of range.")
+      .def(
+          "with_albedo_grid",
+          [](const Scene& s, const std::string& material, const Array<float>& values) {
+            return s.with_albedo_grid(
+                s.material(material),
+                std::vector<float>(values.data(), values.data() + values.size()));
+          },
+          "material"_a, "values"_a,
+          "Scene with other values in a material's albedo grid, (nz, ny, nx, channels). "
+          "ValueError: "
+          "it has none, another size, or a value outside [0, 1].")
       .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,

@@ -24,7 +24,11 @@ enum Dimension : std::uint32_t {
   kAlong1,
   kAlong2,
   kAlongMedium,
-  kWalk  ///< and all after it
+  kWalk,  ///< and all after it, below those that follow
+  kAlongGrids = (1 << 13) - 1,
+  kShadow = 1 << 13,  ///< one a surface on the way to a light
+  kToLamp = 1 << 14,  ///< one a lamp
+  kFlight = 1 << 15
 };
 
 }  // namespace selenite

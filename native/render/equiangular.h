@@ -20,8 +20,8 @@ class Equiangular {
     height_ = selenite::length(to_lamp - direction * nearest_);
     if (!(height_ > 0)) return;  // the lamp lies on the ray: no density
     begin_ = std::atan(-nearest_ / height_);
-    const float end = std::isinf(length) ? 0.5f * kPi<float>
-                                         : std::atan((length - nearest_) / height_);
+    const float end =
+        std::isinf(length) ? 0.5f * kPi<float> : std::atan((length - nearest_) / height_);
     span_ = end - begin_;
     length_ = length;
   }

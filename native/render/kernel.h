@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
+
 #include "render/prepared.h"
 #include "render/render.h"
 
@@ -17,9 +19,19 @@ struct TileReport {
   std::string first_dropped;
 };
 
+/// Pixels from (x0, y0) up to but without (x1, y1).
 struct Tile {
   int x0, y0, x1, y1;
 };
+
+/// Calls `work` for every tile of the picture, from as many threads as asked for, and counts
+/// progress. Throws what `work` throws, and Cancelled.
+void for_each_tile(const RenderSettings& settings, Progress* progress,
+                   const std::function<void(int index, const Tile& tile)>& work);
+int tile_count(const RenderSettings& settings);
+/// Adds the counts of a tile to a film's, in tile order so that the first one named is the same
+/// whatever the threads did.
+void add_reports(const std::vector<TileReport>& reports, Film& film);
 
 /// Renders all samples of the pixels of a tile and writes their statistics into the film.
 template <int L>

@@ -5,11 +5,12 @@
 #include <limits>
 
 #include "math/rng.h"
+#include "render/grid_flight.h"
 #include "render/prepared.h"
 
 namespace selenite {
 
-/// The homogeneous media that a path is inside of. A medium fills the inside of its object, by the
+/// The media that a path is inside of. A medium fills the inside of its object, by the
 /// winding of the faces; where objects overlap, their media add, as in Cycles.
 template <int L>
 class MediaStack {
@@ -17,6 +18,12 @@ class MediaStack {
   explicit MediaStack(const Prepared<L>& prepared) : p_(&prepared) {}
 
   bool empty() const { return count_ == 0; }
+  /// Some of them vary along a ray.
+  bool vary() const {
+    for (int i = 0; i < count_; ++i)
+      if (material(i).density_grid) return true;
+    return false;
+  }
 
   /// Finds the media around a point: those whose boundary is left, and not entered before, along a
   /// ray from there.
@@ -59,10 +66,14 @@ class MediaStack {
       *at = entries_[--count_];
   }
 
-  /// What passes a length without being met.
-  void attenuate(float length, Throughput<L>& beta) const {
+  /// What passes a length of the ray without being met. `dimension` of the random numbers is used
+  /// where the media vary.
+  void attenuate(const Ray& ray, float length, const Random& random, std::uint32_t dimension,
+                 Throughput<L>& beta) const {
+    if (vary()) grids(ray, true).attenuate(inside(length), random.branch(dimension), beta);
     for (int i = 0; i < count_; ++i) {
       const PreparedMaterial<L>& m = material(i);
+      if (m.density_grid) continue;
       beta.multiply(m.factor(map(m.values.extinction, [length](const auto& sigma) {
         return transmittance(sigma, length);
       })));
@@ -76,8 +87,9 @@ class MediaStack {
   }
 
   /// The same, over a length of a ray that has just left a surface.
-  void attenuate_from_surface(float length, Throughput<L>& beta) const {
-    attenuate(length + beside_, beta);
+  void attenuate_from_surface(const Ray& ray, float length, const Random& random,
+                              std::uint32_t dimension, Throughput<L>& beta) const {
+    attenuate(ray, length + beside_, random, dimension, beta);
   }
 
   struct Flight {
@@ -85,7 +97,8 @@ class MediaStack {
     float length = 0;
     float density = 0;  ///< per length, if it scatters
   };
-  /// Density of a free path of that length, per length.
+  /// Density of a free path of that length, per length. Where media vary it is only near that, but
+  /// the same for everybody: good for weights.
   float density(float length, const Throughput<L>& beta) const {
     const Colorf rate = rates(), share = channel_shares(beta.value);
     length += beside_;
@@ -100,16 +113,22 @@ class MediaStack {
       if (material(i).sealed) return true;
     return false;
   }
-  /// Draws the length of a free flight along a ray that starts here: for one channel.
+  /// Draws the length of a free flight along a ray that starts here: for one channel. Where media
+  /// vary, `fly` draws it.
   float draw(float u_channel, float u_length, const Throughput<L>& beta) const {
+    if (vary()) return std::numeric_limits<float>::infinity();
     const Colorf rate = rates(), share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
     if (!(rate[channel] > 0)) return std::numeric_limits<float>::infinity();
     return std::max(-std::log1p(-u_length) / rate[channel] - beside_, 0.0f);
   }
   /// Flies the length that was drawn, at most `distance`, and multiplies `beta` by what it carries:
-  /// weighted for all channels (balance heuristic).
-  Flight fly(float drawn, float distance, float u_medium, Throughput<L>& beta) {
+  /// weighted for all channels (balance heuristic), or by null collisions from `dimension` of the
+  /// random numbers where the media vary.
+  Flight fly(const Ray& ray, float drawn, float distance, float u_medium, const Random& random,
+             std::uint32_t dimension, Throughput<L>& beta) {
+    if (vary())
+      return fly_by_nulls(ray, distance + beside_, u_medium, random.branch(dimension), beta);
     Flight flight;
     const bool scatters = drawn < distance;
     flight.length = std::min(drawn, distance);
@@ -121,23 +140,27 @@ class MediaStack {
       const float through = transmittance(rate[c], flown);
       density += share[c] * (scatters ? rate[c] * through : through);
     }
-    attenuate(flown, beta);
+    attenuate(ray, flown, random, dimension, beta);
     beta.multiply(1 / density);
     beside_ = 0;
     if (!scatters) return flight;
     flight.density = density;
-    flight.scatterer = &scatter(u_medium, beta);
+    flight.scatterer = &scatter(ray.origin + ray.direction * flight.length, u_medium, beta);
     return flight;
   }
-  /// Chooses the medium that scatters here; `beta` takes its coefficient.
-  const PreparedMaterial<L>& scatter(float u, Throughput<L>& beta) const {
+  /// Chooses the medium that scatters at a place; `beta` takes its coefficient.
+  const PreparedMaterial<L>& scatter(const Vec3f& position, float u, Throughput<L>& beta) const {
     std::array<float, kMost> weight{};
     float sum = 0;
-    for (int i = 0; i < count_; ++i) sum += weight[i] = mean_channel(material(i).rate);
+    for (int i = 0; i < count_; ++i) sum += weight[i] = mean_channel(material(i).rate_at(position));
+    if (!(sum > 0)) {  // nothing is there
+      beta.multiply(0);
+      return material(0);
+    }
     int chosen = 0;
     for (float left = u * sum; chosen + 1 < count_ && left >= weight[chosen]; ++chosen)
       left -= weight[chosen];
-    beta.multiply(material(chosen).factor(material(chosen).sigma_s));
+    selenite::scatter(material(chosen), position, beta);
     beta.multiply(sum / weight[chosen]);
     return material(chosen);
   }
@@ -153,9 +176,34 @@ class MediaStack {
 
   const PreparedMaterial<L>& material(int i) const { return p_->materials[entries_[i].material]; }
 
+  Flight fly_by_nulls(const Ray& ray, float distance, float u_medium, const Random& random,
+                      Throughput<L>& beta) {
+    const Throughput<L> before = beta;
+    const Ray start{ray.origin - ray.direction * beside_, ray.direction, 0, distance};
+    const auto met = grids(start, false).fly(inside(distance), random, beta, channel_shares);
+    Flight flight;
+    flight.length = std::max((met ? *met : distance) - beside_, 0.0f);
+    if (met) {
+      flight.density = density(flight.length, before);
+      flight.scatterer = &scatter(ray.origin + ray.direction * flight.length, u_medium, beta);
+    }
+    beside_ = 0;
+    return flight;
+  }
+  /// All media, or those alone that vary.
+  GridFlight<L> grids(const Ray& ray, bool varying) const {
+    static_assert(kMost <= GridFlight<L>::kMost);
+    GridFlight<L> flight(ray);
+    for (int i = 0; i < count_; ++i)
+      if (!varying || material(i).density_grid) flight.add(material(i));
+    return flight;
+  }
+  /// Beyond the scene nothing is: a ray that leaves an open object there has left the grid too.
+  float inside(float length) const { return std::min(length, 4 * p_->geometry.radius()); }
+  /// Where media vary it is a typical one.
   Colorf rates() const {
     Colorf rate;
-    for (int i = 0; i < count_; ++i) rate += material(i).rate;
+    for (int i = 0; i < count_; ++i) rate += material(i).typical_rate;
     return rate;
   }
 

@@ -40,6 +40,10 @@ class PathTracer {
       media.locate(ray.origin);
     }
     truncated = false;
+    if constexpr (L == kTaped) {
+      tape.clear();
+      beta.tape = &tape;
+    }
 
     std::uint32_t surfaces = 0;
     for (std::uint32_t vertex = 0;; ++vertex) {
@@ -53,13 +57,15 @@ class PathTracer {
       const auto hit = p_.geometry.intersect(ray, camera_ray);
       const float reach = hit ? travelled + hit->t : kInfinity;
       if (!camera_ray && !sealed)
-        add_lamps(from, ray.direction, travelled, reach, density, refracted, media, beta, radiance);
+        add_lamps(from, ray.direction, travelled, reach, density, refracted, media, random, beta,
+                  radiance);
       if (!media.empty()) {
         const float distance = hit ? hit->t : kInfinity;
         const bool scatters_once_more = depth_ == 0 || scatterings < depth_;
         const bool lit = scatters_once_more && !sealed;
         if (lit) add_lamp_along(ray, distance, media, random, beta, radiance);
-        const auto flight = media.fly(drawn, distance, random.uniform(kMedium), beta);
+        const auto flight =
+            media.fly(ray, drawn, distance, random.uniform(kMedium), random, kFlight, beta);
         if (flight.scatterer) {
           if (!scatters_once_more) return radiance;
           const PreparedMaterial<L>& medium = *flight.scatterer;
@@ -149,6 +155,7 @@ class PathTracer {
   }
 
   bool truncated = false;  ///< the last path ran into the hard limit on its length
+  Tape tape;               ///< of the last path, in the kernel that keeps one
 
  private:
   using Scalar = PathScalar<L>;
@@ -208,7 +215,8 @@ class PathTracer {
   }
 
   void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
-                 bool refracted, const MediaStack<L>& media, const Throughput<L>& beta,
+                 bool refracted, const MediaStack<L>& media, const Random& random,
+                 const Throughput<L>& beta,
                  Radiance<L>& radiance) const {
     const auto& lights = p_.scene.appearance.lights;
     for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
@@ -219,7 +227,8 @@ class PathTracer {
         radiance.add(beta, p_.lamp(i, hit->factor), weight);
       } else {
         Throughput<L> through = beta;
-        media.attenuate(hit->distance - t_min, through);
+        const Ray start{from + direction * t_min, direction, 0, kInfinity};
+        media.attenuate(start, hit->distance - t_min, random, kToLamp + i, through);
         radiance.add(through, p_.lamp(i, hit->factor), weight);
       }
     }
@@ -250,24 +259,24 @@ class PathTracer {
   }
 
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
-  bool visible(const Vec3f& origin, const Vec3f& direction, float distance, MediaStack<L>& media,
-               Throughput<L>& beta) const {
+  bool visible(const Vec3f& origin, const Vec3f& direction, float distance, const Random& random,
+               MediaStack<L>& media, Throughput<L>& beta) const {
     Ray ray{origin, direction, 0, distance};
     if (!p_.any_transparent) {
       if (p_.geometry.occluded(ray)) return false;
-      media.attenuate(distance, beta);
+      media.attenuate(ray, distance, random, kShadow, beta);
       return beta.importance() > 0;
     }
     for (std::uint32_t i = 0; i < kHardLimit; ++i) {
       const auto hit = p_.geometry.intersect(ray, false);
       if (!hit) {
-        media.attenuate(ray.t_max, beta);
+        media.attenuate(ray, ray.t_max, random, kShadow + i, beta);
         return beta.importance() > 0;
       }
       const Surface s = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[s.material];
       if (!material.transparent) return false;
-      media.attenuate(hit->t, beta);
+      media.attenuate(ray, hit->t, random, kShadow + i, beta);
       media.cross(*hit, s, direction);
       Principled<Scalar> room;
       const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
@@ -301,12 +310,14 @@ class PathTracer {
     if (!s || !(s->density > 0) || !(density > 0)) return;
     const float share = power_heuristic(density, media.density(t, beta));
     Throughput<L> through = beta;
-    media.attenuate_from_surface(t, through);
-    const PreparedMaterial<L>& medium = media.scatter(random.uniform(kAlongMedium), through);
+    if constexpr (L == kTaped) through.branches();
+    media.attenuate_from_surface(ray, t, random, kAlongGrids, through);
+    const PreparedMaterial<L>& medium =
+        media.scatter(position, random.uniform(kAlongMedium), through);
     const Scalar phase =
         henyey_greenstein(medium.values.anisotropy, dot(ray.direction, s->direction));
     MediaStack<L> beyond = media;
-    if (!visible(position, s->direction, s->distance, beyond, through)) return;
+    if (!visible(position, s->direction, s->distance, random, beyond, through)) return;
     const float light = s->density * choice.probability;
     const float weight = s->delta ? 1 : power_heuristic(light, value_of(phase));
     radiance.add(through, medium.factor(Color<Scalar>(phase)), p_.lamp(choice.index, s->factor),
@@ -381,7 +392,7 @@ class PathTracer {
     scatterer.evaluate(direction, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
     Throughput<L> through = beta;
-    if (!visible(scatterer.origin(direction), direction, distance, beyond, through)) return;
+    if (!visible(scatterer.origin(direction), direction, distance, random, beyond, through)) return;
     const float weight = delta ? 1 : power_heuristic(heuristic, bsdf_density);
     radiance.add(through, scatterer.material.factor(value), emitted, share * weight / density);
   }

@@ -111,25 +111,25 @@ void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, c
 }
 
 template <int L>
-Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout)
+Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const int> fields)
     : scene(s),
       geometry(*s.geometry),
-      slots(static_cast<int>(layout.slots.size())),
+      slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
       lamp_slots_(s.appearance.lights.size()) {
-  for (int i = 0; i < slots; ++i) {
+  for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
     const ParameterRef& ref = layout.slots[i].parameter;
     if (ref.kind == OwnerKind::kMaterial) continue;
     OwnerSlots& owner = ref.kind == OwnerKind::kLight ? lamp_slots_[ref.owner] : world_slots_;
     (layout.slots[i].component < 0 ? owner.color : owner.intensity) = i;
   }
-  prepare_materials(layout);
+  prepare_materials(layout, fields);
   prepare_emitters();
   prepare_choice();
   if (any_medium) prepare_seals();
 }
 
 template <int L>
-void Prepared<L>::prepare_materials(const SlotLayout& layout) {
+void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const int> unknown) {
   const auto& fields = parameter_table(OwnerKind::kMaterial);
   for (std::size_t m = 0; m < scene.appearance.materials.size(); ++m) {
     const Material& material = scene.appearance.materials[m];
@@ -138,7 +138,7 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     prepared.maps = &material.maps;
     std::vector<std::vector<int>> local(fields.size());
     if constexpr (L > 0) {
-      for (int i = 0; i < slots; ++i) {
+      for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
         const ParameterRef& ref = layout.slots[i].parameter;
         if (ref.kind != OwnerKind::kMaterial || ref.owner != static_cast<int>(m)) continue;
         prepared.slot[prepared.count] = i;
@@ -157,7 +157,9 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
     for (const FieldMap& map : material.maps)
       subsurface = subsurface || fields[map.field].name == "subsurface_weight";
     if (subsurface) prepare_inside(static_cast<int>(m));
-    prepare_medium(prepared);
+    const auto field = std::find(unknown.begin(), unknown.end(), static_cast<int>(m));
+    if (field != unknown.end()) prepared.albedo_field = static_cast<int>(field - unknown.begin());
+    prepare_medium(material, prepared);
     materials.push_back(prepared);
   }
   exit.values.specular_level = PathScalar<L>(0);
@@ -167,17 +169,25 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout) {
 }
 
 template <int L>
-void Prepared<L>::prepare_medium(PreparedMaterial<L>& material) {
+void Prepared<L>::prepare_medium(const Material& source, PreparedMaterial<L>& material) {
   const auto& sigma_t = material.values.extinction;
-  material.has_medium = max_channel(value_of(sigma_t)) > 0 || has_slope(sigma_t);
+  if (source.albedo_grid) material.albedo_grid = &source.albedo_grid;
+  if (source.density_grid) material.density_grid = &source.density_grid;
+  const float densest = source.density_grid ? source.density_grid.grid->maximum() : 1;
+  material.has_medium = densest > 0 && (max_channel(value_of(sigma_t)) > 0 || has_slope(sigma_t));
   if (!material.has_medium) return;
   any_medium = true;
   material.sigma_s = sigma_t * material.values.albedo;
   material.rate = value_of(sigma_t);
   // A ticked extinction of 0 still has a derivative, of light that would be scattered once.
-  const float least = geometry.radius() > 0 ? 0.2f / geometry.radius() : 0;
+  const float least = geometry.radius() > 0 ? 0.2f / (geometry.radius() * densest) : 0;
   if (has_slope(sigma_t))
     material.rate = map(material.rate, [least](float r) { return std::max(r, least); });
+  material.typical_rate =
+      material.rate * (source.density_grid ? source.density_grid.grid->mean() : 1.0f);
+  // Twice the extinction where it is ticked: as many null collisions as real ones at the densest
+  // place. Their number then adds as much variance to the derivative as the free path itself has.
+  material.majorant = max_channel(material.rate) * densest * (has_slope(sigma_t) ? 2.0f : 1.0f);
 }
 
 template <int L>
@@ -298,10 +308,12 @@ const typename Prepared<L>::EmissiveTriangle& Prepared<L>::choose_triangle(float
 }
 
 template struct PreparedMaterial<0>;
+template struct PreparedMaterial<1>;
 template struct PreparedMaterial<4>;
 template struct PreparedMaterial<8>;
 template struct PreparedMaterial<16>;
 template class Prepared<0>;
+template class Prepared<1>;
 template class Prepared<4>;
 template class Prepared<8>;
 template class Prepared<16>;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <span>
 #include <type_traits>
 #include <vector>
 
@@ -25,6 +26,11 @@ struct PreparedMaterial {
   bool has_medium = false;
   Color<PathScalar<L>> sigma_s;
   Colorf rate;
+  const PlacedGrid* albedo_grid = nullptr;   ///< none: the constant
+  const PlacedGrid* density_grid = nullptr;  ///< none: 1 everywhere
+  Colorf typical_rate;                       ///< `rate` at a middling density, for weights
+  float majorant = 0;     ///< above the rate of every channel everywhere; see GridFlight
+  int albedo_field = -1;  ///< number of the field of unknowns that the albedo grid is, if it is one
   /// No light can be seen from inside of it: its surface lets no shadow ray pass, and every light is
   /// outside of the boxes around its objects.
   bool sealed = false;
@@ -34,6 +40,14 @@ struct PreparedMaterial {
   /// otherwise: see `heuristic_density`.
   bool strong_emitter = false;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
+
+  /// sigma_t at a point of the medium.
+  Color<PathScalar<L>> extinction_at(const Vec3f& p) const {
+    return density_grid ? values.extinction * density_grid->at(p).r : values.extinction;
+  }
+  Colorf rate_at(const Vec3f& p) const {
+    return density_grid ? rate * density_grid->at(p).r : rate;
+  }
 
   /// The values at a hit: the constants, or `room` filled from textures and vertex colours.
   const Principled<PathScalar<L>>& at(const Geometry& geometry, const Hit& hit,
@@ -60,7 +74,9 @@ struct PreparedMaterial {
 template <int L>
 class Prepared {
  public:
-  Prepared(const Scene& scene, const SlotLayout& layout);
+  /// `fields`: materials whose albedo grid is unknown; in the kernel that keeps a tape, without
+  /// `layout`.
+  Prepared(const Scene& scene, const SlotLayout& layout, std::span<const int> fields = {});
 
   const Scene& scene;
   const Geometry& geometry;
@@ -115,9 +131,9 @@ class Prepared {
     if (slots.color >= 0) f.add_slope(slots.color, shape * i);
     return f;
   }
-  void prepare_materials(const SlotLayout& layout);
+  void prepare_materials(const SlotLayout& layout, std::span<const int> fields);
   void prepare_inside(int material);
-  void prepare_medium(PreparedMaterial<L>& material);
+  void prepare_medium(const Material& source, PreparedMaterial<L>& material);
   void prepare_emitters();
   void prepare_seals();
   void prepare_choice();

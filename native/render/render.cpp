@@ -3,16 +3,12 @@
 
 #include <chrono>
 #include <ctime>
-#include <exception>
-#include <thread>
 
 #include "math/error.h"
 #include "render/kernel.h"
 
 namespace selenite {
 namespace {
-
-constexpr int kTileSize = 16;
 
 void require(bool good, const char* what, long long value, const char* range) {
   if (!good)
@@ -41,55 +37,18 @@ Film new_film(const RenderSettings& settings, int slots) {
   return film;
 }
 
-/// Tiles go to whichever thread is free; every pixel is finished by one thread from its own random
-/// numbers and reports are added in tile order, so the result does not depend on the threads.
+/// Every pixel is finished by one thread from its own random numbers, so the result does not depend
+/// on the threads.
 template <int L>
 void render_all(const Scene& scene, const Camera& camera, const SlotLayout& layout,
                 const RenderSettings& settings, Progress* progress, Film& film) {
   const Prepared<L> prepared(scene, layout);
   const PixelCamera pixels(camera, settings.width, settings.height);
-  const int columns = (settings.width + kTileSize - 1) / kTileSize;
-  const int rows = (settings.height + kTileSize - 1) / kTileSize;
-  const int count = columns * rows;
-  std::vector<TileReport> reports(count);
-  std::atomic<int> next{0}, finished{0};
-  std::atomic<bool> stop{false};
-
-  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const int threads = std::min(settings.threads > 0 ? settings.threads : cores, count);
-  std::vector<std::exception_ptr> failures(threads);
-  const auto work = [&](int thread) {
-    try {
-      for (int i = next++; i < count && !stop; i = next++) {
-        if (progress && progress->cancelled) {
-          stop = true;
-          break;
-        }
-        const int x = i % columns * kTileSize, y = i / columns * kTileSize;
-        const Tile tile{x, y, std::min(x + kTileSize, settings.width),
-                        std::min(y + kTileSize, settings.height)};
-        reports[i] = render_tile<L>(prepared, pixels, settings, tile, film);
-        if (progress)
-          progress->fraction = static_cast<float>(++finished) / static_cast<float>(count);
-      }
-    } catch (...) {
-      failures[thread] = std::current_exception();
-      stop = true;
-    }
-  };
-  {
-    std::vector<std::jthread> pool;
-    for (int i = 1; i < threads; ++i) pool.emplace_back(work, i);
-    work(0);
-  }
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
-  if (stop) throw Cancelled("The render was cancelled");
-  for (const TileReport& report : reports) {
-    if (film.dropped == 0 && report.dropped > 0) film.first_dropped = report.first_dropped;
-    film.dropped += report.dropped;
-    film.truncated += report.truncated;
-  }
+  std::vector<TileReport> reports(tile_count(settings));
+  for_each_tile(settings, progress, [&](int i, const Tile& tile) {
+    reports[i] = render_tile<L>(prepared, pixels, settings, tile, film);
+  });
+  add_reports(reports, film);
 }
 
 /// Most local slots that any material needs.

@@ -7,6 +7,7 @@
 #include "math/color.h"
 #include "math/dual.h"
 #include "render/slots.h"
+#include "render/tape.h"
 
 namespace selenite {
 
@@ -30,7 +31,7 @@ struct Factor {
 /// A colour and its derivatives in all slots of a render, updated by the product rule
 /// d(ab) = da b + a db. Nothing is divided by a factor, so a black one keeps its derivative.
 template <int K>
-class Throughput {
+class Throughput : public SinceEvent<K == kTaped> {
  public:
   explicit Throughput(int slots) : slots_(K > 0 ? slots : 0) {}
 
@@ -40,11 +41,39 @@ class Throughput {
   void multiply(float f) {
     value = value * f;
     for (int s = 0; s < slots_; ++s) slope[s] = slope[s] * f;
+    Since::multiply(f);
   }
   void multiply(const Factor<K>& f) {
     for (int s = 0; s < slots_; ++s) slope[s] = slope[s] * f.value;
     for (int k = 0; k < f.count; ++k) slope[f.slot[k]] += value * f.slope[k];
     value = value * f.value;
+    Since::multiply(f.value);
+  }
+  /// A factor whose derivatives are those of `count` parts, each times `scale`.
+  void multiply(const Colorf& f, const Factor<K>* parts, int count, float scale) {
+    for (int s = 0; s < slots_; ++s) slope[s] = slope[s] * f;
+    for (int i = 0; i < count; ++i)
+      for (int k = 0; k < parts[i].count; ++k)
+        slope[parts[i].slot[k]] += value * parts[i].slope[k] * scale;
+    value = value * f;
+    Since::multiply(f);
+  }
+  /// A colour looked up in a field of unknowns: it goes on the tape, and its derivative into the one
+  /// slot that there is.
+  void multiply_recorded(const Colorf& f, const Vec3f& position, int field) requires(K == kTaped) {
+    if (this->is_branch) {
+      Since::multiply(f);
+      this->has_leaf = true;
+      this->before = value;
+      this->after = Colorf(1);
+      this->place = position;
+      this->field = field;
+    } else {
+      this->tape->record(value, this->since, f, Colorf(1), position, field);
+      this->since = Colorf(1);
+    }
+    slope[0] = slope[0] * f + value;
+    value = value * f;
   }
   /// Largest of the value and its derivatives: what Russian roulette may not throw away.
   float importance() const {
@@ -57,6 +86,7 @@ class Throughput {
   int slots() const { return slots_; }
 
  private:
+  using Since = SinceEvent<K == kTaped>;
   int slots_;
 };
 
@@ -72,6 +102,7 @@ class Radiance {
   void add(const Throughput<K>& t, const Factor<K>& emitted, float weight) {
     const Colorf e = emitted.value * weight;
     value += t.value * e;
+    if constexpr (K == kTaped) t.bring(e);
     for (int s = 0; s < slots_; ++s) slope[s] += t.slope[s] * e;
     for (int k = 0; k < emitted.count; ++k)
       slope[emitted.slot[k]] += t.value * emitted.slope[k] * weight;
@@ -80,6 +111,7 @@ class Radiance {
   void add(const Throughput<K>& t, const Factor<K>& f, const Factor<K>& emitted, float weight) {
     const Colorf e = emitted.value * weight, fe = f.value * e;
     value += t.value * fe;
+    if constexpr (K == kTaped) t.bring(fe);
     for (int s = 0; s < slots_; ++s) slope[s] += t.slope[s] * fe;
     for (int k = 0; k < f.count; ++k) slope[f.slot[k]] += t.value * f.slope[k] * e;
     for (int k = 0; k < emitted.count; ++k)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scene/scene.h"
 
+#include <cmath>
 #include <sstream>
 
 #include "math/error.h"
@@ -149,6 +150,48 @@ void Scene::require_constant(const ParameterRef& ref) const {
                             (map.texture ? "image '" + map.texture->name() + "'"
                                          : "colour attribute '" + map.attribute + "'") +
                             "; give it one value");
+  if (material.albedo_grid && description(ref).name == "albedo")
+    throw InvalidArgument(material.name + ":albedo comes from grid '" +
+                          material.albedo_grid.grid->name() +
+                          "'; fit albedo_grid, or take the grid away");
+}
+
+int Scene::material(std::string_view name) const {
+  for (std::size_t i = 0; i < appearance.materials.size(); ++i)
+    if (appearance.materials[i].name == name) return static_cast<int>(i);
+  throw UnknownName("'" + std::string(name) + "' is no material of the scene; materials: " +
+                    listed(appearance.materials, [](const Material& m) { return m.name; }));
+}
+
+void check_grids(const Material& material) {
+  const std::string who = "Material '" + material.name + "': ";
+  if (const auto& grid = material.albedo_grid.grid; grid && grid->maximum() > 1)
+    throw InvalidArgument(who + "albedo grid '" + grid->name() + "' reaches " +
+                          std::to_string(grid->maximum()) +
+                          ", outside [0, 1]; give shares of the light that is scattered");
+  if (const auto& grid = material.density_grid.grid; grid && grid->channels() != 1)
+    throw InvalidArgument(who + "density grid '" + grid->name() +
+                          "' holds colours; give one number a voxel");
+  for (const PlacedGrid* placed : {&material.albedo_grid, &material.density_grid}) {
+    if (!*placed) continue;
+    const double determinant = placed->to_unit.determinant();
+    if (!std::isfinite(determinant) || determinant == 0)
+      throw InvalidArgument(who + "the matrix that places grid '" + placed->grid->name() +
+                            "' has determinant " + std::to_string(determinant) +
+                            "; give one that can be inverted");
+  }
+}
+
+Scene Scene::with_albedo_grid(int material, std::vector<float> values) const {
+  Scene scene = *this;
+  Material& changed = scene.appearance.materials.at(static_cast<std::size_t>(material));
+  if (!changed.albedo_grid)
+    throw InvalidArgument("Material '" + changed.name +
+                          "' has no albedo grid; give it one when the scene is built");
+  changed.albedo_grid.grid =
+      std::make_shared<Grid>(changed.albedo_grid.grid->with(std::move(values)));
+  check_grids(changed);
+  return scene;
 }
 
 std::vector<double> Scene::get(const ParameterRef& ref) const {

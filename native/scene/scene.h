@@ -8,6 +8,7 @@
 #include "model/medium.h"
 #include "model/principled.h"
 #include "scene/geometry.h"
+#include "scene/grid.h"
 #include "scene/light.h"
 #include "scene/texture.h"
 #include "scene/world.h"
@@ -29,6 +30,8 @@ struct Material {
   MaterialParameters<double> values;
   Flavour flavour;
   std::vector<FieldMap> maps;  ///< parameters with a texture or vertex colours
+  PlacedGrid albedo_grid;      ///< of the medium, in place of `albedo`; values at most 1
+  PlacedGrid density_grid;     ///< numbers by which the medium's `extinction` is multiplied
 };
 
 enum class OwnerKind { kMaterial, kLight, kWorld };
@@ -59,14 +62,22 @@ struct Scene {
   ParameterRef find(std::string_view owner, std::string_view parameter) const;
   std::string owner_name(const ParameterRef& ref) const;
   const Parameter& description(const ParameterRef& ref) const;
-  /// InvalidArgument when a texture or vertex colours take the place of the one value.
+  /// InvalidArgument when a texture, vertex colours or a grid take the place of the one value.
   void require_constant(const ParameterRef& ref) const;
   /// One or three values.
   std::vector<double> get(const ParameterRef& ref) const;
   /// This scene with other values; InvalidArgument when one is not finite, out of range or not
   /// constant over the surface.
   Scene with(const std::vector<std::pair<ParameterRef, std::vector<double>>>& values) const;
+  /// The number of a material. UnknownName lists those there are.
+  int material(std::string_view name) const;
+  /// This scene with other values of a material's albedo grid; InvalidArgument when it has none, or
+  /// a value lies outside [0, 1].
+  Scene with_albedo_grid(int material, std::vector<float> values) const;
 };
+
+/// InvalidArgument unless the grids of a material fit their use.
+void check_grids(const Material& material);
 
 /// Throws InvalidArgument naming `owner:parameter`, the value and the permitted range.
 void check_value(std::string_view owner, const Parameter& parameter, double value);

@@ -36,6 +36,7 @@ int SceneBuilder::add_material(Material material) {
     }
   };
   MaterialParameters<double>::fields(material.values, Check{material.name});
+  check_grids(material);
   return append(appearance.materials, std::move(material));
 }
 
@@ -103,6 +104,10 @@ Scene SceneBuilder::build() const {
   Scene scene{std::make_shared<Geometry>(meshes, instances), cameras, appearance};
   const Vec3d& origin = scene.geometry->origin();
   for (Light& light : scene.appearance.lights) light.prepare(origin);
+  for (Material& material : scene.appearance.materials) {
+    material.albedo_grid.move_origin(origin);
+    material.density_grid.move_origin(origin);
+  }
   for (Camera& camera : scene.cameras) camera.to_world.translate(-origin);
   return scene;
 }

@@ -126,5 +126,27 @@ TEST(Random, LargeSeedsAndPixelsCount) {
   EXPECT_NE((Key{.bounce = 4096}).number(), (Key{.bounce = 4097}).number());
 }
 
+TEST(Random, ABranchIsAStreamOfItsOwn) {
+  constexpr std::uint32_t kNumbers = 20000;
+  Random random(7, 11, 3);
+  random.start_bounce(2);
+  const auto numbers = [](const Random& from) {
+    std::vector<double> found;
+    for (std::uint32_t i = 0; i < kNumbers; ++i) found.push_back(from.uniform(i));
+    return found;
+  };
+  const Random branch = random.branch(5);
+  const std::vector<double> first = numbers(branch);
+  EXPECT_EQ(first, numbers(random.branch(5)));
+  Random next = random;
+  next.start_bounce(3);
+  // Four comparisons beyond 4.5: 1 false alarm in 40 000.
+  for (const Random& other : {random, random.branch(6), next.branch(5), branch.branch(0)})
+    EXPECT_LT(std::abs(correlation_z(first, numbers(other))), 4.5);
+  Tally mean;
+  for (const double x : first) mean.add(x);
+  EXPECT_LT(std::abs(mean.estimate().z(0.5)), 4);
+}
+
 }  // namespace
 }  // namespace selenite

@@ -83,8 +83,8 @@ TEST_P(LampInFog, ScattersOnceAsSolvedOnPaper) {
     const Vec3d x{0, y, 0};
     const auto s = there.sample(Vec3f(x - scene.geometry->origin()), 0.5f, 0.5f);
     ASSERT_TRUE(s);
-    want += s->factor * there.values.power * sigma_t * albedo / (4 * kPi<double>) *
-            std::exp(-sigma_t * (y - first + s->distance));
+    want += s->factor * there.values.power * sigma_t * albedo /
+            (4 * kPi<double>)*std::exp(-sigma_t * (y - first + s->distance));
   }
   want *= (last - first) / steps;
 

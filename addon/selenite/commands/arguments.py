@@ -50,6 +50,26 @@ def assignments(texts: Sequence[str], problems: list[Problem]) -> dict[Key, Valu
     return found
 
 
+def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
+    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol"] -> number or absolute path by name."""
+    found: dict[Key, str] = {}
+    for text in texts:
+        left, equals, right = text.partition("=")
+        try:
+            if not (equals and right):
+                raise ValueError("it is not OWNER:PARAMETER=N or =FILE")
+            key = parameters.split_name(left)
+        except ValueError as error:
+            cure = "write OWNER:PARAMETER=N or OWNER:PARAMETER=FILE"
+            problems.append(Problem(f"Argument --grid '{text}'", str(error), cure))
+            continue
+        if key in found:
+            problems.append(Problem(f"Argument --grid '{text}'", "given twice", "give it once"))
+        is_file = not right.isdecimal()
+        found[key] = str(Path(right).expanduser().resolve()) if is_file else right
+    return found
+
+
 def files(texts: Sequence[str], problems: list[Problem]) -> dict[str, str]:
     """["Camera=photo.png"] -> {"Camera": absolute path}."""
     found: dict[str, str] = {}

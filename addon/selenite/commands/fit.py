@@ -60,6 +60,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
+    if plan.fields and args.check_in_cycles:
+        cause = "the check in Cycles does not write grids"
+        cure = "leave --check-in-cycles out"
+        raise BadInput(Problem(f"Parameter '{plan.fields[0].name}'", cause, cure))
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
@@ -84,6 +88,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         from ..cycles_check import render_settings
 
         write_back.write(scene, values.owners, fitted_values(plan, result))
+        grids = {
+            item.owner: replace(item.start, values=result["fields_best"][item.name])
+            for item in plan.fields
+        }
+        for line in write_back.write_albedo_grids(scene, values.owners, grids, folder):
+            say(line)
         if args.set_cycles:
             changed = render_settings.set_for_fit(scene)
             say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
@@ -169,6 +179,9 @@ def _unknowns(
             problems.append(Problem(title, f"it has {len(numbers)} numbers", "give LO,HI"))
         elif _known(key, found, problems):
             found[key] = replace(found[key], minimum=numbers[0], maximum=numbers[1])
+    for key, grid in arguments.grids(args.grid, problems).items():
+        if _known(key, found, problems):
+            found[key] = replace(found[key], grid=grid)
     return tuple(found.values())
 
 

@@ -46,7 +46,10 @@ class FitJob:
             self._fit = native.core().Fit(
                 plan.scene,
                 [capture.native() for capture in plan.captures],
-                [unknown.native() for unknown in plan.unknowns],
+                [
+                    *(unknown.native() for unknown in plan.unknowns),
+                    *(field.native() for field in plan.fields),
+                ],
                 plan.request.settings.native(),
             )
         except (ValueError, KeyError) as error:
@@ -100,6 +103,14 @@ def fitted_values(
         (item.owner, item.parameter.name): tuple(float(x) for x in np.ravel(values[item.name]))
         for item in plan.unknowns
     }
+
+
+def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a native Scene
+    """The plan's scene with the best values."""
+    scene = plan.scene.with_values(fitted_values(plan, result))
+    for item in plan.fields:
+        scene = scene.with_albedo_grid(item.owner, result["fields_best"][item.name])
+    return scene
 
 
 def _text(error: Exception) -> str:

@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from ..problems import BadInput, Problem
 from ..scene_read.build import build
 from ..scene_read.values import SceneValues
+from . import fields as grid_fields
 from .captures import Capture, read_captures
+from .fields import FieldUnknown
 from .request import RunRequest, UnknownRequest
 from .unknowns import Unknown, choose, usual_requests
 
@@ -24,6 +26,7 @@ class FitPlan:
     scene: Any
     captures: list[Capture]
     unknowns: list[Unknown]
+    fields: list[FieldUnknown]
     warnings: list[str]
     model: str
     millimetres: float | None  # in one Blender unit, None where the scene has no units
@@ -39,21 +42,27 @@ def prepare(
     problems = list(values.problems)
     warnings = list(values.warnings)
     requests = request.unknowns or tuple(usual_requests(values, problems))
-    unknowns = choose(values, requests, request.settings, problems, warnings)
+    single, many = grid_fields.split(requests)
+    unknowns = choose(values, single, request.settings, problems, warnings)
+    fields = grid_fields.choose(values, many, unknowns, request.settings, problems)
     captures = read_captures(
         values, request.captures, request.settings.height, problems, warnings, packed or {}
     )
     if problems:
         raise BadInput(problems)
-    scene = build_scene(values)
+    scene = build_scene(grid_fields.with_fields(values, fields))
     starts = {(item.owner, item.parameter.name): item.start for item in unknowns}
     return FitPlan(
-        request=replace(request, unknowns=tuple(_filled(item) for item in unknowns)),
+        request=replace(
+            request,
+            unknowns=(*(_filled(item) for item in unknowns), *(item.request for item in fields)),
+        ),
         scene=scene.with_values(starts),
         captures=captures,
         unknowns=unknowns,
+        fields=fields,
         warnings=warnings,
-        model=model_name(unknowns),
+        model=model_name(unknowns, fields),
         millimetres=values.millimetres,
     )
 
@@ -71,8 +80,10 @@ def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene ha
     return scene
 
 
-def model_name(unknowns: list[Unknown]) -> str:
+def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> str:
     """Which model the ticked parameters need, and why."""
+    if fields:
+        return "volume: a ticked parameter is a grid"
     effects = {item.parameter.effect for item in unknowns}
     if "visibility" in effects:
         return "visibility: a ticked parameter moves silhouettes"

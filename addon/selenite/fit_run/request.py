@@ -19,7 +19,10 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class UnknownRequest:
-    """A parameter to fit; None means the default of the scene or of the parameter table."""
+    """A parameter to fit; None means the default of the scene or of the parameter table.
+
+    `grid`, of a field: a file, or the voxels along the longest side; "" for the scene's grid.
+    """
 
     owner: str
     parameter: str
@@ -27,6 +30,7 @@ class UnknownRequest:
     minimum: float | None = None
     maximum: float | None = None
     learning_rate: float | None = None
+    grid: str = ""
 
 
 @dataclass(frozen=True)

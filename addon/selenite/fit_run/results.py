@@ -15,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__, mean_free_path, native
+from .. import __version__, grid_files, mean_free_path, native
 from ..parameters import Values
 from .captures import Capture
-from .job import fitted_values
+from .fields import FieldUnknown
+from .job import fitted_values, scene_at
 from .plan import FitPlan
 from .unknowns import Unknown
 
@@ -46,6 +47,20 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
                 "initial": list(mean_free_path.of(item.start, plan.millimetres).value),
                 **mean_free_path.of(value, plan.millimetres).as_json(),
             }
+    for field in plan.fields:
+        values_of_field = result["fields_best"][field.name]
+        rows[field.name] = {
+            "initial": _means(field.start.values),
+            "value": _means(values_of_field),
+            "minimum": field.minimum,
+            "maximum": field.maximum,
+            "standard_error": None,
+            "interval_90": None,
+            "determined": None,
+            "unit": "1",
+            "voxels": [int(n) for n in values_of_field.shape[2::-1]],
+            "files": _field_files(field),
+        }
     return {
         "schema": SCHEMA,
         "versions": {
@@ -90,6 +105,8 @@ def write_results(
         _write_json(partial / "result.json", report)
         _write_json(partial / "run.json", plan.request.as_json())
         _write_history(partial / "history.csv", result["history"])
+        for field in plan.fields:
+            _write_field(partial, field, result["fields_best"][field.name])
         (partial / "log.txt").write_text(_log(plan, report), encoding="utf-8")
         if pictures:
             _write_pictures(plan, result, partial, progress)
@@ -109,6 +126,9 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         unit = "" if item.parameter.unit == "1" else f" {item.parameter.unit}"
         line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
         lines.append(line + _length(item, value, plan))
+    for field in plan.fields:
+        start, value = _means(field.start.values), _means(result["fields_best"][field.name])
+        lines.append(f"{field.name}: mean {_text(start)} -> {_text(value)}")
     return lines
 
 
@@ -124,7 +144,7 @@ def _write_pictures(
 ) -> None:
     """Per camera: initial, optimised, reference, error (absolute difference, black where the photo
     does not count). Both renders use the same seed, so that their difference is the fit's."""
-    optimised = plan.scene.with_values(fitted_values(plan, result))
+    optimised = scene_at(plan, result)
     steps = 2 * len(plan.captures)
     for index, capture in enumerate(plan.captures):
         stem = file_name(capture.camera)
@@ -171,11 +191,30 @@ def _write_history(path: Path, history: dict[str, Any]) -> None:
         values = np.asarray(values).reshape(len(bias), -1)
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
+    for name, means in history["field_means"].items():
+        columns += [(f"{name} mean.{c}", means[:, i]) for i, c in enumerate("rgb")]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([name for name, _ in columns])
         for row in range(len(bias)):
             writer.writerow([_cell(values[row]) for _, values in columns])
+
+
+def _field_files(field: FieldUnknown) -> list[str]:
+    stem = f"{file_name(field.owner)}_albedo"
+    return [f"{stem}.npy", f"{stem}.vol"]
+
+
+def _write_field(folder: Path, field: FieldUnknown, values: np.ndarray) -> None:
+    npy, vol = _field_files(field)
+    grid_files.write_npy(folder / npy, values)
+    grid_files.write_vol(folder / vol, values, *field.box())
+
+
+def _means(values: np.ndarray) -> tuple[float, ...]:
+    """Over the voxels, channel by channel."""
+    means = values.reshape(-1, values.shape[-1]).mean(axis=0, dtype=np.float64)
+    return tuple(float(x) for x in means)
 
 
 def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars

@@ -26,6 +26,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             flavour=item.flavour,
             subsurface=item.subsurface,
             maps={name: _native_map(builder, textures, found) for name, found in item.maps.items()},
+            grids={use: vars(grid) for use, grid in item.grids.items()},
         )
         for item in values.materials
     }

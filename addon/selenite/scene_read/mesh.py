@@ -12,9 +12,9 @@ import numpy as np
 from . import hosts
 from .values import MeshValues, SceneValues
 
-# Object types that Cycles renders and this module does not; curves, text and metaballs arrive as
+# Object types that Cycles renders and Selenite does not; curves, text and metaballs arrive as
 # meshes of their own from the dependency graph.
-_NOT_READ = {"CURVES", "VOLUME", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}
+_NOT_READ = {"CURVES", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}
 _AS_MESH = {"CURVE", "SURFACE", "FONT", "META"}
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..problems import BadInput, Problem
 from . import camera as cameras
-from . import lights, materials, mesh, world
+from . import lights, materials, mesh, volume_objects, world
 from .bodies import judge_bodies
+from .nodes import Unreadable
 from .textures import TextureRoom
 from .values import MeshValues, ObjectValues, SceneValues
 
@@ -51,6 +52,8 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
         mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":
             _read_object(instance, meshes, names, room, read)
+        elif instance.object.type == "VOLUME":
+            _read_volume(instance, read)
     _note(read, [], room.warnings)
     read.bodies = judge_bodies(read)
     if not read.objects:
@@ -148,6 +151,32 @@ def _read_object(
             visible_to_camera=bool(visible),
         )
     )
+
+
+def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
+    """A Volume object: a box of its own, and a material of its own, since grids have a place."""
+    item = instance.original
+    title = f"Object '{item.name}'"
+    slot = next((slot.material for slot in instance.object.material_slots if slot.material), None)
+    if slot is None:
+        read.warn(f"{title} has no material and is left out")
+        return
+    if item.name in {other.name for other in read.objects}:
+        cause = "it is there more than once"
+        read.problems.append(Problem(title, cause, "make its instances real"))
+        return
+    name = _free_name(slot.original.name, item.name, read)
+    try:
+        found = volume_objects.read(instance, slot.original, name)
+    except Unreadable as error:
+        read.problems.append(error.problem)
+        return
+    _note(read, [], found.warnings)
+    read.meshes.append(found.mesh)
+    read.materials.append(found.material)
+    read.owners[name] = found.owner
+    index, visible = len(read.meshes) - 1, bool(item.visible_camera)
+    read.objects.append(ObjectValues(item.name, index, instance.matrix, (name,), visible))
 
 
 def _judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:

@@ -105,9 +105,22 @@ class MapValues:
     uv: np.ndarray = field(default_factory=lambda: np.eye(2, 3, dtype=np.float32))
 
 
+@dataclass(frozen=True, eq=False)
+class GridValues:
+    """Numbers or colours over a box: values (nz, ny, nx, 1 or 3) float32, and `to_unit` (4, 4),
+    world to the unit cube over which they lie; voxel i of n has its centre at (i + 1/2) / n."""
+
+    name: str
+    values: np.ndarray
+    to_unit: np.ndarray
+
+
 @dataclass(frozen=True)
 class MaterialValues:
-    """Values of a Principled BSDF by parameter name; a parameter in `maps` varies instead."""
+    """Values of a Principled BSDF by parameter name; a parameter in `maps` varies instead.
+
+    `grids` of the medium: "albedo" in place of the constant, "density" times the extinction.
+    """
 
     name: str
     values: dict[str, Values]
@@ -115,6 +128,7 @@ class MaterialValues:
     flavour: str
     subsurface: str = "RANDOM_WALK"
     maps: dict[str, MapValues] = field(default_factory=dict)
+    grids: dict[str, GridValues] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

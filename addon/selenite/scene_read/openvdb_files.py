@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""OpenVDB files through the module that comes with Blender; nothing is installed for it.
+
+A voxel lies where Cycles 4.5 renders it: that of index i fills i to i + 1 of the index space,
+half a voxel further than OpenVDB itself has it (blender_tests/test_volume_objects.py).
+Blender calls it `openvdb` from 4.4 on and `pyopenvdb` before, as does Debian's python3-openvdb.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..grid_files import MOST_NUMBERS, MOST_PER_AXIS
+
+_NAMES = ("openvdb", "pyopenvdb")
+#: Voxels of background around what is read: outside nothing is, and linear interpolation ends there
+#: as in Cycles.
+PADDING = 1
+
+
+class VdbError(Exception):
+    """Why a file or grid cannot be used: cause and cure."""
+
+    def __init__(self, cause: str, cure: str) -> None:
+        super().__init__(cause)
+        self.cause, self.cure = cause, cure
+
+
+@dataclass(frozen=True, eq=False)
+class VdbGrid:
+    """A dense grid: values (nz, ny, nx, 1 or 3) float32, and the map (4, 4) from the unit cube over
+    which they lie to the file's world, which is the space of the Volume object."""
+
+    name: str
+    values: np.ndarray
+    from_unit: np.ndarray
+
+
+def module() -> ModuleType | None:
+    """The host's OpenVDB module, None where it has none."""
+    # Blender as a Python module does not put its own packages on the path.
+    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
+    own = Path(bpy.utils.resource_path("LOCAL")) / "python" / "lib" / version / "site-packages"
+    sys.path.append(str(own))
+    try:
+        for name in _NAMES:
+            try:
+                return importlib.import_module(name)
+            except ImportError:
+                continue
+    finally:
+        sys.path.remove(str(own))
+    return None
+
+
+def read(path: str, wanted: dict[str, int]) -> dict[str, VdbGrid]:
+    """The grids of a file by name; `wanted`: name -> channels. One that is missing is left out.
+    Raises VdbError."""
+    vdb = _module()
+    try:
+        grids, _ = vdb.readAll(path)
+    except Exception as error:  # the module raises types of its own
+        cure = "give a whole OpenVDB file"
+        raise VdbError(f"its file '{path}' cannot be read ({error})", cure) from error
+    return {grid.name: _dense(grid, wanted[grid.name]) for grid in grids if grid.name in wanted}
+
+
+def write_with(source: str, path: str, name: str, colours: VdbGrid) -> None:
+    """Writes the grids of `source` to `path`, with one of colours (nz, ny, nx, 3) in place of that
+    called `name` or beside them. Raises VdbError."""
+    vdb = _module()
+    try:
+        grids, metadata = vdb.readAll(source)
+        # Near its edges, too, the grid has to give its edge's colour.
+        values = np.pad(colours.values, ((1, 1), (1, 1), (1, 1), (0, 0)), mode="edge")
+        made = vdb.Vec3SGrid()
+        made.name = name
+        made.copyFromArray(np.ascontiguousarray(values.transpose(2, 1, 0, 3)), ijk=(-1, -1, -1))
+        sizes = np.array(colours.values.shape[2::-1])
+        to_unit = np.eye(4)
+        to_unit[:3, :3] = np.diag(1 / sizes)
+        made.transform = vdb.createLinearTransform((colours.from_unit @ to_unit).T.tolist())
+        others = [grid for grid in grids if grid.name != name]
+        vdb.write(path, [*others, made], metadata)
+    except Exception as error:
+        raise VdbError(f"'{path}' cannot be written ({error})", "give another folder") from error
+
+
+def _module() -> ModuleType:
+    vdb = module()
+    if vdb is None:
+        cause = "this Blender has no OpenVDB module for Python"
+        raise VdbError(cause, "use Blender 4.4 or newer, or install python3-openvdb")
+    return vdb
+
+
+def _dense(grid: Any, channels: int) -> VdbGrid:  # noqa: ANN401 - of the host's module
+    label = f"grid '{grid.name}'"
+    kinds = {1: ("float", "double"), 3: ("vec3s", "vec3d")}[channels]
+    if grid.valueTypeName not in kinds:
+        what = "one number" if channels == 1 else "a colour"
+        cause = f"its {label} holds {grid.valueTypeName}, not {what} a voxel"
+        raise VdbError(cause, "name another grid in the Principled Volume")
+    if not grid.activeVoxelCount():
+        raise VdbError(f"its {label} is empty", "give a file with something in it")
+    low, high = (np.array(corner) for corner in grid.evalActiveVoxelBoundingBox())
+    sizes = high - low + 1 + 2 * PADDING
+    if max(sizes) > MOST_PER_AXIS or np.prod(sizes.astype(float)) * channels > MOST_NUMBERS:
+        cause = f"its {label} spans {' x '.join(map(str, sizes))} voxels"
+        raise VdbError(cause, f"give one of at most {MOST_NUMBERS // channels} voxels")
+    start = low - PADDING
+    shape = tuple(sizes) if channels == 1 else (*sizes, 3)
+    kind = np.float64 if kinds[1] == grid.valueTypeName else np.float32
+    values = np.empty(shape, kind)
+    grid.copyToArray(values, ijk=tuple(int(i) for i in start))
+    dense = values.reshape(*sizes, channels).transpose(2, 1, 0, 3)
+    origin = np.array(grid.transform.indexToWorld((0, 0, 0)))
+    columns = [np.array(grid.transform.indexToWorld(tuple(e))) - origin for e in np.eye(3).tolist()]
+    to_world = np.eye(4)
+    to_world[:3, :3], to_world[:3, 3] = np.stack(columns, axis=1), origin
+    if not np.allclose(
+        np.array(grid.transform.indexToWorld((1, 1, 1))), to_world[:3, :3].sum(axis=1) + origin
+    ):
+        raise VdbError(f"its {label} has a transform that is not affine", "resample it")
+    from_unit = np.eye(4)
+    from_unit[:3, :3], from_unit[:3, 3] = np.diag(sizes), start
+    return VdbGrid(grid.name, np.ascontiguousarray(dense, np.float32), to_world @ from_unit)

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "render/path_tracer.h"
+#include "render/taped_tile.h"
+#include "render/tile.h"
+
+namespace selenite {
+namespace {
+
+/// The weight of sample i in the derivative of a pixel's loss; see `render_field_gradient`.
+Colorf sample_weight(const PixelSlope& pixel, const Colorf& sample, const Colorf& mean, int n) {
+  const auto count = static_cast<float>(n);
+  Colorf weight = pixel.slope / count;
+  if (n > 1) weight = weight - pixel.curvature * (sample - mean) / (count * (count - 1));
+  return weight;
+}
+
+bool is_zero(const Colorf& c) { return c.r == 0 && c.g == 0 && c.b == 0; }
+
+}  // namespace
+
+TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera& camera,
+                             const RenderSettings& settings, const Tile& tile,
+                             const TapedWork& work, Film& film,
+                             std::vector<SparseGradient>& gradients) {
+  TileReport report;
+  PathTracer<kTaped> tracer(prepared, settings.depth);
+  const int n = settings.spp;
+  std::vector<Tape> tapes(n);
+  std::vector<Colorf> samples(n);
+
+  for (int y = tile.y0; y < tile.y1; ++y) {
+    for (int x = tile.x0; x < tile.x1; ++x) {
+      const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
+      PixelSums image;
+      for (int i = 0; i < n; ++i) {
+        Random random(settings.seed, static_cast<std::uint32_t>(pixel),
+                      static_cast<std::uint32_t>(i));
+        const Ray ray = camera.ray(static_cast<float>(x) + random.uniform(0),
+                                   static_cast<float>(y) + random.uniform(1));
+        const Radiance<kTaped> radiance = tracer.trace(ray, random);
+        report.truncated += tracer.truncated;
+        std::swap(tapes[i], tracer.tape);
+        samples[i] = radiance.value;
+        if (!is_finite(radiance.value) || !is_finite(radiance.slope[0])) {
+          // Counted as a sample of zero: the pixel stays finite and the report says so.
+          samples[i] = Colorf();
+          tapes[i].clear();
+          if (report.dropped++ == 0)
+            report.first_dropped = "pixel (" + std::to_string(x) + ", " + std::to_string(y) +
+                                   "), sample " + std::to_string(i) + ", derivative by a grid";
+        }
+        image.add(samples[i], i % 2 == 0);
+      }
+      film.mean[pixel] = image.sum / static_cast<float>(n);
+      const int even_count = (n + 1) / 2;
+      film.half_a[pixel] = image.even / static_cast<float>(even_count);
+      film.variance[pixel] = image.variance(n);
+      if (!work.loss) continue;
+      const PixelSlope slope = work.loss(pixel, film);
+      if (is_zero(slope.slope) && is_zero(slope.curvature)) continue;
+      for (int i = 0; i < n; ++i) {
+        if (tapes[i].empty()) continue;
+        tapes[i].sweep(sample_weight(slope, samples[i], film.mean[pixel], n),
+                       [&](int field, const Vec3f& position, const Colorf& derivative) {
+                         gradients[field].add(work.grids[field]->taps(position), derivative);
+                       });
+      }
+    }
+  }
+  for (SparseGradient& gradient : gradients) gradient.compress();
+  return report;
+}
+
+}  // namespace selenite

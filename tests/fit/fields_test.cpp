@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/fields.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "fit/fit.h"
+#include "math/error.h"
+#include "scene/small_scenes.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSize = 8;
+
+/// Smoke with 2 x 2 x 2 albedos under a grey sky and a lamp from one side.
+Scene smoke(const std::vector<float>& albedo, int channels = 1) {
+  Material m = matte("Smoke", 0);
+  m.values.alpha = 0;
+  m.values.extinction = Color<double>(2);
+  m.albedo_grid = {std::make_shared<Grid>("albedo", std::array<int, 3>{2, 2, 2}, channels, albedo),
+                   matrix({0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}, {0.5, 0.5, 0.5})};
+  SceneBuilder builder;
+  place(builder, box_mesh(1, 1, 1), builder.add_material(m));
+  Light lamp;
+  lamp.name = "Lamp";
+  lamp.kind = LightKind::kArea;
+  lamp.size_x = lamp.size_y = 2;
+  lamp.values.power = 150;
+  lamp.to_world = looking_at({3, -1, 2}, {0, 0, 0});
+  builder.add_light(lamp);
+  add_view(builder, {0, -5, 1}, {0, 0, 0}, 70);
+  add_view(builder, {4, 3, 1}, {0, 0, 0}, 70);
+  set_sky(builder, 0.3);
+  return builder.build();
+}
+
+RenderSettings settings_of(int spp, std::uint64_t seed) {
+  RenderSettings settings;
+  settings.width = settings.height = kSize;
+  settings.spp = spp;
+  settings.seed = seed;
+  settings.threads = 1;
+  return settings;
+}
+
+std::vector<Capture> photos_of(const Scene& scene, int spp = 400) {
+  std::vector<Capture> captures;
+  for (const Camera& camera : scene.cameras) {
+    Capture capture;
+    capture.camera = camera.name;
+    capture.width = capture.height = kSize;
+    capture.reference = render(scene, camera, {}, settings_of(spp, 99)).mean;
+    captures.push_back(std::move(capture));
+  }
+  check_captures(scene, captures);
+  return captures;
+}
+
+UnknownParameter grid_unknown(double minimum = 0, double maximum = 1) {
+  return {"Smoke", Fields::kAlbedoGrid, {}, minimum, maximum, 0.03};
+}
+
+class FieldsLoss : public testing::TestWithParam<int> {};
+
+TEST_P(FieldsLoss, GradientAddsUpToThatOfOneAlbedo) {
+  const Loss& loss = losses()[static_cast<std::size_t>(GetParam())];
+  const Scene grid = smoke(std::vector<float>(24, 0.6f), 3);
+  Scene plain = grid;
+  plain.appearance.materials[0].albedo_grid = {};
+  plain.appearance.materials[0].values.albedo = Color<double>(double(0.6f));
+  const Capture photo = photos_of(smoke(std::vector<float>(8, 0.9f)), 16)[0];
+  const Fields fields(grid, {grid_unknown()});
+  const FieldGradient found =
+      loss_field_gradient(grid, grid.cameras[0], fields, photo, loss, settings_of(16, 7), nullptr);
+  const SlotLayout layout(plain, {plain.find("Smoke", "albedo")});
+  const Film film = render(plain, plain.cameras[0], layout, settings_of(16, 7));
+  const Vector want = loss_gradient(layout, film, loss.evaluate(film, photo));
+  for (int c = 0; c < 3; ++c) {
+    double sum = 0;
+    for (std::size_t v = 0; v < 8; ++v) sum += found.fields[0][3 * v + static_cast<std::size_t>(c)];
+    // The same paths, but for rounding.
+    EXPECT_NEAR(sum, want[c], 2e-3 * std::abs(want[c])) << loss.name << " " << c;
+    EXPECT_NE(want[c], 0);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Losses, FieldsLoss, testing::Range(0, static_cast<int>(losses().size())));
+
+TEST(FieldsFit, FindsTheGridFromTwoPhotos) {
+  const std::vector<float> truth = {0.9f, 0.2f, 0.8f, 0.3f, 0.7f, 0.1f, 0.95f, 0.4f};
+  const Scene start = smoke(std::vector<float>(8, 0.5f));
+  FitSettings settings;
+  settings.iterations = 60;
+  settings.spp = 8;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  settings.validation_interval = 20;
+  Fit fit(start, photos_of(smoke(truth)), {grid_unknown()}, settings);
+  EXPECT_EQ(fit.optimiser_name(), "adam");
+  while (fit.step()) {
+  }
+  const FitResult& result = fit.result();
+  ASSERT_EQ(result.stopped, StopReason::kIterations) << result.message;
+  ASSERT_EQ(result.history.size(), 61u);
+  EXPECT_LT(result.best_validation, 0.05 * result.history[0].validation);
+  double error = 0, before = 0;
+  for (int v = 0; v < 8; ++v) {
+    error += std::abs((*result.fields_best)[0][v] - truth[v]) / 8;
+    before += std::abs(0.5 - truth[v]) / 8;
+  }
+  EXPECT_LT(error, 0.3 * before);
+  const double mean = std::accumulate(truth.begin(), truth.end(), 0.0) / 8;
+  EXPECT_NEAR(result.history.back().field_means[0].g, mean, 0.06);
+}
+
+TEST(FieldsFit, GoesTogetherWithOneValueAndWithEitherCamerasOrder) {
+  const Scene start = smoke(std::vector<float>(8, 0.5f));
+  for (const bool accumulate : {true, false}) {
+    FitSettings settings;
+    settings.iterations = 3;
+    settings.spp = 2;
+    settings.tolerance = 0;
+    settings.accumulate = accumulate;
+    settings.threads = accumulate ? 1 : 2;
+    const std::vector<Capture> photos = photos_of(smoke(std::vector<float>(8, 0.9f)), 16);
+    const std::vector<UnknownParameter> wanted = {{"Smoke", "extinction", {2, 2, 2}, 0.1, 10, 0.03},
+                                                  grid_unknown()};
+    Fit fit(start, photos, wanted, settings);
+    while (fit.step()) {
+    }
+    ASSERT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
+    EXPECT_NE(fit.values()[0], 2);
+    EXPECT_NE((*fit.result().fields_last)[0][0], 0.5);
+    settings.threads = 3 - settings.threads;
+    Fit again(start, photos, wanted, settings);
+    while (again.step()) {
+    }
+    EXPECT_EQ(fit.values(), again.values());
+    EXPECT_EQ((*fit.result().fields_last)[0], (*again.result().fields_last)[0]);
+  }
+}
+
+TEST(FieldsFit, ABoundIsNoTrap) {
+  // From black and from white back inside.
+  for (const float start : {0.0f, 1.0f}) {
+    FitSettings settings;
+    settings.iterations = 6;
+    settings.spp = 8;
+    settings.tolerance = 0;
+    settings.threads = 1;
+    Fit fit(smoke(std::vector<float>(8, start)), photos_of(smoke(std::vector<float>(8, 0.5f)), 64),
+            {grid_unknown()}, settings);
+    while (fit.step()) {
+    }
+    const Vector& last = (*fit.result().fields_last)[0];
+    EXPECT_NEAR(last.mean(), start == 0 ? 0.18 : 0.82, 0.05);
+    EXPECT_GE(last.minCoeff(), 0);
+    EXPECT_LE(last.maxCoeff(), 1);
+  }
+}
+
+TEST(FieldsFit, NamesAllThatIsWrong) {
+  const Scene scene = smoke(std::vector<float>(8, 0.5f));
+  const auto message = [&](const std::vector<UnknownParameter>& wanted, const char* optimiser) {
+    FitSettings settings;
+    settings.optimiser = optimiser;
+    try {
+      const Fit fit(scene, photos_of(scene, 1), wanted, settings);
+    } catch (const InvalidArgument& error) {
+      return std::string(error.what());
+    } catch (const UnknownName& error) {
+      return std::string("name: ") + error.what();
+    }
+    return std::string("accepted");
+  };
+  const auto has = [](const std::string& text, const char* words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  has(message({{"Fog", Fields::kAlbedoGrid, {}, 0, 1, 0.03}}, "auto"),
+      "name: 'Fog' is no material");
+  has(message({grid_unknown(), grid_unknown()}, "auto"), "listed twice");
+  has(message({grid_unknown(0, 2)}, "auto"), "no interval inside [0, 1]");
+  has(message({grid_unknown(0.6, 1)}, "auto"), "holds 0.5, outside its bounds [0.6, 1]");
+  has(message({grid_unknown()}, "gauss-newton"), "cannot fit a grid");
+  has(message({{"Smoke", "albedo", {0.5, 0.5, 0.5}, 0, 1, 0.03}}, "auto"), "fit albedo_grid");
+}
+
+}  // namespace
+}  // namespace selenite
