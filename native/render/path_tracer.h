@@ -101,7 +101,7 @@ class PathTracer {
 
       if (material.emitter_density > 0) {
         const Vec3f d = surface.position - from;
-        const float light = camera_ray ? 0 : mesh_density(material, surface, d, refracted);
+        const float light = camera_ray ? 0 : p_.mesh_density(material, surface, d, refracted);
         radiance.add(beta, material.factor(bsdf.emission()), bsdf_weight(density, light));
       }
 
@@ -191,38 +191,14 @@ class PathTracer {
     return density == kSingular || !(light > 0) ? 1 : power_heuristic(density, light);
   }
 
-  // Densities per solid angle by which light sampling would have chosen a direction. They are for the
-  // weights of multiple importance sampling, and whatever they are, the weights of both strategies
-  // add up to 1. But refraction that only light sampling can reach keeps its own weight (facts sheet
-  // "cycles", 1.11): for a `refracted` direction they are those of Cycles.
-  float lamp_density(int lamp, const LightHit& hit, bool refracted) const {
-    return hit.density * p_.probability(lamp, refracted);
-  }
-  float world_density(const Vec3f& direction, bool refracted) const {
-    const World& world = p_.scene.appearance.world;
-    return (refracted ? world.cycles_density(direction) : world.density(direction)) *
-           p_.probability(p_.world_source(), refracted);
-  }
-  /// Of the point at `d` on an emissive mesh.
-  float mesh_density(const PreparedMaterial<L>& m, const Surface& s, const Vec3f& d,
-                     bool refracted) const {
-    if (refracted && !m.strong_emitter) return 0;
-    const float distance2 = dot(d, d);
-    const float cosine = std::abs(dot(s.ng, d)) / std::sqrt(distance2);
-    return cosine > 0 ? p_.probability(p_.mesh_source(), refracted) * m.emitter_density *
-                            distance2 / cosine
-                      : 0;
-  }
-
   void add_lamps(const Vec3f& from, const Vec3f& direction, float t_min, float t_max, float density,
                  bool refracted, const MediaStack<L>& media, const Random& random,
-                 const Throughput<L>& beta,
-                 Radiance<L>& radiance) const {
+                 const Throughput<L>& beta, Radiance<L>& radiance) const {
     const auto& lights = p_.scene.appearance.lights;
     for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
       const auto hit = lights[i].intersect(from, direction, t_min, t_max);
       if (!hit || !(hit->factor > 0)) continue;
-      const float weight = bsdf_weight(density, lamp_density(i, *hit, refracted));
+      const float weight = bsdf_weight(density, p_.lamp_density(i, *hit, refracted));
       if (media.empty()) {
         radiance.add(beta, p_.lamp(i, hit->factor), weight);
       } else {
@@ -237,7 +213,7 @@ class PathTracer {
   void add_world(const Ray& ray, bool camera_ray, float density, bool refracted,
                  const Throughput<L>& beta, Radiance<L>& radiance) const {
     const World& world = p_.scene.appearance.world;
-    const float light = camera_ray ? 0 : world_density(ray.direction, refracted);
+    const float light = camera_ray ? 0 : p_.world_density(ray.direction, refracted);
     radiance.add(beta, p_.world(world.factor(ray.direction)), bsdf_weight(density, light));
   }
 
@@ -355,7 +331,7 @@ class PathTracer {
         const World& world = p_.scene.appearance.world;
         direction = world.sample(u1, u2, density);
         density *= choice.probability;
-        heuristic = world_density(direction, scatterer.refracts(direction));
+        heuristic = p_.world_density(direction, scatterer.refracts(direction));
         emitted = p_.world(world.factor(direction));
         break;
       }
@@ -371,8 +347,8 @@ class PathTracer {
         // Stop short of the emitter itself.
         distance = std::sqrt(distance2) * (1 - 1e-4f);
         const PreparedMaterial<L>& source = p_.materials[t.material];
-        density = mesh_density(source, target, d, false);
-        heuristic = mesh_density(source, target, d, scatterer.refracts(direction));
+        density = p_.mesh_density(source, target, d, false);
+        heuristic = p_.mesh_density(source, target, d, scatterer.refracts(direction));
         Principled<Scalar> room;
         const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));

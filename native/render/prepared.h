@@ -37,7 +37,7 @@ struct PreparedMaterial {
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
   /// Cycles samples meshes as lights from an emission of 0.5 up. Refraction must not be sampled
-  /// otherwise: see `heuristic_density`.
+  /// otherwise: see `Prepared::world_density`.
   bool strong_emitter = false;
   float emitter_density = 0;  ///< per area, by which light sampling picks a point on it
 
@@ -105,12 +105,35 @@ class Prepared {
   /// Picks a light; `u` in [0, 1).
   Choice choose(float u) const;
   /// Of choosing a lamp (its index), emissive meshes or the world. `refracted`: as Cycles chooses,
-  /// which leaves weak emissive meshes out; see `PathTracer::heuristic_density`.
+  /// which leaves weak emissive meshes out; see `world_density`.
   float probability(int source, bool refracted = false) const {
     return (refracted ? cycles_probability_ : probability_)[source];
   }
   int mesh_source() const { return static_cast<int>(scene.appearance.lights.size()); }
   int world_source() const { return mesh_source() + 1; }
+
+  // Densities per solid angle by which light sampling would have chosen a direction. They are for the
+  // weights of multiple importance sampling, and whatever they are, the weights of both strategies
+  // add up to 1. But refraction that only light sampling can reach keeps its own weight (facts sheet
+  // "cycles", 1.11): for a `refracted` direction they are those of Cycles.
+  float lamp_density(int lamp, const LightHit& hit, bool refracted) const {
+    return hit.density * probability(lamp, refracted);
+  }
+  float world_density(const Vec3f& direction, bool refracted) const {
+    const World& world = scene.appearance.world;
+    return (refracted ? world.cycles_density(direction) : world.density(direction)) *
+           probability(world_source(), refracted);
+  }
+  /// Of the point at `d` on an emissive mesh.
+  float mesh_density(const PreparedMaterial<L>& m, const Surface& s, const Vec3f& d,
+                     bool refracted) const {
+    if (refracted && !m.strong_emitter) return 0;
+    const float distance2 = dot(d, d);
+    const float cosine = std::abs(dot(s.ng, d)) / std::sqrt(distance2);
+    return cosine > 0
+               ? probability(mesh_source(), refracted) * m.emitter_density * distance2 / cosine
+               : 0;
+  }
 
   struct EmissiveTriangle {
     int instance, triangle, material;

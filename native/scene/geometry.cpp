@@ -99,7 +99,8 @@ bool is_closed(const Mesh& mesh) {
   std::vector<std::uint64_t> there, back;
   for (const auto& t : mesh.triangles)
     for (int k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::uint64_t>(t[k]), b = static_cast<std::uint64_t>(t[(k + 1) % 3]);
+      const auto a = static_cast<std::uint64_t>(t[k]),
+                 b = static_cast<std::uint64_t>(t[(k + 1) % 3]);
       there.push_back(a << 32 | b);
       back.push_back(b << 32 | a);
     }
