@@ -6,6 +6,7 @@
 #include "math/rng.h"
 #include "math/sampling.h"
 #include "render/dimension.h"
+#include "render/path.h"
 #include "render/prepared.h"
 #include "render/random_walk.h"
 #include "render/render.h"
@@ -26,18 +27,12 @@ class PathTracer {
   Radiance<L> trace(Ray ray, Random& random) {
     Radiance<L> radiance(p_.slots);
     Throughput<L> beta(p_.slots);
-    bool camera_ray = true;
-    float density = kSingular;  // of the ray's direction, per solid angle
-    bool refracted = false;     // the direction leads through a surface
-    Vec3f from;                 // where that density was taken
-    float travelled = 0;        // from there to the ray's origin, through transparent surfaces
-    int scatterings = 0;
-    bool after_diffuse = false;
+    Path path{.ray = ray};
     MediaStack<L> media(p_);
     if (p_.any_medium) {
       // Before the near clip plane there is no medium either, as in Cycles.
-      ray = {ray.origin + ray.direction * ray.t_min, ray.direction, 0, ray.t_max - ray.t_min};
-      media.locate(ray.origin);
+      path.ray = {ray.origin + ray.direction * ray.t_min, ray.direction, 0, ray.t_max - ray.t_min};
+      media.locate(path.ray.origin);
     }
     truncated = false;
     if constexpr (L == kTaped) {
@@ -53,102 +48,80 @@ class PathTracer {
       if (!media.empty())
         drawn = media.draw(random.uniform(kFreeChannel), random.uniform(kFreePath), beta);
       // Nothing but the boundary is met in there: no need to look beyond the end of the flight.
-      if (sealed) ray.t_max = std::min(ray.t_max, drawn);
-      const auto hit = p_.geometry.intersect(ray, camera_ray);
-      const float reach = hit ? travelled + hit->t : kInfinity;
-      if (!camera_ray && !sealed)
-        add_lamps(from, ray.direction, travelled, reach, density, refracted, media, random, beta,
-                  radiance);
+      if (sealed) path.ray.t_max = std::min(path.ray.t_max, drawn);
+      const auto hit = p_.geometry.intersect(path.ray, path.camera_ray);
+      const float reach = hit ? path.travelled + hit->t : kInfinity;
+      if (!path.camera_ray && !sealed)
+        add_lamps(path.from, path.ray.direction, path.travelled, reach, path.density,
+                  path.refracted, media, random, beta, radiance);
       if (!media.empty()) {
         const float distance = hit ? hit->t : kInfinity;
-        const bool scatters_once_more = depth_ == 0 || scatterings < depth_;
+        const bool scatters_once_more = depth_ == 0 || path.scatterings < depth_;
         const bool lit = scatters_once_more && !sealed;
-        if (lit) add_lamp_along(ray, distance, media, random, beta, radiance);
+        if (lit) add_lamp_along(path.ray, distance, media, random, beta, radiance);
         const auto flight =
-            media.fly(ray, drawn, distance, random.uniform(kMedium), random, kFlight, beta);
+            media.fly(path.ray, drawn, distance, random.uniform(kMedium), random, kFlight, beta);
         if (flight.scatterer) {
           if (!scatters_once_more) return radiance;
           const PreparedMaterial<L>& medium = *flight.scatterer;
-          from = ray.origin + ray.direction * flight.length;
+          path.from = path.ray.origin + path.ray.direction * flight.length;
           if (lit) {
-            const PhaseScatterer<L> here{medium, ray.direction, from, &ray, distance, flight};
-            add_light_sample(from, here, media, random, beta, radiance);
+            const PhaseScatterer<L> here{medium,    path.ray.direction, path.from,
+                                         &path.ray, distance,           flight};
+            add_light_sample(path.from, here, media, random, beta, radiance);
           }
           const float g = value_of(medium.values.anisotropy);
           const float cosine = sample_henyey_greenstein(g, random.uniform(kLobe1));
-          density = henyey_greenstein(g, cosine);
+          path.density = henyey_greenstein(g, cosine);
           beta.multiply(medium.factor(
-              Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / density)));
-          if (!survives(++scatterings, random, beta)) return radiance;
+              Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / path.density)));
+          if (!survives(++path.scatterings, random, beta)) return radiance;
           if (vertex >= kMediumLimit) break;
-          camera_ray = refracted = false;
-          travelled = 0;
-          ray = {from, deflect(ray.direction, cosine, random.uniform(kLobe2)), 0, kInfinity};
+          path.camera_ray = path.refracted = false;
+          path.travelled = 0;
+          path.ray = {path.from, deflect(path.ray.direction, cosine, random.uniform(kLobe2)), 0,
+                      kInfinity};
           continue;
         }
       }
       if (!hit) {
-        add_world(ray, camera_ray, density, refracted, beta, radiance);
+        add_world(path.ray, path.camera_ray, path.density, path.refracted, beta, radiance);
         return radiance;
       }
       if (++surfaces > kHardLimit) break;
-      Surface surface = p_.geometry.surface(*hit);
+      const Surface surface = p_.geometry.surface(*hit);
       const PreparedMaterial<L>& material = p_.materials[surface.material];
+      if (material.plain) {
+        const PrincipledBsdf<float> bsdf(material.plain_values, material.flavour,
+                                         point(surface, -path.ray.direction, path.after_diffuse));
+        if (!scatter(*hit, surface, material, material.plain_values, bsdf, random, vertex, media,
+                     beta, radiance, path))
+          return radiance;
+        continue;
+      }
       Principled<Scalar> room;
       const Principled<Scalar>& values = material.at(p_.geometry, *hit, room);
       const PrincipledBsdf<Scalar> bsdf(values, material.flavour,
-                                        point(surface, -ray.direction, after_diffuse));
+                                        point(surface, -path.ray.direction, path.after_diffuse));
 
       if (material.emitter_density > 0) {
-        const Vec3f d = surface.position - from;
-        const float light = camera_ray ? 0 : p_.mesh_density(material, surface, d, refracted);
-        radiance.add(beta, material.factor(bsdf.emission()), bsdf_weight(density, light));
+        const Vec3f d = surface.position - path.from;
+        const float light =
+            path.camera_ray ? 0 : p_.mesh_density(material, surface, d, path.refracted);
+        radiance.add(beta, material.factor(bsdf.emission()), bsdf_weight(path.density, light));
       }
 
       if (material.transparent && pass_through(material, bsdf, random, beta)) {
-        media.cross(*hit, surface, ray.direction);
-        media.leave(surface, ray.direction);
+        media.cross(*hit, surface, path.ray.direction);
+        media.leave(surface, path.ray.direction);
         // The ray goes on as if nothing had been there; its density stays that of its origin.
-        ray = {surface.leave(ray.direction), ray.direction, 0, kInfinity};
-        travelled = reach;
+        path.ray = {surface.leave(path.ray.direction), path.ray.direction, 0, kInfinity};
+        path.travelled = reach;
         continue;
       }
-      if (depth_ > 0 && scatterings >= depth_) return radiance;
-
-      if (!bsdf.all_singular())
-        add_light_sample(surface.position, SurfaceScatterer<L>{*hit, surface, material, bsdf},
-                         media, random, beta, radiance);
-
-      auto sample = draw(bsdf, random);
-      if (!sample) return radiance;
-      beta.multiply(material.factor(sample->weight));
-      if (sample->enters) {
-        const SubsurfaceMedium<Scalar> medium(values, material.flavour, bsdf.entry_eta());
-        const auto exit = RandomWalk<Scalar>(medium).run(p_.geometry, hit->instance, surface,
-                                                         sample->wo, random, kWalk);
-        if (!exit) return radiance;
-        beta.multiply(material.factor(exit->weight));
-        // Lit and left as if a ray from outside had met it.
-        random.start_bounce(++vertex + 1);
-        surface = p_.geometry.surface(exit->hit);
-        const PrincipledBsdf<Scalar> out(p_.exit.values, p_.exit.flavour,
-                                         point(surface, exit->direction));
-        add_light_sample(surface.position, SurfaceScatterer<L>{exit->hit, surface, p_.exit, out},
-                         media, random, beta, radiance);
-        sample = draw(out, random);
-        if (!sample) return radiance;
-        beta.multiply(p_.exit.factor(sample->weight));
-      }
-      if (sample->transmits) media.cross(*hit, surface, sample->wo);
-      after_diffuse = after_diffuse || sample->diffuse;
-      if (!survives(++scatterings, random, beta)) return radiance;
-      density = sample->singular ? kSingular : sample->density;
-      refracted = sample->transmits;
-      camera_ray = false;
-      from = surface.position;
-      travelled = 0;
-      media.leave(surface, sample->wo);
-      ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
+      if (!scatter(*hit, surface, material, values, bsdf, random, vertex, media, beta, radiance,
+                   path))
+        return radiance;
     }
     truncated = true;
     return radiance;
@@ -162,12 +135,58 @@ class PathTracer {
   using Source = typename Prepared<L>::Source;
 
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  static constexpr float kSingular =
-      kInfinity;  ///< density of a direction that cannot be met by chance
+  static constexpr float kSingular = Path::kSingular;
   static constexpr int kRouletteStart = 4;
   static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
-  static constexpr std::uint32_t kMediumLimit =
-      1 << 24;  // a white medium of a thousand free paths needs millions
+  static constexpr std::uint32_t kMediumLimit = 1 << 24;  // a dense white medium needs millions
+
+  /// Lights a surface point and sends the path on from there; false if it ends. X: float where the
+  /// material has no parameter that is differentiated.
+  template <class X>
+  bool scatter(const Hit& hit, Surface surface, const PreparedMaterial<L>& material,
+               const Principled<X>& values, const PrincipledBsdf<X>& bsdf, Random& random,
+               std::uint32_t& vertex, MediaStack<L>& media, Throughput<L>& beta,
+               Radiance<L>& radiance, Path& path) const {
+    if (depth_ > 0 && path.scatterings >= depth_) return false;
+
+    if (!bsdf.all_singular())
+      add_light_sample(surface.position, SurfaceScatterer<L, X>{hit, surface, material, bsdf},
+                       media, random, beta, radiance);
+
+    auto sample = draw(bsdf, random);
+    if (!sample) return false;
+    beta.multiply(material.factor(sample->weight));
+    if constexpr (std::is_same_v<X, Scalar>) {
+      if (sample->enters) {
+        const SubsurfaceMedium<X> medium(values, material.flavour, bsdf.entry_eta());
+        const auto exit = RandomWalk<X>(medium).run(p_.geometry, hit.instance, surface, sample->wo,
+                                                    random, kWalk);
+        if (!exit) return false;
+        beta.multiply(material.factor(exit->weight));
+        // Lit and left as if a path.ray path.from outside had met it.
+        random.start_bounce(++vertex + 1);
+        surface = p_.geometry.surface(exit->hit);
+        const PrincipledBsdf<Scalar> out(p_.exit.values, p_.exit.flavour,
+                                         point(surface, exit->direction));
+        add_light_sample(surface.position, SurfaceScatterer<L, X>{exit->hit, surface, p_.exit, out},
+                         media, random, beta, radiance);
+        sample = draw(out, random);
+        if (!sample) return false;
+        beta.multiply(p_.exit.factor(sample->weight));
+      }
+    }
+    if (sample->transmits) media.cross(hit, surface, sample->wo);
+    path.after_diffuse = path.after_diffuse || sample->diffuse;
+    if (!survives(++path.scatterings, random, beta)) return false;
+    path.density = sample->singular ? kSingular : sample->density;
+    path.refracted = sample->transmits;
+    path.camera_ray = false;
+    path.from = surface.position;
+    path.travelled = 0;
+    media.leave(surface, sample->wo);
+    path.ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
+    return true;
+  }
 
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
     const bool back = dot(s.ng, wi) < 0;
@@ -182,7 +201,8 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  static auto draw(const PrincipledBsdf<Scalar>& bsdf, const Random& random) {
+  template <class X>
+  static auto draw(const PrincipledBsdf<X>& bsdf, const Random& random) {
     return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
   }
 
@@ -363,7 +383,7 @@ class PathTracer {
     scatterer.cross(beyond, direction);
     if (beyond.sealed()) return;
 
-    Color<Scalar> value;
+    Color<typename Scatterer::Number> value;
     float bsdf_density = 0;
     scatterer.evaluate(direction, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;

@@ -126,6 +126,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   prepare_emitters();
   prepare_choice();
   if (any_medium) prepare_seals();
+  if (L > 0) prepare_plain();
 }
 
 template <int L>
@@ -261,6 +262,21 @@ void Prepared<L>::prepare_seals() {
                                    [&](const Box& light) { return light.overlaps(box); });
       if (window || lit || !geometry.closed(static_cast<int>(i))) material.sealed = false;
     }
+  }
+}
+
+template <int L>
+void Prepared<L>::prepare_plain() {
+  const std::vector<std::vector<int>> none(parameter_table(OwnerKind::kMaterial).size());
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    PreparedMaterial<L>& material = materials[m];
+    const Material& from = scene.appearance.materials[m];
+    material.plain = material.count == 0 && from.maps.empty() && !material.transparent &&
+                     !(material.emitter_density > 0) && !(from.values.subsurface_weight > 0);
+    if (!material.plain) continue;
+    const std::vector<double> flat = flatten(from.values);
+    Seed<0> seed{flat, none};
+    Principled<float>::fields(material.plain_values, seed);
   }
 }
 

@@ -19,6 +19,10 @@ template <int L>
 struct PreparedMaterial {
   MaterialParameters<PathScalar<L>> values;
   Flavour flavour;
+  /// Only reflects or refracts, the same everywhere, and nothing of it is ticked: its bsdf is
+  /// evaluated without derivatives.
+  bool plain = false;
+  Principled<float> plain_values;
   int count = 0;              ///< local slots in use
   std::array<int, L> slot{};  ///< local slot -> slot of the layout
   /// There is a medium behind the surface: what it scatters, and the rates at which free paths in it
@@ -57,9 +61,10 @@ struct PreparedMaterial {
     for (const FieldMap& map : *maps) apply(map, geometry, hit, room);
     return room;
   }
-  Factor<L> factor(const Color<PathScalar<L>>& c) const {
+  template <class X>
+  Factor<L> factor(const Color<X>& c) const {
     Factor<L> f{value_of(c)};
-    if constexpr (L > 0)
+    if constexpr (L > 0 && std::is_same_v<X, PathScalar<L>>)
       for (int k = 0; k < count; ++k) f.add_slope(slot[k], {c.r.d[k], c.g.d[k], c.b.d[k]});
     return f;
   }
@@ -159,6 +164,7 @@ class Prepared {
   void prepare_medium(const Material& source, PreparedMaterial<L>& material);
   void prepare_emitters();
   void prepare_seals();
+  void prepare_plain();
   void prepare_choice();
 
   std::vector<OwnerSlots> lamp_slots_;

@@ -7,14 +7,14 @@
 namespace selenite {
 
 /// Scatters light at a surface: where a shadow ray starts, and value and density of a direction.
-template <int L>
+template <int L, class X>
 struct SurfaceScatterer {
-  using Scalar = PathScalar<L>;
+  using Number = X;
 
   const Hit& hit;
   const Surface& surface;
   const PreparedMaterial<L>& material;
-  const PrincipledBsdf<Scalar>& bsdf;
+  const PrincipledBsdf<X>& bsdf;
 
   Vec3f origin(const Vec3f& direction) const { return surface.leave(direction); }
   void cross(MediaStack<L>& media, const Vec3f& direction) const {
@@ -22,7 +22,7 @@ struct SurfaceScatterer {
   }
   bool refracts(const Vec3f& direction) const { return bsdf.transmits(direction); }
   float share(const Light&) const { return 1; }
-  void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
+  void evaluate(const Vec3f& direction, Color<X>& value, float& density) const {
     bsdf.value_and_density(direction, value, density);
   }
 };
@@ -30,6 +30,7 @@ struct SurfaceScatterer {
 template <int L>
 struct PhaseScatterer {
   using Scalar = PathScalar<L>;
+  using Number = Scalar;
 
   const PreparedMaterial<L>& material;
   Vec3f forward, position;

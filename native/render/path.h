@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <limits>
+
+#include "scene/camera.h"
+
+namespace selenite {
+
+/// State of a path between two vertices.
+struct Path {
+  /// Density of a direction that cannot be met by chance.
+  static constexpr float kSingular = std::numeric_limits<float>::infinity();
+
+  Ray ray;
+  bool camera_ray = true;
+  float density = kSingular;  ///< of the ray's direction, per solid angle
+  bool refracted = false;     ///< the direction leads through a surface
+  Vec3f from{};               ///< where that density was taken
+  float travelled = 0;        ///< from there to the ray's origin, through transparent surfaces
+  int scatterings = 0;
+  bool after_diffuse = false;
+};
+
+}  // namespace selenite
