@@ -5,9 +5,14 @@ Same judgement, fewer samples: the bias may exceed its limit by four of its stan
 that a new seed would raise a false alarm once in about 1500 runs of this file.
 """
 
+import bpy
 import numpy as np
 import parity_cases as parity
 import pytest
+
+from selenite import native
+from selenite.scene_read.build import build
+from selenite.scene_read.scene import read_scene
 
 pytestmark = pytest.mark.blender
 
@@ -36,3 +41,17 @@ def test_another_roughness_is_noticed(tmp_path):
     parity.make(parity.Case("", "lamp", {"metallic": 1.0, "roughness": 0.35}), SIZE)
     _, ours, _ = parity.compare(mask, tmp_path, EFFORT)
     assert not parity.judge(ours, cycles, mask).passed
+
+
+def test_physical_refraction_leaves_out_what_only_cycles_adds():
+    """Rough glass lit by a sun alone: all of its extra refraction counts (facts "cycles", 1.11)."""
+    parity.make(parity.Case("", "sun", {"transmission": 1.0, "roughness": 0.7}), SIZE)
+    bpy.context.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+    mask = parity.mask_of()
+    means = []
+    for physical in (False, True):
+        values = read_scene(bpy.context.scene)
+        values.physical_refraction = physical
+        film = native.core().render(build(values), "Camera", SIZE, SIZE, 256, seed=1)
+        means.append(film.image[mask].mean())
+    assert means[1] < 0.95 * means[0], means

@@ -109,6 +109,9 @@ def _command(
     return parser
 
 
+_PHYSICAL = "no refraction towards lights that no micronormal gives; Cycles has it"
+
+
 def _add_check(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "check", ".commands.check")
     parser.add_argument("scene", metavar="SCENE.blend")
@@ -125,6 +128,7 @@ def _add_view(parser: argparse.ArgumentParser, spp: int) -> None:
     parser.add_argument("--seed", type=_at_least(0), default=0)
     parser.add_argument("--depth", type=_at_least(0), default=0, help="bounces; 0: unlimited")
     parser.add_argument("--threads", type=_at_least(0), default=0, help="0: all")
+    parser.add_argument("--physical-refraction", action="store_true", help=_PHYSICAL)
     parser.add_argument(
         "--set",
         action="append",
@@ -191,6 +195,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--depth", type=int, help="bounces; 0: unlimited")
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
+    add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
     add("--out", default="selenite-fits", metavar="DIR", help="gets a folder <date>_<time>")
     add("--save", metavar="OUT.blend", help="saves a copy of the scene with the fitted values")
     flag = {"action": "store_true"}

@@ -121,11 +121,12 @@ int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pi
 
 int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
                  const std::string& flavour, const std::string& subsurface,
-                 const std::map<std::string, py::dict>& maps,
+                 bool physical_refraction, const std::map<std::string, py::dict>& maps,
                  const std::map<std::string, py::dict>& grids) {
   Material material;
   material.name = name;
   material.flavour = make_flavour(multi_ggx, flavour, subsurface);
+  material.flavour.evaluate_unphysical_refraction = !physical_refraction;
   set_values(material, values);
   for (const auto& [parameter, value] : maps)
     material.maps.push_back(field_map(b, name, parameter, value));
@@ -243,7 +244,7 @@ void bind_builder(py::module_& m) {
   py::class_<SceneBuilder>(m, "SceneBuilder", "Collects a scene in Blender's units; see `build`.")
       .def(py::init<>())
       .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
-           "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK",
+           "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK", "physical_refraction"_a = false,
            "maps"_a = std::map<std::string, py::dict>{},
            "grids"_a = std::map<std::string, py::dict>{},
            "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "

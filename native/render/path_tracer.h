@@ -137,7 +137,7 @@ class PathTracer {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   static constexpr float kSingular = Path::kSingular;
   static constexpr int kRouletteStart = 4;
-  static constexpr std::uint32_t kHardLimit = 1 << 17;  // light caught inside smooth glass
+  static constexpr std::uint32_t kHardLimit = 1 << 17;    // light caught inside smooth glass
   static constexpr std::uint32_t kMediumLimit = 1 << 24;  // a dense white medium needs millions
 
   /// Lights a surface point and sends the path on from there; false if it ends. X: float where the

@@ -33,6 +33,7 @@ _SETTINGS = (
     "seed",
     "depth",
     "threads",
+    "physical_refraction",
 )
 
 

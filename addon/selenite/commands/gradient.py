@@ -25,6 +25,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     changes = arguments.assignments(args.set, problems)
     folder = arguments.output_folder(args.out_dir, problems) if args.out_dir else None
     _, values = open_scene(args.scene)
+    values.physical_refraction = args.physical_refraction
     found = [find_constant(values, owner, name, problems) for owner, name in keys]
     wanted = [(owner.name, parameter.name) for owner, parameter in filter(None, found)]
     camera = camera_of(values, args.camera, problems)

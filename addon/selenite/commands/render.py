@@ -20,6 +20,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     sem = arguments.output_file(args.sem, (".exr",), problems) if args.sem else None
     changes = arguments.assignments(args.set, problems)
     _, values = open_scene(args.scene)
+    values.physical_refraction = args.physical_refraction
     camera = camera_of(values, args.camera, problems)
     width, height = picture_size(camera, args.width, args.height, problems)
     scene = native_scene(values, changes, problems)

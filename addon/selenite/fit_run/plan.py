@@ -50,6 +50,7 @@ def prepare(
     )
     if problems:
         raise BadInput(problems)
+    values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(grid_fields.with_fields(values, fields))
     starts = {(item.owner, item.parameter.name): item.start for item in unknowns}
     return FitPlan(

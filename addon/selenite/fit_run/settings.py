@@ -18,6 +18,7 @@ class FitSettings:
     height: pixels of the pictures that are compared, their width follows the photo's aspect.
     depth: bounces, 0 = unlimited. threads: 0 = all. accumulate: one step per iteration over all
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
+    physical_refraction: see SceneValues.
     """
 
     loss: str = "dual-buffer"
@@ -32,6 +33,7 @@ class FitSettings:
     threads: int = 0
     accumulate: bool = True
     picture_spp: int = 128
+    physical_refraction: bool = False
 
     def problems(self) -> list[Problem]:
         """What is out of range. Losses and optimisers are listed natively."""

@@ -173,7 +173,8 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         column = self.layout.column()
         column.use_property_split = True
         column.enabled = state.RUN.job is None
-        for name in ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads"):
+        names = ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads")
+        for name in (*names, "physical_refraction"):
             column.prop(context.scene.selenite, name)
 
 

@@ -159,6 +159,12 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
     seed: IntProperty(name="Seed", default=0, min=0)
     threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")
+    physical_refraction: BoolProperty(
+        name="Physical Refraction",
+        default=False,
+        description="No refraction of rough glass towards lights that no micronormal gives. "
+        "Cycles has it, so leave this off to fit what Cycles renders",
+    )
     picture_spp: IntProperty(
         name="Picture Samples",
         default=_DEFAULTS.picture_spp,

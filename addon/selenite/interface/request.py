@@ -13,7 +13,17 @@ from ..problems import Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
 
-_SETTINGS = ("loss", "iterations", "spp", "tolerance", "height", "seed", "threads", "picture_spp")
+_SETTINGS = (
+    "loss",
+    "iterations",
+    "spp",
+    "tolerance",
+    "height",
+    "seed",
+    "threads",
+    "picture_spp",
+    "physical_refraction",
+)
 
 
 def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Problem]) -> RunRequest:

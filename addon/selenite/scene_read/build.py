@@ -25,6 +25,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             multi_ggx=item.multi_ggx,
             flavour=item.flavour,
             subsurface=item.subsurface,
+            physical_refraction=values.physical_refraction,
             maps={name: _native_map(builder, textures, found) for name, found in item.maps.items()},
             grids={use: vars(grid) for use, grid in item.grids.items()},
         )

@@ -200,6 +200,8 @@ class SceneValues:
     """Everything that was read, with what stands in the way of rendering it.
 
     millimetres: in one Blender unit, None where the scene has no system of units.
+    physical_refraction: rough refraction towards lights only where a micronormal connects both
+    directions; Cycles evaluates it for every pair (facts sheet "cycles", 1.11).
     """
 
     cameras: list[CameraValues] = field(default_factory=list)
@@ -211,6 +213,7 @@ class SceneValues:
     owners: dict[str, Owner] = field(default_factory=dict)
     bodies: list[BodyValues] = field(default_factory=list)
     millimetres: float | None = None
+    physical_refraction: bool = False
     unusable_cameras: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
