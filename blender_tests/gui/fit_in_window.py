@@ -51,6 +51,7 @@ def steps():
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     assert state.RUN.job is not None
     yield running
+    yield 1.0  # the panels below slide into place
     picture("running")
     press_escape()
     yield lambda: state.RUN.job is None
