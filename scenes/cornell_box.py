@@ -4,7 +4,7 @@
 Made from Blender primitives only (CC0). Run it inside bpy:
 
     python scenes/cornell_box.py --save start.blend           the scene with the start values
-    python scenes/cornell_box.py --photos /tmp/cornell_box    the reference photos (minutes)
+    python scenes/cornell_box.py --photos cornell_photos    the reference photos (minutes)
 """
 
 import math

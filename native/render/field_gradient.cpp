@@ -67,13 +67,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
 
   FieldGradient result;
   Film& film = result.film;
-  film.width = settings.width;
-  film.height = settings.height;
-  film.spp = settings.spp;
-  const auto size = static_cast<std::size_t>(settings.width) * settings.height;
-  film.mean.resize(size);
-  film.half_a.resize(size);
-  film.variance.resize(size);
+  film = Film(settings.width, settings.height, settings.spp);
   for (const PlacedGrid* placed : grids)
     result.fields.emplace_back(loss ? placed->grid->values().size() : 0);
 

@@ -23,6 +23,16 @@ struct SlotFilm {
 /// What a render gives. Samples are independent, so the two halves are too; the half over the odd
 /// samples follows from mean and half_a (`half_b`).
 struct Film {
+  Film() = default;
+  Film(int width, int height, int spp, int slot_count = 0)
+      : width(width), height(height), spp(spp), slots(slot_count) {
+    const auto size = static_cast<std::size_t>(width) * height;
+    for (Picture* picture : {&mean, &half_a, &variance}) picture->resize(size);
+    for (SlotFilm& slot : slots)
+      for (Picture* picture : {&slot.mean, &slot.half_a, &slot.variance, &slot.covariance})
+        picture->resize(size);
+  }
+
   int width = 0, height = 0, spp = 0;
   Picture mean;
   Picture half_a;    ///< mean over the even samples

@@ -18,25 +18,6 @@ void require(bool good, const char* what, long long value, const char* range) {
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-Film new_film(const RenderSettings& settings, int slots) {
-  Film film;
-  film.width = settings.width;
-  film.height = settings.height;
-  film.spp = settings.spp;
-  const auto size = static_cast<std::size_t>(settings.width) * settings.height;
-  film.mean.resize(size);
-  film.half_a.resize(size);
-  film.variance.resize(size);
-  film.slots.resize(slots);
-  for (SlotFilm& slot : film.slots) {
-    slot.mean.resize(size);
-    slot.half_a.resize(size);
-    slot.variance.resize(size);
-    slot.covariance.resize(size);
-  }
-  return film;
-}
-
 /// Every pixel is finished by one thread from its own random numbers, so the result does not depend
 /// on the threads.
 template <int L>
@@ -87,7 +68,7 @@ Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();
   if (progress) progress->fraction = 0;
-  Film film = new_film(settings, slots);
+  Film film(settings.width, settings.height, settings.spp, slots);
   if (slots == 0)
     render_all<0>(scene, camera, layout, settings, progress, film);
   else if (local <= 4)

@@ -91,29 +91,29 @@ Colorf EnvironmentMap::radiance(const Vec3f& d) const {
          (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
 }
 
-float EnvironmentMap::density(const Vec3f& d) const {
+EnvironmentMap::Place EnvironmentMap::place(const Vec3f& d) const {
   const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
   const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;
-  const int x = std::clamp(static_cast<int>(u * width_), 0, width_ - 1);
-  const int y = std::clamp(static_cast<int>(v * height_), 0, height_ - 1);
+  const float sine = std::hypot(d.x, d.y);  // 1 - z^2 has no digits left near the poles
+  return {std::clamp(static_cast<int>(u * width_), 0, width_ - 1),
+          std::clamp(static_cast<int>(v * height_), 0, height_ - 1),
+          sine > 0 ? static_cast<float>(width_) * height_ / (2 * kPi<float> * kPi<float> * sine) : 0};
+}
+
+float EnvironmentMap::density(const Vec3f& d) const {
+  const auto [x, y, per_share] = place(d);
   const float* columns = &column_cdf_[static_cast<std::size_t>(y) * width_];
   const float row = row_cdf_[y] - (y > 0 ? row_cdf_[y - 1] : 0);
   const float column = columns[x] - (x > 0 ? columns[x - 1] : 0);
-  const float sine = std::hypot(d.x, d.y);  // 1 - z^2 has no digits left near the poles
-  if (!(sine > 0)) return 0;
-  return row * column * width_ * height_ / (2 * kPi<float> * kPi<float> * sine);
+  return row * column * per_share;
 }
 
 float EnvironmentMap::cycles_density(const Vec3f& d) const {
-  const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
-  const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;
-  const int x = std::clamp(static_cast<int>(u * width_), 0, width_ - 1);
-  const int y = std::clamp(static_cast<int>(v * height_), 0, height_ - 1);
-  const float sine = std::hypot(d.x, d.y);
-  if (!(sine > 0) || !(cycles_sum_ > 0)) return 0;
+  if (!(cycles_sum_ > 0)) return 0;
+  const auto [x, y, per_share] = place(d);
   const float share = mean_channel(pixels_[static_cast<std::size_t>(y) * width_ + x]) *
                       std::sin(kPi<float> * (y + 0.5f) / height_) / static_cast<float>(cycles_sum_);
-  return share * width_ * height_ / (2 * kPi<float> * kPi<float> * sine);
+  return share * per_share;
 }
 
 Vec3f EnvironmentMap::sample(float u1, float u2, float& density_out) const {

@@ -60,6 +60,13 @@ class EnvironmentMap {
   float mean_luminance() const { return mean_; }  ///< over the sphere
 
  private:
+  /// The pixel of a direction, and the density per solid angle if it had all of the samples.
+  struct Place {
+    int x, y;
+    float per_share;  ///< 0 at the poles
+  };
+  Place place(const Vec3f& map_direction) const;
+
   int width_, height_;
   std::vector<Colorf> pixels_;
   std::vector<float> row_cdf_, column_cdf_;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "math/error.h"
+#include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 #include "render/tape.h"
 #include "render/throughput.h"
@@ -31,20 +32,7 @@ Scene grid_ball(const std::vector<float>& albedo, int channels, bool density = f
     m.density_grid = {std::make_shared<Grid>("density", std::array<int, 3>{1, 1, 2}, 1,
                                              std::vector<float>{0.4f, 1.5f}),
                       place_grid};
-  SceneBuilder builder;
-  place(builder, sphere_mesh(1, 12), builder.add_material(m));
-  place(builder, quad_mesh(4), builder.add_material(matte("Ground", 0.3)),
-        translation({0, 0, -1.1}));
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 2;
-  lamp.values.power = 80;
-  lamp.to_world = looking_at({2, 1, 3}, {0, 0, 0});
-  builder.add_light(lamp);
-  add_view(builder, {0, -4, 1}, {0, 0, 0}, 70);
-  set_sky(builder, 0.5);
-  return builder.build();
+  return lit_ball(m);
 }
 
 FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
 
@@ -29,24 +30,6 @@ Material filled(const Color<double>& extinction, double albedo, double g, bool g
   m.values.albedo = Color<double>(albedo);
   m.values.anisotropy = g;
   return m;
-}
-
-/// A ball over a ground, under a lamp and a sky.
-Scene lit_ball(const Material& material) {
-  SceneBuilder builder;
-  place(builder, sphere_mesh(1, 12), builder.add_material(material));
-  place(builder, quad_mesh(4), builder.add_material(matte("Ground", 0.3)),
-        translation({0, 0, -1.1}));
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 2;
-  lamp.values.power = 80;
-  lamp.to_world = looking_at({2, 1, 3}, {0, 0, 0});
-  builder.add_light(lamp);
-  add_view(builder, {0, -4, 1}, {0, 0, 0}, 70);
-  set_sky(builder, 0.5);
-  return builder.build();
 }
 
 struct Case {

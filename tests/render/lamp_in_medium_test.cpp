@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "render/equiangular.h"
+#include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
 
@@ -100,6 +101,52 @@ TEST_P(LampInFog, ScattersOnceAsSolvedOnPaper) {
   EXPECT_LT(std::abs(slope.mean * albedo - want), 4 * slope.error * albedo + 1e-3 * want);
 }
 INSTANTIATE_TEST_SUITE_P(Sizes, LampInFog, testing::Values(1e-4, 1.0, 1e5));
+
+/// Bodies out of which no light is sought must look the same as when it is: a lamp of next to no
+/// power inside of them makes the difference, for a closed body and for one that is open at the top.
+class SealedBody : public testing::TestWithParam<bool> {};
+
+TEST_P(SealedBody, LooksTheSameWhereLightIsSoughtInside) {
+  const bool open = GetParam();
+  Tally difference, size;
+  for (int seed = 0; seed < 8; ++seed) {
+    double mean[2];
+    for (const bool sought : {false, true}) {
+      SceneBuilder builder;
+      Mesh body = sphere_mesh(1, 16);
+      if (open) {  // light of the lamp above falls in
+        std::vector<std::array<int, 3>> kept;
+        for (const auto& t : body.triangles)
+          if (body.positions[t[0]].z < 0.6f) kept.push_back(t);
+        body = make_mesh(body.positions, kept);
+      }
+      place(builder, body, builder.add_material(filled_glass(0.5, 1.2, 2, 0.95)));
+      for (const double power : {sought ? 1e-9 : 0.0, 50.0}) {
+        if (power == 0) continue;
+        Light lamp;
+        lamp.name = power > 1 ? "Above" : "Inside";
+        lamp.kind = LightKind::kArea;
+        lamp.size_x = lamp.size_y = power > 1 ? 5 : 0.1;
+        lamp.values.power = power;
+        lamp.to_world = translation({0, 0, power > 1 ? 2.5 : 0.0});  // it shines down
+        builder.add_light(lamp);
+      }
+      add_view(builder, {0, -4, 0}, {0, 0, 0}, 90);
+      const Film film = render_view(builder.build(), settings_of(8, 1500, 10 + 2 * seed + sought));
+      ASSERT_TRUE(complete(film));
+      mean[sought] = mean_of(film).mean;
+    }
+    difference.add(mean[1] - mean[0]);
+    size.add(mean[0]);
+  }
+  // Student's t of 7 degrees of freedom beyond 5.4: 1 false alarm in 1000.
+  const Estimate e = difference.estimate();
+  EXPECT_LT(std::abs(e.mean), 5.4 * e.error) << size.mean();
+  // What is sought in vain in a closed body is 14 % of the light in an open one.
+  EXPECT_LT(5.4 * e.error, 0.1 * size.mean());
+}
+INSTANTIATE_TEST_SUITE_P(ClosedAndOpen, SealedBody, testing::Bool(),
+                         [](const auto& info) { return info.param ? "Open" : "Closed"; });
 
 }  // namespace
 }  // namespace selenite

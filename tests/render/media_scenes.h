@@ -3,7 +3,7 @@
 
 #include "scene/small_scenes.h"
 
-// Bodies of one material "Medium" that is filled, under a sky of radiance 1.
+// Bodies of one material that is filled, under a sky.
 namespace selenite {
 
 /// A boundary that is not seen: only its medium is.
@@ -44,6 +44,24 @@ inline Scene half_space(const Material& material, double size = 1) {
 }
 inline Scene ball(const Material& material, double size = 1) {
   return body_scene(sphere_mesh(size, 16), material, size, 90);
+}
+
+/// A ball over a ground, under a lamp and a sky.
+inline Scene lit_ball(const Material& material) {
+  SceneBuilder builder;
+  place(builder, sphere_mesh(1, 12), builder.add_material(material));
+  place(builder, quad_mesh(4), builder.add_material(matte("Ground", 0.3)),
+        translation({0, 0, -1.1}));
+  Light lamp;
+  lamp.name = "Lamp";
+  lamp.kind = LightKind::kArea;
+  lamp.size_x = lamp.size_y = 2;
+  lamp.values.power = 80;
+  lamp.to_world = looking_at({2, 1, 3}, {0, 0, 0});
+  builder.add_light(lamp);
+  add_view(builder, {0, -4, 1}, {0, 0, 0}, 70);
+  set_sky(builder, 0.5);
+  return builder.build();
 }
 
 }  // namespace selenite

@@ -56,21 +56,7 @@ class MediumGradient : public testing::TestWithParam<Slope> {};
 
 TEST_P(MediumGradient, AgreesWithDifferencesOfRenders) {
   const Slope& p = GetParam();
-  SceneBuilder builder;
-  Material m = filled_glass(0.3, 1.35, p.extinction, p.albedo, 0.3);
-  place(builder, sphere_mesh(1, 12), builder.add_material(m));
-  place(builder, quad_mesh(4), builder.add_material(matte("Ground", 0.3)),
-        translation({0, 0, -1.1}));
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 2;
-  lamp.values.power = 80;
-  lamp.to_world = looking_at({2, 1, 3}, {0, 0, 0});
-  builder.add_light(lamp);
-  add_view(builder, {0, -4, 1}, {0, 0, 0}, 70);
-  set_sky(builder, 0.5);
-  const Scene base = builder.build();
+  const Scene base = lit_ball(filled_glass(0.3, 1.35, p.extinction, p.albedo, 0.3));
   const ParameterRef ref = base.find("Medium", p.parameter);
   const Parameter& row = base.description(ref);
   const SlotLayout layout(base, {ref});
