@@ -28,6 +28,9 @@ struct Factor {
   }
 };
 
+/// A number for every slot; 0 beyond those in use.
+using SlotScales = std::array<float, kMaxSlots>;
+
 /// Derivatives of a colour in all slots of a render: channel by channel, by fours, which compilers
 /// turn into vector instructions. Only the fours in use are ever touched.
 class SlotSlopes {
@@ -59,6 +62,14 @@ class SlotSlopes {
       for (int i = 0; i < 4 * fours_; ++i) most = std::max(most, std::abs(channel_[c][i]));
     return most;
   }
+  /// The same, each times a number of its slot.
+  float largest(const SlotScales& scales) const {
+    float most = 0;
+    for (int c = 0; c < 3; ++c)
+      for (int i = 0; i < 4 * fours_; ++i)
+        most = std::max(most, std::abs(channel_[c][i]) * scales[i]);
+    return most;
+  }
 
  private:
   template <class F>
@@ -80,6 +91,7 @@ struct NoSlopes {
   void scale(const Colorf&) {}
   void add(const NoSlopes&, const Colorf&) {}
   float largest() const { return 0; }
+  float largest(const SlotScales&) const { return 0; }
 };
 template <int K>
 using Slopes = std::conditional_t<K == 0, NoSlopes, SlotSlopes>;
@@ -127,8 +139,12 @@ class Throughput : public SinceEvent<K == kTaped> {
     slope.add(0, value);
     value = value * f;
   }
-  /// Largest of the value and its derivatives: what Russian roulette may not throw away.
+  /// Largest of the value and its derivatives: 0 if the path has nothing to bring any more.
   float importance() const { return std::max(max_channel(value), slope.largest()); }
+  /// The same with derivatives scaled: what Russian roulette goes by.
+  float importance(const SlotScales& scales) const {
+    return std::max(max_channel(value), slope.largest(scales));
+  }
 
  private:
   using Since = SinceEvent<K == kTaped>;
