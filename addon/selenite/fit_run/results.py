@@ -104,7 +104,8 @@ def write_results(
         report = result_json(plan, result, host)
         _write_json(partial / "result.json", report)
         _write_json(partial / "run.json", plan.request.as_json())
-        _write_history(partial / "history.csv", result["history"])
+        numbers = {item.name for item in plan.fields if item.start.values.shape[3] == 1}
+        _write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
             _write_field(partial, field, result["fields_best"][field.name])
         (partial / "log.txt").write_text(_log(plan, report), encoding="utf-8")
@@ -180,8 +181,9 @@ def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa:
     return film.image
 
 
-def _write_history(path: Path, history: dict[str, Any]) -> None:
-    """One row per iteration; a value that was not measured is left empty."""
+def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:
+    """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
+    that hold no colours."""
     columns: list[tuple[str, np.ndarray]] = [
         (name, np.asarray(history[name])) for name in ("iteration", "loss", "validation")
     ]
@@ -192,7 +194,10 @@ def _write_history(path: Path, history: dict[str, Any]) -> None:
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
     for name, means in history["field_means"].items():
-        columns += [(f"{name} mean.{c}", means[:, i]) for i, c in enumerate("rgb")]
+        if name in numbers:
+            columns.append((f"{name} mean", means[:, 0]))
+        else:
+            columns += [(f"{name} mean.{c}", means[:, i]) for i, c in enumerate("rgb")]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([name for name, _ in columns])
@@ -201,7 +206,7 @@ def _write_history(path: Path, history: dict[str, Any]) -> None:
 
 
 def _field_files(field: FieldUnknown) -> list[str]:
-    stem = f"{file_name(field.owner)}_albedo"
+    stem = f"{file_name(field.owner)}_{field.kind.use}"
     return [f"{stem}.npy", f"{stem}.vol"]
 
 
