@@ -163,7 +163,7 @@ def test_a_fitted_grid_is_written_and_read_again(vdb, tmp_path):
     fitted = grids["albedo"]
     fitted.values[:] = np.random.default_rng(3).random(fitted.values.shape, np.float32)
     out = tmp_path / "b.vdb"
-    volume_objects.write_albedo(item, bpy.data.materials["Smoke"], fitted, str(out))
+    volume_objects.write(item, bpy.data.materials["Smoke"], {"albedo": fitted}, str(out))
     again = made.read()
     assert not again.problems
     found = again.materials[0].grids
@@ -188,7 +188,7 @@ def test_a_fit_gives_the_object_its_new_file(vdb, tmp_path, capsys):
     assert "now renders" in text
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out.blend"))
     data = bpy.data.volumes["Cloud"]
-    assert data.filepath.endswith("Smoke_albedo.vdb")
+    assert data.filepath.endswith("Smoke.vdb")
     read = made.read()
     assert not read.problems
     grid = read.materials[0].grids["albedo"]

@@ -149,7 +149,7 @@ TEST(FieldsFit, FindsTheDensitiesFromTwoPhotos) {
     for (int v = 0; v < 8; ++v) {
       error += std::abs((*result.fields_best)[0][v] - truth[v]) / 8;
       before += std::abs(start - truth[v]) / 8;
-      if (truth[v] > 0.5f) EXPECT_GT((*result.fields_best)[0][v], 0.1) << v;
+      EXPECT_TRUE(truth[v] <= 0.5f || (*result.fields_best)[0][v] > 0.1) << v;
     }
     RecordProperty("error of " + std::to_string(before), std::to_string(error));
     // From nothing it takes longer: a voxel may move 0.03 a step.
