@@ -41,7 +41,7 @@ KINDS = {
 DENSITY_RANGE = 10.0
 #: Voxels along the longest side of the object, where the request names no grid.
 USUAL_SIZE = 16
-_MOST_BY_NUMBER = 512
+MOST_BY_NUMBER = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,9 +213,9 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
         colour = np.asarray(fill if own.values.shape[3] == 3 else fill[:1], np.float32)
         return replace(own, values=np.broadcast_to(colour, own.values.shape).copy())
     number = int(request.grid or USUAL_SIZE)
-    if not 1 <= number <= _MOST_BY_NUMBER:
+    if not 1 <= number <= MOST_BY_NUMBER:
         cause = f"its grid has {number} voxels along the longest side"
-        raise BadInput(Problem(title, cause, f"give 1 to {_MOST_BY_NUMBER}, or a file"))
+        raise BadInput(Problem(title, cause, f"give 1 to {MOST_BY_NUMBER}, or a file"))
     to_unit, extent = _over_objects(scene, owner, title)
     if kind.use == "density" and own is not None:  # beyond its box nothing is
         to_unit = own.to_unit

@@ -59,7 +59,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "determined": None,
             "unit": "1",
             "voxels": [int(n) for n in values_of_field.shape[2::-1]],
-            "files": _field_files(field),
+            "files": field_files(field),
         }
     return {
         "schema": SCHEMA,
@@ -128,9 +128,13 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
         lines.append(line + _length(item, value, plan))
     for field in plan.fields:
-        start, value = _means(field.start.values), _means(result["fields_best"][field.name])
-        lines.append(f"{field.name}: mean {_text(start)} -> {_text(value)}")
+        lines.append(f"{field.name}: {field_text(field, result['fields_best'][field.name])}")
     return lines
+
+
+def field_text(field: FieldUnknown, values: np.ndarray) -> str:
+    """Means over the voxels at the start and of the fitted values."""
+    return f"mean {_text(_means(field.start.values))} -> {_text(_means(values))}"
 
 
 def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
@@ -205,13 +209,14 @@ def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> No
             writer.writerow([_cell(values[row]) for _, values in columns])
 
 
-def _field_files(field: FieldUnknown) -> list[str]:
+def field_files(field: FieldUnknown) -> list[str]:
+    """Names of its files in a result folder: NumPy's and Mitsuba's format."""
     stem = f"{file_name(field.owner)}_{field.kind.use}"
     return [f"{stem}.npy", f"{stem}.vol"]
 
 
 def _write_field(folder: Path, field: FieldUnknown, values: np.ndarray) -> None:
-    npy, vol = _field_files(field)
+    npy, vol = field_files(field)
     grid_files.write_npy(folder / npy, values)
     grid_files.write_vol(folder / vol, values, *field.box())
 

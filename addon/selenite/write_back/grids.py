@@ -18,7 +18,7 @@ import numpy as np
 from .. import parameters
 from ..fit_run import results
 from ..problems import BadInput, Problem
-from ..scene_read import nodes, openvdb_files, volume_objects, volumes
+from ..scene_read import hosts, nodes, openvdb_files, volume_objects, volumes
 from ..scene_read.nodes import Unreadable
 from ..scene_read.openvdb_files import VdbError, VdbGrid
 from ..scene_read.values import GridValues, Owner, SceneValues
@@ -56,6 +56,8 @@ def show(
     material = datablock(bpy.data.materials, values.owners[name])
     if material is None:
         raise BadInput(Problem(title, "it is gone", "undo its removal"))
+    if not hosts.is_editable(material):
+        raise BadInput(Problem(title, "it comes from a library", "make it local"))
     missing = why_not()
     if missing:
         cause, _, cure = missing.partition(": ")
