@@ -193,6 +193,48 @@ TEST(DensityGradient, BesideTheAlbedosIsTheSame) {
   }
 }
 
+TEST(DensityGradient, OfOverlappingMediaIsThatOfEach) {
+  // Two kinds of smoke in one another, of constant grids: null collisions belong to both.
+  const auto scene_of = [](bool grids) {
+    SceneBuilder builder;
+    for (int i = 0; i < 2; ++i) {
+      Material m = medium(Color<double>(i == 0 ? 1 : 2), 0.6, true);
+      m.name = i == 0 ? "Medium" : "Other";
+      if (grids) m.density_grid = cube("density", std::vector<float>(kVoxels, 1));
+      place(builder, sphere_mesh(i == 0 ? 1 : 0.7, 12), builder.add_material(m),
+            translation({0.2 * i, 0, 0}));
+    }
+    add_view(builder, {0, -4, 1}, {0, 0, 0}, 70);
+    set_sky(builder, 0.5);
+    return builder.build();
+  };
+  const Scene grids = scene_of(true), plain = scene_of(false);
+  const std::vector<GridRef> unknown = {{0, GridKind::kDensity}, {1, GridKind::kDensity}};
+  Tally sums[2], wants[2];
+  for (int seed = 0; seed < 16; ++seed) {
+    const RenderSettings settings = settings_of(6, 300, 100 + seed);
+    const FieldGradient found =
+        render_field_gradient(grids, grids.cameras[0], unknown, settings, mean_loss(settings));
+    const Film film =
+        render_view(plain, settings_of(6, 300, 300 + seed),
+                    ticked(plain, {{"Medium", "extinction"}, {"Other", "extinction"}}));
+    ASSERT_TRUE(complete(found.film) && complete(film));
+    for (int i = 0; i < 2; ++i) {
+      double sum = 0, want = 0;
+      for (const double d : found.fields[i]) sum += d;
+      for (int c = 0; c < 3; ++c) want += (i + 1) * slope_of(film, i, c).mean / 3;
+      sums[i].add(sum);
+      wants[i].add(want);
+    }
+  }
+  for (int i = 0; i < 2; ++i) {
+    const Estimate got = sums[i].estimate(), want = wants[i].estimate();
+    EXPECT_LT(std::abs(got.z(want)), 4) << i << ": " << got.mean << " +- " << got.error << ", "
+                                        << want.mean << " +- " << want.error;
+    EXPECT_LT(got.error, 0.15 * std::abs(want.mean)) << i;
+  }
+}
+
 TEST(DensityGradient, IsTheSameForAnyNumberOfThreads) {
   Material m = medium({1, 2, 3}, 0.7, true);
   m.density_grid = cube("density", {0.4f, 0, 0.8f, 2, 0.6f, 0.5f, 1.4f, 0.3f});
