@@ -10,7 +10,7 @@ from selenite import grid_files
 from selenite.interface import request
 from selenite.scene_read import openvdb_files
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 
 def row_of(parameter):

@@ -19,7 +19,7 @@ from selenite.scene_read.values import GridValues
 from selenite.write_back import grids as grid_objects
 from selenite.write_back import voxels
 
-pytestmark = pytest.mark.blender
+pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 
 @pytest.fixture

@@ -63,12 +63,11 @@ def show(
         cause, _, cure = missing.partition(": ")
         raise BadInput(Problem(title, cause, cure))
     path = str(folder / f"{results.file_name(name)}.vdb")
-    users = [
+    own = [
         item
         for item in scene.objects
-        if material in [slot.material for slot in item.material_slots] and not item.hide_render
+        if item.type == "VOLUME" and material in [slot.material for slot in item.material_slots]
     ]
-    own = [item for item in users if item.type == "VOLUME"]
     if len(own) > 1:
         cause = "several Volume objects have it; each needs a grid of its own"
         raise BadInput(Problem(title, cause, "give each object its own material"))
@@ -82,7 +81,7 @@ def show(
         raise BadInput(error.problem) from error
     except VdbError as error:
         raise BadInput(Problem(title, error.cause, error.cure)) from error
-    before = _take_medium_out(material, users)
+    before = _take_medium_out(material)
     item[_BEFORE], item[_MATERIAL] = json.dumps(before), name
     return f"Object '{item.name}' shows {path} in place of the medium of '{name}'"
 
@@ -97,8 +96,8 @@ def restore(scene: bpy.types.Scene, name: str) -> None:
             del item[_BEFORE], item[_MATERIAL]
             continue
         for hidden in before["hidden"]:
-            if hidden in scene.objects:
-                scene.objects[hidden].hide_render = False
+            if hidden in bpy.data.objects:
+                bpy.data.objects[hidden].hide_render = False
         owner = Owner(name, "material", before["material"], before["library"], {}, {})
         material = datablock(bpy.data.materials, owner)
         if material is not None and before["node"] in material.node_tree.nodes:
@@ -173,10 +172,9 @@ def _new_volume(
     return item
 
 
-def _take_medium_out(
-    material: bpy.types.Material, users: list[bpy.types.Object]
-) -> dict[str, object]:
-    """Unlinks the volume of the material, and hides meshes of which nothing is left."""
+def _take_medium_out(material: bpy.types.Material) -> dict[str, object]:
+    """Unlinks the volume of the material, and hides objects of which nothing is left (those that
+    are instanced stand in no scene)."""
     output = material.node_tree.get_output_node("CYCLES")
     link = output.inputs["Volume"].links[0]
     before: dict[str, object] = {
@@ -192,8 +190,11 @@ def _take_medium_out(
     if not output.inputs["Surface"].is_linked:
         gone = [
             item
-            for item in users
-            if all(slot.material in (None, material) for slot in item.material_slots)
+            for item in bpy.data.objects
+            if material in (found := [slot.material for slot in item.material_slots])
+            and all(other in (None, material) for other in found)
+            and hosts.is_editable(item)
+            and not item.hide_render
         ]
         for item in gone:
             item.hide_render = True
