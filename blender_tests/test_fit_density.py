@@ -102,7 +102,7 @@ def test_both_grids_together_and_a_run_file_repeats_them(photo, tmp_path, capsys
         ({"start": (-1.0,)}, "give one number from 0 up"),
         ({"start": (1.0, 2.0, 3.0)}, "give one number from 0 up"),
         ({"minimum": 2.0, "maximum": 1.0}, "bounds [2, 1]"),
-        ({"maximum": float("inf")}, "give bounds such as 0,10"),
+        ({"maximum": float("inf")}, "give bounds such as 0 and 10"),
         ({"grid": "colours.npy"}, "holds colours"),
         ({"grid": "negative.npy"}, "holds -0.5"),
     ],

@@ -5,9 +5,10 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from drawn_panels import draw
 
 from selenite import grid_files
-from selenite.interface import request
+from selenite.interface import panels, request
 from selenite.scene_read import openvdb_files
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
@@ -63,6 +64,21 @@ def test_a_medium_has_rows_for_its_grids_and_they_keep_what_is_set(settings):
             node.inputs["Density"].default_value = 0
     bpy.ops.selenite.refresh_rows()
     assert not any(item.parameter == "density_grid" for item in settings.rows)
+
+
+def test_the_panel_offers_what_the_start_needs(settings):
+    names = [item.parameter for item in settings.rows]
+    settings.active_row = names.index("density_grid")
+    row = settings.rows[settings.active_row]
+    asked = {}
+    for start in ("new", "file", "scene"):
+        row.grid_from = start
+        lines = draw(panels.SELENITE_PT_parameters).splitlines()
+        asked[start] = [name for name in ("voxels", "grid_path") if name in lines]
+        assert "grid_from" in lines
+    assert asked == {"new": ["voxels"], "file": ["grid_path"], "scene": []}
+    settings.active_row = names.index("albedo")
+    assert "grid_from" not in draw(panels.SELENITE_PT_parameters).splitlines()
 
 
 def test_the_request_is_that_of_the_command_line(settings, tmp_path):

@@ -178,8 +178,10 @@ def _field(
     high = usual if request.maximum is None else request.maximum
     most = 1.0 if kind.use == "albedo" else float(np.finfo(np.float32).max)
     if not 0 <= low < high <= most:
-        cause = f"its bounds [{low:g}, {high:g}] are not an interval inside [0, {most:g}]"
-        cure = "give bounds inside [0, 1]" if most == 1 else "give bounds such as 0,10"
+        albedo = kind.use == "albedo"
+        within = "inside [0, 1]" if albedo else "of finite numbers from 0 up"
+        cause = f"its bounds [{low:g}, {high:g}] are not an interval {within}"
+        cure = "give bounds inside [0, 1]" if albedo else "give bounds such as 0 and 10"
         raise BadInput(Problem(title, cause, cure))
     rate = settings.learning_rate if request.learning_rate is None else request.learning_rate
     if not (math.isfinite(rate) and 0 < rate <= 1):

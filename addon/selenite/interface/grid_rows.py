@@ -63,7 +63,9 @@ def requested(row: bpy.types.PropertyGroup, own: GridValues | None, title: str) 
     if row.grid_from == "scene":
         if own is None:
             cure = "choose New Grid or File"
-            raise BadInput(Problem(title, "it starts from the scene's grid, which has none", cure))
+            raise BadInput(
+                Problem(title, "it starts from the scene's grid, and there is none", cure)
+            )
         return ""
     return str(row.voxels)
 
