@@ -135,6 +135,22 @@ def studio(**values):
     return made
 
 
+def smoke(density=2.0, colour=0.5, segments=16):
+    """A sphere of grey smoke, a lamp from one side, a grey world; its material."""
+    filled = material("Smoke")
+    tree = filled.node_tree
+    tree.nodes.remove(principled(filled))
+    node = tree.nodes.new("ShaderNodeVolumePrincipled")
+    node.inputs["Density"].default_value = density
+    node.inputs["Color"].default_value = (colour, colour, colour, 1.0)
+    tree.links.new(node.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    sphere(material=filled, segments=segments)
+    camera()
+    world(strength=0.5)
+    light(energy=60)
+    return filled
+
+
 def save(path):
     """Saves the open file."""
     bpy.ops.wm.save_as_mainfile(filepath=str(path), check_existing=False)

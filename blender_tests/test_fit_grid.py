@@ -18,21 +18,6 @@ from selenite.scene_read.build import build
 pytestmark = pytest.mark.blender
 
 
-def smoke(density=2.0, colour=0.5):
-    """A sphere of grey smoke, a lamp from one side, a grey world."""
-    material = made.material("Smoke")
-    tree = material.node_tree
-    tree.nodes.remove(made.principled(material))
-    node = tree.nodes.new("ShaderNodeVolumePrincipled")
-    node.inputs["Density"].default_value = density
-    node.inputs["Color"].default_value = (colour, colour, colour, 1.0)
-    tree.links.new(node.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
-    made.sphere(material=material)
-    made.camera()
-    made.world(strength=0.5)
-    made.light(energy=60)
-
-
 def requested(**values):
     """The one field of the open scene that is asked for so."""
     problems = []
@@ -51,7 +36,7 @@ def command(capsys, *words):
 @pytest.fixture
 def photo(tmp_path):
     """The scene in a file, and its picture with an upper half of albedo 0.9, a lower one of 0.2."""
-    smoke()
+    made.smoke()
     path = made.save(tmp_path / "scene.blend")
     truth = np.full((4, 4, 4, 3), 0.2, np.float32)
     truth[:, 2:] = 0.9
@@ -113,7 +98,7 @@ def test_a_run_file_repeats_the_fit(photo, tmp_path, capsys):
 
 
 def test_the_grid_lies_over_the_object_and_starts_at_its_albedo():
-    smoke(colour=0.5)
+    made.smoke(colour=0.5)
     bpy.context.object.location = (3, 0, -1)
     bpy.context.object.scale = (2, 1, 0.5)
     field = requested()
@@ -135,7 +120,7 @@ def test_the_grid_lies_over_the_object_and_starts_at_its_albedo():
     ],
 )
 def test_what_cannot_be_fitted_is_refused_by_name(values, words):
-    smoke()
+    made.smoke()
     text = str(requested(**values))
     assert "Smoke:albedo_grid" in text or "grid.vol" in text
     assert words in text

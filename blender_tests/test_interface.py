@@ -7,59 +7,13 @@ from types import SimpleNamespace
 import bpy
 import made_scenes as made
 import pytest
+from drawn_panels import FakeLayout, draw
 
 import selenite
 from selenite import native
 from selenite.interface import panels, properties, state
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
-
-
-class FakeLayout:
-    """Records what a panel draws and refuses what Blender would refuse."""
-
-    def __init__(self, drawn=None):
-        self.drawn = [] if drawn is None else drawn
-        self.enabled = True
-
-    def row(self, **_options):
-        return FakeLayout(self.drawn)
-
-    box = column = split = row
-
-    def label(self, text="", icon="NONE"):
-        assert icon in bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
-        self.drawn.append(text)
-
-    def prop(self, data, name, text=None, index=-1):
-        assert name in data.bl_rna.properties, name
-        self.drawn.append(name if text is None else text)
-
-    def operator(self, name, text="", icon="NONE"):
-        group, _, word = name.partition(".")
-        assert hasattr(bpy.types, f"{group.upper()}_OT_{word}"), name
-        self.drawn.append(name)
-        return SimpleNamespace()
-
-    def template_list(self, kind, _identity, data, name, active_data, active, rows=1):
-        assert hasattr(bpy.types, kind)
-        assert name in data.bl_rna.properties and active in active_data.bl_rna.properties
-        self.drawn.append(name)
-
-    def template_ID(self, data, name, open=""):  # noqa: A002 - Blender's word
-        assert name in data.bl_rna.properties
-        self.drawn.append(name)
-
-    def progress(self, factor, text):
-        assert 0 <= factor <= 1
-        self.drawn.append(text)
-
-
-def draw(panel):
-    """Everything that a panel draws, as text."""
-    layout = FakeLayout()
-    panel.draw(SimpleNamespace(layout=layout), bpy.context)
-    return "\n".join(str(item) for item in layout.drawn)
 
 
 def prepare_fit(tmp_path, iterations=6):

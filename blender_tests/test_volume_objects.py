@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Volume objects with OpenVDB grids: read, rendered as Cycles does, written back."""
 
+import json
+
 import bpy
 import made_scenes as made
 import numpy as np
@@ -163,7 +165,7 @@ def test_a_fitted_grid_is_written_and_read_again(vdb, tmp_path):
     fitted = grids["albedo"]
     fitted.values[:] = np.random.default_rng(3).random(fitted.values.shape, np.float32)
     out = tmp_path / "b.vdb"
-    volume_objects.write_albedo(item, bpy.data.materials["Smoke"], fitted, str(out))
+    volume_objects.write(item, bpy.data.materials["Smoke"], {"albedo": fitted}, str(out))
     again = made.read()
     assert not again.problems
     found = again.materials[0].grids
@@ -172,6 +174,50 @@ def test_a_fitted_grid_is_written_and_read_again(vdb, tmp_path):
     assert np.allclose(found["albedo"].values[2:-2, 2:-2, 2:-2], fitted.values, atol=1e-6)
     edge = np.linalg.inv(fitted.to_unit) @ [0.5, 0.5, 0.5, 1]
     assert np.allclose(found["albedo"].to_unit @ edge, [0.5, 0.5, 0.5, 1], atol=1e-5)
+
+
+@pytest.mark.parametrize("space", ["OBJECT", "WORLD"])
+def test_fitted_densities_are_written_and_read_again_and_put_back(vdb, tmp_path, space):
+    item, node = cloud(write(vdb, tmp_path / "a.vdb", density=ball(), albedo=colours()),
+                       Color_Attribute="albedo")  # fmt: skip
+    item.data.render.space = space
+    item.location = (0.5, 0, -1)
+    item.scale = (2, 2, 2)
+    item.rotation_euler = (0.4, 0.0, 0.2)
+    bpy.context.view_layer.update()
+    grids = made.read().materials[0].grids
+    fitted = grids["density"]
+    kept = fitted.values.copy()
+    fitted.values[:] = np.random.default_rng(3).random(fitted.values.shape, np.float32) + 0.1
+    material = bpy.data.materials["Smoke"]
+    before = volume_objects.write(item, material, {"density": fitted}, str(tmp_path / "b.vdb"))
+    found = made.read().materials[0].grids
+    assert np.allclose(found["density"].values[1:-1, 1:-1, 1:-1], fitted.values, atol=1e-5)
+    assert np.array_equal(found["albedo"].values, grids["albedo"].values)
+    assert node.inputs["Color Attribute"].default_value == "albedo"
+    volume_objects.put_back(item, material, before)
+    assert np.array_equal(made.read().materials[0].grids["density"].values, kept)
+
+
+def test_fitted_densities_of_an_object_pass_the_check_in_cycles(vdb, tmp_path, capsys):
+    item, _ = cloud(write(vdb, tmp_path / "a.vdb", density=ball()), Color=(0.8, 0.8, 0.8, 1))
+    item.rotation_euler = (0.3, 0.0, 0.5)
+    path = made.save(tmp_path / "scene.blend")
+    picture = made.photo(tmp_path / "photo.exr", value=0.3)
+    status = main([
+        "fit", path, "--fit", "Smoke:density_grid", "--photo", f"Camera={picture}", "--height",
+        "12", "--iterations", "3", "--threads", "1", "--out", str(tmp_path), "--save",
+        str(tmp_path / "out.blend"), "--check-in-cycles", "--json",
+    ])  # fmt: skip
+    captured = capsys.readouterr()
+    assert status == 0, captured.err
+    report = json.loads(captured.out.splitlines()[-1])
+    assert report["parameters"]["Smoke:density_grid"]["voxels"] == [14, 14, 14]
+    row = report["cycles"]["cameras"]["Camera"]["native_against_cycles"]
+    assert abs(row["relative_bias_beyond_noise"]) < 0.01, row
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out.blend"))
+    assert bpy.data.volumes["Cloud"].filepath.endswith("Smoke.vdb")
+    assert not made.read().problems
 
 
 def test_a_fit_gives_the_object_its_new_file(vdb, tmp_path, capsys):
@@ -188,7 +234,7 @@ def test_a_fit_gives_the_object_its_new_file(vdb, tmp_path, capsys):
     assert "now renders" in text
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out.blend"))
     data = bpy.data.volumes["Cloud"]
-    assert data.filepath.endswith("Smoke_albedo.vdb")
+    assert data.filepath.endswith("Smoke.vdb")
     read = made.read()
     assert not read.problems
     grid = read.materials[0].grids["albedo"]

@@ -11,6 +11,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "addon"))
 sys.path.append(str(ROOT / ".venv/lib/python3.11/site-packages"))
+# Debian's modules, for one of them is OpenVDB's: with ours on the PATH Blender does not find them.
+sys.path.append("/usr/lib/python3/dist-packages")
 
 import pytest  # noqa: E402
 

@@ -180,7 +180,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     grid = "voxels along the longest side, or a .npy or .vol file to start from"
-    add("--grid", **many, metavar="MATERIAL:albedo_grid=N|FILE", help=grid)
+    add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="dual-buffer, mse, brightness-independent-mse, mae, mean-bias-error")
     add(

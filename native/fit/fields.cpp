@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <stdexcept>
 
@@ -12,16 +13,21 @@ namespace selenite {
 namespace {
 
 /// What is wrong with bounds and rate; "" if nothing is.
-std::string complaint(const UnknownParameter& one, const Grid& grid) {
+std::string complaint(const UnknownParameter& one, GridKind kind, const Grid& grid) {
+  const bool albedo = kind == GridKind::kAlbedo;
+  // The renderer counts in single precision.
+  const double most = albedo ? 1 : static_cast<double>(std::numeric_limits<float>::max());
   std::ostringstream text;
-  if (!(one.minimum >= 0 && one.minimum < one.maximum && one.maximum <= 1))
-    text << "bounds [" << one.minimum << ", " << one.maximum
-         << "] are no interval inside [0, 1]; give bounds inside";
+  if (!(one.minimum >= 0 && one.minimum < one.maximum && one.maximum <= most))
+    text << "bounds [" << one.minimum << ", " << one.maximum << "] are no interval "
+         << (albedo ? "inside [0, 1]; give bounds inside"
+                    : "of finite numbers from 0 up; give bounds such as [0, 10]");
   else if (!one.start.empty())
     text << "start has " << one.start.size()
          << " values; a grid starts at the values that the scene has: leave start out";
   else if (!(one.learning_rate > 0) || !std::isfinite(one.learning_rate))
-    text << "learning_rate = " << one.learning_rate << " must be above 0 and finite; 0.03 is usual";
+    text << "learning_rate = " << one.learning_rate << " must be above 0 and finite; "
+         << (albedo ? "0.03 is usual" : "0.03 of a usual density is usual");
   else
     for (const float x : grid.values())
       if (!(x >= one.minimum && x <= one.maximum)) {
@@ -53,6 +59,12 @@ PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Capture& cap
 
 }  // namespace
 
+std::optional<GridKind> Fields::kind_of(const UnknownParameter& one) {
+  for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
+    if (one.parameter == grid_name(kind)) return kind;
+  return std::nullopt;
+}
+
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
   std::string problems;
   bool only_names = true;
@@ -61,7 +73,8 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
     only_names = only_names && name;
   };
   for (const UnknownParameter& one : wanted) {
-    if (!is_field(one)) continue;
+    const auto kind = kind_of(one);
+    if (!kind) continue;
     const std::string name = one.owner + ":" + one.parameter;
     int material = -1;
     try {
@@ -70,20 +83,22 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
       add(error.what(), true);
       continue;
     }
-    const auto& grid = scene.appearance.materials[static_cast<std::size_t>(material)].albedo_grid;
+    const GridRef ref{material, *kind};
+    const auto& grid = scene.appearance.materials[static_cast<std::size_t>(material)].grid(*kind);
     if (!grid) {
-      add(name + ": the material has no albedo grid; give it one, or fit its albedo");
+      add(name + ": the material has no such grid; give it one, or fit its " +
+          (*kind == GridKind::kAlbedo ? "albedo" : "extinction"));
       continue;
     }
-    if (std::find(materials_.begin(), materials_.end(), material) != materials_.end()) {
+    if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end()) {
       add(name + " is listed twice; list it once");
       continue;
     }
-    if (const std::string wrong = complaint(one, *grid.grid); !wrong.empty()) {
+    if (const std::string wrong = complaint(one, *kind, *grid.grid); !wrong.empty()) {
       add(name + ": " + wrong);
       continue;
     }
-    materials_.push_back(material);
+    refs_.push_back(ref);
     names_.push_back(name);
     wanted_.push_back(one);
     grids_.push_back(grid.grid);
@@ -99,17 +114,17 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {
   Scene changed = scene;
-  for (std::size_t f = 0; f < materials_.size(); ++f) {
+  for (std::size_t f = 0; f < refs_.size(); ++f) {
     std::vector<float> numbers(static_cast<std::size_t>(values[f].size()));
     Eigen::Map<Eigen::VectorXf>(numbers.data(), values[f].size()) = values[f].cast<float>();
-    changed = changed.with_albedo_grid(materials_[f], std::move(numbers));
+    changed = changed.with_grid(refs_[f], std::move(numbers));
   }
   return changed;
 }
 
 std::vector<Color<double>> Fields::means(const FieldValues& values) const {
   std::vector<Color<double>> means;
-  for (std::size_t f = 0; f < materials_.size(); ++f) {
+  for (std::size_t f = 0; f < refs_.size(); ++f) {
     if (grid(f).channels() == 1) {
       means.emplace_back(values[f].mean());
       continue;
@@ -146,7 +161,7 @@ FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, cons
                                   const Capture& capture, const Loss& loss,
                                   const RenderSettings& settings, Progress* progress) {
   const auto render = [&](const PixelLoss& pixel) {
-    return render_field_gradient(scene, camera, fields.materials(), settings, pixel, progress);
+    return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
   };
   if (loss.per_pixel)
     return render([&](std::size_t pixel, const Film& film) {

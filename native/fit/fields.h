@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,22 +16,22 @@ namespace selenite {
 /// Values of all fields, each as long as its grid's.
 using FieldValues = std::vector<Vector>;
 
-/// Unknowns with a value at every voxel instead of one: albedo grids. They start at the values that
-/// the scene has, and are always fitted with Adam.
+/// Unknowns with a value at every voxel instead of one: albedo and density grids. They start at the
+/// values that the scene has, and are always fitted with Adam.
 class Fields {
  public:
-  /// The name of such an unknown among the parameters of a material.
-  static constexpr const char* kAlbedoGrid = "albedo_grid";
-  static bool is_field(const UnknownParameter& one) { return one.parameter == kAlbedoGrid; }
+  /// Which grid an unknown is, by its name among the parameters of a material; empty: none.
+  static std::optional<GridKind> kind_of(const UnknownParameter& one);
+  static bool is_field(const UnknownParameter& one) { return kind_of(one).has_value(); }
 
   /// Takes those of `wanted` that are fields. Reports all problems at once, one line each:
   /// InvalidArgument, or UnknownName when names that do not exist are the only problem.
   Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted);
 
-  bool empty() const { return materials_.empty(); }
+  bool empty() const { return refs_.empty(); }
   /// "Body:albedo_grid", one a field.
   const std::vector<std::string>& names() const { return names_; }
-  const std::vector<int>& materials() const { return materials_; }
+  const std::vector<GridRef>& refs() const { return refs_; }
   const std::vector<UnknownParameter>& wanted() const { return wanted_; }
   const FieldValues& start() const { return start_; }
   /// The lattice of a field: its values are those of the scene at the start.
@@ -41,7 +42,7 @@ class Fields {
   std::vector<Color<double>> means(const FieldValues& values) const;
 
  private:
-  std::vector<int> materials_;
+  std::vector<GridRef> refs_;
   std::vector<std::string> names_;
   std::vector<UnknownParameter> wanted_;
   std::vector<std::shared_ptr<const Grid>> grids_;

@@ -255,8 +255,9 @@ Args:
     captures: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
         top, weight: (h, w) float32 >= 0 or None}. Pixels that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
-        (0.03)}; the bounds hold for every component. The parameter "albedo_grid" of a material is
-        every value of its grid: it starts at the scene's, without `start`.
+        (0.03)}; the bounds hold for every component. The parameters "albedo_grid" and
+        "density_grid" of a material are every value of that grid: they start at the scene's,
+        without `start`, and the rate is in units of the grid's values.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),

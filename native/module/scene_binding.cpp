@@ -360,16 +360,17 @@ void bind_scene(py::module_& m) {
       .def("with_values", &with_values, "values"_a,
            "{(owner, parameter): value} -> Scene. ValueError: not finite or out of range.")
       .def(
-          "with_albedo_grid",
-          [](const Scene& s, const std::string& material, const Array<float>& values) {
-            return s.with_albedo_grid(
-                s.material(material),
-                std::vector<float>(values.data(), values.data() + values.size()));
+          "with_grid",
+          [](const Scene& s, const std::string& material, const std::string& use,
+             const Array<float>& values) {
+            const auto kind = one_of<GridKind>(
+                "use", use, {{"albedo", GridKind::kAlbedo}, {"density", GridKind::kDensity}});
+            return s.with_grid({s.material(material), kind},
+                               std::vector<float>(values.data(), values.data() + values.size()));
           },
-          "material"_a, "values"_a,
-          "Scene with other values in a material's albedo grid, (nz, ny, nx, channels). "
-          "ValueError: "
-          "it has none, another size, or a value outside [0, 1].")
+          "material"_a, "use"_a, "values"_a,
+          "Scene with other values in a material's grid, (nz, ny, nx, channels). use: albedo, "
+          "density. ValueError: it has none, another size, or a value out of range.")
       .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,

@@ -38,17 +38,15 @@ class OrderedSum {
   int next_ = 0;
 };
 
-std::vector<const PlacedGrid*> grids_of(const Scene& scene, const std::vector<int>& materials) {
+std::vector<const PlacedGrid*> grids_of(const Scene& scene, const std::vector<GridRef>& unknown) {
   std::vector<const PlacedGrid*> grids;
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    const Material& material = scene.appearance.materials.at(materials[i]);
-    if (!material.albedo_grid)
-      throw InvalidArgument("Material '" + material.name +
-                            "' has no albedo grid; give it one, or fit its albedo");
-    if (std::find(materials.begin(), materials.begin() + static_cast<long>(i), materials[i]) !=
-        materials.begin() + static_cast<long>(i))
-      throw InvalidArgument(material.name + ":albedo_grid is listed twice; list it once");
-    grids.push_back(&material.albedo_grid);
+  for (const GridRef& ref : unknown) {
+    const PlacedGrid* placed = &scene.grid(ref);
+    if (std::find(grids.begin(), grids.end(), placed) != grids.end())
+      throw InvalidArgument(
+          scene.appearance.materials.at(static_cast<std::size_t>(ref.material)).name + ":" +
+          grid_name(ref.kind) + " is listed twice; list it once");
+    grids.push_back(placed);
   }
   return grids;
 }
@@ -56,13 +54,13 @@ std::vector<const PlacedGrid*> grids_of(const Scene& scene, const std::vector<in
 }  // namespace
 
 FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
-                                    const std::vector<int>& materials,
+                                    const std::vector<GridRef>& unknown,
                                     const RenderSettings& settings, const PixelLoss& loss,
                                     Progress* progress) {
   settings.check();
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
-  const std::vector<const PlacedGrid*> grids = grids_of(scene, materials);
+  const std::vector<const PlacedGrid*> grids = grids_of(scene, unknown);
   if (progress) progress->fraction = 0;
 
   FieldGradient result;
@@ -71,7 +69,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
   for (const PlacedGrid* placed : grids)
     result.fields.emplace_back(loss ? placed->grid->values().size() : 0);
 
-  const Prepared<kTaped> prepared(scene, {}, materials);
+  const Prepared<kTaped> prepared(scene, {}, unknown);
   const PixelCamera pixels(camera, settings.width, settings.height);
   std::vector<TileReport> reports(tile_count(settings));
   OrderedSum sum(grids, result.fields);

@@ -25,17 +25,17 @@ struct FieldGradient {
   std::vector<std::vector<double>> fields;  ///< each as long as its grid's `values`
 };
 
-/// Renders, and differentiates a loss with respect to every voxel of the albedo grids of `materials`
-/// in the same pass: each path leaves a tape, which is swept back when its pixel's residual is known.
+/// Renders, and differentiates a loss with respect to every voxel of the grids in `unknown`, in the
+/// same pass: each path leaves a tape, which is swept back when its pixel's residual is known.
 /// The cost does not depend on the number of voxels, and the memory of a pass only by one number for
 /// each.
 ///
 /// For a squared loss this is the unbiased form over all pairs of different samples of a pixel:
 /// sample i weighs slope / n - curvature (I_i - I) / (n (n - 1)). Detached sampling, as `render`.
 /// Equal settings give equal bytes whatever the number of threads. No `loss`: the picture alone,
-/// from the same samples. Throws Cancelled, InvalidArgument (no albedo grid, a material twice).
+/// from the same samples. Throws Cancelled, InvalidArgument (no such grid, one twice).
 FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
-                                    const std::vector<int>& materials,
+                                    const std::vector<GridRef>& unknown,
                                     const RenderSettings& settings, const PixelLoss& loss,
                                     Progress* progress = nullptr);
 

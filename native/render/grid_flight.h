@@ -11,9 +11,33 @@
 
 namespace selenite {
 
+/// The same as `scatter`, where a grid of the medium is unknown.
+inline void scatter_recorded(const PreparedMaterial<kTaped>& medium, const Vec3f& position,
+                             Throughput<kTaped>& beta) {
+  const Colorf sigma_t = value_of(medium.extinction_at(position));
+  if (medium.density_field >= 0) {
+    const FieldSlope slope{value_of(medium.values.extinction), medium.density_field,
+                           medium.density_unit};
+    beta.multiply_recorded(sigma_t, &slope, 1, position);
+  } else {
+    beta.multiply(medium.factor(sigma_t));
+  }
+  const Colorf albedo =
+      medium.albedo_grid ? medium.albedo_grid->at(position) : value_of(medium.values.albedo);
+  if (medium.albedo_field >= 0) {
+    const FieldSlope slope{Colorf(1), medium.albedo_field, 1};
+    beta.multiply_recorded(albedo, &slope, 1, position);
+  } else {
+    beta.multiply(medium.factor(albedo));
+  }
+}
+
 /// Light is scattered at `position`: the throughput takes the medium's scattering coefficient there.
 template <int L>
 void scatter(const PreparedMaterial<L>& medium, const Vec3f& position, Throughput<L>& beta) {
+  if constexpr (L == kTaped)
+    if (medium.albedo_field >= 0 || medium.density_field >= 0)
+      return scatter_recorded(medium, position, beta);
   if (!medium.albedo_grid && !medium.density_grid) {
     beta.multiply(medium.factor(medium.sigma_s));
     return;
@@ -23,21 +47,18 @@ void scatter(const PreparedMaterial<L>& medium, const Vec3f& position, Throughpu
     beta.multiply(medium.factor(sigma_t * medium.values.albedo));
     return;
   }
-  const Colorf albedo = medium.albedo_grid->at(position);
-  if constexpr (L == kTaped) {
-    if (medium.albedo_field >= 0) {
-      beta.multiply(medium.factor(sigma_t));
-      beta.multiply_recorded(albedo, position, medium.albedo_field);
-      return;
-    }
-  }
-  beta.multiply(medium.factor(sigma_t * Color<PathScalar<L>>(albedo)));
+  const Color<PathScalar<L>> albedo(medium.albedo_grid->at(position));
+  beta.multiply(medium.factor(sigma_t * albedo));
 }
 
 /// The way along a ray through media that vary in space, by null collisions: the ray is stopped at
 /// the rate of a constant majorant, and the difference to the media's own extinction is a collision
-/// that changes nothing. Where a parameter is ticked the majorant is loose, for the derivative of a
-/// null collision must not be dropped where its value is 0.
+/// that changes nothing. Where a parameter or the density is unknown the majorant is loose, for the
+/// derivative of a null collision must not be dropped where its value is 0.
+///
+/// An unknown density has its derivative in the collisions themselves. Where light is scattered it is
+/// that of the coefficient; a null collision has minus the extinction's, and their number per length
+/// makes up for their value: its expectation is that of the transmittance's derivative.
 ///
 /// Sources: Woodcock et al. 1965 (null collisions), Novak et al. 2014 (ratio tracking), Kutz et al.
 /// 2017 (the choice between collisions by all channels).
@@ -116,6 +137,16 @@ class GridFlight {
     }
     // Rounding can leave a tight majorant a little below the extinction.
     left = map(left, [](float x) { return std::max(x, 0.0f); });
+    if constexpr (L == kTaped) {
+      std::array<FieldSlope, kMost> slopes;
+      int unknown = 0;
+      for (int i = 0; i < count_; ++i)
+        if (media_[i]->density_field >= 0)
+          // Of a loose majorant something is always left: no path gets black here.
+          slopes[unknown++] = {value_of(media_[i]->values.extinction) * -scale,
+                               media_[i]->density_field, 0};
+      if (unknown > 0) return beta.multiply_recorded(left * scale, slopes.data(), unknown, p);
+    }
     beta.multiply(left * scale, parts.data(), count_, -scale);
   }
 

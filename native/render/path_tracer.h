@@ -222,7 +222,7 @@ class PathTracer {
       if (media.empty()) {
         radiance.add(beta, p_.lamp(i, hit->factor), weight);
       } else {
-        Throughput<L> through = beta;
+        Throughput<L> through = beta.branch();
         const Ray start{from + direction * t_min, direction, 0, kInfinity};
         media.attenuate(start, hit->distance - t_min, random, kToLamp + i, through);
         radiance.add(through, p_.lamp(i, hit->factor), weight);
@@ -305,8 +305,7 @@ class PathTracer {
     const auto s = lamp.sample(position, random.uniform(kAlong1), random.uniform(kAlong2));
     if (!s || !(s->density > 0) || !(density > 0)) return;
     const float share = power_heuristic(density, media.density(t, beta));
-    Throughput<L> through = beta;
-    if constexpr (L == kTaped) through.branches();
+    Throughput<L> through = beta.branch();
     media.attenuate_from_surface(ray, t, random, kAlongGrids, through);
     const PreparedMaterial<L>& medium =
         media.scatter(position, random.uniform(kAlongMedium), through);
@@ -387,7 +386,7 @@ class PathTracer {
     float bsdf_density = 0;
     scatterer.evaluate(direction, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
-    Throughput<L> through = beta;
+    Throughput<L> through = beta.branch();
     if (!visible(scatterer.origin(direction), direction, distance, random, beyond, through)) return;
     const float weight = delta ? 1 : power_heuristic(heuristic, bsdf_density);
     radiance.add(through, scatterer.material.factor(value), emitted, share * weight / density);

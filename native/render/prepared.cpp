@@ -2,12 +2,18 @@
 #include "render/prepared.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "math/error.h"
 #include "render/kernel.h"
 
 namespace selenite {
 namespace {
+
+/// Free paths per radius as which an unknown medium counts where there is none.
+constexpr float kThin = 0.2f;
+/// The least rate at which free paths in an unknown density end, as a share of the largest.
+constexpr float kLeastShare = 0.1f;
 
 double luminance(const Color<double>& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
 
@@ -111,7 +117,7 @@ void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, c
 }
 
 template <int L>
-Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const int> fields)
+Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const GridRef> fields)
     : scene(s),
       geometry(*s.geometry),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
@@ -145,7 +151,7 @@ void Prepared<L>::prepare_roulette(const SlotLayout& layout) {
 }
 
 template <int L>
-void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const int> unknown) {
+void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const GridRef> unknown) {
   const auto& fields = parameter_table(OwnerKind::kMaterial);
   for (std::size_t m = 0; m < scene.appearance.materials.size(); ++m) {
     const Material& material = scene.appearance.materials[m];
@@ -173,8 +179,10 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const in
     for (const FieldMap& map : material.maps)
       subsurface = subsurface || fields[map.field].name == "subsurface_weight";
     if (subsurface) prepare_inside(static_cast<int>(m));
-    const auto field = std::find(unknown.begin(), unknown.end(), static_cast<int>(m));
-    if (field != unknown.end()) prepared.albedo_field = static_cast<int>(field - unknown.begin());
+    for (std::size_t f = 0; f < unknown.size(); ++f)
+      if (unknown[f].material == static_cast<int>(m))
+        (unknown[f].kind == GridKind::kAlbedo ? prepared.albedo_field : prepared.density_field) =
+            static_cast<int>(f);
     prepare_medium(material, prepared);
     materials.push_back(prepared);
   }
@@ -189,21 +197,31 @@ void Prepared<L>::prepare_medium(const Material& source, PreparedMaterial<L>& ma
   const auto& sigma_t = material.values.extinction;
   if (source.albedo_grid) material.albedo_grid = &source.albedo_grid;
   if (source.density_grid) material.density_grid = &source.density_grid;
-  const float densest = source.density_grid ? source.density_grid.grid->maximum() : 1;
+  float densest = source.density_grid ? source.density_grid.grid->maximum() : 1;
+  const float radius = geometry.radius(), most = max_channel(value_of(sigma_t));
+  const bool unknown = material.density_field >= 0;
+  if (unknown && most > 0) {
+    // A grid that is empty everywhere still has its derivative: it counts as thin for its size.
+    const double side = std::cbrt(1 / std::abs(source.density_grid.to_unit.determinant()));
+    material.least_density =
+        std::max(kLeastShare * densest, 2 * kThin / (static_cast<float>(side) * most));
+    material.density_unit = densest = std::max(densest, material.least_density);
+  }
   material.has_medium = densest > 0 && (max_channel(value_of(sigma_t)) > 0 || has_slope(sigma_t));
   if (!material.has_medium) return;
   any_medium = true;
   material.sigma_s = sigma_t * material.values.albedo;
   material.rate = value_of(sigma_t);
   // A ticked extinction of 0 still has a derivative, of light that would be scattered once.
-  const float least = geometry.radius() > 0 ? 0.2f / (geometry.radius() * densest) : 0;
+  const float least = radius > 0 ? kThin / (radius * densest) : 0;
   if (has_slope(sigma_t))
     material.rate = map(material.rate, [least](float r) { return std::max(r, least); });
-  material.typical_rate =
-      material.rate * (source.density_grid ? source.density_grid.grid->mean() : 1.0f);
+  const float middling = source.density_grid ? source.density_grid.grid->mean() : 1.0f;
+  material.typical_rate = material.rate * std::max(middling, material.least_density);
   // Twice the extinction where it is ticked: as many null collisions as real ones at the densest
   // place. Their number then adds as much variance to the derivative as the free path itself has.
-  material.majorant = max_channel(material.rate) * densest * (has_slope(sigma_t) ? 2.0f : 1.0f);
+  const bool loose = has_slope(sigma_t) || unknown;
+  material.majorant = max_channel(material.rate) * densest * (loose ? 2.0f : 1.0f);
 }
 
 template <int L>

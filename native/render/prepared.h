@@ -33,8 +33,12 @@ struct PreparedMaterial {
   const PlacedGrid* albedo_grid = nullptr;   ///< none: the constant
   const PlacedGrid* density_grid = nullptr;  ///< none: 1 everywhere
   Colorf typical_rate;                       ///< `rate` at a middling density, for weights
-  float majorant = 0;     ///< above the rate of every channel everywhere; see GridFlight
-  int albedo_field = -1;  ///< number of the field of unknowns that the albedo grid is, if it is one
+  float majorant = 0;  ///< above the rate of every channel everywhere; see GridFlight
+  /// Numbers of the fields of unknowns that the grids are, if they are.
+  int albedo_field = -1, density_field = -1;
+  /// Of an unknown density: free paths are drawn as if it were at least `least_density`, for where
+  /// it is 0 its derivative is not; a shift counts in `density_unit`.
+  float least_density = 0, density_unit = 0;
   /// No light can be seen from inside of it: its surface lets no shadow ray pass, and every light is
   /// outside of the boxes around its objects.
   bool sealed = false;
@@ -50,7 +54,7 @@ struct PreparedMaterial {
     return density_grid ? values.extinction * density_grid->at(p).r : values.extinction;
   }
   Colorf rate_at(const Vec3f& p) const {
-    return density_grid ? rate * density_grid->at(p).r : rate;
+    return density_grid ? rate * std::max(density_grid->at(p).r, least_density) : rate;
   }
 
   /// The values at a hit: the constants, or `room` filled from textures and vertex colours.
@@ -79,9 +83,8 @@ struct PreparedMaterial {
 template <int L>
 class Prepared {
  public:
-  /// `fields`: materials whose albedo grid is unknown; in the kernel that keeps a tape, without
-  /// `layout`.
-  Prepared(const Scene& scene, const SlotLayout& layout, std::span<const int> fields = {});
+  /// `fields`: grids that are unknown; in the kernel that keeps a tape, without `layout`.
+  Prepared(const Scene& scene, const SlotLayout& layout, std::span<const GridRef> fields = {});
 
   const Scene& scene;
   const Geometry& geometry;
@@ -163,7 +166,7 @@ class Prepared {
     return f;
   }
   void prepare_roulette(const SlotLayout& layout);
-  void prepare_materials(const SlotLayout& layout, std::span<const int> fields);
+  void prepare_materials(const SlotLayout& layout, std::span<const GridRef> fields);
   void prepare_inside(int material);
   void prepare_medium(const Material& source, PreparedMaterial<L>& material);
   void prepare_emitters();

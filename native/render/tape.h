@@ -9,8 +9,17 @@
 namespace selenite {
 
 /// The kernel whose paths keep a tape. Its one derivative slot is that of a shift of all values of
-/// all fields together: it keeps a path alive that is black but whose derivative is not.
+/// all fields together: it keeps a path alive that is black but whose derivative is not. Only values
+/// that can make a path black have a part in it.
 inline constexpr int kTaped = 1;
+
+/// How a factor depends on what was looked up in one field: its derivative by the looked-up colour,
+/// channel by channel. `unit`: what counts as a shift of the field in the one slot that there is.
+struct FieldSlope {
+  Colorf slope;
+  int field;
+  float unit;
+};
 
 /// Where a path has looked up a field of unknowns (a grid; a texture would do): its throughput took
 /// the factor `value` there, whose derivative by the looked-up colour is `slope`, channel by channel.
@@ -21,6 +30,7 @@ struct TapeEvent {
   Colorf value, slope;
   Vec3f position;
   int field;
+  bool same_factor = false;  ///< as the event before: a factor that depends on several fields
 };
 
 /// What one path has to remember so that its derivatives by any number of unknowns can be told once
@@ -37,16 +47,25 @@ class Tape {
     light_ = Colorf();
   }
   void add_light(const Colorf& light) { light_ += light; }
+  /// A factor that depends on `count` fields, at least one.
   void record(const Colorf& throughput, const Colorf& since, const Colorf& value,
-              const Colorf& slope, const Vec3f& position, int field) {
-    events_.push_back({throughput, since, light_, value, slope, position, field});
+              const FieldSlope* slopes, int count, const Vec3f& position) {
+    append(events_, throughput, since, light_, value, slopes, count, position);
     light_ = Colorf();
   }
 
-  /// A lookup on a branch of the path that ended at a light: `derivative` of the path's radiance by
-  /// the looked-up colour.
-  void add_leaf(const Colorf& derivative, const Vec3f& position, int field) {
-    leaves_.push_back({derivative, position, field});
+  /// A branch towards a light forgets the one before it. Its factors become leaves if light is found
+  /// at its end, and nothing otherwise.
+  void start_branch() { branch_.clear(); }
+  void record_on_branch(const Colorf& throughput, const Colorf& since, const Colorf& value,
+                        const FieldSlope* slopes, int count, const Vec3f& position) {
+    append(branch_, throughput, since, Colorf(), value, slopes, count, position);
+  }
+  /// `light`: per throughput after the last factor.
+  void end_branch(const Colorf& light) {
+    back(branch_, light, [this](const TapeEvent& event, const Colorf& derivative) {
+      leaves_.push_back({derivative, event.position, event.field});
+    });
   }
 
   /// Calls `sink(field, position, derivative)` for every leaf and every event, last first, where `weight` is that of
@@ -54,12 +73,9 @@ class Tape {
   template <class Sink>
   Colorf sweep(const Colorf& weight, Sink&& sink) const {
     for (const Leaf& leaf : leaves_) sink(leaf.field, leaf.position, weight * leaf.derivative);
-    Colorf light = light_;
-    for (auto event = events_.rbegin(); event != events_.rend(); ++event) {
-      sink(event->field, event->position, weight * event->throughput * event->slope * light);
-      light = event->light + event->since * event->value * light;
-    }
-    return light;
+    return back(events_, light_, [&](const TapeEvent& event, const Colorf& derivative) {
+      sink(event.field, event.position, weight * derivative);
+    });
   }
   bool empty() const { return events_.empty() && leaves_.empty(); }
 
@@ -69,28 +85,50 @@ class Tape {
     Vec3f position;
     int field;
   };
+  using Events = std::vector<TapeEvent>;
+
+  static void append(Events& events, const Colorf& throughput, const Colorf& since,
+                     const Colorf& light, const Colorf& value, const FieldSlope* slopes, int count,
+                     const Vec3f& position) {
+    for (int i = 0; i < count; ++i)
+      events.push_back(
+          {throughput, since, light, value, slopes[i].slope, position, slopes[i].field, i > 0});
+  }
+  /// From the light after the last event back to that before the first.
+  template <class Found>
+  static Colorf back(const Events& events, Colorf light, Found&& found) {
+    for (auto event = events.rbegin(); event != events.rend(); ++event) {
+      found(*event, event->throughput * event->slope * light);
+      if (!event->same_factor) light = event->light + event->since * event->value * light;
+    }
+    return light;
+  }
+
   std::vector<Leaf> leaves_;
-  std::vector<TapeEvent> events_;
+  Events events_, branch_;
   Colorf light_;  ///< brought home since the last event
 };
 
 /// What a throughput keeps for the tape: nothing in other kernels.
 template <bool taped>
 struct SinceEvent {
+  void branches() {}
   void multiply(const Colorf&) {}
   void multiply(float) {}
 };
 template <>
 struct SinceEvent<true> {
-  Colorf since{1, 1, 1};
+  Colorf since{1, 1, 1};  ///< the last event of the path
   Tape* tape = nullptr;
-  /// A branch towards a light may look up one colour, at `place`: throughput before and since.
-  bool is_branch = false, has_leaf = false;
-  Colorf before, after;
-  Vec3f place;
-  int field = 0;
+  bool is_branch = false;
+  Colorf after{1, 1, 1};  ///< the last event of the branch, or its start
 
-  void branches() { is_branch = true; }
+  /// From here on this is a branch of the path, towards a light.
+  void branches() {
+    is_branch = true;
+    after = Colorf(1);
+    tape->start_branch();
+  }
   void multiply(const Colorf& f) {
     since = since * f;
     after = after * f;
@@ -102,7 +140,7 @@ struct SinceEvent<true> {
   /// `light`, per throughput, is brought home.
   void bring(const Colorf& light) const {
     tape->add_light(since * light);
-    if (has_leaf) tape->add_leaf(before * after * light, place, field);
+    if (is_branch) tape->end_branch(after * light);
   }
 };
 

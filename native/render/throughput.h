@@ -106,6 +106,12 @@ class Throughput : public SinceEvent<K == kTaped> {
   Colorf value{1, 1, 1};
   Slopes<K> slope;
 
+  /// A copy for the way to a light.
+  Throughput branch() const {
+    Throughput copy = *this;
+    copy.branches();
+    return copy;
+  }
   void multiply(float f) {
     value = value * f;
     slope.scale(Colorf(f));
@@ -121,22 +127,20 @@ class Throughput : public SinceEvent<K == kTaped> {
     value = value * f;
     Since::multiply(f);
   }
-  /// A colour looked up in a field of unknowns: it goes on the tape, and its derivative into the one
-  /// slot that there is.
-  void multiply_recorded(const Colorf& f, const Vec3f& position, int field) requires(K == kTaped) {
+  /// A factor that depends on what `count` fields of unknowns hold at `position`: it goes on the
+  /// tape, and its derivative into the one slot that there is.
+  void multiply_recorded(const Colorf& f, const FieldSlope* slopes, int count,
+                         const Vec3f& position) requires(K == kTaped) {
     if (this->is_branch) {
+      this->tape->record_on_branch(value, this->after, f, slopes, count, position);
       Since::multiply(f);
-      this->has_leaf = true;
-      this->before = value;
       this->after = Colorf(1);
-      this->place = position;
-      this->field = field;
     } else {
-      this->tape->record(value, this->since, f, Colorf(1), position, field);
+      this->tape->record(value, this->since, f, slopes, count, position);
       this->since = Colorf(1);
     }
     slope.scale(f);
-    slope.add(0, value);
+    for (int i = 0; i < count; ++i) slope.add(0, value * slopes[i].slope * slopes[i].unit);
     value = value * f;
   }
   /// Largest of the value and its derivatives: 0 if the path has nothing to bring any more.

@@ -182,15 +182,26 @@ void check_grids(const Material& material) {
   }
 }
 
-Scene Scene::with_albedo_grid(int material, std::vector<float> values) const {
+const char* grid_name(GridKind kind) {
+  return kind == GridKind::kAlbedo ? "albedo_grid" : "density_grid";
+}
+
+const PlacedGrid& Scene::grid(const GridRef& ref) const {
+  const Material& material = appearance.materials.at(static_cast<std::size_t>(ref.material));
+  const PlacedGrid& placed = material.grid(ref.kind);
+  if (!placed)
+    throw InvalidArgument("Material '" + material.name + "' has no " + grid_name(ref.kind) +
+                          "; give it one when the scene is built");
+  return placed;
+}
+
+Scene Scene::with_grid(const GridRef& ref, std::vector<float> values) const {
+  auto changed = std::make_shared<Grid>(grid(ref).grid->with(std::move(values)));
   Scene scene = *this;
-  Material& changed = scene.appearance.materials.at(static_cast<std::size_t>(material));
-  if (!changed.albedo_grid)
-    throw InvalidArgument("Material '" + changed.name +
-                          "' has no albedo grid; give it one when the scene is built");
-  changed.albedo_grid.grid =
-      std::make_shared<Grid>(changed.albedo_grid.grid->with(std::move(values)));
-  check_grids(changed);
+  Material& material = scene.appearance.materials.at(static_cast<std::size_t>(ref.material));
+  (ref.kind == GridKind::kAlbedo ? material.albedo_grid : material.density_grid).grid =
+      std::move(changed);
+  check_grids(material);
   return scene;
 }
 

@@ -25,6 +25,17 @@ struct MaterialParameters : Principled<T>, Medium<T> {
   }
 };
 
+/// What a grid of a medium gives.
+enum class GridKind { kAlbedo, kDensity };
+/// Its name among the parameters of a material: "albedo_grid", "density_grid".
+const char* grid_name(GridKind kind);
+/// A grid of a scene.
+struct GridRef {
+  int material;
+  GridKind kind;
+  bool operator==(const GridRef&) const = default;
+};
+
 struct Material {
   std::string name;
   MaterialParameters<double> values;
@@ -32,6 +43,10 @@ struct Material {
   std::vector<FieldMap> maps;  ///< parameters with a texture or vertex colours
   PlacedGrid albedo_grid;      ///< of the medium, in place of `albedo`; values at most 1
   PlacedGrid density_grid;     ///< numbers by which the medium's `extinction` is multiplied
+
+  const PlacedGrid& grid(GridKind kind) const {
+    return kind == GridKind::kAlbedo ? albedo_grid : density_grid;
+  }
 };
 
 enum class OwnerKind { kMaterial, kLight, kWorld };
@@ -71,9 +86,11 @@ struct Scene {
   Scene with(const std::vector<std::pair<ParameterRef, std::vector<double>>>& values) const;
   /// The number of a material. UnknownName lists those there are.
   int material(std::string_view name) const;
-  /// This scene with other values of a material's albedo grid; InvalidArgument when it has none, or
-  /// a value lies outside [0, 1].
-  Scene with_albedo_grid(int material, std::vector<float> values) const;
+  /// The grid itself; InvalidArgument when the material has none of this kind.
+  const PlacedGrid& grid(const GridRef& ref) const;
+  /// This scene with other values of a grid; InvalidArgument when there is none, or a value is not
+  /// finite or out of range: [0, 1] for an albedo, at least 0 for a density.
+  Scene with_grid(const GridRef& ref, std::vector<float> values) const;
 };
 
 /// InvalidArgument unless the grids of a material fit their use.

@@ -37,7 +37,8 @@ Scene grid_ball(const std::vector<float>& albedo, int channels, bool density = f
 
 FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
                           const PixelLoss& loss) {
-  return render_field_gradient(scene, scene.cameras[0], {scene.material("Medium")}, settings, loss);
+  return render_field_gradient(scene, scene.cameras[0],
+                               {{scene.material("Medium"), GridKind::kAlbedo}}, settings, loss);
 }
 
 /// The mean of the picture over pixels and channels.
@@ -145,9 +146,10 @@ TEST(FieldGradient, AddsUpToTheDerivativeByOneAlbedo) {
 TEST(FieldGradient, TheTapeTellsTheRadianceItself) {
   Tape tape;
   tape.add_light(Colorf(0.5f));
-  tape.record(Colorf(2), Colorf(2), Colorf(0), Colorf(1), {}, 0);
+  const FieldSlope zero{Colorf(1), 0, 1}, one{Colorf(1), 1, 1};
+  tape.record(Colorf(2), Colorf(2), Colorf(0), &zero, 1, {});
   tape.add_light(Colorf(3));
-  tape.record(Colorf(0), Colorf(0.25f), Colorf(0.5f), Colorf(1), {}, 1);
+  tape.record(Colorf(0), Colorf(0.25f), Colorf(0.5f), &one, 1, {});
   tape.add_light(Colorf(8));
   // 0.5 + 2 * a * (3 + 0.25 * b * 8) at a = 0, b = 0.5: by a 2 * (3 + 0.25 * 0.5 * 8) = 8; by b 0.
   float by[2] = {};
@@ -161,7 +163,7 @@ TEST(FieldGradient, TheTapeTellsTheRadianceItself) {
   beta.multiply(3);
   Throughput<kTaped> branch = beta;
   branch.branches();
-  branch.multiply_recorded(Colorf(0), {}, 0);
+  branch.multiply_recorded(Colorf(0), &zero, 1, {});
   branch.multiply(0.5f);
   Radiance<kTaped> radiance(1);
   radiance.add(branch, Factor<kTaped>{Colorf(4)}, 1);

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..fit_run.fields import fitted_grids
 from ..fit_run.job import FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
@@ -61,10 +62,14 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
-    if plan.fields and args.check_in_cycles:
-        cause = "the check in Cycles does not write grids"
-        cure = "leave --check-in-cycles out"
-        raise BadInput(Problem(f"Parameter '{plan.fields[0].name}'", cause, cure))
+    checks = args.check_in_cycles
+    if plan.fields and checks:
+        from ..write_back import grids as grid_objects
+
+        missing = grid_objects.why_not()
+        checks = not missing
+        if missing:
+            say(f"warning: {plan.fields[0].name}: the check in Cycles is left out: {missing}")
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
@@ -89,22 +94,46 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         from ..cycles_check import render_settings
 
         write_back.write(scene, values.owners, fitted_values(plan, result))
-        grids = {
-            item.owner: replace(item.start, values=result["fields_best"][item.name])
-            for item in plan.fields
-        }
-        for line in write_back.write_albedo_grids(scene, values.owners, grids, folder):
-            say(line)
+        report["shown"] = _show(scene, values, plan, result, folder)
         if args.set_cycles:
             changed = render_settings.set_for_fit(scene)
             say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
             report["set_for_cycles"] = changed
         write_back.save_copy(str(save))
+        _hide(scene, plan)
         report["saved"] = str(save)
         say(f"wrote {save}")
-    if args.check_in_cycles:  # last, so that a check that fails costs nothing but itself
+    if checks:  # last, so that a check that fails costs nothing but itself
         report["cycles"] = _check(scene, plan, result, folder)
     return report
+
+
+def _show(
+    scene: Any, values: SceneValues, plan: FitPlan, result: dict[str, Any], folder: Path
+) -> list[str]:
+    """Fitted grids as Volume objects, where that is possible; what was done, line by line."""
+    if not plan.fields:
+        return []
+    from ..write_back import grids as grid_objects
+
+    lines = []
+    for name, grids in fitted_grids(plan.fields, result["fields_best"]).items():
+        try:
+            lines.append(grid_objects.show(scene, values, name, grids, folder))
+        except BadInput as error:
+            lines += [f"not shown in the scene: {item.line()}" for item in error.problems]
+    for line in lines:
+        say(line)
+    return lines
+
+
+def _hide(scene: Any, plan: FitPlan) -> None:
+    """Undoes `_show` in the open scene, so that the check finds what was fitted."""
+    if plan.fields:
+        from ..write_back import grids as grid_objects
+
+        for item in plan.fields:
+            grid_objects.restore(scene, item.owner)
 
 
 def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -112,7 +141,8 @@ def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> d
     from ..cycles_check.job import CheckJob, lines
     from ..cycles_check.render_settings import Remark
 
-    job = CheckJob(scene, plan.request, fitted_values(plan, result))
+    grids = fitted_grids(plan.fields, result["fields_best"])
+    job = CheckJob(scene, plan.request, fitted_values(plan, result), grids)
     try:
         job.start()
         with bar("Cycles") as shown:

@@ -19,10 +19,11 @@ from typing import Any
 
 import bpy
 
-from .. import parameters, write_back
+from .. import grid_files, parameters, write_back
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..problems import BadInput, Problem
+from ..scene_read.values import GridValues
 from . import compare
 
 WORKER = Path(__file__).with_name("worker.py")
@@ -49,10 +50,12 @@ class CheckJob:
         scene: bpy.types.Scene,
         request: RunRequest,
         values: Mapping[tuple[str, str], Values],
+        grids: Mapping[str, Mapping[str, GridValues]] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
-        request: what was fitted, with its captures. values: what is written back into the copy.
+        request: what was fitted, with its captures. values: what is written back into the copy;
+        grids: what Volume objects show there, material -> use -> grid.
         """
         problems = _unsaved_pictures()
         if problems:
@@ -66,6 +69,7 @@ class CheckJob:
                 "scene": scene.name,
                 "run": request.as_json(),
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
+                "grids": self._keep_grids(grids or {}),
                 # for the checkout and the legacy add-on, which are not where Python looks
                 "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
             })  # fmt: skip
@@ -73,6 +77,19 @@ class CheckJob:
         except BaseException:
             self.close()
             raise
+
+    def _keep_grids(
+        self, grids: Mapping[str, Mapping[str, GridValues]]
+    ) -> dict[str, dict[str, dict[str, Any]]]:
+        """Writes their numbers into the folder and returns the rest."""
+        kept: dict[str, dict[str, dict[str, Any]]] = {}
+        for number, (name, uses) in enumerate(grids.items()):
+            for use, grid in uses.items():
+                file = f"grid-{number}-{use}.npy"
+                grid_files.write_npy(self.folder / file, grid.values)
+                entry = {"name": grid.name, "file": file, "to_unit": grid.to_unit.tolist()}
+                kept.setdefault(name, {})[use] = entry
+        return kept
 
     def start(self) -> None:
         """Returns at once."""

@@ -29,11 +29,13 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite import parameters, write_back
     from selenite.cycles_check import render_settings, sheet
     from selenite.fit_run.captures import read_captures
+    from selenite.fit_run.fields import with_grids
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
     from selenite.problems import BadInput
     from selenite.scene_read.photos import packed_photos
     from selenite.scene_read.scene import open_blend, read_scene
+    from selenite.write_back import grids as grid_objects
 
     open_blend(str(folder / "scene.blend"))
     scene = bpy.data.scenes[request["scene"]]
@@ -51,7 +53,10 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     if problems:
         raise BadInput(problems)
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
-    native_scene = build_scene(read)
+    grids = _grids(folder, request["grids"])
+    # Selenite renders the grids inside their meshes, as they were fitted, Cycles Volume objects.
+    native_scene = build_scene(with_grids(read, grids))
+    shown = [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
@@ -69,7 +74,28 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
         "blender": bpy.app.version_string,
         "seconds": time.perf_counter() - begin,
         "cameras": rows,
+        "shown": shown,
         "render_settings": [item.as_json() for item in remarks],
+    }
+
+
+def _grids(folder: Path, entries: dict[str, dict[str, dict[str, Any]]]) -> dict[str, Any]:
+    """The fitted grids, material -> use -> grid."""
+    import numpy as np
+
+    from selenite import grid_files
+    from selenite.scene_read.values import GridValues
+
+    return {
+        name: {
+            use: GridValues(
+                entry["name"],
+                grid_files.read(str(folder / entry["file"])),
+                np.array(entry["to_unit"], np.float64),
+            )
+            for use, entry in uses.items()
+        }
+        for name, uses in entries.items()
     }
 
 

@@ -109,7 +109,7 @@ def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a 
     """The plan's scene with the best values."""
     scene = plan.scene.with_values(fitted_values(plan, result))
     for item in plan.fields:
-        scene = scene.with_albedo_grid(item.owner, result["fields_best"][item.name])
+        scene = scene.with_grid(item.owner, item.kind.use, result["fields_best"][item.name])
     return scene
 
 

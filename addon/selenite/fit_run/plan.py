@@ -45,6 +45,7 @@ def prepare(
     single, many = grid_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
     fields = grid_fields.choose(values, many, unknowns, request.settings, problems)
+    warnings += grid_fields.remarks(fields, unknowns)
     captures = read_captures(
         values, request.captures, request.settings.height, problems, warnings, packed or {}
     )

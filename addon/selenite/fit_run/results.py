@@ -59,7 +59,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "determined": None,
             "unit": "1",
             "voxels": [int(n) for n in values_of_field.shape[2::-1]],
-            "files": _field_files(field),
+            "files": field_files(field),
         }
     return {
         "schema": SCHEMA,
@@ -104,7 +104,8 @@ def write_results(
         report = result_json(plan, result, host)
         _write_json(partial / "result.json", report)
         _write_json(partial / "run.json", plan.request.as_json())
-        _write_history(partial / "history.csv", result["history"])
+        numbers = {item.name for item in plan.fields if item.start.values.shape[3] == 1}
+        _write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
             _write_field(partial, field, result["fields_best"][field.name])
         (partial / "log.txt").write_text(_log(plan, report), encoding="utf-8")
@@ -127,9 +128,13 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
         lines.append(line + _length(item, value, plan))
     for field in plan.fields:
-        start, value = _means(field.start.values), _means(result["fields_best"][field.name])
-        lines.append(f"{field.name}: mean {_text(start)} -> {_text(value)}")
+        lines.append(f"{field.name}: {field_text(field, result['fields_best'][field.name])}")
     return lines
+
+
+def field_text(field: FieldUnknown, values: np.ndarray) -> str:
+    """Means over the voxels at the start and of the fitted values."""
+    return f"mean {_text(_means(field.start.values))} -> {_text(_means(values))}"
 
 
 def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
@@ -180,8 +185,9 @@ def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa:
     return film.image
 
 
-def _write_history(path: Path, history: dict[str, Any]) -> None:
-    """One row per iteration; a value that was not measured is left empty."""
+def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:
+    """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
+    that hold no colours."""
     columns: list[tuple[str, np.ndarray]] = [
         (name, np.asarray(history[name])) for name in ("iteration", "loss", "validation")
     ]
@@ -192,7 +198,10 @@ def _write_history(path: Path, history: dict[str, Any]) -> None:
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
     for name, means in history["field_means"].items():
-        columns += [(f"{name} mean.{c}", means[:, i]) for i, c in enumerate("rgb")]
+        if name in numbers:
+            columns.append((f"{name} mean", means[:, 0]))
+        else:
+            columns += [(f"{name} mean.{c}", means[:, i]) for i, c in enumerate("rgb")]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([name for name, _ in columns])
@@ -200,13 +209,14 @@ def _write_history(path: Path, history: dict[str, Any]) -> None:
             writer.writerow([_cell(values[row]) for _, values in columns])
 
 
-def _field_files(field: FieldUnknown) -> list[str]:
-    stem = f"{file_name(field.owner)}_albedo"
+def field_files(field: FieldUnknown) -> list[str]:
+    """Names of its files in a result folder: NumPy's and Mitsuba's format."""
+    stem = f"{file_name(field.owner)}_{field.kind.use}"
     return [f"{stem}.npy", f"{stem}.vol"]
 
 
 def _write_field(folder: Path, field: FieldUnknown, values: np.ndarray) -> None:
-    npy, vol = _field_files(field)
+    npy, vol = field_files(field)
     grid_files.write_npy(folder / npy, values)
     grid_files.write_vol(folder / vol, values, *field.box())
 

@@ -11,8 +11,11 @@ from ..cycles_check.job import CheckFailed, CheckJob, lines
 from ..cycles_check.render_settings import contents_of, set_for_fit
 from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder, write_results
-from ..problems import BadInput
+from ..problems import BadInput, Problem
+from ..scene_read import volumes
 from ..scene_read.photos import captures_of
+from ..write_back import grids as grid_objects
+from . import grid_rows
 from .fit_operators import redraw
 from .request import fit_settings
 from .row_operators import report_problems
@@ -71,10 +74,21 @@ class SELENITE_OT_check_in_cycles(bpy.types.Operator):
         known = RUN.plan is not None and RUN.result is not None and RUN.scene_name == scene.name
         request = RUN.plan.request if known else _request(scene)
         rows = scene.selenite.results
-        values = {(row.owner, row.parameter): tuple(row.value[: row.width]) for row in rows}
+        # Once they are applied, the scene itself shows the grids, and their media are elsewhere.
+        shown = {row.owner for row in rows if grid_rows.is_grid(row) and scene.selenite.applied}
+        values = {
+            (row.owner, row.parameter): tuple(row.value[: row.width])
+            for row in rows
+            if not grid_rows.is_grid(row)
+            and not (row.owner in shown and row.parameter in volumes.PARAMETERS)
+        }
         CHECK.contents[scene.name] = contents_of(scene)
         try:
-            job = CheckJob(scene, request, values)
+            grids = {} if scene.selenite.applied else grid_rows.fitted(scene)
+            if grids and (missing := grid_objects.why_not()):
+                cause, _, cure = missing.partition(": ")
+                raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
+            job = CheckJob(scene, request, values, grids)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

@@ -13,10 +13,14 @@ from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import write_results
 from ..native import NativeUnavailable
+from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
+from ..write_back import Key
+from ..write_back import grids as grid_objects
+from . import grid_rows
 from .request import refresh_rows, run_request, values_text
 from .row_operators import report_problems
 from .state import CHECK, RUN, remember_shapes
@@ -114,6 +118,12 @@ class SELENITE_OT_start(bpy.types.Operator):
         RUN.result = result
         RUN.message = f"Stopped because: {result['stopped_because']}"
         _keep_result(scene)
+        try:
+            _keep_grids(scene)
+        except OSError as error:
+            parent = bpy.path.abspath(scene.selenite.output)
+            text = f"Cannot write the fitted grids to '{parent}': {error}"
+            self.report({"ERROR"}, f"{text}; choose another folder below and save the result")
         redraw(context)
         self.report({"INFO"}, RUN.message)
         return {"FINISHED"}
@@ -175,13 +185,29 @@ class SELENITE_OT_apply(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """All values or none; one undo step."""
         settings = context.scene.selenite
+        grids = any(map(grid_rows.is_grid, settings.results))
+        missing = grid_objects.why_not() if grids else ""
         try:
+            if missing and all(map(grid_rows.is_grid, settings.results)):
+                cause, _, cure = missing.partition(": ")
+                raise BadInput(Problem("Fitted grids", f"{cause} and stay in their files", cure))
             before = _write(context.scene, "value")
         except BadInput as error:
             report_problems(self, error)
             return {"CANCELLED"}
+        try:
+            lines = grid_rows.apply(context.scene) if grids and not missing else []
+        except BadInput as error:
+            _put(context.scene, before)
+            report_problems(self, error)
+            return {"CANCELLED"}
         for row in settings.results:
-            row.original = _three(before[row.owner, row.parameter])
+            if not grid_rows.is_grid(row):
+                row.original = _three(before[row.owner, row.parameter])
+        for line in lines:
+            self.report({"INFO"}, line)
+        if missing:
+            self.report({"WARNING"}, f"The fitted grids stay in their files: {missing}")
         settings.applied = True
         _refresh(context)
         return {"FINISHED"}
@@ -202,6 +228,7 @@ class SELENITE_OT_restore(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """All values or none; one undo step."""
         try:
+            grid_rows.restore(context.scene)  # first, for it brings the medium's node back
             _write(context.scene, "original")
         except BadInput as error:
             report_problems(self, error)
@@ -265,12 +292,30 @@ def _keep_result(scene: bpy.types.Scene) -> None:
             row.text += f"\n{mean_free_path.of(value, RUN.plan.millimetres).text()} free path"
 
 
-def _write(scene: bpy.types.Scene, which: str) -> dict[tuple[str, str], tuple[float, ...]]:
-    rows = scene.selenite.results
-    owners = {
-        row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {}) for row in rows
-    }
+def _keep_grids(scene: bpy.types.Scene) -> None:
+    """Fitted grids go into a result folder, and results name their files. Raises OSError."""
+    if not RUN.plan.fields:
+        return
+    parent = Path(bpy.path.abspath(scene.selenite.output))
+    RUN.folder = write_results(RUN.plan, RUN.result, parent, bpy.app.version_string, pictures=False)
+    for field in RUN.plan.fields:
+        owner, row = RUN.owners[field.owner], scene.selenite.results.add()
+        row.owner, row.kind = owner.name, owner.kind
+        row.datablock, row.library = owner.datablock, owner.library
+        grid_rows.keep(row, field, RUN.result, RUN.folder)
+
+
+def _write(scene: bpy.types.Scene, which: str) -> dict[Key, Values]:
+    rows = [row for row in scene.selenite.results if not grid_rows.is_grid(row)]
     values = {(row.owner, row.parameter): tuple(getattr(row, which)[: row.width]) for row in rows}
+    return _put(scene, values)
+
+
+def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]:
+    owners = {
+        row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {})
+        for row in scene.selenite.results
+    }
     return write_back.write(scene, owners, values)
 
 

@@ -8,7 +8,7 @@ import math
 import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
-from . import state
+from . import grid_rows, state
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 
@@ -121,6 +121,10 @@ class SELENITE_PT_parameters(bpy.types.Panel):
             layout.label(text=line)
         column = layout.column()
         column.use_property_split = True
+        if grid_rows.is_grid(item):
+            column.prop(item, "grid_from")
+            if item.grid_from != "scene":
+                column.prop(item, "voxels" if item.grid_from == "new" else "grid_path")
         column.prop(item, "use_start")
         if item.use_start:
             for index in range(item.width):

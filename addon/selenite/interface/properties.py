@@ -13,6 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from ..fit_run.fields import MOST_BY_NUMBER, USUAL_SIZE
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
 
@@ -32,6 +33,11 @@ PRESET_ITEMS = (
     ("draft", "Draft", "Small pictures, few iterations", 0),
     ("balanced", "Balanced", "The usual choice", 1),
     ("accurate", "Accurate", "More samples and iterations", 2),
+)
+GRID_ITEMS = (
+    ("new", "New Grid", "One value everywhere, in as many voxels as asked for", 0),
+    ("scene", "Scene's Grid", "The grid that the Volume object has", 1),
+    ("file", "File", "A .npy or .vol file", 2),
 )
 KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
 
@@ -103,6 +109,17 @@ class SeleniteRow(bpy.types.PropertyGroup):
     learning_rate: FloatProperty(
         name="Rate", default=0.03, min=1e-6, max=1.0, precision=4, description="Step of the fit"
     )
+    grid_from: EnumProperty(name="Grid", items=GRID_ITEMS, description="Where a grid starts")
+    voxels: IntProperty(
+        name="Voxels",
+        default=USUAL_SIZE,
+        min=1,
+        max=MOST_BY_NUMBER,
+        description="Voxels along the longest side of the object",
+    )
+    grid_path: StringProperty(
+        name="File", subtype="FILE_PATH", description="Grid to start from, .npy or .vol"
+    )
 
 
 class SeleniteResult(bpy.types.PropertyGroup):
@@ -118,6 +135,8 @@ class SeleniteResult(bpy.types.PropertyGroup):
     value: FloatVectorProperty(size=3, precision=4)
     original: FloatVectorProperty(size=3, precision=4)
     text: StringProperty(description="Start and fitted value")
+    grid_file: StringProperty(description="The fitted grid, if this is one (.npy)")
+    grid_to_unit: StringProperty(description="World to the unit cube over which it lies (JSON)")
 
 
 class SeleniteSettings(bpy.types.PropertyGroup):

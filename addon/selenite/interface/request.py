@@ -6,12 +6,14 @@ from __future__ import annotations
 import bpy
 
 from .. import mean_free_path, parameters, write_back
+from ..fit_run.fields import KINDS
 from ..fit_run.request import RunRequest, UnknownRequest
 from ..fit_run.settings import FitSettings
 from ..parameters import Values
-from ..problems import Problem
+from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
-from ..scene_read.values import Owner, SceneValues
+from ..scene_read.values import GridValues, Owner, SceneValues
+from . import grid_rows
 
 _SETTINGS = (
     "loss",
@@ -39,6 +41,14 @@ def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Prob
             cure = "refresh the list of parameters"
             problems.append(Problem(title, "its owner is not in the scene", cure))
             continue
+        grid = ""
+        if grid_rows.is_grid(row):
+            own = grid_rows.own_grid(values, owner, row.parameter)
+            title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
+            try:
+                grid = grid_rows.requested(row, own, title)
+            except BadInput as error:
+                problems += error.problems
         unknowns.append(
             UnknownRequest(
                 owner.name,
@@ -47,6 +57,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Prob
                 row.minimum,
                 row.maximum,
                 row.learning_rate,
+                grid,
             )
         )
     if not unknowns and not problems:
@@ -94,16 +105,14 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
                 "minimum": row.minimum,
                 "maximum": row.maximum,
                 "learning_rate": row.learning_rate,
+                "grid_from": row.grid_from,
+                "voxels": row.voxels,
+                "grid_path": row.grid_path,
             }
     rows.clear()
     for owner in values.owners.values():
         for parameter in parameters.of(owner.kind):
-            row = rows.add()
-            row.kind, row.owner, row.parameter = owner.kind, owner.name, parameter.name
-            if owner.kind == "material":
-                row.material = write_back.datablock(bpy.data.materials, owner)
-            elif owner.kind == "light":
-                row.light = write_back.datablock(bpy.data.lights, owner)
+            row = _fill(rows.add(), owner, parameter.name)
             row.unit, row.help, row.width = parameter.unit, parameter.help, parameter.width
             row.reason = owner.fixed.get(parameter.name, "")
             current = owner.values.get(parameter.name)
@@ -116,18 +125,39 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
                 setattr(row, name, value)
             if row.reason:
                 row.enabled = False
+        for name in KINDS if grid_rows.has_grids(owner) else ():
+            row = _fill(rows.add(), owner, name)
+            own = grid_rows.own_grid(values, owner, name)
+            grid_rows.describe(row, own)
+            reset_row(row, own=own)
+            for key, value in kept.get((owner.name, name), {}).items():
+                setattr(row, key, value)
 
 
-def reset_row(row: bpy.types.PropertyGroup, current: Values | None = None) -> None:
-    """Bounds, start and rate as in the parameter table."""
+def _fill(row: bpy.types.PropertyGroup, owner: Owner, parameter: str) -> bpy.types.PropertyGroup:
+    row.kind, row.owner, row.parameter = owner.kind, owner.name, parameter
+    if owner.kind == "material":
+        row.material = write_back.datablock(bpy.data.materials, owner)
+    elif owner.kind == "light":
+        row.light = write_back.datablock(bpy.data.lights, owner)
+    return row
+
+
+def reset_row(
+    row: bpy.types.PropertyGroup, current: Values | None = None, own: GridValues | None = None
+) -> None:
+    """Bounds, start and rate as in the parameter table; `own`: the scene's grid."""
+    row.use_start = False
+    row.learning_rate = FitSettings().learning_rate
+    if grid_rows.is_grid(row):
+        grid_rows.reset(row, own)
+        return
     parameter = parameters.table()[row.kind, row.parameter]
     row.minimum, row.maximum = parameter.fit_lower, parameter.fit_upper
     if current is not None:
         row.start = (current * 3)[:3] if len(current) == 1 else current
         if parameter.effect == "emission":
             row.maximum = min(max(row.maximum, 10 * max(current)), parameter.upper)
-    row.use_start = False
-    row.learning_rate = FitSettings().learning_rate
 
 
 def values_text(values: Values) -> str:

@@ -11,7 +11,7 @@ from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import pair_by_name
 from ..scene_read.scene import read_scene
-from . import request
+from . import grid_rows, request
 from .state import CHECK, remember_shapes
 
 
@@ -55,7 +55,10 @@ class SELENITE_OT_reset_rows(bpy.types.Operator):
             values = read_scene(context.scene, context.evaluated_depsgraph_get())
             for row in context.scene.selenite.rows:
                 owner = request.owner_of(row, values)
-                request.reset_row(row, owner.values.get(row.parameter) if owner else None)
+                if owner is not None and grid_rows.is_grid(row):
+                    request.reset_row(row, own=grid_rows.own_grid(values, owner, row.parameter))
+                else:
+                    request.reset_row(row, owner.values.get(row.parameter) if owner else None)
         except NativeUnavailable as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

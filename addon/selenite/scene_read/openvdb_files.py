@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -73,23 +74,15 @@ def read(path: str, wanted: dict[str, int]) -> dict[str, VdbGrid]:
     return {grid.name: _dense(grid, wanted[grid.name]) for grid in grids if grid.name in wanted}
 
 
-def write_with(source: str, path: str, name: str, colours: VdbGrid) -> None:
-    """Writes the grids of `source` to `path`, with one of colours (nz, ny, nx, 3) in place of that
-    called `name` or beside them. Raises VdbError."""
+def write(path: str, grids: Sequence[VdbGrid], source: str = "") -> None:
+    """Writes `grids` to `path`, and with them those of the file `source` that have other names.
+    Raises VdbError."""
     vdb = _module()
     try:
-        grids, metadata = vdb.readAll(source)
-        # Near its edges, too, the grid has to give its edge's colour.
-        values = np.pad(colours.values, ((1, 1), (1, 1), (1, 1), (0, 0)), mode="edge")
-        made = vdb.Vec3SGrid()
-        made.name = name
-        made.copyFromArray(np.ascontiguousarray(values.transpose(2, 1, 0, 3)), ijk=(-1, -1, -1))
-        sizes = np.array(colours.values.shape[2::-1])
-        to_unit = np.eye(4)
-        to_unit[:3, :3] = np.diag(1 / sizes)
-        made.transform = vdb.createLinearTransform((colours.from_unit @ to_unit).T.tolist())
-        others = [grid for grid in grids if grid.name != name]
-        vdb.write(path, [*others, made], metadata)
+        others, metadata = vdb.readAll(source) if source else ([], {})
+        names = {grid.name for grid in grids}
+        kept = [grid for grid in others if grid.name not in names]
+        vdb.write(path, [*kept, *(_made(vdb, grid) for grid in grids)], metadata)
     except Exception as error:
         raise VdbError(f"'{path}' cannot be written ({error})", "give another folder") from error
 
@@ -100,6 +93,24 @@ def _module() -> ModuleType:
         cause = "this Blender has no OpenVDB module for Python"
         raise VdbError(cause, "use Blender 4.4 or newer, or install python3-openvdb")
     return vdb
+
+
+def _made(vdb: ModuleType, grid: VdbGrid) -> Any:  # noqa: ANN401 - of the host's module
+    made = vdb.Vec3SGrid() if grid.values.shape[3] == 3 else vdb.FloatGrid()
+    made.name = grid.name
+    values, start = grid.values, (0, 0, 0)
+    if grid.values.shape[3] == 3:
+        # Near its edges, too, the grid has to give its edge's colour.
+        values, start = np.pad(values, ((1, 1), (1, 1), (1, 1), (0, 0)), mode="edge"), (-1, -1, -1)
+        values = values.transpose(2, 1, 0, 3)
+    else:
+        values = values[..., 0].transpose(2, 1, 0)
+        made.gridClass = vdb.GridClass.FOG_VOLUME
+    made.copyFromArray(np.ascontiguousarray(values), ijk=start)
+    to_unit = np.eye(4)
+    to_unit[:3, :3] = np.diag(1 / np.array(grid.values.shape[2::-1]))
+    made.transform = vdb.createLinearTransform((grid.from_unit @ to_unit).T.tolist())
+    return made
 
 
 def _dense(grid: Any, channels: int) -> VdbGrid:  # noqa: ANN401 - of the host's module

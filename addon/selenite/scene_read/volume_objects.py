@@ -9,7 +9,9 @@ blender_tests/test_volume_objects.py.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import bpy
 import numpy as np
@@ -55,9 +57,7 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     if density is None:
         cause = f"its file has no grid '{density_name}'"
         raise Unreadable(title, cause, "name one of its grids in the Density Attribute")
-    scale = 1.0
-    if _data(instance.object).render.space == "OBJECT":
-        scale = float(np.linalg.norm(instance.matrix[:3, :3] @ np.full(3, 3**-0.5)))
+    scale = _density_scale(instance.object, instance.matrix)
     placed = {
         "density": _placed(density, np.maximum(density.values, 0) / np.float32(scale), instance)
     }
@@ -85,25 +85,70 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     )
 
 
-def write_albedo(
-    item: bpy.types.Object, material: bpy.types.Material, values: GridValues, path: str
-) -> None:
-    """Gives a Volume object an OpenVDB file at `path` whose colours are `values` (in world space),
-    and its Principled Volume the name of that grid and white. Raises Unreadable."""
+_COLOURS = ("Color", "Absorption Color")
+
+
+def write(
+    item: bpy.types.Object,
+    material: bpy.types.Material,
+    grids: Mapping[str, GridValues],
+    path: str,
+) -> dict[str, Any]:
+    """Gives a Volume object an OpenVDB file at `path` with grids in world space (use -> grid), and
+    for an albedo its Principled Volume the name of that grid and white. Other grids of its file
+    stay. Returns what stood there before, for `put_back`. Raises Unreadable."""
     title = f"Object '{item.name}'"
     node = _principled(material, title)
-    name = _attribute(node, "Color Attribute", title) or "albedo"
-    colours = np.broadcast_to(values.values, (*values.values.shape[:3], 3))
-    to_object = np.linalg.inv(np.array(item.matrix_world, np.float64))
-    grid = VdbGrid(name, colours, to_object @ np.linalg.inv(values.to_unit))
+    matrix = np.array(item.matrix_world, np.float64)
+    names = {
+        "density": _attribute(node, "Density Attribute", title),
+        "albedo": _attribute(node, "Color Attribute", title) or "albedo",
+    }
+    written = []
+    for use, grid in grids.items():
+        values = grid.values
+        if use == "density":
+            values = values * np.float32(_density_scale(item, matrix))
+        else:
+            values = np.broadcast_to(values, (*values.shape[:3], 3))
+        from_unit = np.linalg.inv(matrix) @ np.linalg.inv(grid.to_unit)
+        written.append(VdbGrid(names[use], values, from_unit))
     try:
-        openvdb_files.write_with(_path(item, title), path, name, grid)
+        openvdb_files.write(path, written, _path(item, title))
     except VdbError as error:
         raise Unreadable(title, error.cause, error.cure) from error
+    before = {
+        "filepath": _data(item).filepath,
+        "Color Attribute": node.inputs["Color Attribute"].default_value,
+    } | {name: list(node.inputs[name].default_value) for name in _COLOURS}
     _data(item).filepath = path
+    if "albedo" in grids:
+        colour_from_grid(node, names["albedo"])
+    return before
+
+
+def put_back(
+    item: bpy.types.Object, material: bpy.types.Material, before: Mapping[str, Any]
+) -> None:
+    """What `write` returned. Raises Unreadable."""
+    node = _principled(material, f"Object '{item.name}'")
+    _data(item).filepath = before["filepath"]
+    for name in ("Color Attribute", *_COLOURS):
+        node.inputs[name].default_value = before[name]
+
+
+def colour_from_grid(node: bpy.types.Node, name: str) -> None:
+    """Makes a Principled Volume scatter what its grid of colours says of what it meets."""
     node.inputs["Color Attribute"].default_value = name
     node.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
     node.inputs["Absorption Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+
+
+def _density_scale(item: bpy.types.Object, matrix: np.ndarray) -> float:
+    """By what the numbers of the file are divided."""
+    if _data(item).render.space != "OBJECT":
+        return 1.0
+    return float(np.linalg.norm(matrix[:3, :3] @ np.full(3, 3**-0.5)))
 
 
 def _principled(material: bpy.types.Material, title: str) -> bpy.types.Node:

@@ -5,18 +5,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TypeVar
 
 import bpy
 
-from . import parameters
-from .fit_run import results
-from .parameters import Parameter, Values
-from .problems import BadInput, Problem
-from .scene_read import lights, materials, volume_objects, volumes, world
-from .scene_read.nodes import Source, Unreadable
-from .scene_read.values import GridValues, Owner
+from .. import parameters
+from ..parameters import Parameter, Values
+from ..problems import BadInput, Problem
+from ..scene_read import lights, materials, volumes, world
+from ..scene_read.nodes import Source
+from ..scene_read.values import Owner
 
 Key = tuple[str, str]  # owner, parameter
 Block = TypeVar("Block", bound=bpy.types.ID)
@@ -66,39 +64,6 @@ def write(
     for _, target, value in targets:
         target.set(value)
     return before
-
-
-def write_albedo_grids(
-    scene: bpy.types.Scene,
-    owners: Mapping[str, Owner],
-    grids: Mapping[str, GridValues],
-    folder: Path,
-) -> list[str]:
-    """Writes the albedo grids of Volume objects, by material, to `<material>_albedo.vdb` in the
-    `folder` and gives them to the objects. Returns a line for each grid: what was done, or
-    that a mesh cannot take one. Raises BadInput."""
-    lines = []
-    for name, grid in grids.items():
-        material = datablock(bpy.data.materials, owners[name])
-        found = [
-            item
-            for item in scene.objects
-            if item.type == "VOLUME" and material in [slot.material for slot in item.material_slots]
-        ]
-        if material is None or not found:
-            lines.append(f"{name}:albedo_grid stays in its files: Cycles has no grids in a mesh")
-            continue
-        if len(found) > 1:
-            cause = "several Volume objects have it; each needs a grid of its own"
-            problem = Problem(f"Material '{name}'", cause, "give each object its own material")
-            raise BadInput(problem)
-        path = folder / f"{results.file_name(name)}_albedo.vdb"
-        try:
-            volume_objects.write_albedo(found[0], material, grid, str(path))
-        except Unreadable as error:
-            raise BadInput(error.problem) from error
-        lines.append(f"Object '{found[0].name}' now renders {path}")
-    return lines
 
 
 def save_copy(path: str) -> None:
