@@ -9,7 +9,7 @@ in the output folder, is not done again: a run can be stopped and taken up.
 from __future__ import annotations
 
 import argparse
-import csv
+
 import os
 import sys
 import time
@@ -89,8 +89,18 @@ def settings_of(case, options):
     settings["threads"], settings["seed"] = options.threads, 1000 + case.seed
     for text in options.set:
         name, _, value = text.partition("=")
-        settings[name] = type(settings[name])(value) if name in settings else value
+        settings[name] = _number(value)
     return settings
+
+
+def _number(text):
+    """An int, a float or the text itself."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
 
 
 def parse():

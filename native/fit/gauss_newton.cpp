@@ -215,6 +215,15 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   return problem_->unknowns.project(coordinates_.to_values(next));
 }
 
+GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation& seen,
+                                              double weight) {
+  View& view = views_[static_cast<std::size_t>(seen.capture)];
+  Halves halves = split_halves(*problem_, seen, coordinates_.slope(x));
+  const Capture& capture = problem_->captures[static_cast<std::size_t>(seen.capture)];
+  JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves, 1, weight);
+  return {std::move(halves), std::move(z), view.weight};
+}
+
 /// Step within the caps and the bounds. Components that would leave at a bound are held, and the
 /// others solved again without them.
 Vector GaussNewton::bounded_step(const Vector& u) const {

@@ -26,6 +26,18 @@ class GaussNewton final : public Optimiser {
   Vector step(const Vector& x, std::span<const Observation> seen) override;
   Vector answer(const Vector& x) const override;
   bool averages() const override { return true; }
+
+  /// For a look at frozen values: what one more render of a photo says about them, in the weights
+  /// and with the instruments that have been gathered. Its Jacobians join the sums.
+  struct Equations {
+    Halves halves;
+    JacobianSums::Set z;
+    const Eigen::VectorXf& weight;
+  };
+  /// `weight`: samples of the render in units of those of an iteration.
+  Equations equations(const Vector& x, const Observation& seen, double weight);
+  const Coordinates& coordinates() const { return coordinates_; }
+
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
 
  private:

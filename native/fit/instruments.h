@@ -30,8 +30,10 @@ class JacobianSums {
     Jacobian only_a, only_b;    ///< clipped and blurred sums of the A, B buffers
     Jacobian plain_a, plain_b;  ///< the same as they are
   };
-  /// Forgets, adds the halves of this iteration, and returns the instruments for it.
-  Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep);
+  /// Forgets, adds the halves of this iteration, and returns the instruments for it. `weight`:
+  /// samples of these halves in units of those of a usual iteration.
+  Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep,
+          double weight = 1);
 
  private:
   Jacobian sum_a_, sum_b_;
