@@ -100,6 +100,7 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
                                                settings_.spp, settings_.accumulate);
   optimiser_name_ = kind.name;
   optimiser_ = kind.make(problem_);
+  if (settings_.secants && kind.few_unknowns) secants_ = std::make_unique<Coordinates>(unknowns_);
   if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns)) {
     if (!fields_.empty() || unknowns_.size() > kFewUnknowns)
       throw InvalidArgument("search = 'on' is for up to " + std::to_string(kFewUnknowns) +
@@ -149,8 +150,9 @@ Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings 
   return film;
 }
 
-Observation Fit::observe(const Scene& scene, int capture,
+Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture,
                          std::vector<std::vector<double>>& gradients, Progress* progress) {
+  const Scene scene = scene_at(x, fields);
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
   const std::uint64_t seed =
       stream_seed(settings_.seed, Stream::kStep, result_.iterations, capture);
@@ -172,6 +174,9 @@ Observation Fit::observe(const Scene& scene, int capture,
   }
   if (fields_.empty() || unknowns_.size() > 0)
     seen.film = render_slots(scene, camera, settings, progress);
+  // From above and from below in turns: over two iterations the differences are central.
+  const Side side = result_.iterations % 2 == 0 ? Side::kUp : Side::kDown;
+  if (fields_.empty()) add_secants(x, camera, settings, side, seen.film, progress);
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;
@@ -283,7 +288,7 @@ bool Fit::iterate(Progress* progress) {
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
   std::vector<Observation> seen;
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
-    seen.push_back(observe(scene_at(next, next_fields), i, gradients, progress));
+    seen.push_back(observe(next, next_fields, i, gradients, progress));
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
     if (settings_.accumulate) continue;

@@ -100,9 +100,11 @@ class Fit {
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
   RenderAt renderer(Progress* progress);
+  void add_secants(const Vector& x, const Camera& camera, const RenderSettings& settings, Side side,
+                   Film& film, Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if there are fields.
-  Observation observe(const Scene& scene, int capture, std::vector<std::vector<double>>& gradients,
-                      Progress* progress);
+  Observation observe(const Vector& x, const FieldValues& fields, int capture,
+                      std::vector<std::vector<double>>& gradients, Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
   bool worse_than_smallest(const Validation& validation) const;
@@ -130,6 +132,7 @@ class Fit {
   Problem problem_;
   std::string optimiser_name_;
   std::unique_ptr<Optimiser> optimiser_;
+  std::unique_ptr<Coordinates> secants_;        ///< of the steps; none: all derivatives as they are
   std::unique_ptr<Search> search_;              ///< until it is over
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
   FieldAdam field_adam_;

@@ -17,15 +17,31 @@ const char* phase_text(Phase phase) {
 
 RenderAt Fit::renderer(Progress* progress) {
   return [this, progress](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
-                          bool derivatives) {
+                          std::optional<Side> derivatives) {
     const Scene scene = scene_at(x, field_values_);
     const Camera& camera = scene.camera(photo.camera);
     const RenderSettings settings = render_settings(photo, spp, seed);
-    if (derivatives) return render_slots(scene, camera, settings, progress);
+    if (derivatives) {
+      Film film = render_slots(scene, camera, settings, progress);
+      add_secants(x, camera, settings, *derivatives, film, progress);
+      return film;
+    }
     Film film = settings_.renderer(scene, camera, SlotLayout(), settings, progress);
     count(film);
     return film;
   };
+}
+
+void Fit::add_secants(const Vector& x, const Camera& camera, const RenderSettings& settings,
+                      Side side, Film& film, Progress* progress) {
+  if (!secants_) return;
+  const auto render = [&](const Vector& at) {
+    Film other =
+        settings_.renderer(scene_at(at, field_values_), camera, SlotLayout(), settings, progress);
+    count(other);
+    return other;
+  };
+  take_secants(problem_, *secants_, x, side, render, film);
 }
 
 bool Fit::search(Progress* progress) {

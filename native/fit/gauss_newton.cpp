@@ -215,13 +215,14 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   return problem_->unknowns.project(coordinates_.to_values(next));
 }
 
-GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation& seen,
-                                              double weight) {
-  View& view = views_[static_cast<std::size_t>(seen.capture)];
-  Halves halves = split_halves(*problem_, seen, coordinates_.slope(x));
-  const Capture& capture = problem_->captures[static_cast<std::size_t>(seen.capture)];
+GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation& derivatives,
+                                              const Film& residual, double weight) {
+  const auto index = static_cast<std::size_t>(derivatives.capture);
+  View& view = views_[index];
+  const Capture& capture = problem_->captures[index];
+  const Halves halves = split_halves(*problem_, derivatives, coordinates_.slope(x));
   JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves, 1, weight);
-  return {std::move(halves), std::move(z), view.weight};
+  return {residual_halves(residual, capture), std::move(z), view.weight};
 }
 
 /// Step within the caps and the bounds. Components that would leave at a bound are held, and the

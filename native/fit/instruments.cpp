@@ -61,15 +61,20 @@ Jacobian instrument(const Problem& problem, const Capture& capture, Jacobian sum
 
 }  // namespace
 
+Halves residual_halves(const Film& film, const Capture& capture) {
+  Halves halves;
+  halves.residual_a = as_vector(film.half_a) - as_vector(capture.reference);
+  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(capture.reference);
+  halves.variance = as_vector(film.variance) * 2;
+  return halves;
+}
+
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
   const Film& film = seen.film;
   const Capture& capture = problem.captures[static_cast<std::size_t>(seen.capture)];
   const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
   const Eigen::Index rows = as_vector(film.mean).size();
-  Halves halves;
-  halves.residual_a = as_vector(film.half_a) - as_vector(capture.reference);
-  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(capture.reference);
-  halves.variance = as_vector(film.variance) * 2;
+  Halves halves = residual_halves(film, capture);
   halves.jacobian_a.resize(rows, unknowns);
   halves.jacobian_b.resize(rows, unknowns);
   for (Eigen::Index k = 0; k < unknowns; ++k) {

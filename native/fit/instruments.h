@@ -17,6 +17,8 @@ struct Halves {
   Jacobian jacobian_a, jacobian_b;
 };
 
+/// Without the Jacobians.
+Halves residual_halves(const Film& film, const Capture& capture);
 /// `slope` is dx/du per unknown.
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
 

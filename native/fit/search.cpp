@@ -6,13 +6,14 @@
 #include <cmath>
 
 #include "math/rng.h"
+#include "math/scalar.h"
 
 namespace selenite {
 namespace {
 
 constexpr int kSize = 48;  ///< pixels of the longer side
 constexpr std::size_t kPoints = 64;
-constexpr int kLookSpp = 8, kStepSpp = 16, kFinalSpp = 64;
+constexpr int kLookSpp = 8, kStepSpp = 8, kFinalSpp = 64;
 /// After looking at all points: so many go on, by so many steps each.
 struct Stage {
   std::size_t count;
@@ -27,6 +28,9 @@ constexpr double kGreyness = 0.3;  ///< of the range: how far channels stray fro
 /// the start: an extinction has the scale of the scene.
 constexpr double kLongest = 4.6, kReach = 2.3;
 constexpr double kSigmas = 2;  ///< by which the start must lose
+/// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
+/// below its mean by luck.
+constexpr double kRankSigmas = 1;
 constexpr double kDimShare = 0.3;
 
 /// Van der Corput's sequence, shifted; a base per dimension makes it Halton's.
@@ -159,12 +163,13 @@ std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
 void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
   candidate.loss = 0;
+  double squares = 0;
   candidate.parts.clear();
   const double share = 1.0 / static_cast<double>(captures_.size());
   for (std::size_t v = 0; v < captures_.size(); ++v) {
     const Capture& photo = captures_[v];
     const Film film =
-        render(candidate.x, photo, spp, seed_for(purpose, 0, static_cast<int>(v)), false);
+        render(candidate.x, photo, spp, seed_for(purpose, 0, static_cast<int>(v)), std::nullopt);
     for (std::size_t i = 0; i < film.size(); ++i) {
       double part = 0;
       for (int c = 0; c < 3; ++c) {
@@ -174,8 +179,10 @@ void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& re
       }
       candidate.parts.push_back(static_cast<float>(share * part));
       candidate.loss += share * part;
+      squares += square(share * part);
     }
   }
+  candidate.rank = candidate.loss + kRankSigmas * std::sqrt(squares);
 }
 
 void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& render) const {
@@ -186,7 +193,8 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
       const int purpose = 16 + 64 * stage_ + n;
       seen.push_back({static_cast<int>(v),
                       render(candidate.x, captures_[v], kStepSpp,
-                             seed_for(purpose, index, static_cast<int>(v)), true),
+                             seed_for(purpose, index, static_cast<int>(v)),
+                             n % 2 == 0 ? Side::kUp : Side::kDown),
                       {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
@@ -197,7 +205,7 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
 /// The start and what came of it stay whatever their rank.
 void Search::keep_best(std::size_t count) {
   std::stable_sort(candidates_.begin(), candidates_.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; });
+                   [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   std::vector<Candidate> kept;
   for (std::size_t i = 0; i < candidates_.size(); ++i)
     if (i < count || candidates_[i].from_start) kept.push_back(std::move(candidates_[i]));
@@ -237,7 +245,7 @@ double Search::fraction() const { return done_; }
 void Search::choose() {
   const auto best =
       std::min_element(candidates_.begin(), candidates_.end(),
-                       [](const Candidate& a, const Candidate& b) { return a.loss < b.loss; });
+                       [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   // Pixel against pixel: equal seeds, so that common noise cancels.
   const auto worse_by = [&](const Candidate& one) {
     double sum = 0, squares = 0;

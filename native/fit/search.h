@@ -4,15 +4,18 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "fit/gauss_newton.h"
+#include "fit/secants.h"
 
 namespace selenite {
 
-/// A capture rendered at values x, with the slots of all unknowns where `derivatives` is set.
+/// A capture rendered at values x, with the slots of all unknowns where `derivatives` says from
+/// which side differences are to be taken.
 using RenderAt = std::function<Film(const Vector& x, const Capture& photo, int spp,
-                                    std::uint64_t seed, bool derivatives)>;
+                                    std::uint64_t seed, std::optional<Side> derivatives)>;
 
 /// What a search has found; losses are unbiased, of small pictures in Gauss-Newton's first weights.
 struct SearchResult {
@@ -48,7 +51,7 @@ class Search {
   struct Candidate {
     Vector x;
     bool from_start = false, untouched = false;
-    double loss = 0;
+    double loss = 0, rank = 0;
     std::vector<float> parts;  ///< of `loss`, pixel by pixel
     std::shared_ptr<GaussNewton> steps;
   };

@@ -14,7 +14,10 @@ namespace {
 constexpr double kQuantile90 = 1.6449;
 constexpr int kMostPasses = 3;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
-constexpr int kWarmUps = 2;      ///< looks that gather instruments where the fit has none
+constexpr int kWarmUp = 100;     ///< purpose of their seeds
+/// Residuals take most of the samples: the Jacobians of the iterations serve on.
+constexpr int kDerivativeShare = 4;
+constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 /// Share of its range, in the coordinate of steps, beyond which a standard deviation says nothing
 /// that the clamps have not said (an even spread over the range has 0.29).
 constexpr double kUndetermined = 0.1;
@@ -52,8 +55,8 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
       const Vector plain_b = z.plain_b.row(j).cast<double>();
       product.noalias() += w * only_a * plain_b.transpose();
       product.noalias() += w * only_b * plain_a.transpose();
-      term += w * halves.residual_a[j] * z.for_a.row(j).cast<double>().transpose();
-      term += w * halves.residual_b[j] * z.for_b.row(j).cast<double>().transpose();
+      const double both = (halves.residual_a[j] + halves.residual_b[j]) / 2;
+      term += w * both * (only_a + only_b);
     }
     symmetric = (product + product.transpose()) / 2;
     normal += symmetric;
@@ -222,31 +225,43 @@ Verification::Verification(const Problem& problem, const Optimiser& optimiser, V
       x_(std::move(x)),
       seed_(seed),
       spp_(spp),
-      iteration_spp_(has_instruments_ ? iteration_spp : std::max(spp / 2, 2)) {}
+      derivative_spp_(std::max(spp / kDerivativeShare, 2)),
+      iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp_) {}
 
-std::vector<Observation> Verification::look(int purpose, int spp, const RenderAt& render) const {
-  std::vector<Observation> seen;
-  for (std::size_t v = 0; v < problem_->captures.size(); ++v) {
-    std::uint64_t key = mix64(seed_ ^ static_cast<std::uint64_t>(purpose));
-    key = mix64(key ^ (static_cast<std::uint64_t>(v) << 32));
-    seen.push_back({static_cast<int>(v), render(x_, problem_->captures[v], spp, key, true), {}});
-  }
-  return seen;
+std::uint64_t Verification::seed_for(int purpose, std::size_t capture) const {
+  const std::uint64_t key = mix64(seed_ ^ static_cast<std::uint64_t>(purpose));
+  return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
+}
+
+Observation Verification::derivatives(int purpose, std::size_t capture,
+                                      const RenderAt& render) const {
+  return {static_cast<int>(capture),
+          render(x_, problem_->captures[capture], derivative_spp_, seed_for(purpose, capture),
+                 Side::kBoth),
+          {}};
 }
 
 bool Verification::step(const RenderAt& render) {
   if (over_) return false;
+  const std::size_t captures = problem_->captures.size();
   if (!has_instruments_) {  // its steps are not taken: only what it has seen counts
-    for (int i = 0; i < kWarmUps; ++i)
-      (void)evidence_.step(x_, look(100 + i, iteration_spp_, render));
+    for (int i = 0; i < kWarmUps; ++i) {
+      std::vector<Observation> seen;
+      for (std::size_t v = 0; v < captures; ++v)
+        seen.push_back(derivatives(kWarmUp + i, v, render));
+      (void)evidence_.step(x_, seen);
+    }
     has_instruments_ = true;
   }
   const Coordinates& coordinates = evidence_.coordinates();
+  const double weight = static_cast<double>(derivative_spp_) / iteration_spp_;
   Evidence found(x_.size());
-  for (const Observation& one : look(report_.passes, spp_, render))
-    found.add(problem_->captures[static_cast<std::size_t>(one.capture)],
-              evidence_.equations(x_, one, static_cast<double>(spp_) / iteration_spp_),
-              problem_->captures.size());
+  for (std::size_t v = 0; v < captures; ++v) {
+    const Capture& photo = problem_->captures[v];
+    const Film film = render(x_, photo, spp_, seed_for(2 * report_.passes, v), std::nullopt);
+    const Observation slopes = derivatives(2 * report_.passes + 1, v, render);
+    found.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
+  }
   const Vector u = coordinates.from_values(x_);
   const Estimate now = estimate(problem_->unknowns, coordinates, u, found);
   ++report_.passes;

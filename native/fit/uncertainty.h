@@ -79,14 +79,15 @@ class Verification {
   const TrustReport& report() const { return report_; }
 
  private:
-  std::vector<Observation> look(int purpose, int spp, const RenderAt& render) const;
+  std::uint64_t seed_for(int purpose, std::size_t capture) const;
+  Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
 
   const Problem* problem_;
   GaussNewton evidence_;
   bool has_instruments_;
   Vector x_;
   std::uint64_t seed_;
-  int spp_, iteration_spp_;
+  int spp_, derivative_spp_, iteration_spp_;
   bool over_ = false;
   TrustReport report_;
 };

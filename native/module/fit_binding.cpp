@@ -107,7 +107,7 @@ FitSettings settings_of(const py::handle& object) {
   const Named named(object, "settings",
                     {"loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth",
                      "threads", "accumulate", "validation_interval", "validation_spp", "search",
-                     "verification", "verification_spp"});
+                     "verification", "verification_spp", "secants"});
   FitSettings settings;
   named.take("loss", settings.loss);
   named.take("optimiser", settings.optimiser);
@@ -120,6 +120,7 @@ FitSettings settings_of(const py::handle& object) {
   named.take("accumulate", settings.accumulate);
   named.take("validation_interval", settings.validation_interval);
   named.take("validation_spp", settings.validation_spp);
+  named.take("secants", settings.secants);
   named.take("search", settings.search);
   named.take("verification", settings.verification);
   named.take("verification_spp", settings.verification_spp);
