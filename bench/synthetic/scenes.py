@@ -142,7 +142,7 @@ def _sky() -> np.ndarray:
     picture = np.where(elevation > 0, colour, 0.15) + 0 * azimuth
     towards = np.cos(elevation) * np.cos(azimuth - 1.1) * np.cos(0.7)
     towards = towards + np.sin(elevation) * np.sin(0.7)
-    picture = picture + 60 * np.exp((towards - 1) / 0.008) * np.array((1, 0.9, 0.75))
+    picture = picture + 12 * np.exp((towards - 1) / 0.03) * np.array((1, 0.9, 0.75))
     return np.ascontiguousarray(picture, np.float32)
 
 
@@ -162,7 +162,7 @@ def make(mesh: str, lighting: str, values: dict[str, Any], cameras: int) -> Any:
     centre = np.array((0, 0, 0.85))
     if lighting == "lamp":
         lamp = _looking(np.array((2.5, -2.0, 3.5)), centre)
-        builder.add_area_light("Lamp", lamp, 250.0, (1, 1, 1), "SQUARE", 1.0, 1.0, np.pi)
+        builder.add_area_light("Lamp", lamp, 250.0, (1, 1, 1), "SQUARE", 2.5, 2.5, np.pi)
         builder.set_world((0.25, 0.28, 0.32), 1.0)
     else:
         builder.set_world((1, 1, 1), 1.0, _sky())

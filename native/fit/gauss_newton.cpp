@@ -32,7 +32,8 @@ constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen i
 constexpr double kModelError = 0.05;       ///< of a pixel's brightness
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
 
-/// Brightness of the photo's channels, kept away from 0.
+/// Brightness of the photo around each pixel, by channel, kept away from 0. Of the pixel alone it
+/// would go up and down with the photo's noise, and residuals weighted by it would lean to one side.
 Eigen::VectorXf brightness(const Capture& capture) {
   Eigen::VectorXf level(static_cast<Eigen::Index>(3 * capture.size()));
   double mean = 0;
@@ -43,7 +44,8 @@ Eigen::VectorXf brightness(const Capture& capture) {
       mean += capture.share(i) * value;
     }
   constexpr double kBlack = 1e-6;
-  return level.array() + static_cast<float>(kDimShare * std::max(mean, kBlack));
+  return box_blur(level, capture.width, capture.height, kVarianceBlur).array() +
+         static_cast<float>(kDimShare * std::max(mean, kBlack));
 }
 
 Eigen::VectorXf shares(const Capture& capture, std::size_t captures) {

@@ -11,15 +11,15 @@
 namespace selenite {
 namespace {
 
-constexpr int kSize = 48;  ///< pixels of the longer side
+constexpr int kSize = 40;  ///< pixels of the longer side
 constexpr std::size_t kPoints = 64;
-constexpr int kLookSpp = 8, kStepSpp = 8, kFinalSpp = 64;
+constexpr int kLookSpp = 8, kStepSpp = 8, kFinalSpp = 48;
 /// After looking at all points: so many go on, by so many steps each.
 struct Stage {
   std::size_t count;
   int steps;
 };
-constexpr std::array kStages{Stage{8, 4}, Stage{3, 6}};
+constexpr std::array kStages{Stage{8, 4}, Stage{3, 5}};
 constexpr int kRemembered =
     1 << 20;                       ///< iterations that the steps think are to come: no late phase
 constexpr double kMargin = 0.1;    ///< of the range, on both sides: the ends are flat

@@ -42,7 +42,7 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
                    std::size_t captures) {
   const auto& [halves, z, weight] = equations;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
-  Matrix product(n, n), symmetric(n, n);
+  Matrix product(n, n);
   Vector term(n);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
@@ -57,10 +57,13 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
       product.noalias() += w * only_b * plain_a.transpose();
       const double both = (halves.residual_a[j] + halves.residual_b[j]) / 2;
       term += w * both * (only_a + only_b);
+      // Noise of a half is what the halves do not share.
+      const Vector noise = (plain_a - plain_b).cwiseAbs2() / 2;
+      const Vector size = only_a.cwiseAbs2() + only_b.cwiseAbs2();
+      const Matrix mixed = size * noise.transpose();
+      normal_variance += 2 * w * w * (mixed + mixed.transpose());
     }
-    symmetric = (product + product.transpose()) / 2;
-    normal += symmetric;
-    normal_variance += symmetric.cwiseAbs2();
+    normal += (product + product.transpose()) / 2;
     gradient += term;
     spread.noalias() += term * term.transpose();
   }

@@ -190,6 +190,7 @@ inline FitSettings synthetic_settings(SyntheticRenderer renderer = {}) {
   settings.threads = 1;
   settings.tolerance = 0;
   settings.search = settings.verification = "off";
+  settings.secants = false;
   settings.renderer = renderer;
   return settings;
 }

@@ -23,6 +23,7 @@ _SETTINGS = (
     "threads",
     "picture_spp",
     "physical_refraction",
+    "search",
 )
 
 
