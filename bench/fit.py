@@ -9,7 +9,6 @@ in the output folder, is not done again: a run can be stopped and taken up.
 from __future__ import annotations
 
 import argparse
-
 import os
 import sys
 import time
@@ -116,7 +115,9 @@ def parse():
     add("--iterations", type=int)
     add("--spp", type=int, default=16, help="of a step: small pictures need more (%(default)s)")
     add("--optimiser")
-    add("--set", action="append", default=[], metavar="NAME=VALUE", help="setting of the native fit")
+    add(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="setting of the native fit"
+    )
     add("--threads", type=int, default=1, help="(%(default)s)")
     add("--report-only", action="store_true", help="tables and plot of what has been done")
     add("--out", type=Path, default=ROOT / "build" / "bench-fit", help="(%(default)s)")

@@ -19,8 +19,8 @@ SCALARS = (
 COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
     "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
-    "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained", "answer",
-    "zscores",
+    "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
+    "answer", "zscores",
 )  # fmt: skip
 
 
@@ -110,8 +110,8 @@ def line(found: dict[str, Any]) -> str:
 def show(rows: list[dict[str, str]], folder: Path) -> None:
     """Table on stdout and in summary.md, and plot.png."""
     lines = [
-        "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % | intervals that hold"
-        " | not determined | CPU s | Msamples |",
+        "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % "
+        "| intervals that hold | not determined | CPU s | Msamples |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str], list[dict[str, str]]] = {}
@@ -127,8 +127,8 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
         cpu = np.mean([float(one["cpu_seconds"]) for one in some])
         samples = np.mean([float(one["samples"]) for one in some]) / 1e6
         lines.append(
-            f"| {label} | {kind} | {len(some)} | {np.median(error):.3f}, {error.max():.3f} | {under}"
-            f" | {share} | {lost} | {cpu:.0f} | {samples:.0f} |"
+            f"| {label} | {kind} | {len(some)} | {np.median(error):.3f}, {error.max():.3f} "
+            f"| {under} | {share} | {lost} | {cpu:.0f} | {samples:.0f} |"
         )
     text = "\n".join(lines) + "\n"
     print(text)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One object on a chequered floor, lit in two ways, seen by up to four cameras; no Blender needed."""
+"""One object on a chequered floor, lit in two ways, up to four cameras; no Blender needed."""
 
 from __future__ import annotations
 
@@ -170,6 +170,6 @@ def make(mesh: str, lighting: str, values: dict[str, Any], cameras: int) -> Any:
         angle = 2 * np.pi * i / cameras - 1.8
         eye = centre + 5.2 * np.array((np.cos(angle), np.sin(angle), 0.35))
         builder.add_camera(
-            f"Camera {i + 1}", _looking(eye, centre), "PERSP", 70, 36, 24, "AUTO", 0, 0, 1, 0.01, 100
+            f"Camera {i + 1}", _looking(eye, centre), "PERSP", 70, 36, 24, "AUTO", 0, 0, 1, 0.01, 99
         )  # fmt: skip
     return builder.build()

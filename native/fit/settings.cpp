@@ -18,7 +18,7 @@ int FitSettings::chosen_validation_spp() const {
 
 int FitSettings::chosen_verification_spp() const {
   constexpr int kLeast = 64;
-  return verification_spp > 0 ? verification_spp : std::max(kLeast, iterations * spp / 4);
+  return verification_spp > 0 ? verification_spp : std::max(kLeast, iterations * spp);
 }
 
 void FitSettings::check() const {

@@ -16,7 +16,7 @@ constexpr int kMostPasses = 3;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 constexpr int kWarmUp = 100;     ///< purpose of their seeds
 /// Residuals take most of the samples: the Jacobians of the iterations serve on.
-constexpr int kDerivativeShare = 4;
+constexpr int kDerivativeShare = 8;
 constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 /// Share of its range, in the coordinate of steps, beyond which a standard deviation says nothing
 /// that the clamps have not said (an even spread over the range has 0.29).

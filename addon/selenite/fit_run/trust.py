@@ -21,7 +21,8 @@ UNKNOWN: dict[str, Any] = {
 
 def entries(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any]:
     """Keys of one parameter in result.json. Lists by channel for a colour, except `determined`:
-    every channel is. Null where the photos do not tell: an interval is shown only where it holds."""
+    every channel is. Null where the photos do not tell: an interval is shown where it holds.
+    """
     told = (result.get("report") or {}).get("parameters", {}).get(unknown.name)
     if not told:
         return dict(UNKNOWN)
