@@ -109,11 +109,11 @@ def parse():
     add("--seeds", type=int, default=20, help="per kind (%(default)s)")
     add("--first-seed", type=int, default=0)
     add("--label", default="default", help="name of the recipe in the table (%(default)s)")
-    add("--size", type=int, default=96, help="pixels, square (%(default)s)")
-    add("--photo-spp", type=int, default=1024, help="samples of a photo (%(default)s)")
+    add("--size", type=int, default=128, help="pixels, square (%(default)s)")
+    add("--photo-spp", type=int, default=256, help="samples of a photo (%(default)s)")
     add("--preset", choices=PRESETS, default="balanced")
     add("--iterations", type=int)
-    add("--spp", type=int, default=16, help="of a step: small pictures need more (%(default)s)")
+    add("--spp", type=int, help="samples of a step")
     add("--optimiser")
     add(
         "--set", action="append", default=[], metavar="NAME=VALUE", help="setting of the native fit"

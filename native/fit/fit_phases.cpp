@@ -68,10 +68,12 @@ bool Fit::verify(Progress* progress) {
   result_.phase_fraction = verification_->fraction();
   if (too_many_dropped()) return false;
   if (more) return true;
-  // The intervals are those of these values: no validation takes them back.
-  settle(verification_->values(), progress);
-  result_.best = result_.last;
+  const bool agreed = settle(verification_->values(), progress);
   result_.report = verification_->report();
+  // Intervals are about these values. Where the validation finds them worse, the linear step that
+  // they come from went astray.
+  if (!agreed)
+    for (Confidence& one : result_.report.components) one.determined = false;
   return stop(StopReason::kIterations);
 }
 

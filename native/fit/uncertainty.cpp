@@ -101,119 +101,138 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
     }
 }
 
+namespace {
+
+/// The step along directions that are resolved, with its covariance.
+struct Solution {
+  Vector step;
+  Matrix covariance;
+  double surprise = 0;
+};
+
+/// Solves for the components `free` alone, in the eigenbasis of the scaled normal matrix. Directions
+/// whose eigenvalue is noise do not move and are as wide as the clamps leave them.
+Solution solve(const Evidence& evidence, const Coordinates& coordinates,
+               const std::vector<Eigen::Index>& free) {
+  const Vector inverse = evidence.normal.diagonal()(free).cwiseSqrt().cwiseInverse();
+  const auto scaled = [&](const Matrix& m) -> Matrix {
+    return inverse.asDiagonal() * m(free, free) * inverse.asDiagonal();
+  };
+  const Matrix doubt = inverse.cwiseAbs2().asDiagonal() * evidence.normal_variance(free, free) *
+                       inverse.cwiseAbs2().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled(evidence.normal));
+  const Matrix& basis = solver.eigenvectors();
+  const Vector& values = solver.eigenvalues();
+  const Vector along = basis.transpose() * inverse.cwiseProduct(-evidence.gradient(free));
+  const Matrix noise = basis.transpose() * scaled(evidence.spread) * basis;
+  const Eigen::Index n = along.size();
+  Vector reciprocal = Vector::Zero(n);  // of the eigenvalues; 0: not resolved
+  Solution solution;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const Vector square = basis.col(j).cwiseAbs2();
+    if (!(values[j] > kResolved * std::sqrt(square.dot(doubt * square)))) continue;
+    reciprocal[j] = 1 / values[j];
+    const double error = std::sqrt(noise(j, j));
+    if (std::abs(along[j]) > solution.surprise * error)
+      solution.surprise = std::abs(along[j]) / error;
+  }
+  Matrix spread = reciprocal.asDiagonal() * noise * reciprocal.asDiagonal();
+  for (Eigen::Index j = 0; j < n; ++j) {
+    if (reciprocal[j] > 0) continue;
+    double steepest = 0;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double range = range_of(coordinates, free[static_cast<std::size_t>(k)]);
+      steepest = std::max(steepest, std::abs(inverse[k] * basis(k, j)) / (kPrior * range));
+    }
+    spread(j, j) = 1 / (steepest * steepest);
+  }
+  solution.step = inverse.cwiseProduct(basis * reciprocal.cwiseProduct(along));
+  solution.covariance =
+      inverse.asDiagonal() * (basis * spread * basis.transpose()) * inverse.asDiagonal();
+  return solution;
+}
+
+/// Values of component k between two offsets from u in its coordinate, inside the bounds.
+std::array<double, 2> values_between(const Coordinates& coordinates, const Vector& u,
+                                     Eigen::Index k, double low, double high) {
+  const auto value = [&](double offset) {
+    Vector end = u;
+    end[k] = std::clamp(u[k] + offset, coordinates.minimum()[k], coordinates.maximum()[k]);
+    return coordinates.to_values(end)[k];
+  };
+  return {value(low), value(high)};
+}
+
+/// What the solution says about component k, the `at`-th of those solved for.
+Confidence confidence(const Coordinates& coordinates, const Vector& u, const Solution& solution,
+                      Eigen::Index at, Eigen::Index k) {
+  Confidence one;
+  const double error = std::sqrt(solution.covariance(at, at)), step = solution.step[at];
+  const double to = u[k] + step;
+  one.interval =
+      values_between(coordinates, u, k, step - kQuantile90 * error, step + kQuantile90 * error);
+  Vector end = u;
+  end[k] = std::clamp(to, coordinates.minimum()[k], coordinates.maximum()[k]);
+  one.standard_error = error * coordinates.slope(coordinates.to_values(end))[k];
+  one.determined = error < kUndetermined * range_of(coordinates, k);
+  if (to <= coordinates.minimum()[k]) one.at_bound = AtBound::kMinimum;
+  if (to >= coordinates.maximum()[k]) one.at_bound = AtBound::kMaximum;
+  return one;
+}
+
+/// The component whose error goes most with that of the `at`-th, if that is much.
+int strongest_partner(const Matrix& covariance, Eigen::Index at,
+                      const std::vector<Eigen::Index>& free) {
+  int partner = -1;
+  double strongest = kCorrelated;
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j) {
+    const double size = std::sqrt(covariance(j, j) * covariance(at, at));
+    if (j == at || !(std::abs(covariance(at, j)) > strongest * size)) continue;
+    strongest = std::abs(covariance(at, j)) / size;
+    partner = static_cast<int>(free[static_cast<std::size_t>(j)]);
+  }
+  return partner;
+}
+
+}  // namespace
+
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                   const Evidence& evidence) {
   const Eigen::Index n = u.size();
   Estimate result;
   result.step = Vector::Zero(n);
   result.components.resize(static_cast<std::size_t>(n));
-  const Vector x = coordinates.to_values(u);
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < n; ++k) {
     Confidence& one = result.components[static_cast<std::size_t>(k)];
     one.standard_error = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
-    const double own = evidence.normal(k, k);
-    if (own > kResolved * std::sqrt(evidence.normal_variance(k, k)) && own > 0) free.push_back(k);
+    if (evidence.normal(k, k) > kResolved * std::sqrt(evidence.normal_variance(k, k)))
+      free.push_back(k);
   }
-  // Solved again without those that would leave at a bound: those stay there.
-  std::vector<Eigen::Index> held;
-  Matrix basis, covariance;
-  Vector mean;
-  while (!free.empty()) {
-    const Vector inverse = evidence.normal.diagonal()(free).cwiseSqrt().cwiseInverse();
-    const Matrix scaled = inverse.asDiagonal() * evidence.normal(free, free) * inverse.asDiagonal();
-    const Matrix noise = inverse.asDiagonal() * evidence.spread(free, free) * inverse.asDiagonal();
-    const Matrix doubt = inverse.cwiseAbs2().asDiagonal() * evidence.normal_variance(free, free) *
-                         inverse.cwiseAbs2().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled);
-    basis = solver.eigenvectors();
-    const Vector along = basis.transpose() * inverse.cwiseProduct(-evidence.gradient(free));
-    const Matrix noise_along = basis.transpose() * noise * basis;
-    Vector step = Vector::Zero(along.size());
-    std::vector<bool> known;
-    result.surprise = 0;
-    for (Eigen::Index j = 0; j < along.size(); ++j) {
-      const double value = solver.eigenvalues()[j];
-      const Vector square = basis.col(j).cwiseAbs2();
-      known.push_back(value > kResolved * std::sqrt(square.dot(doubt * square)));
-      if (!known.back()) continue;
-      step[j] = along[j] / value;
-      const double error = std::sqrt(noise_along(j, j));
-      if (std::abs(along[j]) > result.surprise * error)
-        result.surprise = std::abs(along[j]) / error;
-    }
-    Matrix spread = Matrix::Zero(along.size(), along.size());
-    for (Eigen::Index i = 0; i < along.size(); ++i) {
-      for (Eigen::Index j = 0; j < along.size(); ++j)
-        if (known[static_cast<std::size_t>(i)] && known[static_cast<std::size_t>(j)])
-          spread(i, j) = noise_along(i, j) / (solver.eigenvalues()[i] * solver.eigenvalues()[j]);
-      if (known[static_cast<std::size_t>(i)]) continue;
-      double steepest = 0;  // as wide as the clamps leave it
-      for (Eigen::Index k = 0; k < along.size(); ++k) {
-        const double range = range_of(coordinates, free[static_cast<std::size_t>(k)]);
-        steepest = std::max(steepest, std::abs(inverse[k] * basis(k, i)) / (kPrior * range));
-      }
-      spread(i, i) = 1 / (steepest * steepest);
-    }
-    mean = inverse.cwiseProduct(basis * step);
-    covariance = inverse.asDiagonal() * (basis * spread * basis.transpose()) * inverse.asDiagonal();
+  // Those that would leave at a bound stay there, and the others are solved for without them.
+  for (bool again = true; again && !free.empty();) {
+    const Solution solution = solve(evidence, coordinates, free);
+    result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
     for (std::size_t i = 0; i < free.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
       const Eigen::Index k = free[i];
-      const double to = u[k] + mean[static_cast<Eigen::Index>(i)];
-      const bool low = to <= coordinates.minimum()[k], high = to >= coordinates.maximum()[k];
-      if (!low && !high) {
+      Confidence& one = result.components[static_cast<std::size_t>(k)];
+      one = confidence(coordinates, u, solution, at, k);
+      one.correlated_with = strongest_partner(solution.covariance, at, free);
+      result.step[k] = solution.step[at];
+      if (one.at_bound == AtBound::kNo) {
         kept.push_back(k);
         continue;
       }
-      Confidence& one = result.components[static_cast<std::size_t>(k)];
-      const double bound = low ? coordinates.minimum()[k] : coordinates.maximum()[k];
-      const double error =
-          std::sqrt(covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(i)));
-      one.at_bound = low ? AtBound::kMinimum : AtBound::kMaximum;
-      result.step[k] = bound - u[k];
-      const double inner = low ? std::max(to + kQuantile90 * error, bound)
-                               : std::min(to - kQuantile90 * error, bound);
-      Vector end = u;
-      end[k] = std::clamp(inner, coordinates.minimum()[k], coordinates.maximum()[k]);
-      const double value = coordinates.to_values(end)[k];
-      end[k] = bound;
-      const double edge = coordinates.to_values(end)[k];
-      one.standard_error = error * coordinates.slope(coordinates.to_values(end))[k];
-      one.interval = {std::min(value, edge), std::max(value, edge)};
-      one.determined = error < kUndetermined * range_of(coordinates, k);
-      held.push_back(k);
+      const bool low = one.at_bound == AtBound::kMinimum;
+      result.step[k] = (low ? coordinates.minimum() : coordinates.maximum())[k] - u[k];
+      // It is at the bound for the answer, so the interval reaches there whatever the step says.
+      one.interval[low ? 0 : 1] = (low ? unknowns.minimum() : unknowns.maximum())[k];
     }
-    if (kept.size() == free.size()) break;
-    free = kept;
-  }
-  for (std::size_t i = 0; i < free.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    const Eigen::Index k = free[i];
-    Confidence& one = result.components[static_cast<std::size_t>(k)];
-    const double error = std::sqrt(covariance(at, at));
-    one.determined = error < kUndetermined * range_of(coordinates, k);
-    result.step[k] = mean[at];
-    Vector end = u;
-    const auto value_at = [&](double offset) {
-      end[k] =
-          std::clamp(u[k] + mean[at] + offset, coordinates.minimum()[k], coordinates.maximum()[k]);
-      return coordinates.to_values(end)[k];
-    };
-    one.interval = {value_at(-kQuantile90 * error), value_at(kQuantile90 * error)};
-    (void)value_at(0);
-    one.standard_error = error * coordinates.slope(coordinates.to_values(end))[k];
-    double strongest = kCorrelated;
-    for (std::size_t j = 0; j < free.size(); ++j) {
-      const auto other = static_cast<Eigen::Index>(j);
-      const double size = std::sqrt(covariance(other, other)) * error;
-      if (j == i || !(size > 0)) continue;
-      const double correlation = std::abs(covariance(at, other)) / size;
-      if (correlation <= strongest) continue;
-      strongest = correlation;
-      one.correlated_with = static_cast<int>(free[j]);
-    }
+    again = kept.size() < free.size();
+    free = std::move(kept);
   }
   return result;
 }
