@@ -24,6 +24,7 @@ constexpr double kUndetermined = 0.1;
 constexpr double kPrior = 0.29;
 /// An eigenvalue of the normal matrix counts from so many of its own standard deviations.
 constexpr double kResolved = 3;
+constexpr double kCoupled = 2;  ///< the same for its entries beside the diagonal
 constexpr double kCorrelated = 0.8;
 constexpr double kMisfitSigmas = 3;
 constexpr double kDimShare = 0.3;
@@ -111,9 +112,10 @@ struct Solution {
 };
 
 /// Solves for the components `free` alone, in the eigenbasis of the scaled normal matrix. Directions
-/// whose eigenvalue is noise do not move and are as wide as the clamps leave them.
+/// whose eigenvalue is noise do not move and are as wide as the clamps leave them; so are the
+/// components `unseen`, and the others make up for them where the two are seen to be coupled.
 Solution solve(const Evidence& evidence, const Coordinates& coordinates,
-               const std::vector<Eigen::Index>& free) {
+               const std::vector<Eigen::Index>& free, const std::vector<Eigen::Index>& unseen) {
   const Vector inverse = evidence.normal.diagonal()(free).cwiseSqrt().cwiseInverse();
   const auto scaled = [&](const Matrix& m) -> Matrix {
     return inverse.asDiagonal() * m(free, free) * inverse.asDiagonal();
@@ -149,6 +151,19 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
   solution.step = inverse.cwiseProduct(basis * reciprocal.cwiseProduct(along));
   solution.covariance =
       inverse.asDiagonal() * (basis * spread * basis.transpose()) * inverse.asDiagonal();
+  for (const Eigen::Index m : unseen) {
+    Vector coupling = evidence.normal.col(m)(free);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double error =
+          std::sqrt(evidence.normal_variance(free[static_cast<std::size_t>(k)], m));
+      if (std::abs(coupling[k]) <= kCoupled * error) coupling[k] = 0;
+    }
+    const Vector answer =
+        kPrior * range_of(coordinates, m) *
+        inverse.cwiseProduct(
+            basis * reciprocal.cwiseProduct(basis.transpose() * inverse.cwiseProduct(coupling)));
+    solution.covariance += answer * answer.transpose();
+  }
   return solution;
 }
 
@@ -202,17 +217,17 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   Estimate result;
   result.step = Vector::Zero(n);
   result.components.resize(static_cast<std::size_t>(n));
-  std::vector<Eigen::Index> free;
+  std::vector<Eigen::Index> free, unseen;
   for (Eigen::Index k = 0; k < n; ++k) {
     Confidence& one = result.components[static_cast<std::size_t>(k)];
     one.standard_error = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
-    if (evidence.normal(k, k) > kResolved * std::sqrt(evidence.normal_variance(k, k)))
-      free.push_back(k);
+    const double error = std::sqrt(evidence.normal_variance(k, k));
+    (evidence.normal(k, k) > kResolved * error ? free : unseen).push_back(k);
   }
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
-    const Solution solution = solve(evidence, coordinates, free);
+    const Solution solution = solve(evidence, coordinates, free, unseen);
     result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
     for (std::size_t i = 0; i < free.size(); ++i) {

@@ -133,6 +133,24 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
   EXPECT_NEAR(apart.components[0].standard_error, 0.01 * std::sqrt(4.0 / 3), 1e-6);
 }
 
+// The second parameter is lost in noise, but what it does looks like half of the first.
+TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
+                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  Evidence evidence(2);
+  evidence.normal << 1, 0.1, 0.1, 0.3;
+  evidence.normal_variance << 1e-12, 1e-12, 1e-12, 1;
+  evidence.spread << 1e-6, 0, 0, 1;
+  const auto error = [&] {
+    return estimate(unknowns, Coordinates(unknowns), unknowns.start(), evidence)
+        .components[0]
+        .standard_error;
+  };
+  EXPECT_NEAR(error(), 0.1 * 0.29, 0.001);
+  evidence.normal_variance(0, 1) = evidence.normal_variance(1, 0) = 1;  // nor is the coupling seen
+  EXPECT_NEAR(error(), 1e-3, 1e-6);
+}
+
 TEST(Uncertainty, NamesTheBound) {
   const Scene scene = synthetic_scene();
   auto unknowns = synthetic_unknowns();
