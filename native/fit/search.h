@@ -56,6 +56,7 @@ class Search {
     std::shared_ptr<GaussNewton> steps;
   };
 
+  double point_in_range(int component, double at) const;
   std::vector<Vector> spread_points() const;
   std::uint64_t seed_for(int purpose, int index, int capture) const;
   void look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const;
@@ -67,7 +68,6 @@ class Search {
   std::vector<Capture> captures_;  ///< small
   std::vector<std::vector<float>> weights_;
   Problem problem_;
-  Coordinates coordinates_;
   std::vector<Candidate> candidates_;
   std::size_t next_ = 0;  ///< candidate of the running stage
   int stage_ = 0;
