@@ -303,17 +303,19 @@ Args:
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
-        validation_interval 5, validation_spp 0 (four times spp, at least 16).
+        validation_interval 5, validation_spp 0 (four times spp, at least 16), search and
+        verification "auto" (with Gauss-Newton; with up to 12 unknowns; or "on", "off"),
+        verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
+        of pictures for roughness, IOR and extinction).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
       .def(py::init(&make_fit), "scene"_a, "captures"_a, "unknowns"_a, "settings"_a = py::dict())
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
       .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
-      .def(
-          "state", &state_dict,
-          R"(Cheap, at any time: dict {running, done, error, stopped_because, iteration, iterations,
-loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown yet), values
+      .def("state", &state_dict,
+           R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("searching",
+"fitting", "verifying"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
       .def("preview", &preview_array, "capture_index"_a,
            "Newest picture of a capture, (h, w, 3) float32, or None before the first.")
@@ -321,9 +323,13 @@ loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
 best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
-cpu_seconds, dropped, history}. Best are the newest values whose loss, in a render with fixed
+cpu_seconds, dropped, search, report, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.
 fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
+search: {points (0: none), moved, start_loss, loss, standard_error}.
+report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
+"maximum", None), correlated_with}}, each a list by component; passes (0: not verified); misfit:
+{value, standard_error, explained}}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
 final state, its loss taken from the validation render.)");
