@@ -6,8 +6,8 @@
 #include <functional>
 #include <limits>
 
+#include "fit/streams.h"
 #include "math/error.h"
-#include "math/rng.h"
 
 namespace selenite {
 namespace {
@@ -17,17 +17,6 @@ constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kTooManyDropped = 1e-3;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
-
-/// What a seed is for; streams of different purposes never meet.
-enum class Stream : std::uint64_t { kStep = 1, kValidation = 2 };
-
-/// Hash of all four: neighbouring iterations, captures and seeds share nothing.
-std::uint64_t stream_seed(std::uint64_t seed, Stream stream, int iteration, int capture) {
-  std::uint64_t key = mix64(seed + 0x9e3779b97f4a7c15ull);
-  key = mix64(key ^ static_cast<std::uint64_t>(stream));
-  key = mix64(key ^ static_cast<std::uint64_t>(iteration));
-  return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
-}
 
 /// Runs all checks of a fit before the first of them ends it; returns the scene, for the
 /// constructor.
@@ -111,13 +100,21 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
                                                settings_.spp, settings_.accumulate);
   optimiser_name_ = kind.name;
   optimiser_ = kind.make(problem_);
+  if (settings_.secants && kind.few_unknowns) secants_ = std::make_unique<Coordinates>(unknowns_);
+  if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns)) {
+    if (!fields_.empty() || unknowns_.size() > kFewUnknowns)
+      throw InvalidArgument("search = 'on' is for up to " + std::to_string(kFewUnknowns) +
+                            " unknowns and no grid; choose search = 'off' or 'auto'");
+    search_ =
+        std::make_unique<Search>(problem_, stream_seed(settings_.seed, Stream::kSearch, 0, 0));
+    result_.phase = Phase::kSearching;
+  }
   result_.last = result_.best = x_;
   result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
   result_.best_validation = result_.best_validation_standard_error = kNotDone;
 }
 
-RenderSettings Fit::render_settings(int capture, int spp, std::uint64_t seed) const {
-  const Capture& photo = captures_[static_cast<std::size_t>(capture)];
+RenderSettings Fit::render_settings(const Capture& photo, int spp, std::uint64_t seed) const {
   RenderSettings settings;
   settings.width = photo.width;
   settings.height = photo.height;
@@ -153,15 +150,16 @@ Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings 
   return film;
 }
 
-Observation Fit::observe(const Scene& scene, int capture,
+Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture,
                          std::vector<std::vector<double>>& gradients, Progress* progress) {
+  const Scene scene = scene_at(x, fields);
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
   const std::uint64_t seed =
       stream_seed(settings_.seed, Stream::kStep, result_.iterations, capture);
   Observation seen;
   seen.capture = capture;
   const Camera& camera = scene.camera(photo.camera);
-  const RenderSettings settings = render_settings(capture, settings_.spp, seed);
+  const RenderSettings settings = render_settings(photo, settings_.spp, seed);
   if (!fields_.empty()) {
     FieldGradient found =
         loss_field_gradient(scene, camera, fields_, photo, loss_, settings, progress);
@@ -176,6 +174,9 @@ Observation Fit::observe(const Scene& scene, int capture,
   }
   if (fields_.empty() || unknowns_.size() > 0)
     seen.film = render_slots(scene, camera, settings, progress);
+  // From above and from below in turns: over two iterations the differences are central.
+  const Side side = result_.iterations % 2 == 0 ? Side::kUp : Side::kDown;
+  if (fields_.empty()) add_secants(x, camera, settings, side, seen.film, progress);
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;
@@ -190,9 +191,9 @@ Fit::Validation Fit::validate(const Vector& x, const FieldValues& fields, Progre
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
     const Capture& photo = captures_[static_cast<std::size_t>(i)];
     const std::uint64_t seed = stream_seed(settings_.seed, Stream::kValidation, 0, i);
-    const Film film =
-        settings_.renderer(scene, scene.camera(photo.camera), none,
-                           render_settings(i, settings_.chosen_validation_spp(), seed), progress);
+    const Film film = settings_.renderer(
+        scene, scene.camera(photo.camera), none,
+        render_settings(photo, settings_.chosen_validation_spp(), seed), progress);
     count(film);
     const LossResult loss = loss_.evaluate(film, photo);
     sum.loss += share * loss.value;
@@ -263,46 +264,8 @@ bool Fit::stop(StopReason reason, std::string message) {
 bool Fit::step(Progress* progress) {
   if (result_.stopped != StopReason::kNone) return false;
   try {
-    const double share = 1.0 / static_cast<double>(captures_.size());
-    HistoryRow row{result_.iterations, x_, 0, kNotDone, kNotDone, {}, fields_.means(field_values_)};
-    const bool due = result_.iterations % settings_.validation_interval == 0;
-    Validation validation;
-    if (due) validation = validate(x_, field_values_, progress);
-    Vector next = x_;
-    FieldValues next_fields = field_values_;
-    FieldAdam field_adam = field_adam_;
-    std::vector<std::vector<double>> gradients;
-    // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
-    std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
-    std::vector<Observation> seen;
-    for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
-      seen.push_back(observe(scene_at(next, next_fields), i, gradients, progress));
-      row.loss += share * seen.back().loss.value;
-      row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
-      if (settings_.accumulate) continue;
-      next = copy->step(next, seen);
-      field_adam.step(next_fields, gradients);
-      seen.clear();
-      gradients.clear();
-    }
-    if (settings_.accumulate) {
-      next = optimiser_->step(next, seen);
-      field_adam.step(next_fields, gradients);
-    } else {
-      optimiser_ = std::move(copy);
-    }
-    if (due) note_validation(row, validation);
-    result_.history.push_back(row);
-    if (too_many_dropped()) return false;
-    if (due && within_tolerance()) return stop(StopReason::kTolerance);
-    x_ = result_.last = unknowns_.project(next);
-    field_adam_ = std::move(field_adam);
-    field_values_ = std::move(next_fields);
-    if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
-    ++result_.iterations;
-    if (result_.iterations < settings_.iterations) return true;
-    finish(progress);
-    return false;
+    if (search_) return search(progress);
+    return verification_ ? verify(progress) : iterate(progress);
   } catch (const Cancelled&) {
     return stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
@@ -311,10 +274,50 @@ bool Fit::step(Progress* progress) {
   }
 }
 
-void Fit::finish(Progress* progress) {
-  HistoryRow row{
-      result_.iterations,          unknowns_.project(optimiser_->answer(x_)), 0, 0, 0, {},
-      fields_.means(field_values_)};
+bool Fit::iterate(Progress* progress) {
+  const double share = 1.0 / static_cast<double>(captures_.size());
+  HistoryRow row{result_.iterations, x_, 0, kNotDone, kNotDone, {}, fields_.means(field_values_)};
+  const bool due = result_.iterations % settings_.validation_interval == 0;
+  Validation validation;
+  if (due) validation = validate(x_, field_values_, progress);
+  Vector next = x_;
+  FieldValues next_fields = field_values_;
+  FieldAdam field_adam = field_adam_;
+  std::vector<std::vector<double>> gradients;
+  // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
+  std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
+  std::vector<Observation> seen;
+  for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
+    seen.push_back(observe(next, next_fields, i, gradients, progress));
+    row.loss += share * seen.back().loss.value;
+    row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
+    if (settings_.accumulate) continue;
+    next = copy->step(next, seen);
+    field_adam.step(next_fields, gradients);
+    seen.clear();
+    gradients.clear();
+  }
+  if (settings_.accumulate) {
+    next = optimiser_->step(next, seen);
+    field_adam.step(next_fields, gradients);
+  } else {
+    optimiser_ = std::move(copy);
+  }
+  if (due) note_validation(row, validation);
+  result_.history.push_back(row);
+  if (too_many_dropped()) return false;
+  if (due && within_tolerance()) return stop(StopReason::kTolerance);
+  x_ = result_.last = unknowns_.project(next);
+  field_adam_ = std::move(field_adam);
+  field_values_ = std::move(next_fields);
+  if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
+  ++result_.iterations;
+  if (result_.iterations < settings_.iterations) return true;
+  return finish(progress);
+}
+
+bool Fit::settle(const Vector& x, Progress* progress) {
+  HistoryRow row{result_.iterations, x, 0, 0, 0, {}, fields_.means(field_values_)};
   const Validation validation = validate(row.values, field_values_, progress);
   x_ = result_.last = row.values;
   row.loss = validation.loss;
@@ -327,8 +330,21 @@ void Fit::finish(Progress* progress) {
     result_.best_validation = kNotDone;
     note_validation(row, validation);
   }
-  result_.history.push_back(row);
-  if (!too_many_dropped()) stop(StopReason::kIterations);
+  const bool best = result_.best == row.values;
+  result_.history.push_back(std::move(row));
+  return best;
+}
+
+bool Fit::finish(Progress* progress) {
+  settle(unknowns_.project(optimiser_->answer(x_)), progress);
+  if (too_many_dropped()) return false;
+  if (!wants_verification()) return stop(StopReason::kIterations);
+  verification_ = std::make_unique<Verification>(
+      problem_, *optimiser_, result_.best, stream_seed(settings_.seed, Stream::kVerification, 0, 0),
+      settings_.chosen_verification_spp(), settings_.spp);
+  result_.phase = Phase::kVerifying;
+  result_.phase_fraction = 0;
+  return true;
 }
 
 }  // namespace selenite

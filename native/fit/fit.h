@@ -9,7 +9,9 @@
 #include "fit/fields.h"
 #include "fit/loss.h"
 #include "fit/optimiser.h"
+#include "fit/search.h"
 #include "fit/settings.h"
+#include "fit/uncertainty.h"
 #include "fit/unknowns.h"
 
 namespace selenite {
@@ -25,7 +27,11 @@ struct HistoryRow {
   std::vector<Color<double>> field_means;  ///< of the voxels of each field
 };
 
+/// What a fit is doing: looking around, stepping, looking again at what it has found.
+enum class Phase { kSearching, kFitting, kVerifying };
+
 enum class StopReason { kNone, kIterations, kTolerance, kCancelled, kDropped, kError };
+const char* phase_text(Phase phase);
 /// A few words, as shown to users and written to result.json.
 const char* stop_text(StopReason reason);
 
@@ -45,6 +51,10 @@ struct FitResult {
   std::int64_t samples = 0;  ///< paths traced, validation included
   std::int64_t dropped = 0;  ///< of them left out because they were not finite
   double cpu_seconds = 0;    ///< of the renders
+  Phase phase = Phase::kFitting;
+  double phase_fraction = 0;  ///< of the search, or of the verification
+  SearchResult search;
+  TrustReport report;
   std::vector<HistoryRow> history;
 };
 
@@ -60,8 +70,9 @@ class Fit {
   Fit(const Fit&) = delete;  // the optimiser refers to members
   Fit& operator=(const Fit&) = delete;
 
-  /// One iteration: renders, records, steps, and validates when it is due. False when the fit is
-  /// over. A cancelled step leaves values and history as they were before it and ends the fit.
+  /// One portion of the search, or one iteration: renders, records, steps, and validates when it is
+  /// due. False when the fit is over. A cancelled step leaves values and history as they were before
+  /// it and ends the fit.
   bool step(Progress* progress = nullptr);
   /// So far; complete once `step` has returned false.
   const FitResult& result() const { return result_; }
@@ -85,20 +96,29 @@ class Fit {
   Scene scene_at(const Vector& x, const FieldValues& fields) const {
     return fields_.scene_with(unknowns_.scene_with(scene_, x), fields);
   }
+  bool search(Progress* progress);
+  bool iterate(Progress* progress);
+  bool verify(Progress* progress);
+  RenderAt renderer(Progress* progress);
+  void add_secants(const Vector& x, const Camera& camera, const RenderSettings& settings, Side side,
+                   Film& film, Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if there are fields.
-  Observation observe(const Scene& scene, int capture, std::vector<std::vector<double>>& gradients,
-                      Progress* progress);
+  Observation observe(const Vector& x, const FieldValues& fields, int capture,
+                      std::vector<std::vector<double>>& gradients, Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
   bool worse_than_smallest(const Validation& validation) const;
-  /// Settles on the optimiser's answer and validates it.
-  void finish(Progress* progress);
+  /// Settles on the optimiser's answer, validates it, and ends the fit or has it verified.
+  bool finish(Progress* progress);
+  /// Validates `x` and records it as the final state. True where it became the best one.
+  bool settle(const Vector& x, Progress* progress);
+  bool wants_verification() const;
   bool stop(StopReason reason, std::string message = {});
   bool too_many_dropped();
   bool within_tolerance() const;
   Film render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
                     Progress* progress);
-  RenderSettings render_settings(int capture, int spp, std::uint64_t seed) const;
+  RenderSettings render_settings(const Capture& photo, int spp, std::uint64_t seed) const;
   void count(const Film& film);
 
   Scene scene_;
@@ -112,6 +132,9 @@ class Fit {
   Problem problem_;
   std::string optimiser_name_;
   std::unique_ptr<Optimiser> optimiser_;
+  std::unique_ptr<Coordinates> secants_;        ///< of the steps; none: all derivatives as they are
+  std::unique_ptr<Search> search_;              ///< until it is over
+  std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
   FieldAdam field_adam_;
   Vector x_;
   FieldValues field_values_;

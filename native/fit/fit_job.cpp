@@ -76,6 +76,8 @@ FitState FitJob::state() const {
     state.stopped_because = stop_text(error_.empty() ? result.stopped : StopReason::kError);
     if (result.stopped == StopReason::kDropped) state.stopped_because += ": " + result.message;
   }
+  state.phase = phase_text(result.phase);
+  state.phase_fraction = result.phase_fraction;
   state.iteration = result.iterations;
   state.iterations = fit_.settings().iterations;
   state.loss = result.history.empty() ? kNone : result.history.back().loss;

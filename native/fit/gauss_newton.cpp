@@ -32,7 +32,8 @@ constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen i
 constexpr double kModelError = 0.05;       ///< of a pixel's brightness
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
 
-/// Brightness of the photo's channels, kept away from 0.
+/// Brightness of the photo around each pixel, by channel, kept away from 0. Of the pixel alone it
+/// would go up and down with the photo's noise, and residuals weighted by it would lean to one side.
 Eigen::VectorXf brightness(const Capture& capture) {
   Eigen::VectorXf level(static_cast<Eigen::Index>(3 * capture.size()));
   double mean = 0;
@@ -43,7 +44,8 @@ Eigen::VectorXf brightness(const Capture& capture) {
       mean += capture.share(i) * value;
     }
   constexpr double kBlack = 1e-6;
-  return level.array() + static_cast<float>(kDimShare * std::max(mean, kBlack));
+  return box_blur(level, capture.width, capture.height, kVarianceBlur).array() +
+         static_cast<float>(kDimShare * std::max(mean, kBlack));
 }
 
 Eigen::VectorXf shares(const Capture& capture, std::size_t captures) {
@@ -213,6 +215,16 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   if (accepted_.size() > kAveraged) accepted_.pop_front();
   learn_variance(seen, jacobian_keep);
   return problem_->unknowns.project(coordinates_.to_values(next));
+}
+
+GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation& derivatives,
+                                              const Film& residual, double weight) {
+  const auto index = static_cast<std::size_t>(derivatives.capture);
+  View& view = views_[index];
+  const Capture& capture = problem_->captures[index];
+  const Halves halves = split_halves(*problem_, derivatives, coordinates_.slope(x));
+  JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves, 1, weight);
+  return {residual_halves(residual, capture), std::move(z), view.weight};
 }
 
 /// Step within the caps and the bounds. Components that would leave at a bound are held, and the

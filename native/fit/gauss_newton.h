@@ -26,6 +26,20 @@ class GaussNewton final : public Optimiser {
   Vector step(const Vector& x, std::span<const Observation> seen) override;
   Vector answer(const Vector& x) const override;
   bool averages() const override { return true; }
+
+  /// For a look at frozen values: what one photo says about them, in the weights and with the
+  /// instruments that have been gathered.
+  struct Equations {
+    Halves residual;
+    JacobianSums::Set z;
+    const Eigen::VectorXf& weight;
+  };
+  /// `derivatives` joins the sums, `weight` being its samples in units of those of an iteration;
+  /// `residual` is a render of its own with other seeds.
+  Equations equations(const Vector& x, const Observation& derivatives, const Film& residual,
+                      double weight);
+  const Coordinates& coordinates() const { return coordinates_; }
+
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
 
  private:

@@ -61,15 +61,20 @@ Jacobian instrument(const Problem& problem, const Capture& capture, Jacobian sum
 
 }  // namespace
 
+Halves residual_halves(const Film& film, const Capture& capture) {
+  Halves halves;
+  halves.residual_a = as_vector(film.half_a) - as_vector(capture.reference);
+  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(capture.reference);
+  halves.variance = as_vector(film.variance) * 2;
+  return halves;
+}
+
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
   const Film& film = seen.film;
   const Capture& capture = problem.captures[static_cast<std::size_t>(seen.capture)];
   const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
   const Eigen::Index rows = as_vector(film.mean).size();
-  Halves halves;
-  halves.residual_a = as_vector(film.half_a) - as_vector(capture.reference);
-  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(capture.reference);
-  halves.variance = as_vector(film.variance) * 2;
+  Halves halves = residual_halves(film, capture);
   halves.jacobian_a.resize(rows, unknowns);
   halves.jacobian_b.resize(rows, unknowns);
   for (Eigen::Index k = 0; k < unknowns; ++k) {
@@ -83,8 +88,8 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
 }
 
 JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& capture,
-                                    const Halves& halves, double keep) {
-  const float kept = static_cast<float>(keep);
+                                    const Halves& halves, double keep, double weight) {
+  const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
   if (weight_ == 0) {
     sum_a_ = sum_b_ = Jacobian::Zero(halves.jacobian_a.rows(), halves.jacobian_a.cols());
   } else {
@@ -92,13 +97,13 @@ JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& captu
     sum_b_ *= kept;
     weight_ *= keep;
   }
-  const float before = static_cast<float>(weight_), after = before + 1;
+  const float before = static_cast<float>(weight_), after = before + fresh;
   Set set;
-  set.for_a = (sum_a_ + sum_b_ + halves.jacobian_b) / (before + after);
-  set.for_b = (sum_a_ + sum_b_ + halves.jacobian_a) / (before + after);
-  sum_a_ += halves.jacobian_a;
-  sum_b_ += halves.jacobian_b;
-  weight_ += 1;
+  set.for_a = (sum_a_ + sum_b_ + fresh * halves.jacobian_b) / (before + after);
+  set.for_b = (sum_a_ + sum_b_ + fresh * halves.jacobian_a) / (before + after);
+  sum_a_ += fresh * halves.jacobian_a;
+  sum_b_ += fresh * halves.jacobian_b;
+  weight_ += weight;
   set.plain_a = sum_a_ / after;
   set.plain_b = sum_b_ / after;
   set.only_a = instrument(problem, capture, set.plain_a);

@@ -17,6 +17,8 @@ struct Halves {
   Jacobian jacobian_a, jacobian_b;
 };
 
+/// Without the Jacobians.
+Halves residual_halves(const Film& film, const Capture& capture);
 /// `slope` is dx/du per unknown.
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
 
@@ -30,8 +32,10 @@ class JacobianSums {
     Jacobian only_a, only_b;    ///< clipped and blurred sums of the A, B buffers
     Jacobian plain_a, plain_b;  ///< the same as they are
   };
-  /// Forgets, adds the halves of this iteration, and returns the instruments for it.
-  Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep);
+  /// Forgets, adds the halves of this iteration, and returns the instruments for it. `weight`:
+  /// samples of these halves in units of those of a usual iteration.
+  Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep,
+          double weight = 1);
 
  private:
   Jacobian sum_a_, sum_b_;

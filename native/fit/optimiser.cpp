@@ -21,12 +21,12 @@ constexpr std::array kOptimisers{
         "adam",
         "Gradient steps with momentum, one learning rate per parameter: any loss, any number "
         "of unknowns",
-        1, false, false, make<Adam>},
+        1, false, false, false, make<Adam>},
     OptimiserKind{
         "gauss-newton",
         "Least squares over all iterations with accumulated derivative images: few unknowns, "
         "tens of times fewer samples. Learning rates are not used",
-        2, true, true, make<GaussNewton>},
+        2, true, true, true, make<GaussNewton>},
 };
 
 /// Why a kind does not go with the settings, with the cure; empty if it does.
@@ -48,10 +48,9 @@ std::span<const OptimiserKind> optimisers() { return kOptimisers; }
 
 const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const Loss& loss,
                                       int spp, bool accumulate) {
-  constexpr int kFew = 12;
   if (name == "auto") {
     for (const OptimiserKind& kind : kOptimisers)
-      if (kind.least_squares_only && unknowns <= kFew &&
+      if (kind.few_unknowns && unknowns <= kFewUnknowns &&
           obstacle(kind, loss, spp, accumulate).empty())
         return kind;
     name = "adam";

@@ -46,12 +46,16 @@ class Optimiser {
   virtual std::unique_ptr<Optimiser> clone() const = 0;
 };
 
+/// Up to so many scalars the derivative images of all are kept and the clamps can be searched.
+inline constexpr int kFewUnknowns = 12;
+
 struct OptimiserKind {
   std::string_view name;
   std::string_view help;
   int least_spp;
   bool needs_all_captures;  ///< cannot step after every camera
   bool least_squares_only;  ///< for losses that are sums of squares
+  bool few_unknowns;        ///< made for up to kFewUnknowns
   std::unique_ptr<Optimiser> (*make)(const Problem& problem);
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 #include "fit/loss.h"
 #include "math/error.h"
@@ -13,6 +14,11 @@ namespace selenite {
 int FitSettings::chosen_validation_spp() const {
   constexpr int kLeast = 16, kTimes = 4;
   return validation_spp > 0 ? validation_spp : std::max(kLeast, kTimes * spp);
+}
+
+int FitSettings::chosen_verification_spp() const {
+  constexpr int kLeast = 64;
+  return verification_spp > 0 ? verification_spp : std::max(kLeast, iterations * spp);
 }
 
 void FitSettings::check() const {
@@ -30,6 +36,14 @@ void FitSettings::check() const {
   require("validation_interval", validation_interval, 1, 1e6);
   require("validation_spp", validation_spp, 0, 65536);
   if (validation_spp == 1) require("validation_spp", validation_spp, 2, 65536);
+  require("verification_spp", verification_spp, 0, 65536);
+  if (verification_spp == 1) require("verification_spp", verification_spp, 2, 65536);
+  for (const auto& [name, value] :
+       {std::pair{"search", search}, std::pair{"verification", verification}})
+    if (value != "on" && value != "off" && value != "auto") {
+      if (!problems.str().empty()) problems << '\n';
+      problems << name << " = '" << value << "' is unknown; choose one of auto, on, off";
+    }
   try {
     const Loss& chosen = find_loss(loss);
     if (spp >= 1 && spp < chosen.least_spp) {

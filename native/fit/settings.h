@@ -26,9 +26,16 @@ struct FitSettings {
   bool accumulate = true;       ///< one step for all cameras; false: one after each camera
   int validation_interval = 5;  ///< iterations between validation renders
   int validation_spp = 0;       ///< 0: four times spp, at least 16
-  Renderer renderer = render;   ///< a test puts an analytic picture here
+  bool secants = true;          ///< see `take_secants`; with Gauss-Newton only
+  /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton).
+  std::string search = "auto";
+  /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
+  std::string verification = "auto";
+  int verification_spp = 0;    ///< of a pass; 0: as many as the iterations took, at least 64
+  Renderer renderer = render;  ///< a test puts an analytic picture here
 
   int chosen_validation_spp() const;
+  int chosen_verification_spp() const;
   /// InvalidArgument names every setting that is out of range.
   void check() const;
 };

@@ -106,7 +106,8 @@ UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
 FitSettings settings_of(const py::handle& object) {
   const Named named(object, "settings",
                     {"loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth",
-                     "threads", "accumulate", "validation_interval", "validation_spp"});
+                     "threads", "accumulate", "validation_interval", "validation_spp", "search",
+                     "verification", "verification_spp", "secants"});
   FitSettings settings;
   named.take("loss", settings.loss);
   named.take("optimiser", settings.optimiser);
@@ -119,6 +120,10 @@ FitSettings settings_of(const py::handle& object) {
   named.take("accumulate", settings.accumulate);
   named.take("validation_interval", settings.validation_interval);
   named.take("validation_spp", settings.validation_spp);
+  named.take("secants", settings.secants);
+  named.take("search", settings.search);
+  named.take("verification", settings.verification);
+  named.take("verification_spp", settings.verification_spp);
   return settings;
 }
 
@@ -154,12 +159,13 @@ py::dict fields_dict(const Fields& fields, const FieldValues& values) {
 
 py::dict state_dict(const FitJob& job) {
   const FitState s = job.state();
-  return py::dict("running"_a = s.running, "done"_a = s.done, "error"_a = s.error,
-                  "stopped_because"_a = s.stopped_because, "iteration"_a = s.iteration,
-                  "iterations"_a = s.iterations, "loss"_a = s.loss, "validation"_a = s.validation,
-                  "validation_standard_error"_a = s.validation_standard_error,
-                  "seconds"_a = s.seconds, "seconds_left"_a = s.seconds_left,
-                  "values"_a = values_dict(job.unknowns(), s.values));
+  return py::dict(
+      "running"_a = s.running, "done"_a = s.done, "error"_a = s.error,
+      "stopped_because"_a = s.stopped_because, "iteration"_a = s.iteration,
+      "iterations"_a = s.iterations, "phase"_a = s.phase, "phase_fraction"_a = s.phase_fraction,
+      "loss"_a = s.loss, "validation"_a = s.validation,
+      "validation_standard_error"_a = s.validation_standard_error, "seconds"_a = s.seconds,
+      "seconds_left"_a = s.seconds_left, "values"_a = values_dict(job.unknowns(), s.values));
 }
 
 /// One array per column: (k,), (k, 3) for the bias, (k, width) for each parameter.
@@ -200,6 +206,41 @@ py::dict history_dict(const FitJob& job, const std::vector<HistoryRow>& rows) {
                   "field_means"_a = means);
 }
 
+py::dict search_dict(const SearchResult& r) {
+  return py::dict("points"_a = r.points, "moved"_a = r.moved, "start_loss"_a = r.start_loss,
+                  "loss"_a = r.loss, "standard_error"_a = r.standard_error);
+}
+
+/// Per parameter lists over its components; {} where nothing was verified.
+py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
+  py::dict parameters;
+  for (std::size_t i = 0; i < unknowns.names().size() && !report.components.empty(); ++i) {
+    py::list errors, intervals, determined, bounds, correlated;
+    for (std::size_t k = 0; k < unknowns.components().size(); ++k) {
+      if (unknowns.components()[k].parameter != static_cast<int>(i)) continue;
+      const Confidence& one = report.components[k];
+      errors.append(one.standard_error);
+      intervals.append(std::vector<double>(one.interval.begin(), one.interval.end()));
+      determined.append(one.determined);
+      bounds.append(one.at_bound == AtBound::kMinimum   ? py::object(py::str("minimum"))
+                    : one.at_bound == AtBound::kMaximum ? py::object(py::str("maximum"))
+                                                        : py::none());
+      correlated.append(
+          one.correlated_with < 0
+              ? py::none()
+              : py::object(py::str(
+                    unknowns.components()[static_cast<std::size_t>(one.correlated_with)].name)));
+    }
+    parameters[py::str(unknowns.names()[i])] = py::dict(
+        "standard_error"_a = errors, "interval_90"_a = intervals, "determined"_a = determined,
+        "at_bound"_a = bounds, "correlated_with"_a = correlated);
+  }
+  return py::dict("parameters"_a = parameters, "passes"_a = report.passes,
+                  "misfit"_a = py::dict("value"_a = report.misfit.value,
+                                        "standard_error"_a = report.misfit.standard_error,
+                                        "explained"_a = report.misfit.explained));
+}
+
 py::dict result_dict(const FitJob& job) {
   const FitResult r = job.result();
   const FitState s = job.state();
@@ -212,7 +253,9 @@ py::dict result_dict(const FitJob& job) {
                   "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because,
                   "error"_a = s.error, "optimiser"_a = job.optimiser_name(),
                   "samples"_a = r.samples, "seconds"_a = s.seconds, "cpu_seconds"_a = r.cpu_seconds,
-                  "dropped"_a = r.dropped, "history"_a = history_dict(job, r.history));
+                  "dropped"_a = r.dropped, "search"_a = search_dict(r.search),
+                  "report"_a = report_dict(job.unknowns(), r.report),
+                  "history"_a = history_dict(job, r.history));
 }
 
 py::object preview_array(const FitJob& job, int index) {
@@ -261,17 +304,19 @@ Args:
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
-        validation_interval 5, validation_spp 0 (four times spp, at least 16).
+        validation_interval 5, validation_spp 0 (four times spp, at least 16), search and
+        verification "auto" (with Gauss-Newton; with up to 12 unknowns; or "on", "off"),
+        verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
+        of pictures for roughness, IOR and extinction).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
       .def(py::init(&make_fit), "scene"_a, "captures"_a, "unknowns"_a, "settings"_a = py::dict())
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
       .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
-      .def(
-          "state", &state_dict,
-          R"(Cheap, at any time: dict {running, done, error, stopped_because, iteration, iterations,
-loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown yet), values
+      .def("state", &state_dict,
+           R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("searching",
+"fitting", "verifying"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
       .def("preview", &preview_array, "capture_index"_a,
            "Newest picture of a capture, (h, w, 3) float32, or None before the first.")
@@ -279,9 +324,13 @@ loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
 best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
-cpu_seconds, dropped, history}. Best are the newest values whose loss, in a render with fixed
+cpu_seconds, dropped, search, report, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.
 fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
+search: {points (0: none), moved, start_loss, loss, standard_error}.
+report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
+"maximum", None), correlated_with}}, each a list by component; passes (0: not verified); misfit:
+{value, standard_error, explained}}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
 final state, its loss taken from the validation render.)");

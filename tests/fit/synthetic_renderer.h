@@ -189,6 +189,8 @@ inline FitSettings synthetic_settings(SyntheticRenderer renderer = {}) {
   settings.optimiser = "adam";
   settings.threads = 1;
   settings.tolerance = 0;
+  settings.search = settings.verification = "off";
+  settings.secants = false;
   settings.renderer = renderer;
   return settings;
 }

@@ -35,6 +35,7 @@ _SETTINGS = (
     "depth",
     "threads",
     "physical_refraction",
+    "search",
 )
 
 
@@ -170,6 +171,7 @@ def _fit(plan: FitPlan) -> dict[str, Any]:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
                 note = f"{state.iteration}/{state.iterations}  loss {state.loss:.3g}"
+                note = note if state.phase == "fitting" else state.phase
                 shown.update(state.fraction, state.seconds_left, note)
                 time.sleep(0.05)
     except KeyboardInterrupt:

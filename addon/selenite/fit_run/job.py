@@ -29,10 +29,14 @@ class Progress:
     seconds_left: float
     stopped_because: str
     values: dict[str, list[float]]
+    phase: str = "fitting"
+    phase_fraction: float = 0.0
 
     @property
     def fraction(self) -> float:
-        """Between 0 and 1."""
+        """Between 0 and 1, of the phase."""
+        if self.phase != "fitting":
+            return min(1.0, self.phase_fraction)
         return min(1.0, self.iteration / self.iterations) if self.iterations else 0.0
 
 
@@ -73,6 +77,8 @@ class FitJob:
             seconds=state["seconds"],
             seconds_left=state["seconds_left"],
             stopped_because=state["stopped_because"],
+            phase=state["phase"],
+            phase_fraction=state["phase_fraction"],
             values={name: [float(x) for x in value] for name, value in state["values"].items()},
         )
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from .. import __version__, grid_files, mean_free_path, native
 from ..parameters import Values
+from . import trust
 from .captures import Capture
 from .fields import FieldUnknown
 from .job import fitted_values, scene_at
@@ -27,7 +28,7 @@ SCHEMA = 1
 
 
 def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, Any]:
-    """The content of result.json; units are in it. Uncertainties are null until they are known."""
+    """The content of result.json; units are in it. Uncertainties are null where unknown."""
     values = fitted_values(plan, result)
     rows: dict[str, dict[str, Any]] = {}
     for item in plan.unknowns:
@@ -36,9 +37,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "value": _plain(values[item.owner, item.parameter.name]),
             "minimum": item.minimum,
             "maximum": item.maximum,
-            "standard_error": None,
-            "interval_90": None,
-            "determined": None,
+            **trust.entries(item, result),
             "unit": item.parameter.unit,
         }
         if item.parameter.name == "extinction":
@@ -54,9 +53,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "value": _means(values_of_field),
             "minimum": field.minimum,
             "maximum": field.maximum,
-            "standard_error": None,
-            "interval_90": None,
-            "determined": None,
+            **trust.UNKNOWN,
             "unit": "1",
             "voxels": [int(n) for n in values_of_field.shape[2::-1]],
             "files": field_files(field),
@@ -71,6 +68,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         },
         "seed": plan.request.settings.seed,
         "parameters": rows,
+        "misfit": trust.misfit(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],
         "stopped_because": result["stopped_because"],
@@ -108,7 +106,7 @@ def write_results(
         _write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
             _write_field(partial, field, result["fields_best"][field.name])
-        (partial / "log.txt").write_text(_log(plan, report), encoding="utf-8")
+        (partial / "log.txt").write_text(_log(plan, report, result), encoding="utf-8")
         if pictures:
             _write_pictures(plan, result, partial, progress)
         partial.rename(final)
@@ -119,7 +117,7 @@ def write_results(
 
 
 def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
-    """One line per parameter: start and fitted value."""
+    """One line per parameter, start and fitted value; then how sure they are."""
     values = fitted_values(plan, result)
     lines = []
     for item in plan.unknowns:
@@ -129,7 +127,7 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         lines.append(line + _length(item, value, plan))
     for field in plan.fields:
         lines.append(f"{field.name}: {field_text(field, result['fields_best'][field.name])}")
-    return lines
+    return lines + trust.sentences(plan, result)
 
 
 def field_text(field: FieldUnknown, values: np.ndarray) -> str:
@@ -233,7 +231,7 @@ def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
     return "" if math.isnan(value) else repr(float(value))
 
 
-def _log(plan: FitPlan, report: dict[str, Any]) -> str:
+def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
     lines = [
         f"Selenite {__version__}, Blender {report['versions']['blender']}",
         f"Scene: {plan.request.scene}",
@@ -252,6 +250,7 @@ def _log(plan: FitPlan, report: dict[str, Any]) -> str:
             f"{name}: {row['initial']} -> {row['value']}"
             for name, row in report["parameters"].items()
         ),
+        *trust.sentences(plan, result),
     ]
     return "\n".join(lines) + "\n"
 

@@ -18,7 +18,8 @@ class FitSettings:
     height: pixels of the pictures that are compared, their width follows the photo's aspect.
     depth: bounces, 0 = unlimited. threads: 0 = all. accumulate: one step per iteration over all
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
-    physical_refraction: see SceneValues.
+    physical_refraction: see SceneValues. search: whether to look around before the first step,
+    "on", "off" or "auto" (where Gauss-Newton fits).
     """
 
     loss: str = "dual-buffer"
@@ -34,6 +35,7 @@ class FitSettings:
     accumulate: bool = True
     picture_spp: int = 128
     physical_refraction: bool = False
+    search: str = "auto"
 
     def problems(self) -> list[Problem]:
         """What is out of range. Losses and optimisers are listed natively."""
@@ -51,6 +53,9 @@ class FitSettings:
                 cause = f"'{getattr(self, name)}' is not known"
                 cure = f"use one of {', '.join(choices)}"
                 found.append(Problem(f"Setting '{name}'", cause, cure))
+        if self.search not in SEARCHES:
+            cure = f"use one of {', '.join(SEARCHES)}"
+            found.append(Problem("Setting 'search'", f"'{self.search}' is not known", cure))
         least = losses.get(self.loss, {}).get("least_spp", 1)
         if self.spp < least:
             cause = f"loss '{self.loss}' needs {least} samples per pixel"
@@ -88,9 +93,10 @@ class FitSettings:
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
         names = ("loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth", "threads")
-        return {name: getattr(self, name) for name in (*names, "accumulate")}
+        return {name: getattr(self, name) for name in (*names, "accumulate", "search")}
 
 
+SEARCHES = ("auto", "on", "off")
 _RANGES = (
     ("iterations", 1, 1_000_000),
     ("spp", 1, 65536),

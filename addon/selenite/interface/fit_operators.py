@@ -9,6 +9,7 @@ import bpy
 
 from .. import mean_free_path, write_back
 from ..cycles_check.render_settings import contents_of
+from ..fit_run import trust
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import write_results
@@ -290,6 +291,8 @@ def _keep_result(scene: bpy.types.Scene) -> None:
         row.text = f"{values_text(unknown.start)}\nto {values_text(value)}"
         if name == "extinction":
             row.text += f"\n{mean_free_path.of(value, RUN.plan.millimetres).text()} free path"
+        for line in trust.words(unknown, RUN.result):
+            row.text += f"\n{line}"
 
 
 def _keep_grids(scene: bpy.types.Scene) -> None:

@@ -156,6 +156,8 @@ class SELENITE_PT_fit(bpy.types.Panel):
             left = progress.seconds_left
             text = f"{progress.iteration} of {progress.iterations}"
             text += "" if math.isnan(left) else f", {left:.0f} s left"
+            if progress.phase != "fitting":
+                text = progress.phase.capitalize()
             _bar(layout, progress.fraction, text)
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
@@ -178,7 +180,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         column.use_property_split = True
         column.enabled = state.RUN.job is None
         names = ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads")
-        for name in (*names, "physical_refraction"):
+        for name in (*names, "search", "physical_refraction"):
             column.prop(context.scene.selenite, name)
 
 
@@ -197,8 +199,9 @@ class SELENITE_PT_result(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         for row in settings.results:
             layout.label(text=f"{row.owner}: {row.parameter}")
-            for line in row.text.splitlines():
-                layout.label(text=line, icon="BLANK1")
+            for text in row.text.splitlines():
+                for line in _wrapped(text):
+                    layout.label(text=line, icon="BLANK1")
         buttons = layout.row(align=True)
         buttons.operator("selenite.apply", icon="CHECKMARK")
         buttons.operator("selenite.restore", text="Restore", icon="LOOP_BACK")

@@ -39,6 +39,11 @@ GRID_ITEMS = (
     ("scene", "Scene's Grid", "The grid that the Volume object has", 1),
     ("file", "File", "A .npy or .vol file", 2),
 )
+SEARCH_ITEMS = (
+    ("auto", "Where Useful", "Look for a better start where few parameters are fitted", 0),
+    ("on", "Always", "Look for a better start", 1),
+    ("off", "Never", "Step from the start as it is", 2),
+)
 KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
 
 
@@ -178,6 +183,13 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
     seed: IntProperty(name="Seed", default=0, min=0)
     threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")
+    search: EnumProperty(
+        name="Look Around",
+        items=SEARCH_ITEMS,
+        default="auto",
+        description="Try other starts inside the bounds before the first step. "
+        "Yours stays unless another is better by more than noise",
+    )
     physical_refraction: BoolProperty(
         name="Physical Refraction",
         default=False,

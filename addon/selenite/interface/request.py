@@ -25,6 +25,7 @@ _SETTINGS = (
     "threads",
     "picture_spp",
     "physical_refraction",
+    "search",
 )
 
 

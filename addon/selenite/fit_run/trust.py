@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How sure a fit is of its values: the native report for result.json, and in plain words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .plan import FitPlan
+from .unknowns import Unknown
+
+#: What a parameter without a report says.
+UNKNOWN: dict[str, Any] = {
+    "standard_error": None,
+    "interval_90": None,
+    "determined": None,
+    "at_bound": None,
+    "correlated_with": None,
+}
+
+
+def entries(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any]:
+    """Keys of one parameter in result.json. Lists by channel for a colour, except `determined`:
+    every channel is. Null where the photos do not tell: an interval is shown where it holds.
+    """
+    told = (result.get("report") or {}).get("parameters", {}).get(unknown.name)
+    if not told:
+        return dict(UNKNOWN)
+    determined = list(told["determined"])
+
+    def plain(values: Sequence[Any]) -> Any:  # noqa: ANN401 - a value or a list of them
+        return values[0] if len(values) == 1 else list(values)
+
+    def shown(values: Sequence[Any]) -> Any:  # noqa: ANN401
+        return plain([v if ok else None for v, ok in zip(values, determined, strict=True)])
+
+    return {
+        "standard_error": shown(told["standard_error"]),
+        "interval_90": shown(told["interval_90"]),
+        "determined": all(determined),
+        "at_bound": plain(told["at_bound"]),
+        "correlated_with": plain(told["correlated_with"]),
+    }
+
+
+def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
+    """For result.json; None where nothing was verified."""
+    report = result.get("report") or {}
+    return dict(report["misfit"]) if report.get("passes") else None
+
+
+def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+    """What a user should know about one value; nothing where nothing was verified."""
+    told = (result.get("report") or {}).get("parameters", {}).get(unknown.name)
+    if not told:
+        return []
+    lines = []
+    intervals = [
+        f"{low:.3f} to {high:.3f}" if ok else "?"
+        for (low, high), ok in zip(told["interval_90"], told["determined"], strict=True)
+    ]
+    if any(told["determined"]):
+        lines.append(f"90 %: {'; '.join(intervals)}")
+    if not all(told["determined"]):
+        lines.append(_undetermined(unknown, told))
+    bounds = {side for side in told["at_bound"] if side}
+    for side in sorted(bounds):
+        bound = unknown.minimum if side == "minimum" else unknown.maximum
+        lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")
+    return lines
+
+
+def _undetermined(unknown: Unknown, told: dict[str, Any]) -> str:
+    """Names what could make up for it."""
+    channels = [c for c, ok in zip("RGB", told["determined"], strict=False) if not ok]
+    which = "" if len(told["determined"]) == 1 else f" in {', '.join(channels)}"
+    others = {
+        name.partition("[")[0]
+        for name, ok in zip(told["correlated_with"], told["determined"], strict=True)
+        if name and not ok
+    } - {unknown.name}
+    text = f"not determined by these photos{which}"
+    if others:
+        text += f": {' and '.join(sorted(others))} can make up for it"
+    return text
+
+
+def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
+    """All of it for the terminal and the log, a line each."""
+    lines = [f"{item.name}: {text}" for item in plan.unknowns for text in words(item, result)]
+    left = misfit(result)
+    if left is not None:
+        share = max(left["value"], 0.0) ** 0.5
+        if left["explained"]:
+            lines.append("Misfit: the photos are explained within noise")
+        else:
+            lines.append(
+                f"Misfit: a difference of {100 * share:.1f} % of the photos' brightness is left "
+                "that none of these parameters explains; check lights, camera and geometry"
+            )
+    found = result.get("search") or {}
+    if found.get("points"):
+        went = "went on from another start" if found["moved"] else "kept the start"
+        lines.append(f"Search: looked at {found['points']} starts and {went}")
+    return lines

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev bench fit`: fits whose truth is known, many of them.
+
+Random targets and starts (half of the starts dark and opaque) on several shapes, lights and numbers
+of cameras; photos rendered by ourselves with other seeds. What has been done before, by the table
+in the output folder, is not done again: a run can be stopped and taken up.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
+
+import numpy as np  # noqa: E402
+from synthetic import cases, report, scenes  # noqa: E402
+
+from selenite import native, parameters  # noqa: E402
+from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
+
+PHOTO_SEED = 987654321
+
+
+def photos_of(case, scene, options, folder):
+    """(h, w, 3) per camera; kept on disk."""
+    path = folder / f"{case.photos}-{options.size}-{options.photo_spp}.npy"
+    if path.exists():
+        return np.load(path)
+    true = scene.with_values({(scenes.OWNER, name): v for name, v in case.target.items()})
+    pictures = np.stack([
+        native.core().render(
+            true, camera, options.size, options.size, options.photo_spp, seed=PHOTO_SEED + i,
+            threads=options.threads,
+        ).image
+        for i, camera in enumerate(scene.cameras)
+    ])  # fmt: skip
+    folder.mkdir(parents=True, exist_ok=True)
+    partial = path.with_suffix(".partial.npy")
+    np.save(partial, pictures)
+    partial.rename(path)
+    return pictures
+
+
+def unknowns_of(case):
+    table = parameters.table()
+    return [
+        {
+            "owner": scenes.OWNER,
+            "parameter": name,
+            "start": list(start),
+            "minimum": table["material", name].fit_lower,
+            "maximum": table["material", name].fit_upper,
+        }
+        for name, start in case.start.items()
+    ]
+
+
+def fit(case, options, folder):
+    """A row of the table."""
+    values = {n: list(v) if len(v) > 1 else v[0] for n, v in case.start.items()} | case.fixed
+    scene = scenes.make(case.mesh, case.lighting, values, case.cameras)
+    pictures = photos_of(case, scene, options, folder / "photos")
+    settings = settings_of(case, options)
+    job = native.core().Fit(
+        scene,
+        [{"camera": c, "reference": p} for c, p in zip(scene.cameras, pictures, strict=True)],
+        unknowns_of(case),
+        settings,
+    )
+    begin = time.process_time()
+    job.start()
+    job.join()
+    cpu = time.process_time() - begin
+    result = job.result()
+    if result["error"]:
+        raise RuntimeError(f"{case.name}: {result['error']}")
+    return report.row(options.label, case, result, cpu)
+
+
+def settings_of(case, options):
+    given = {"iterations": options.iterations, "spp": options.spp, "optimiser": options.optimiser}
+    settings = with_overrides(PRESETS[options.preset], given).native()
+    settings["threads"], settings["seed"] = options.threads, 1000 + case.seed
+    for text in options.set:
+        name, _, value = text.partition("=")
+        settings[name] = _number(value)
+    return settings
+
+
+def _number(text):
+    """An int, a float or the text itself."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            pass
+    return text
+
+
+def parse():
+    parser = argparse.ArgumentParser(prog="./dev bench fit", description=__doc__)
+    add = parser.add_argument
+    add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all)")
+    add("--seeds", type=int, default=20, help="per kind (%(default)s)")
+    add("--first-seed", type=int, default=0)
+    add("--label", default="default", help="name of the recipe in the table (%(default)s)")
+    add("--size", type=int, default=128, help="pixels, square (%(default)s)")
+    add("--photo-spp", type=int, default=256, help="samples of a photo (%(default)s)")
+    add("--preset", choices=PRESETS, default="balanced")
+    add("--iterations", type=int)
+    add("--spp", type=int, help="samples of a step")
+    add("--optimiser")
+    add(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="setting of the native fit"
+    )
+    add("--threads", type=int, default=1, help="(%(default)s)")
+    add("--report-only", action="store_true", help="tables and plot of what has been done")
+    add("--out", type=Path, default=ROOT / "build" / "bench-fit", help="(%(default)s)")
+    options = parser.parse_args()
+    wrong = [kind for kind in options.kind if kind not in cases.KINDS]
+    if wrong:
+        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(cases.KINDS)}")
+    return options
+
+
+def main():
+    options = parse()
+    table = options.out / "runs.csv"
+    rows = report.read(table)
+    done = {(row["label"], row["case"]) for row in rows}
+    seeds = range(options.first_seed, options.first_seed + options.seeds)
+    for seed in () if options.report_only else seeds:
+        for kind in options.kind or cases.KINDS:
+            case = cases.make(kind, seed)
+            if (options.label, case.name) in done:
+                continue
+            found = fit(case, options, options.out)
+            report.append(table, found)
+            rows.append({name: str(value) for name, value in found.items()})
+            print(report.line(found), file=sys.stderr, flush=True)
+    report.show(rows, options.out)
+    return 0
+
+
+if __name__ == "__main__":
+    status = main()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)

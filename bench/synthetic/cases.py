@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Targets and starts, and the error of an answer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .scenes import LIGHTINGS, MESHES
+
+#: Nobody sees the difference below; Blender squares the value, so alpha is 0.001.
+VISIBLE_ROUGHNESS = 0.0316
+#: The scene is 2 units high, the thesis' medium is meant for about ten times that.
+THESIS_EXTINCTION = 10.0
+_COLOUR = (0.412, 0.824, 0.999)
+_DARK = {"roughness": 0.5, "ior": 1.54}
+KINDS = ("opaque", "glass", "half", "medium", "thesis", "thesis-medium")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One fit: what is seen, where it starts, what is true."""
+
+    kind: str
+    mesh: str
+    lighting: str
+    cameras: int
+    seed: int
+    fixed: dict[str, Any] = field(repr=False)
+    target: dict[str, tuple[float, ...]] = field(repr=False)
+    start: dict[str, tuple[float, ...]] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """Without the recipe: a key of the table."""
+        return f"{self.kind}/{self.mesh}/{self.lighting}/{self.cameras}/{self.seed}"
+
+    @property
+    def photos(self) -> str:
+        """What the photos depend on: thesis cases of all seeds share them."""
+        seed = 0 if self.kind.startswith("thesis") else self.seed
+        return f"{self.kind}-{self.mesh}-{self.lighting}-{self.cameras}-{seed}"
+
+
+def make(kind: str, seed: int) -> Case:
+    """The seed draws target, start, mesh and light; every fourth has four cameras."""
+    random = np.random.default_rng((KINDS.index(kind), seed))
+    mesh = MESHES[seed % len(MESHES)]
+    lighting = LIGHTINGS[(seed // len(MESHES) + seed) % len(LIGHTINGS)]
+    cameras = 4 if seed % 4 == 3 else 1
+    fixed: dict[str, Any] = {}
+    if kind.startswith("thesis"):
+        # One scene, as there; seeds differ in the random numbers of the fit.
+        mesh, lighting, cameras = "bunny_6598", "lamp", 1
+    if kind == "thesis":
+        target = {"base_color": _COLOUR, "roughness": (0.01,), "transmission": (0.9,)}
+        target |= {"ior": (1.49,)}
+        start = {"base_color": (0.01,) * 3, "transmission": (0.02,)} | _values(_DARK)
+    elif kind == "thesis-medium":
+        target = {"albedo": _COLOUR, "roughness": (0.01,), "ior": (1.49,)}
+        target |= {"extinction": (0.4 * THESIS_EXTINCTION,) * 3}
+        start = {"albedo": (0.01,) * 3, "extinction": (0.98 * THESIS_EXTINCTION,) * 3}
+        start |= _values(_DARK | {"ior": 1.544})
+    elif kind == "medium":
+        target = _random_medium(random)
+        start = _random_medium(random)
+        if seed % 2 == 0:  # the dark start of the thesis
+            start = {"albedo": (0.01,) * 3, "extinction": (9.8,) * 3} | _values(_DARK)
+    else:
+        between = {"opaque": (0.0, 0.05), "glass": (0.9, 1.0), "half": (0.3, 0.7)}[kind]
+        target = _random_surface(random, between)
+        start = _random_surface(random, (0.02, 0.98))
+        if seed % 2 == 0:
+            start = {"base_color": (0.01,) * 3, "transmission": (0.02,)} | _values(_DARK)
+    if "medium" in kind:
+        fixed = {"base_color": [1.0] * 3, "transmission": 1.0}
+    order = [name for name in ("base_color", "albedo", "extinction") if name in target]
+    order += [name for name in ("roughness", "transmission", "ior") if name in target]
+    return Case(
+        kind, mesh, lighting, cameras, seed, fixed,
+        {name: target[name] for name in order}, {name: start[name] for name in order},
+    )  # fmt: skip
+
+
+def _values(plain: dict[str, float]) -> dict[str, tuple[float, ...]]:
+    return {name: (value,) for name, value in plain.items()}
+
+
+def _random_surface(
+    random: np.random.Generator, transmission: tuple[float, float]
+) -> dict[str, tuple[float, ...]]:
+    return {
+        "base_color": tuple(random.uniform(0.1, 0.95, 3)),
+        "roughness": (random.uniform(0.05, 0.7),),
+        "transmission": (random.uniform(*transmission),),
+        "ior": (random.uniform(1.25, 1.75),),
+    }
+
+
+def _random_medium(random: np.random.Generator) -> dict[str, tuple[float, ...]]:
+    return {
+        "albedo": tuple(random.uniform(0.3, 0.98, 3)),
+        "extinction": (math.exp(random.uniform(0, math.log(12))),) * 3,
+        "roughness": (random.uniform(0.05, 0.7),),
+        "ior": (random.uniform(1.25, 1.75),),
+    }
+
+
+def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:
+    """Relative error by scalar: |x - x*| / max(x*, 0.1), of an IOR to its excess over 1, of an
+    extinction the mean of its channels. The IOR of an opaque body is that of its gloss."""
+    found = {}
+    for name, truth in case.target.items():
+        value, true = np.asarray(answer[name], float), np.asarray(truth, float)
+        if name == "ior":
+            value, true = value - 1, true - 1
+        if name == "roughness":
+            value, true = np.maximum(value, VISIBLE_ROUGHNESS), np.maximum(true, VISIBLE_ROUGHNESS)
+        relative = np.abs(value - true) / np.maximum(true, 0.1)
+        if name == "extinction" or len(true) == 1:
+            found[name] = float(relative.mean())
+        else:
+            found |= {f"{name}[{i}]": float(error) for i, error in enumerate(relative)}
+    return found

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A row per fit, and what the rows say together."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .cases import Case, errors
+
+LEVELS = (0.1, 0.05, 0.02)
+SCALARS = (
+    "base_color[0]", "base_color[1]", "base_color[2]", "albedo[0]", "albedo[1]", "albedo[2]",
+    "extinction", "roughness", "transmission", "ior",
+)  # fmt: skip
+COLUMNS = (
+    "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
+    "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
+    "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
+    "answer", "zscores",
+)  # fmt: skip
+
+
+def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> dict[str, Any]:
+    """One fit as a row of the table."""
+    answer = {name.partition(":")[2]: value for name, value in result["values_best"].items()}
+    found = errors(case, answer)
+    line = {name: "" for name in COLUMNS} | {
+        "label": label,
+        "case": case.name,
+        "kind": case.kind,
+        "mesh": case.mesh,
+        "lighting": case.lighting,
+        "cameras": case.cameras,
+        "seed": case.seed,
+        "mean_error": float(np.mean(list(found.values()))),
+        "cpu_seconds": cpu_seconds,
+        "samples": result["samples"],
+        "validation": result["best_validation"],
+        "validation_standard_error": result["best_validation_standard_error"],
+        "best_iteration": result["best_iteration"],
+        "answer": " ".join(f"{x:.5g}" for value in answer.values() for x in np.ravel(value)),
+    }
+    return line | found | trust(case, answer, result.get("report"))
+
+
+def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> dict[str, Any]:
+    """How many intervals were given and how many hold the truth."""
+    if not told or not told["parameters"]:
+        return {}
+    intervals = covered = 0
+    undetermined, z = [], []
+    for name, truth in case.target.items():
+        entry = told["parameters"][f"Body:{name}"]
+        for i, true in enumerate(truth):
+            label = f"{name}[{i}]" if len(truth) > 1 else name
+            if not entry["determined"][i]:
+                undetermined.append(label)
+                continue
+            low, high = entry["interval_90"][i]
+            intervals += 1
+            covered += low <= true <= high
+            error = max(entry["standard_error"][i], 1e-12)
+            z.append(f"{label}={(np.ravel(answer[name])[i] - true) / error:.2f}")
+    misfit = told["misfit"]
+    return {
+        "intervals": intervals,
+        "covered": covered,
+        "undetermined": " ".join(undetermined),
+        "misfit": misfit["value"],
+        "misfit_standard_error": misfit["standard_error"],
+        "explained": int(misfit["explained"]),
+        "zscores": " ".join(z),
+    }
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """Rows of earlier runs."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def append(path: Path, line: dict[str, Any]) -> None:
+    """Adds a row to the file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new = not path.exists()
+    with path.open("a", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        if new:
+            writer.writeheader()
+        writer.writerow(line)
+
+
+def line(found: dict[str, Any]) -> str:
+    """One fit for the terminal."""
+    parts = " ".join(f"{name.partition('_')[0]}{name[-3:] if '[' in name else ''} {found[name]:.3f}"
+                     for name in SCALARS if found[name] != "")  # fmt: skip
+    text = f"{found['case']}: mean {found['mean_error']:.4f} ({parts}) {found['cpu_seconds']:.1f} s"
+    if found["intervals"] != "":
+        text += f", {found['covered']} of {found['intervals']} intervals hold"
+        text += f", not determined: {found['undetermined'] or 'none'}"
+    return text
+
+
+def show(rows: list[dict[str, str]], folder: Path) -> None:
+    """Table on stdout and in summary.md, and plot.png."""
+    lines = [
+        "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % "
+        "| intervals that hold | not determined | CPU s | Msamples |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    groups: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for one in rows:
+        groups.setdefault((one["label"], one["kind"]), []).append(one)
+    for (label, kind), some in sorted(groups.items()):
+        error = np.array([float(one["mean_error"]) for one in some])
+        under = " / ".join(f"{100 * np.mean(error < level):.0f}" for level in LEVELS)
+        given = sum(int(one["intervals"] or 0) for one in some)
+        held = sum(int(one["covered"] or 0) for one in some)
+        lost = sum(len(one["undetermined"].split()) for one in some)
+        share = f"{held} of {given} ({100 * held / given:.0f} %)" if given else "-"
+        cpu = np.mean([float(one["cpu_seconds"]) for one in some])
+        samples = np.mean([float(one["samples"]) for one in some]) / 1e6
+        lines.append(
+            f"| {label} | {kind} | {len(some)} | {np.median(error):.3f}, {error.max():.3f} "
+            f"| {under} | {share} | {lost} | {cpu:.0f} | {samples:.0f} |"
+        )
+    text = "\n".join(lines) + "\n"
+    print(text)
+    if rows:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "summary.md").write_text(text, encoding="utf-8")
+        plot(groups, folder / "plot.png")
+
+
+def plot(groups: dict[tuple[str, str], list[dict[str, str]]], path: Path) -> None:
+    """Share of the runs below an error, a curve per recipe, a panel per case."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    kinds = sorted({kind for _, kind in groups})
+    figure, axes = pyplot.subplots(1, len(kinds), figsize=(3.2 * len(kinds), 3), sharey=True)
+    for axis, kind in zip(np.atleast_1d(axes), kinds, strict=True):
+        for (label, other), some in sorted(groups.items()):
+            if other != kind:
+                continue
+            error = np.sort([float(one["mean_error"]) for one in some])
+            axis.step(error, np.arange(1, len(error) + 1) / len(error), where="post", label=label)
+        axis.set(xscale="log", xlim=(1e-3, 1), ylim=(0, 1), title=kind, xlabel="mean error")
+        for level in LEVELS:
+            axis.axvline(level, color="0.85", zorder=0)
+    np.atleast_1d(axes)[0].set_ylabel("share of the runs")
+    np.atleast_1d(axes)[-1].legend(fontsize=7)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    pyplot.close(figure)

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a fit does before its first iteration and after its last.
+#include "fit/fit.h"
+
+namespace selenite {
+
+const char* phase_text(Phase phase) {
+  switch (phase) {
+    case Phase::kSearching:
+      return "searching";
+    case Phase::kVerifying:
+      return "verifying";
+    default:
+      return "fitting";
+  }
+}
+
+RenderAt Fit::renderer(Progress* progress) {
+  return [this, progress](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
+                          std::optional<Side> derivatives) {
+    const Scene scene = scene_at(x, field_values_);
+    const Camera& camera = scene.camera(photo.camera);
+    const RenderSettings settings = render_settings(photo, spp, seed);
+    if (derivatives) {
+      Film film = render_slots(scene, camera, settings, progress);
+      add_secants(x, camera, settings, *derivatives, film, progress);
+      return film;
+    }
+    Film film = settings_.renderer(scene, camera, SlotLayout(), settings, progress);
+    count(film);
+    return film;
+  };
+}
+
+void Fit::add_secants(const Vector& x, const Camera& camera, const RenderSettings& settings,
+                      Side side, Film& film, Progress* progress) {
+  if (!secants_) return;
+  const auto render = [&](const Vector& at) {
+    Film other =
+        settings_.renderer(scene_at(at, field_values_), camera, SlotLayout(), settings, progress);
+    count(other);
+    return other;
+  };
+  take_secants(problem_, *secants_, x, side, render, film);
+}
+
+bool Fit::search(Progress* progress) {
+  const bool more = search_->step(renderer(progress));
+  result_.phase_fraction = search_->fraction();
+  if (too_many_dropped()) return false;
+  if (more) return true;
+  x_ = result_.last = result_.best = search_->values();
+  result_.search = search_->result();
+  result_.phase = Phase::kFitting;
+  search_.reset();
+  return true;
+}
+
+bool Fit::wants_verification() const {
+  if (settings_.verification != "auto") return settings_.verification == "on";
+  return fields_.empty() && unknowns_.size() <= kFewUnknowns && loss_.least_squares &&
+         choose_optimiser("auto", unknowns_.size(), loss_, settings_.spp, settings_.accumulate)
+             .few_unknowns;
+}
+
+bool Fit::verify(Progress* progress) {
+  const bool more = verification_->step(renderer(progress));
+  result_.phase_fraction = verification_->fraction();
+  if (too_many_dropped()) return false;
+  if (more) return true;
+  const bool agreed = settle(verification_->values(), progress);
+  result_.report = verification_->report();
+  // Intervals are about these values. Where the validation finds them worse, the linear step that
+  // they come from went astray.
+  if (!agreed)
+    for (Confidence& one : result_.report.components) one.determined = false;
+  return stop(StopReason::kIterations);
+}
+
+}  // namespace selenite

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/uncertainty.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "math/rng.h"
+
+namespace selenite {
+namespace {
+
+constexpr double kQuantile90 = 1.6449;
+constexpr int kMostPasses = 3;
+constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
+constexpr int kWarmUp = 100;     ///< purpose of their seeds
+/// Residuals take most of the samples: the Jacobians of the iterations serve on.
+constexpr int kDerivativeShare = 8;
+constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
+/// Share of its range, in the coordinate of steps, beyond which a standard deviation says nothing
+/// that the clamps have not said (an even spread over the range has 0.29).
+constexpr double kUndetermined = 0.1;
+constexpr double kPrior = 0.29;
+/// An eigenvalue of the normal matrix counts from so many of its own standard deviations.
+constexpr double kResolved = 3;
+constexpr double kCoupled = 2;  ///< the same for its entries beside the diagonal
+constexpr double kCorrelated = 0.8;
+constexpr double kMisfitSigmas = 3;
+constexpr double kDimShare = 0.3;
+
+using Matrix = Eigen::MatrixXd;
+
+/// How far a coordinate may go: at most a factor of ten either way for what spans decades.
+double range_of(const Coordinates& coordinates, Eigen::Index k) {
+  constexpr double kDecades = 4.6;
+  return std::min(coordinates.maximum()[k] - coordinates.minimum()[k], kDecades);
+}
+
+}  // namespace
+
+void Evidence::add(const Capture& capture, const GaussNewton::Equations& equations,
+                   std::size_t captures) {
+  const auto& [halves, z, weight] = equations;
+  const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
+  Matrix product(n, n);
+  Vector term(n);
+  for (Eigen::Index i = 0; i < pixels; ++i) {
+    if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
+    product.setZero();
+    term.setZero();
+    for (Eigen::Index j = 3 * i; j < 3 * i + 3; ++j) {
+      const double w = weight[j] / 2;
+      const Vector only_a = z.only_a.row(j).cast<double>(), only_b = z.only_b.row(j).cast<double>();
+      const Vector plain_a = z.plain_a.row(j).cast<double>();
+      const Vector plain_b = z.plain_b.row(j).cast<double>();
+      product.noalias() += w * only_a * plain_b.transpose();
+      product.noalias() += w * only_b * plain_a.transpose();
+      const double both = (halves.residual_a[j] + halves.residual_b[j]) / 2;
+      term += w * both * (only_a + only_b);
+      // Noise of a half is what the halves do not share.
+      const Vector noise = (plain_a - plain_b).cwiseAbs2() / 2;
+      const Vector size = only_a.cwiseAbs2() + only_b.cwiseAbs2();
+      const Matrix mixed = size * noise.transpose();
+      normal_variance += 2 * w * w * (mixed + mixed.transpose());
+    }
+    normal += (product + product.transpose()) / 2;
+    gradient += term;
+    spread.noalias() += term * term.transpose();
+  }
+  // A pixel's residual in one half times its neighbours' in the other: only what they share stays.
+  double mean = 0;
+  for (std::size_t i = 0; i < capture.size(); ++i)
+    for (int c = 0; c < 3; ++c) mean += capture.share(i) * capture.reference[i][c];
+  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * capture.width + x; };
+  for (int y = 0; y < capture.height; ++y)
+    for (int x = 0; x < capture.width; ++x) {
+      if (capture.weight[at(x, y)] == 0) continue;
+      std::array<double, 3> around{};
+      int count = 0;
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          const int p = x + dx, q = y + dy;
+          if ((dx == 0 && dy == 0) || p < 0 || q < 0 || p >= capture.width || q >= capture.height)
+            continue;
+          if (capture.weight[at(p, q)] == 0) continue;
+          ++count;
+          for (std::size_t c = 0; c < 3; ++c)
+            around[c] += halves.residual_b[static_cast<Eigen::Index>(3 * at(p, q) + c)];
+        }
+      if (count == 0) continue;
+      double part = 0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double level = std::max<double>(capture.reference[at(x, y)][static_cast<int>(c)], 0) +
+                             kDimShare * mean;
+        if (!(level > 0)) continue;
+        part += capture.share(at(x, y)) / static_cast<double>(captures) / (level * level) *
+                halves.residual_a[static_cast<Eigen::Index>(3 * at(x, y) + c)] * around[c] / count;
+      }
+      misfit += part;
+      misfit_variance += part * part;
+    }
+}
+
+namespace {
+
+/// The step along directions that are resolved, with its covariance.
+struct Solution {
+  Vector step;
+  Matrix covariance;
+  double surprise = 0;
+};
+
+/// Solves for the components `free` alone, in the eigenbasis of the scaled normal matrix. Directions
+/// whose eigenvalue is noise do not move and are as wide as the clamps leave them; so are the
+/// components `unseen`, and the others make up for them where the two are seen to be coupled.
+Solution solve(const Evidence& evidence, const Coordinates& coordinates,
+               const std::vector<Eigen::Index>& free, const std::vector<Eigen::Index>& unseen) {
+  const Vector inverse = evidence.normal.diagonal()(free).cwiseSqrt().cwiseInverse();
+  const auto scaled = [&](const Matrix& m) -> Matrix {
+    return inverse.asDiagonal() * m(free, free) * inverse.asDiagonal();
+  };
+  const Matrix doubt = inverse.cwiseAbs2().asDiagonal() * evidence.normal_variance(free, free) *
+                       inverse.cwiseAbs2().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled(evidence.normal));
+  const Matrix& basis = solver.eigenvectors();
+  const Vector& values = solver.eigenvalues();
+  const Vector along = basis.transpose() * inverse.cwiseProduct(-evidence.gradient(free));
+  const Matrix noise = basis.transpose() * scaled(evidence.spread) * basis;
+  const Eigen::Index n = along.size();
+  Vector reciprocal = Vector::Zero(n);  // of the eigenvalues; 0: not resolved
+  Solution solution;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const Vector square = basis.col(j).cwiseAbs2();
+    if (!(values[j] > kResolved * std::sqrt(square.dot(doubt * square)))) continue;
+    reciprocal[j] = 1 / values[j];
+    const double error = std::sqrt(noise(j, j));
+    if (std::abs(along[j]) > solution.surprise * error)
+      solution.surprise = std::abs(along[j]) / error;
+  }
+  Matrix spread = reciprocal.asDiagonal() * noise * reciprocal.asDiagonal();
+  for (Eigen::Index j = 0; j < n; ++j) {
+    if (reciprocal[j] > 0) continue;
+    double steepest = 0;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double range = range_of(coordinates, free[static_cast<std::size_t>(k)]);
+      steepest = std::max(steepest, std::abs(inverse[k] * basis(k, j)) / (kPrior * range));
+    }
+    spread(j, j) = 1 / (steepest * steepest);
+  }
+  solution.step = inverse.cwiseProduct(basis * reciprocal.cwiseProduct(along));
+  solution.covariance =
+      inverse.asDiagonal() * (basis * spread * basis.transpose()) * inverse.asDiagonal();
+  for (const Eigen::Index m : unseen) {
+    Vector coupling = evidence.normal.col(m)(free);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double error =
+          std::sqrt(evidence.normal_variance(free[static_cast<std::size_t>(k)], m));
+      if (std::abs(coupling[k]) <= kCoupled * error) coupling[k] = 0;
+    }
+    const Vector answer =
+        kPrior * range_of(coordinates, m) *
+        inverse.cwiseProduct(
+            basis * reciprocal.cwiseProduct(basis.transpose() * inverse.cwiseProduct(coupling)));
+    solution.covariance += answer * answer.transpose();
+  }
+  return solution;
+}
+
+/// Values of component k between two offsets from u in its coordinate, inside the bounds.
+std::array<double, 2> values_between(const Coordinates& coordinates, const Vector& u,
+                                     Eigen::Index k, double low, double high) {
+  const auto value = [&](double offset) {
+    Vector end = u;
+    end[k] = std::clamp(u[k] + offset, coordinates.minimum()[k], coordinates.maximum()[k]);
+    return coordinates.to_values(end)[k];
+  };
+  return {value(low), value(high)};
+}
+
+/// What the solution says about component k, the `at`-th of those solved for.
+Confidence confidence(const Coordinates& coordinates, const Vector& u, const Solution& solution,
+                      Eigen::Index at, Eigen::Index k) {
+  Confidence one;
+  const double error = std::sqrt(solution.covariance(at, at)), step = solution.step[at];
+  const double to = u[k] + step;
+  one.interval =
+      values_between(coordinates, u, k, step - kQuantile90 * error, step + kQuantile90 * error);
+  Vector end = u;
+  end[k] = std::clamp(to, coordinates.minimum()[k], coordinates.maximum()[k]);
+  one.standard_error = error * coordinates.slope(coordinates.to_values(end))[k];
+  one.determined = error < kUndetermined * range_of(coordinates, k);
+  if (to <= coordinates.minimum()[k]) one.at_bound = AtBound::kMinimum;
+  if (to >= coordinates.maximum()[k]) one.at_bound = AtBound::kMaximum;
+  return one;
+}
+
+/// The component whose error goes most with that of the `at`-th, if that is much.
+int strongest_partner(const Matrix& covariance, Eigen::Index at,
+                      const std::vector<Eigen::Index>& free) {
+  int partner = -1;
+  double strongest = kCorrelated;
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j) {
+    const double size = std::sqrt(covariance(j, j) * covariance(at, at));
+    if (j == at || !(std::abs(covariance(at, j)) > strongest * size)) continue;
+    strongest = std::abs(covariance(at, j)) / size;
+    partner = static_cast<int>(free[static_cast<std::size_t>(j)]);
+  }
+  return partner;
+}
+
+}  // namespace
+
+Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                  const Evidence& evidence) {
+  const Eigen::Index n = u.size();
+  Estimate result;
+  result.step = Vector::Zero(n);
+  result.components.resize(static_cast<std::size_t>(n));
+  std::vector<Eigen::Index> free, unseen;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    Confidence& one = result.components[static_cast<std::size_t>(k)];
+    one.standard_error = std::numeric_limits<double>::infinity();
+    one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
+    const double error = std::sqrt(evidence.normal_variance(k, k));
+    (evidence.normal(k, k) > kResolved * error ? free : unseen).push_back(k);
+  }
+  // Those that would leave at a bound stay there, and the others are solved for without them.
+  for (bool again = true; again && !free.empty();) {
+    const Solution solution = solve(evidence, coordinates, free, unseen);
+    result.surprise = solution.surprise;
+    std::vector<Eigen::Index> kept;
+    for (std::size_t i = 0; i < free.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      const Eigen::Index k = free[i];
+      Confidence& one = result.components[static_cast<std::size_t>(k)];
+      one = confidence(coordinates, u, solution, at, k);
+      one.correlated_with = strongest_partner(solution.covariance, at, free);
+      result.step[k] = solution.step[at];
+      if (one.at_bound == AtBound::kNo) {
+        kept.push_back(k);
+        continue;
+      }
+      const bool low = one.at_bound == AtBound::kMinimum;
+      result.step[k] = (low ? coordinates.minimum() : coordinates.maximum())[k] - u[k];
+      // It is at the bound for the answer, so the interval reaches there whatever the step says.
+      one.interval[low ? 0 : 1] = (low ? unknowns.minimum() : unknowns.maximum())[k];
+    }
+    again = kept.size() < free.size();
+    free = std::move(kept);
+  }
+  return result;
+}
+
+Verification::Verification(const Problem& problem, const Optimiser& optimiser, Vector x,
+                           std::uint64_t seed, int spp, int iteration_spp)
+    : problem_(&problem),
+      evidence_(dynamic_cast<const GaussNewton*>(&optimiser)
+                    ? dynamic_cast<const GaussNewton&>(optimiser)
+                    : GaussNewton(problem)),
+      has_instruments_(dynamic_cast<const GaussNewton*>(&optimiser) != nullptr),
+      x_(std::move(x)),
+      seed_(seed),
+      spp_(spp),
+      derivative_spp_(std::max(spp / kDerivativeShare, 2)),
+      iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp_) {}
+
+std::uint64_t Verification::seed_for(int purpose, std::size_t capture) const {
+  const std::uint64_t key = mix64(seed_ ^ static_cast<std::uint64_t>(purpose));
+  return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
+}
+
+Observation Verification::derivatives(int purpose, std::size_t capture,
+                                      const RenderAt& render) const {
+  return {static_cast<int>(capture),
+          render(x_, problem_->captures[capture], derivative_spp_, seed_for(purpose, capture),
+                 Side::kBoth),
+          {}};
+}
+
+bool Verification::step(const RenderAt& render) {
+  if (over_) return false;
+  const std::size_t captures = problem_->captures.size();
+  if (!has_instruments_) {  // its steps are not taken: only what it has seen counts
+    for (int i = 0; i < kWarmUps; ++i) {
+      std::vector<Observation> seen;
+      for (std::size_t v = 0; v < captures; ++v)
+        seen.push_back(derivatives(kWarmUp + i, v, render));
+      (void)evidence_.step(x_, seen);
+    }
+    has_instruments_ = true;
+  }
+  const Coordinates& coordinates = evidence_.coordinates();
+  const double weight = static_cast<double>(derivative_spp_) / iteration_spp_;
+  Evidence found(x_.size());
+  for (std::size_t v = 0; v < captures; ++v) {
+    const Capture& photo = problem_->captures[v];
+    const Film film = render(x_, photo, spp_, seed_for(2 * report_.passes, v), std::nullopt);
+    const Observation slopes = derivatives(2 * report_.passes + 1, v, render);
+    found.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
+  }
+  const Vector u = coordinates.from_values(x_);
+  const Estimate now = estimate(problem_->unknowns, coordinates, u, found);
+  ++report_.passes;
+  report_.components = now.components;
+  report_.misfit.value = found.misfit;
+  report_.misfit.standard_error = std::sqrt(found.misfit_variance);
+  report_.misfit.explained = found.misfit <= kMisfitSigmas * report_.misfit.standard_error;
+  const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
+  x_ = problem_->unknowns.project(coordinates.to_values(u + now.step / std::max(1.0, reach)));
+  over_ = now.surprise <= kSurprise || report_.passes == kMostPasses;
+  if (over_ && now.surprise > kSurprise)  // still on its way: no interval would hold
+    for (Confidence& one : report_.components) one.determined = false;
+  return !over_;
+}
+
+double Verification::fraction() const {
+  return over_ ? 1 : static_cast<double>(report_.passes) / kMostPasses;
+}
+
+}  // namespace selenite

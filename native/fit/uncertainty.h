@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fit/gauss_newton.h"
+#include "fit/search.h"
+
+namespace selenite {
+
+enum class AtBound { kNo, kMinimum, kMaximum };
+
+/// What the photos say about one scalar.
+struct Confidence {
+  double standard_error = 0;         ///< infinite where nothing is known
+  std::array<double, 2> interval{};  ///< holds the truth in 90 % of all fits; inside the bounds
+  bool determined = false;           ///< else neither of the two is to be shown
+  AtBound at_bound = AtBound::kNo;
+  int correlated_with = -1;  ///< component that can make up for it in these photos
+};
+
+/// Whether something is left that no value of the unknowns explains.
+struct Misfit {
+  double value = 0;  ///< mean square of render minus photo, in units of the photo's brightness, as
+                     ///< far as neighbouring pixels share it: noise of the photo does not count
+  double standard_error = 0;
+  bool explained = true;
+};
+
+struct TrustReport {
+  std::vector<Confidence> components;  ///< empty: not verified
+  Misfit misfit;
+  int passes = 0;
+};
+
+/// What one look at frozen values says, summed over photos and pixels; in `Coordinates`.
+struct Evidence {
+  Eigen::MatrixXd normal;           ///< Z^T w J
+  Eigen::MatrixXd normal_variance;  ///< of each of its entries
+  Eigen::MatrixXd spread;           ///< covariance of `gradient`, noise of the photos included
+  Vector gradient;                  ///< Z^T w (I - photo)
+  double misfit = 0, misfit_variance = 0;
+
+  explicit Evidence(Eigen::Index n)
+      : normal(Eigen::MatrixXd::Zero(n, n)),
+        normal_variance(normal),
+        spread(normal),
+        gradient(Vector::Zero(n)) {}
+  void add(const Capture& capture, const GaussNewton::Equations& equations, std::size_t captures);
+};
+
+/// One Gauss-Newton step from the evidence, and how sure it is.
+struct Estimate {
+  Vector step;          ///< in determined directions only, inside the bounds
+  double surprise = 0;  ///< largest component of it along a direction, in standard deviations
+  std::vector<Confidence> components;
+};
+Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                  const Evidence& evidence);
+
+/// Looks again at the answer of a fit, with fresh seeds and frozen values, and says how sure it is.
+///
+/// All samples of a look are for the same values, so its step and its covariance
+/// H^-1 Cov(g) H^-1 need no assumption about the way that led there. Cov(g) is summed from the
+/// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
+/// answer moves by that step; where it is more than noise the look is repeated from there.
+class Verification {
+ public:
+  /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.
+  Verification(const Problem& problem, const Optimiser& optimiser, Vector x, std::uint64_t seed,
+               int spp, int iteration_spp);
+  /// The next pass; false when it was the last.
+  bool step(const RenderAt& render);
+  double fraction() const;
+  const Vector& values() const { return x_; }
+  const TrustReport& report() const { return report_; }
+
+ private:
+  std::uint64_t seed_for(int purpose, std::size_t capture) const;
+  Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
+
+  const Problem* problem_;
+  GaussNewton evidence_;
+  bool has_instruments_;
+  Vector x_;
+  std::uint64_t seed_;
+  int spp_, derivative_spp_, iteration_spp_;
+  bool over_ = false;
+  TrustReport report_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/search.h"
+
+#include <gtest/gtest.h>
+
+#include "fit/fit.h"
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+/// One scalar, `roughness`, and a residual with a false minimum: the picture is 0.5 + 2 (r - 0.2)
+/// ((r - 0.7)^2 + 0.02), so that only r = 0.2 gives the photo 0.5, and 0.7 is nearly as good.
+struct TwoBasins {
+  double noise = 0.02;
+
+  Film operator()(const Scene& scene, const Camera&, const SlotLayout& layout,
+                  const RenderSettings& settings, Progress*) const {
+    Film film(settings.width, settings.height, settings.spp, static_cast<int>(layout.slots.size()));
+    const double r = scene.appearance.materials[0].values.roughness;
+    const double valley = square(r - 0.7) + 0.02;
+    const double value = 0.5 + 2 * (r - 0.2) * valley;
+    const double slope = 2 * valley + 4 * (r - 0.2) * (r - 0.7);
+    const int even = (settings.spp + 1) / 2;
+    for (std::size_t i = 0; i < film.size(); ++i)
+      for (int c = 0; c < 3; ++c) {
+        Random random(settings.seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(c));
+        double all = 0, half = 0;
+        for (int s = 0; s < settings.spp; ++s) {
+          // Even, with a standard deviation of `noise`.
+          const double sample = noise * std::sqrt(12.0) * (random.uniform(s) - 0.5);
+          all += sample;
+          if (s % 2 == 0) half += sample;
+        }
+        film.mean[i][c] = static_cast<float>(value + all / settings.spp);
+        film.half_a[i][c] = static_cast<float>(value + half / even);
+        film.variance[i][c] = static_cast<float>(noise * noise / settings.spp);
+        for (SlotFilm& slot : film.slots)
+          slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slope);
+      }
+    return film;
+  }
+};
+
+FitSettings settings_with(const char* search) {
+  FitSettings settings;
+  settings.optimiser = "gauss-newton";
+  settings.iterations = 40;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  settings.secants = false;  // the derivative is exact
+  settings.verification = "off";
+  settings.search = search;
+  settings.renderer = TwoBasins();
+  return settings;
+}
+
+Capture grey() {
+  Capture capture;
+  capture.camera = "Left";
+  capture.width = capture.height = kSyntheticSize;
+  capture.reference.assign(kSyntheticSize * kSyntheticSize, Colorf(0.5f));
+  return capture;
+}
+
+FitResult run(const FitSettings& settings, double start) {
+  Fit fit(synthetic_scene(), {grey()}, {{"Body", "roughness", {start}, 0.02, 0.999, 0.03}},
+          settings);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
+  return fit.result();
+}
+
+// The two are one test: without the first, the second would show nothing.
+TEST(Search, FindsTheRightOfTwoBasins) {
+  EXPECT_NEAR(run(settings_with("off"), 0.8).last[0], 0.7, 0.1) << "the problem has a false basin";
+  for (std::uint64_t seed : {1, 2, 3}) {
+    FitSettings settings = settings_with("auto");
+    settings.seed = seed;
+    const FitResult found = run(settings, 0.8);
+    EXPECT_NEAR(found.last[0], 0.2, 0.02);
+    EXPECT_TRUE(found.search.moved);
+    EXPECT_LT(found.search.loss, found.search.start_loss);
+    EXPECT_EQ(found.search.points, 65);
+  }
+}
+
+TEST(Search, LeavesAGoodStartAlone) {
+  const FitResult result = run(settings_with("on"), 0.2);
+  EXPECT_FALSE(result.search.moved);
+  EXPECT_EQ(result.history.front().values[0], 0.2);
+}
+
+TEST(Search, IsForGaussNewtonUnlessAskedFor) {
+  FitSettings settings = settings_with("auto");
+  settings.optimiser = "adam";
+  settings.iterations = 1;
+  EXPECT_EQ(run(settings, 0.8).search.points, 0);
+  settings.search = "on";
+  EXPECT_EQ(run(settings, 0.8).search.points, 65);
+}
+
+TEST(Search, RefusesMoreUnknownsThanItCanSpread) {
+  const Scene scene = synthetic_scene(3);
+  std::vector<UnknownParameter> unknowns;
+  for (const Material& material : scene.appearance.materials)
+    for (UnknownParameter one : synthetic_unknowns()) {
+      one.owner = material.name;
+      unknowns.push_back(one);
+    }
+  FitSettings settings = settings_with("on");
+  settings.optimiser = "adam";
+  try {
+    Fit(scene, {grey()}, unknowns, settings);
+    FAIL() << "accepted";
+  } catch (const InvalidArgument& error) {
+    EXPECT_NE(std::string(error.what()).find("up to 12"), std::string::npos) << error.what();
+  }
+}
+
+TEST(Search, IsRepeatable) {
+  EXPECT_EQ(run(settings_with("on"), 0.8).last, run(settings_with("on"), 0.8).last);
+}
+
+TEST(Search, ThatIsCancelledLeavesTheStart) {
+  FitSettings settings = settings_with("on");
+  int renders = 0;
+  settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
+                          const RenderSettings& render_settings, Progress* progress) {
+    if (++renders == 80) throw Cancelled("cancelled");  // while the best are refined
+    return TwoBasins()(scene, camera, layout, render_settings, progress);
+  };
+  Fit fit(synthetic_scene(), {grey()}, {{"Body", "roughness", {0.8}, 0.02, 0.999, 0.03}}, settings);
+  EXPECT_TRUE(fit.step());
+  EXPECT_EQ(fit.result().phase, Phase::kSearching);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(fit.result().stopped, StopReason::kCancelled);
+  EXPECT_EQ(fit.result().last[0], 0.8);
+  EXPECT_EQ(fit.result().best[0], 0.8);
+  EXPECT_TRUE(fit.result().history.empty());
+}
+
+TEST(Shrunk, AveragesWhatAPixelCoversAndLeavesOutWhatIsMasked) {
+  Capture capture;
+  capture.camera = "Left";
+  capture.width = 8;
+  capture.height = 4;
+  capture.weight.assign(32, 1.f);
+  for (int i = 0; i < 32; ++i) capture.reference.emplace_back(static_cast<float>(i));
+  capture.weight[0] = 0;
+  const Capture small = shrunk(capture, 4);
+  ASSERT_EQ(small.width, 4);
+  ASSERT_EQ(small.height, 2);
+  EXPECT_EQ(small.weight[0], 0.f);
+  EXPECT_EQ(small.weight[1], 1.f);
+  EXPECT_FLOAT_EQ(small.reference[1].r, (2 + 3 + 10 + 11) / 4.f);
+  EXPECT_DOUBLE_EQ(small.total_weight, 7);
+  EXPECT_EQ(shrunk(capture, 8).width, 8) << "never larger";
+}
+
+TEST(Shrunk, KeepsTheMeanAtAnUnevenRatio) {
+  Capture capture;
+  capture.camera = "Left";
+  capture.width = capture.height = 5;
+  capture.weight.assign(25, 1.f);
+  double sum = 0;
+  for (int i = 0; i < 25; ++i) {
+    capture.reference.emplace_back(static_cast<float>(i * i));
+    sum += i * i;
+  }
+  const Capture small = shrunk(capture, 3);
+  double small_sum = 0;
+  for (const Colorf& c : small.reference) small_sum += c.r;
+  EXPECT_NEAR(small_sum / 9, sum / 25, 1e-3);
+}
+
+}  // namespace
+}  // namespace selenite

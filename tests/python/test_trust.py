@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What result.json, terminal, log and panel say about how sure a value is."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "addon"))
+
+from selenite.fit_run import trust  # noqa: E402
+from selenite.fit_run.unknowns import Unknown  # noqa: E402
+
+
+def unknown(name: str, width: int = 1, low: float = 0.02, high: float = 0.999) -> Unknown:
+    """Of the material Body; only the name counts here."""
+    parameter: Any = SimpleNamespace(name=name, width=width, unit="1")
+    return Unknown("Body", parameter, (0.5,) * width, low, high, 0.03)
+
+
+ROUGHNESS, COLOUR, IOR = unknown("roughness"), unknown("base_color", 3), unknown("ior")
+
+
+def result(**changes: Any) -> dict[str, Any]:
+    """Roughness is known, green is not, the IOR is at its upper bound."""
+    parameters = {
+        "Body:roughness": {
+            "standard_error": [0.01],
+            "interval_90": [[0.28, 0.32]],
+            "determined": [True],
+            "at_bound": [None],
+            "correlated_with": [None],
+        },
+        "Body:base_color": {
+            "standard_error": [0.01, float("inf"), 0.02],
+            "interval_90": [[0.1, 0.2], [0.0, 1.0], [0.3, 0.4]],
+            "determined": [True, False, True],
+            "at_bound": [None, None, None],
+            "correlated_with": [None, "Body:ior", None],
+        },
+        "Body:ior": {
+            "standard_error": [0.05],
+            "interval_90": [[0.9, 0.999]],
+            "determined": [True],
+            "at_bound": ["maximum"],
+            "correlated_with": ["Body:base_color[1]"],
+        },
+    }
+    misfit = {"value": 0.0001, "standard_error": 0.0001, "explained": True}
+    search = {"points": 65, "moved": True, "start_loss": 1.0, "loss": 0.1, "standard_error": 0.01}
+    report = {"parameters": parameters, "passes": 1, "misfit": misfit | changes}
+    return {"report": report, "search": search}
+
+
+def said(found: dict[str, Any]) -> str:
+    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR])
+    return "\n".join(trust.sentences(plan, found))
+
+
+def test_a_value_that_is_known_has_error_and_interval() -> None:
+    assert trust.entries(ROUGHNESS, result()) == {
+        "standard_error": 0.01,
+        "interval_90": [0.28, 0.32],
+        "determined": True,
+        "at_bound": None,
+        "correlated_with": None,
+    }
+    assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
+
+
+def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
+    entry = trust.entries(COLOUR, result())
+    assert entry["determined"] is False
+    assert entry["interval_90"] == [[0.1, 0.2], None, [0.3, 0.4]]
+    assert entry["standard_error"] == [0.01, None, 0.02]
+    json.dumps(entry, allow_nan=False)
+
+
+def test_what_can_make_up_for_it_is_named() -> None:
+    text = said(result())
+    assert "Body:base_color: not determined by these photos in G" in text
+    assert "Body:ior can make up for it" in text
+
+
+def test_a_bound_is_named_with_its_cure() -> None:
+    assert "Body:ior: at its maximum 0.999: widen the bound" in said(result())
+    assert trust.entries(IOR, result())["at_bound"] == "maximum"
+
+
+@pytest.mark.parametrize(
+    ("explained", "words"),
+    [(True, "explained within noise"), (False, "5.0 % of the photos' brightness")],
+)
+def test_a_misfit_is_told_as_a_share_of_brightness(explained: bool, words: str) -> None:
+    assert words in said(result(value=0.0025, explained=explained))
+
+
+def test_the_search_says_whether_it_left_the_start() -> None:
+    assert "looked at 65 starts and went on from another start" in said(result())
+    found = result()
+    found["search"]["moved"] = False
+    assert "kept the start" in said(found)
+
+
+def test_nothing_is_said_where_nothing_was_verified() -> None:
+    empty: dict[str, Any] = {
+        "report": {"parameters": {}, "passes": 0, "misfit": {}},
+        "search": {"points": 0},
+    }
+    assert trust.entries(ROUGHNESS, empty) == trust.UNKNOWN
+    assert trust.misfit(empty) is None
+    assert said(empty) == ""
