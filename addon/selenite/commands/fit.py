@@ -5,16 +5,21 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.job import FitJob, fitted_values
+from ..fit_run.job import fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import result_json, summary, write_results
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
+from ..fit_run.staged_job import make_job
+from ..fit_run.stages import PRESETS as STAGE_PRESETS
+from ..fit_run.stages import StageRequest, stages_by_name
 from ..fit_run.unknowns import usual_requests
+from ..parameters import join_name
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest, SceneValues
 from . import arguments
@@ -50,11 +55,16 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
     from ..scene_read.photos import captures_of, packed_photos
 
+    settings = _settings(args, base, problems)
+    stages = arguments.stages(args.stages, problems)
+    unknowns = _unknowns(args, base, values, stages, problems)
+    names = [join_name(item.owner, item.parameter) for item in unknowns]
     request = RunRequest(
         scene=str(Path(base.scene).expanduser().resolve()),
-        unknowns=_unknowns(args, base, values, problems),
+        unknowns=unknowns,
         captures=_captures(args, base.captures or tuple(captures_of(scene)), problems),
-        settings=_settings(args, base, problems),
+        settings=settings,
+        stages=stages or _preset_stages(args.stages, names, settings, problems) or base.stages,
     )
     try:
         plan = prepare(values, request, packed_photos())
@@ -134,12 +144,16 @@ def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> d
 
 def _fit(plan: FitPlan) -> dict[str, Any]:
     """Runs to the end; Ctrl+C stops and keeps the best values so far."""
-    job = FitJob(plan)
+    job = make_job(plan)
     job.start()
+    stage = ""
     try:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
                 note = f"{state.iteration}/{state.iterations}  loss {state.loss:.3g}"
+                if state.stage != stage:
+                    stage = state.stage
+                    say(f"stage {stage}")
                 shown.update(state.fraction, state.seconds_left, note)
                 time.sleep(0.05)
     except KeyboardInterrupt:
@@ -164,11 +178,27 @@ def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem
         return FitSettings()
 
 
+def _preset_stages(
+    text: str | None, names: Sequence[str], settings: FitSettings, problems: list[Problem]
+) -> tuple[StageRequest, ...]:
+    """--stages by name, of the parameters `names`; none without it."""
+    if text not in STAGE_PRESETS or not names:
+        return ()
+    return stages_by_name(text, names, settings.iterations, problems)
+
+
 def _unknowns(
-    args: argparse.Namespace, base: RunRequest, values: SceneValues, problems: list[Problem]
+    args: argparse.Namespace,
+    base: RunRequest,
+    values: SceneValues,
+    stages: Sequence[StageRequest],
+    problems: list[Problem],
 ) -> tuple[UnknownRequest, ...]:
-    """--fit, or the run file's, or the usual ones; with --start and --bounds."""
+    """--fit, or what the stages name, or the run file's, or the usual ones; with --start and
+    --bounds."""
     requests = [UnknownRequest(*key) for key in arguments.names(args.fit, problems)]
+    named = [text for stage in stages for text in stage.parameters]
+    requests = requests or [UnknownRequest(*key) for key in arguments.names(named, problems)]
     requests = requests or list(base.unknowns) or usual_requests(values, problems)
     found = {(item.owner, item.parameter): item for item in requests}
     for key, numbers in arguments.assignments(args.start, problems).items():

@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import native
 from ..problems import BadInput, Problem
+from . import stage_plan
 from .plan import FitPlan
 
 
@@ -19,7 +20,8 @@ class FitFailed(RuntimeError):
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a fit at one moment. `seconds_left` is NaN while unknown."""
+    """State of a fit at one moment. `seconds_left` is NaN while unknown; `stage` is "" in a fit
+    without stages; `notes` are the sentences of `diagnosis`."""
 
     running: bool
     iteration: int
@@ -29,6 +31,8 @@ class Progress:
     seconds_left: float
     stopped_because: str
     values: dict[str, list[float]]
+    stage: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def fraction(self) -> float:
@@ -88,10 +92,14 @@ class FitJob:
         """Waits for the thread; the GIL is released meanwhile."""
         self._fit.join()
 
+    def so_far(self) -> dict[str, Any]:
+        """The native result as it stands, at any time; a copy, so not for every tick."""
+        return self._fit.result()
+
     def result(self) -> dict[str, Any]:
         """After the end: the native result. Raises FitFailed."""
         self.progress()
-        return self._fit.result()
+        return self.so_far()
 
 
 def fitted_values(
@@ -107,7 +115,8 @@ def fitted_values(
 
 def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a native Scene
     """The plan's scene with the best values."""
-    scene = plan.scene.with_values(fitted_values(plan, result))
+    values = {name: tuple(map(float, np.ravel(v))) for name, v in result["values_best"].items()}
+    scene = plan.scene.with_values(stage_plan.constants(values, plan.unknowns, plan.fields))
     for item in plan.fields:
         scene = scene.with_albedo_grid(item.owner, result["fields_best"][item.name])
     return scene

@@ -79,8 +79,8 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "cpu_seconds": result["cpu_seconds"],
         "dropped": result["dropped"],
         "model": plan.model,
-        "warnings": plan.warnings,
-    }
+        "warnings": [*plan.warnings, *result.get("notes", ())],
+    } | ({"stages": result["stages"]} if "stages" in result else {})
 
 
 def write_results(
@@ -183,7 +183,9 @@ def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa:
 def _write_history(path: Path, history: dict[str, Any]) -> None:
     """One row per iteration; a value that was not measured is left empty."""
     columns: list[tuple[str, np.ndarray]] = [
-        (name, np.asarray(history[name])) for name in ("iteration", "loss", "validation")
+        (name, np.asarray(history[name]))
+        for name in ("stage", "iteration", "loss", "validation")
+        if name in history
     ]
     bias = np.asarray(history["mean_bias"])
     columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
@@ -234,7 +236,12 @@ def _log(plan: FitPlan, report: dict[str, Any]) -> str:
             for item in plan.captures
         ),
         f"Settings: {json.dumps(plan.request.settings.as_json())}",
-        *(f"Warning: {text}" for text in plan.warnings),
+        *(f"Warning: {text}" for text in report["warnings"]),
+        *(
+            f"Stage {number} '{stage['name']}': {', '.join(stage['parameters'])}; "
+            f"{stage['iterations']} iterations, {stage['seconds']:.2f} s, {stage['stopped_because']}"
+            for number, stage in enumerate(report.get("stages", ()), start=1)
+        ),
         f"Stopped because: {report['stopped_because']} after {report['iterations']} iterations, "
         f"{report['seconds']:.2f} s ({report['cpu_seconds']:.2f} s of CPU)",
         f"Best iteration: {report['best_iteration']}",

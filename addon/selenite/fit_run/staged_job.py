@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A fit in stages: one native fit after another, behind the interface of a single one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..parameters import Values
+from . import stage_plan
+from .job import FitJob, Progress
+from .plan import FitPlan
+from .stage_history import joined
+from .stage_plan import Stage
+
+#: What a stage may stop because of for the next one to start.
+_ENDED_WELL = ("all iterations done", "loss below tolerance")
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a run stands between two stages: values by name, grids by name."""
+
+    values: dict[str, Values]
+    fields: dict[str, np.ndarray]
+
+
+def make_job(plan: FitPlan) -> FitJob | StagedJob:
+    """The job that a plan asks for. Raises BadInput."""
+    return StagedJob(plan) if plan.stages else FitJob(plan)
+
+
+class StagedJob:
+    """As FitJob: start, progress, preview, cancel, join, result. Each stage starts at the best
+    values of the one before; what is not in a stage is held.
+
+    No thread is added: whoever polls or joins starts the next stage.
+    """
+
+    def __init__(self, plan: FitPlan) -> None:
+        """Validates every stage natively and starts nothing. Raises BadInput."""
+        self.plan = plan
+        self._point = Point(
+            {item.name: item.start for item in plan.unknowns},
+            {field.name: field.start.values for field in plan.fields},
+        )
+        for stage in plan.stages[1:]:
+            FitJob(plan_of(plan, stage, self._point))
+        self._job = FitJob(plan_of(plan, plan.stages[0], self._point))
+        self._ended: list[dict[str, Any]] = []
+        self._cancelled = False
+
+    def start(self) -> None:
+        """Returns at once."""
+        self._job.start()
+
+    def progress(self) -> Progress:
+        """Cheap; starts the next stage when one has ended. Raises FitFailed."""
+        state = self._job.progress()
+        while self._go_on(state.stopped_because):
+            state = self._job.progress()
+        index = len(self._ended)
+        last = not self._stages_left() or self._cancelled
+        done = sum(item["iterations"] for item in self._ended)
+        seconds = sum(item["seconds"] for item in self._ended)
+        values = {name: list(value) for name, value in self._point.values.items()}
+        stage = self.plan.stages[index].request
+        return replace(
+            state,
+            iteration=done + state.iteration,
+            iterations=done + sum(item.settings.iterations for item in self.plan.stages[index:]),
+            seconds=seconds + state.seconds,
+            seconds_left=0.0 if last and not state.running else self._seconds_left(state),
+            values=values | state.values,
+            stage=f"{index + 1} of {len(self.plan.stages)}: {stage.name}",
+        )
+
+    def preview(self, capture: int) -> np.ndarray | None:
+        """Newest picture of a capture, (h, w, 3), at the height of the stage."""
+        return self._job.preview(capture)
+
+    def cancel(self) -> None:
+        """Asks the thread to stop; no further stage starts."""
+        self._cancelled = True
+        self._job.cancel()
+
+    def join(self) -> None:
+        """Runs all stages to their end."""
+        self._job.join()
+        while self._go_on(self._job.progress().stopped_because):
+            self._job.join()
+
+    def so_far(self) -> dict[str, Any]:
+        """As `result`, at any time."""
+        result = joined(self.plan, [*self._ended, self._job.so_far()], self._point)
+        if self._cancelled and self._stages_left() and result["stopped_because"] in _ENDED_WELL:
+            result["stopped_because"] = "cancelled"  # between two stages
+        return result
+
+    def result(self) -> dict[str, Any]:
+        """After the end: as the native result, the best of the newest stage and what the stages
+        before it found; the key `stages` tells of each. Raises FitFailed."""
+        self.progress()
+        return self.so_far()
+
+    def _go_on(self, stopped_because: str) -> bool:
+        """Starts the next stage; False when there is none or the run was stopped."""
+        if not self._stages_left() or self._cancelled or stopped_because not in _ENDED_WELL:
+            return False
+        result = self._job.result()
+        self._ended.append(result)
+        stage = self.plan.stages[len(self._ended)]
+        self._point = after(self.plan, stage, self._point, result)
+        self._job = FitJob(plan_of(self.plan, stage, self._point))
+        self._job.start()
+        return True
+
+    def _stages_left(self) -> int:
+        return len(self.plan.stages) - len(self._ended) - 1
+
+    def _seconds_left(self, state: Progress) -> float:
+        """Of this stage as measured; of later ones by their paths. NaN while unknown."""
+        index = len(self._ended)
+        stages = self.plan.stages
+        if math.isnan(state.seconds_left) or not state.iteration:
+            return math.nan
+        pace = state.seconds / state.iteration / _paths(stages[index])
+        rest = sum(stage.settings.iterations * _paths(stage) for stage in stages[index + 1 :])
+        return state.seconds_left + pace * rest
+
+
+def plan_of(plan: FitPlan, stage: Stage, point: Point) -> FitPlan:
+    """The plan of one stage that starts at `point`."""
+    names = stage.request.parameters
+    scene = stage.scene.with_values(
+        stage_plan.constants(point.values, plan.unknowns, list(stage.fields))
+    )
+    for field in stage.fields:
+        scene = scene.with_albedo_grid(field.owner, point.fields[field.name])
+    return replace(
+        plan,
+        request=replace(plan.request, settings=stage.settings, stages=()),
+        scene=scene,
+        captures=stage.captures,
+        unknowns=[
+            replace(item, start=point.values[item.name])
+            for item in plan.unknowns
+            if item.name in names
+        ],
+        fields=[field for field in plan.fields if field.name in names],
+        stages=(),
+    )
+
+
+def after(plan: FitPlan, stage: Stage, point: Point, result: Mapping[str, Any]) -> Point:
+    """Where `stage` starts: at the best values of the stage before it. A grid that comes into the
+    scene with it is filled with the albedo that was fitted."""
+    values = point.values | {
+        name: tuple(map(float, np.ravel(value))) for name, value in result["values_best"].items()
+    }
+    fields = point.fields | dict(result["fields_best"])
+    fitted = {item.owner: item for item in plan.unknowns if item.parameter.name == "albedo"}
+    first = plan.stages.index(stage)
+    for field in plan.fields:
+        fitted_before = any(field.name in item.request.parameters for item in plan.stages[:first])
+        if field.owner in fitted and not fitted_before:
+            fields[field.name] = stage_plan.filled(field, values[fitted[field.owner].name])
+    return Point(values, fields)
+
+
+def _paths(stage: Stage) -> int:
+    """Paths of an iteration, the measure of its cost."""
+    pixels = sum(item.reference.shape[0] * item.reference.shape[1] for item in stage.captures)
+    return pixels * stage.settings.spp
