@@ -34,7 +34,7 @@ STAGES = {
 
 @pytest.fixture
 def scene(tmp_path):
-    """A saved scene with a rough ball and a lamp, and the arguments of a fit to a picture of TRUTH."""
+    """A saved scene with a ball and a lamp, and the arguments of a fit to a picture of TRUTH."""
     made.studio(base_color=(0.8, 0.4, 0.2), roughness=0.5)
     made.light("Key Light", energy=40)
     path = made.save(tmp_path / "scene.blend")

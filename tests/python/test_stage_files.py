@@ -39,8 +39,8 @@ def test_a_file_gives_names_parameters_and_settings(tmp_path):
         ({"stages": [{"parameters": ["A:b"]}], "shema": 1}, ["key 'shema'"]),
         ({"stages": [{"parameters": ["A:b"]}], "schema": 2}, ["schema is 2"]),
         (
-            {"stages": [{"parameters": []}, {"parameters": ["A:b"] * 2, "spp": 2.5, "eta": 1}]},
-            ["stage 1: its parameters are []", "2, 'A:b': given twice", "'spp': it is 2.5", "'eta'"],
+            {"stages": [{"parameters": 0}, {"parameters": ["A:b"] * 2, "spp": 2.5, "eta": 1}]},
+            ["its parameters are 0", "2, 'A:b': given twice", "'spp': it is 2.5", "key 'eta'"],
         ),
         ({"stages": [{"parameters": ["A:b"], "name": " ", "height": True}]},
          ["its name is ' '", "key 'height': it is True"]),

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from . import check_operators, fit_operators, panels, properties, row_operators, state
+from . import check_operators, fit_operators, panels, properties, row_operators, stages, state
 
-_MODULES = (properties, row_operators, fit_operators, check_operators, panels)
+_MODULES = (properties, row_operators, fit_operators, check_operators, panels, stages)
 _command: object | None = None
 
 

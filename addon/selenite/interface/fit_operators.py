@@ -9,9 +9,10 @@ import bpy
 
 from .. import mean_free_path, write_back
 from ..cycles_check.render_settings import contents_of
-from ..fit_run.job import FitFailed, FitJob, fitted_values
+from ..fit_run.job import FitFailed, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import write_results
+from ..fit_run.staged_job import make_job
 from ..native import NativeUnavailable
 from ..problems import BadInput, Problem
 from ..scene_read.photos import packed_photos
@@ -83,7 +84,7 @@ class SELENITE_OT_start(bpy.types.Operator):
             wanted = run_request(context.scene, values, problems)
             if problems:
                 raise BadInput([*values.problems, *problems])
-            job = FitJob(prepare(values, wanted, packed_photos()))
+            job = make_job(prepare(values, wanted, packed_photos()))
         except BadInput as error:
             report_problems(self, error)
             return False

@@ -140,6 +140,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         if state.RUN.job is None:
             layout.prop(settings, "preset")
+            layout.prop(settings, "stage_mode")
             layout.operator("selenite.start", icon="PLAY")
             if state.RUN.message:
                 for line in _wrapped(state.RUN.message):
@@ -153,6 +154,8 @@ class SELENITE_PT_fit(bpy.types.Panel):
             text = f"{progress.iteration} of {progress.iterations}"
             text += "" if math.isnan(left) else f", {left:.0f} s left"
             _bar(layout, progress.fraction, text)
+            if progress.stage:
+                layout.label(text=f"Stage {progress.stage}")
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")

@@ -13,6 +13,7 @@ from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
+from ..fit_run.staged_job import StagedJob
 from ..scene_read.values import Owner, SceneValues
 
 
@@ -21,7 +22,7 @@ class Run:
     """At most one fit at a time. `result` stays after its end, for the result folder, and `folder`
     is that folder once it is written."""
 
-    job: FitJob | None = None
+    job: FitJob | StagedJob | None = None
     scene_name: str = ""
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
@@ -31,7 +32,7 @@ class Run:
     folder: Path | None = None
     message: str = ""
 
-    def start(self, job: FitJob, scene_name: str, owners: dict[str, Owner]) -> None:
+    def start(self, job: FitJob | StagedJob, scene_name: str, owners: dict[str, Owner]) -> None:
         """Starts the native thread."""
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
