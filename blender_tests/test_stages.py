@@ -176,6 +176,17 @@ def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted)
     assert (folder / "result.json").is_file()
 
 
+def test_a_run_that_is_stopped_at_once_can_be_written(tmp_path):
+    job = make_job(plan_of(tmp_path, (4, 5)))
+    job.start()
+    job.cancel()
+    job.join()
+    result = job.result()
+    assert result["stopped_because"] == "cancelled"
+    folder = write_results(job.plan, result, tmp_path / "out", "4.5", pictures=False)
+    assert (folder / "history.csv").read_text(encoding="utf-8").startswith("stage,iteration,")
+
+
 def test_join_runs_through_all_stages_without_anyone_polling(tmp_path):
     job = make_job(plan_of(tmp_path, (4, 5)))
     job.start()

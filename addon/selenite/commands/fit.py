@@ -147,6 +147,7 @@ def _fit(plan: FitPlan) -> dict[str, Any]:
     job = make_job(plan)
     job.start()
     stage = ""
+    told: set[str] = set()
     try:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
@@ -154,6 +155,7 @@ def _fit(plan: FitPlan) -> dict[str, Any]:
                 if state.stage != stage:
                     stage = state.stage
                     say(f"stage {stage}")
+                _tell(state.notes, told)
                 shown.update(state.fraction, state.seconds_left, note)
                 time.sleep(0.05)
     except KeyboardInterrupt:
@@ -161,7 +163,18 @@ def _fit(plan: FitPlan) -> dict[str, Any]:
         job.cancel()
     finally:
         job.join()
-    return job.result()
+    result = job.result()
+    _tell(result["notes"], told)
+    return result
+
+
+def _tell(notes: Sequence[str], told: set[str]) -> None:
+    """Each kind of remark once: only its numbers change while a fit runs."""
+    for note in notes:
+        kind = "".join(c for c in note if not c.isdigit())
+        if kind not in told:
+            told.add(kind)
+            say(f"warning: {note}")
 
 
 def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem]) -> FitSettings:

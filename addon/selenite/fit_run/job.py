@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,10 @@ import numpy as np
 from .. import native
 from ..problems import BadInput, Problem
 from . import stage_plan
+from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
+
+_LOOK_EVERY = 1.0  # seconds between two diagnoses of a running fit
 
 
 class FitFailed(RuntimeError):
@@ -43,9 +47,15 @@ class Progress:
 class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
-    def __init__(self, plan: FitPlan) -> None:
-        """Validates natively and starts nothing. Raises BadInput."""
+    def __init__(self, plan: FitPlan, *, from_start: bool = True) -> None:
+        """Validates natively and starts nothing. Raises BadInput.
+
+        `from_start`: False for a stage that goes on where another one ended.
+        """
         self.plan = plan
+        self._from_start = from_start
+        self._notes: tuple[str, ...] = ()
+        self._next_look = 0.0  # by the clock
         try:
             self._fit = native.core().Fit(
                 plan.scene,
@@ -69,6 +79,9 @@ class FitJob:
         state = self._fit.state()
         if state["error"]:
             raise FitFailed(state["error"])
+        if state["running"] and time.monotonic() >= self._next_look:
+            self._notes = self.notes()
+            self._next_look = time.monotonic() + _LOOK_EVERY
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
@@ -78,6 +91,7 @@ class FitJob:
             seconds_left=state["seconds_left"],
             stopped_because=state["stopped_because"],
             values={name: [float(x) for x in value] for name, value in state["values"].items()},
+            notes=self._notes,
         )
 
     def preview(self, capture: int) -> np.ndarray | None:
@@ -92,14 +106,26 @@ class FitJob:
         """Waits for the thread; the GIL is released meanwhile."""
         self._fit.join()
 
+    def notes(self) -> tuple[str, ...]:
+        """What is wrong now, in sentences: see `diagnosis`. Takes some milliseconds."""
+        views = []
+        for index, capture in enumerate(self.plan.captures):
+            picture = self._fit.preview(index)
+            if picture is not None:
+                seen = View(capture.camera, capture.reference, capture.weight, picture)
+                views.append(seen)
+        limits = [Limits(item.name, item.minimum, item.maximum) for item in self.plan.unknowns]
+        history = self.so_far()["history"]
+        return diagnose(history, limits, views, from_start=self._from_start)
+
     def so_far(self) -> dict[str, Any]:
         """The native result as it stands, at any time; a copy, so not for every tick."""
         return self._fit.result()
 
     def result(self) -> dict[str, Any]:
-        """After the end: the native result. Raises FitFailed."""
+        """After the end: the native result, and the key `notes`. Raises FitFailed."""
         self.progress()
-        return self.so_far()
+        return self.so_far() | {"notes": self.notes()}
 
 
 def fitted_values(

@@ -190,7 +190,7 @@ def _write_history(path: Path, history: dict[str, Any]) -> None:
     bias = np.asarray(history["mean_bias"])
     columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
     for name, values in history["values"].items():
-        values = np.asarray(values).reshape(len(bias), -1)
+        values = np.asarray(values)
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
     for name, means in history["field_means"].items():
@@ -239,7 +239,8 @@ def _log(plan: FitPlan, report: dict[str, Any]) -> str:
         *(f"Warning: {text}" for text in report["warnings"]),
         *(
             f"Stage {number} '{stage['name']}': {', '.join(stage['parameters'])}; "
-            f"{stage['iterations']} iterations, {stage['seconds']:.2f} s, {stage['stopped_because']}"
+            f"{stage['iterations']} iterations, {stage['seconds']:.2f} s, "
+            f"{stage['stopped_because']}"
             for number, stage in enumerate(report.get("stages", ()), start=1)
         ),
         f"Stopped because: {report['stopped_because']} after {report['iterations']} iterations, "

@@ -97,7 +97,7 @@ def _history(plan: FitPlan, results: Sequence[Mapping[str, Any]]) -> dict[str, A
         for name, mean in means.items():
             column = history["field_means"].get(name)
             column = np.tile(mean, (rows, 1)) if column is None else np.asarray(column)
-            field_columns[name].append(column.reshape(rows, -1))
+            field_columns[name].append(column.reshape(rows, 3))
         for name, value in result["values_best"].items():
             values[name] = tuple(map(float, np.ravel(value)))
         for name, grid in result["fields_best"].items():

@@ -105,7 +105,7 @@ class StagedJob:
         """After the end: as the native result, the best of the newest stage and what the stages
         before it found; the key `stages` tells of each. Raises FitFailed."""
         self.progress()
-        return self.so_far()
+        return self.so_far() | {"notes": self._job.notes()}
 
     def _go_on(self, stopped_because: str) -> bool:
         """Starts the next stage; False when there is none or the run was stopped."""
@@ -115,7 +115,7 @@ class StagedJob:
         self._ended.append(result)
         stage = self.plan.stages[len(self._ended)]
         self._point = after(self.plan, stage, self._point, result)
-        self._job = FitJob(plan_of(self.plan, stage, self._point))
+        self._job = FitJob(plan_of(self.plan, stage, self._point), from_start=False)
         self._job.start()
         return True
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import bpy
 
@@ -145,6 +146,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             if state.RUN.message:
                 for line in _wrapped(state.RUN.message):
                     layout.label(text=line)
+            _notes(layout, state.RUN.result["notes"] if state.RUN.result else ())
             return
         progress = state.RUN.progress
         if progress is None:
@@ -159,6 +161,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
+            _notes(layout, progress.notes)
         row = layout.row(align=True)
         row.operator("selenite.stop", text="Stop", icon="CHECKMARK")
         row.operator("selenite.cancel", icon="X")
@@ -244,6 +247,14 @@ def _bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
         layout.progress(factor=fraction, text=text)
     else:
         layout.label(text=f"{fraction:.0%}: {text}")
+
+
+def _notes(layout: bpy.types.UILayout, notes: Sequence[str]) -> None:
+    """What is wrong with a fit, each remark in a box."""
+    for note in notes:
+        box = layout.box().column(align=True)
+        for index, line in enumerate(_wrapped(note)):
+            box.label(text=line, icon="NONE" if index else "INFO")
 
 
 def _wrapped(text: str, width: int = 32) -> list[str]:

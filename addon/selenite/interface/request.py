@@ -28,7 +28,10 @@ _SETTINGS = (
 
 
 def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Problem]) -> RunRequest:
-    """What the ticked rows, or an own list of stages, ask for; rows whose owner is gone become problems."""
+    """What the ticked rows, or an own list of stages, ask for.
+
+    Rows whose owner is gone become problems.
+    """
     settings = scene.selenite
     unknowns = []
     own = stages.own_stages(scene, problems)
