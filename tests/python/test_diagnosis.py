@@ -11,7 +11,7 @@ from selenite.fit_run.diagnosis import Limits, View, diagnose
 
 ROUGHNESS = Limits("Body:roughness", 0.02, 0.999)
 COLOUR = Limits("Body:base_color", 0.001, 0.999)
-EXTINCTION = Limits("Jade:extinction", 0.001, 1000.0)
+EXTINCTION = Limits("Jade:extinction", 0.001, 1000.0, logarithmic=True)
 
 
 def history(values, validation=None, error=1e-5):

@@ -35,11 +35,13 @@ _NOISE_OF_PHOTO = 0.02  # standard error as a difference in brightness, over the
 
 @dataclass(frozen=True)
 class Limits:
-    """Name and bounds of an unknown; the bounds hold for each component."""
+    """Name and bounds of an unknown, for each component. `logarithmic`: what counts is the ratio
+    of two values, not their difference."""
 
     name: str
     minimum: float
     maximum: float
+    logarithmic: bool = False
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
     for item, label, values in _components(history, limits):
         if len(values) <= _DRIFT_FOR:
             continue
-        scale = np.log if item.minimum > 0 and item.maximum > 100 * item.minimum else np.asarray
+        scale = np.log if item.logarithmic else np.asarray
         steps = np.diff(scale(values[-_DRIFT_FOR - 1 :]))
         for bound, word, sign in ((item.minimum, "minimum", -1), (item.maximum, "maximum", 1)):
             pace, left = sign * steps.mean(), sign * (scale(bound) - scale(values[-1]))
@@ -169,9 +171,8 @@ def too_noisy(history: History, limits: Sequence[Limits], views: Sequence[View])
         steps = np.diff(values[-_JITTER_ROWS - 1 :])
         if len(steps) < _JITTER_ROWS:
             continue
-        logarithmic = item.minimum > 0 and item.maximum > 100 * item.minimum
         size = float(np.sqrt(np.mean(np.square(steps))))
-        span = abs(values[-1]) if logarithmic else item.maximum - item.minimum
+        span = abs(values[-1]) if item.logarithmic else item.maximum - item.minimum
         if size > _JITTER * span and abs(steps.sum()) < _JITTER_NET * np.abs(steps).sum():
             found.append(
                 f"{label} goes back and forth by {size:.2g} a step and gets nowhere: the steps are "

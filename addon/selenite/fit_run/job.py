@@ -114,7 +114,10 @@ class FitJob:
             if picture is not None:
                 seen = View(capture.camera, capture.reference, capture.weight, picture)
                 views.append(seen)
-        limits = [Limits(item.name, item.minimum, item.maximum) for item in self.plan.unknowns]
+        limits = [
+            Limits(item.name, item.minimum, item.maximum, item.by_ratio)
+            for item in self.plan.unknowns
+        ]
         history = self.so_far()["history"]
         return diagnose(history, limits, views, from_start=self._from_start)
 
