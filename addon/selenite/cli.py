@@ -88,6 +88,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_gradient(commands)
     _add_probe(commands)
     _add_fit(commands)
+    _add_trade(commands)
     _add_demo(commands)
     return parser
 
@@ -101,6 +102,7 @@ def _command(
         "gradient": "renders a picture with its derivatives",
         "probe": "evaluates the BSDF for each row of a table",
         "fit": "fits parameters to photos",
+        "trade": "measures time against error on a scene",
         "demo": "fits the demo scene",
     }[name]
     parser = commands.add_parser(name, help=summary, description=summary.capitalize() + ".")
@@ -203,6 +205,26 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
     add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
+
+
+def _add_trade(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "trade", ".commands.trade")
+    parser.set_defaults(start=[], grid=[])  # the truth is the scene's, starts lie away from it
+    add = parser.add_argument
+    add("scene", metavar="SCENE.blend")
+    many = {"action": "append", "default": []}
+    add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what the fits look for")
+    photo = "whose cameras and sizes count; its content does not. Default: the scene's cameras"
+    add("--photo", **many, metavar="CAMERA=FILE", help=photo)
+    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
+    add("--budget", type=float, default=300.0, metavar="SECONDS", help="in all (%(default)g)")
+    add("--loss", help="of every fit; default: dual-buffer")
+    add("--optimiser", help="of every fit; default: auto")
+    add("--seed", type=int)
+    add("--threads", type=int, help="0: all")
+    add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
+    add("--out", required=True, metavar="DIR", help="gets trade.csv, trade.json and trade.png")
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

@@ -57,12 +57,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
     settings = _settings(args, base, problems)
     stages = arguments.stages(args.stages, problems)
-    unknowns = _unknowns(args, base, values, stages, problems)
+    unknowns = unknowns_of(args, base, values, stages, problems)
     names = [join_name(item.owner, item.parameter) for item in unknowns]
     request = RunRequest(
         scene=str(Path(base.scene).expanduser().resolve()),
         unknowns=unknowns,
-        captures=_captures(args, base.captures or tuple(captures_of(scene)), problems),
+        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
         settings=settings,
         stages=stages or _preset_stages(args.stages, names, settings, problems) or base.stages,
     )
@@ -200,7 +200,7 @@ def _preset_stages(
     return stages_by_name(text, names, settings.iterations, problems)
 
 
-def _unknowns(
+def unknowns_of(
     args: argparse.Namespace,
     base: RunRequest,
     values: SceneValues,
@@ -239,7 +239,7 @@ def _known(
     return key in found
 
 
-def _captures(
+def captures_from(
     args: argparse.Namespace, stored: tuple[CaptureRequest, ...], problems: list[Problem]
 ) -> tuple[CaptureRequest, ...]:
     """--photo, or else what is stored; --mask adds to either."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -37,11 +37,14 @@ class FitPlan:
 
 
 def prepare(
-    values: SceneValues, request: RunRequest, packed: Mapping[str, bytes] | None = None
+    values: SceneValues,
+    request: RunRequest,
+    packed: Mapping[str, bytes] | None = None,
+    captures_at: Callable[[int], list[Capture]] | None = None,
 ) -> FitPlan:
     """Checks everything, reads the photos, builds the native scene; writes nothing.
 
-    Raises BadInput with all problems at once, and NativeUnavailable.
+    `captures_at`: gives the captures of a height in place of the request's photos. Raises BadInput with all problems at once, and NativeUnavailable.
     """
     problems = list(values.problems)
     warnings = list(values.warnings)
@@ -56,6 +59,8 @@ def prepare(
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
     def photos(height: int, warn: list[str]) -> list[Capture]:
+        if captures_at is not None:
+            return captures_at(height)
         return read_captures(values, request.captures, height, problems, warn, packed or {})
 
     captures = photos(request.settings.height, warnings)

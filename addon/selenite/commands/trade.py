@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite trade`: what more time buys, measured on the scene itself."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..fit_run.captures import Capture, read_captures
+from ..fit_run.plan import FitPlan, prepare
+from ..fit_run.request import RunRequest
+from ..fit_run.settings import PRESETS, FitSettings, with_overrides
+from ..problems import BadInput, Problem
+from ..scene_read.values import SceneValues
+from ..trade import report
+from ..trade.measure import Trade
+from . import arguments
+from .fit import captures_from, unknowns_of
+from .scene import open_scene
+from .terminal import bar, say, table
+
+_SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
+_TALLEST = max(preset.height for preset in PRESETS.values())
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Measures within --budget and writes the table and the plot into --out."""
+    problems: list[Problem] = []
+    out = arguments.output_folder(args.out, problems)
+    if not (math.isfinite(args.budget) and args.budget > 0):
+        cause, cure = f"it is {args.budget:g}", "give seconds above 0"
+        problems.append(Problem("Argument --budget", cause, cure))
+    settings = FitSettings()
+    try:
+        settings = with_overrides(settings, {name: getattr(args, name) for name in _SETTINGS})
+    except BadInput as error:
+        problems += error.problems
+    scene, values = open_scene(args.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    request = RunRequest(
+        scene=str(Path(args.scene).expanduser().resolve()),
+        unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
+        captures=captures_from(args, tuple(captures_of(scene)), problems),
+        settings=replace(settings, height=_TALLEST),
+    )
+    packed = packed_photos()
+    empty = None if request.captures else _empty_captures(values)
+
+    def captures_at(height: int) -> list[Capture]:
+        if empty is not None:
+            return empty(height)
+        return read_captures(values, request.captures, height, [], [], packed)
+
+    try:
+        plan = prepare(values, request, packed, empty)
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    if plan.fields:
+        title = f"Parameter '{plan.fields[0].name}'"
+        cause = "a grid of known values cannot be made from the scene"
+        raise BadInput(Problem(title, cause, "leave it out"))
+    for text in plan.warnings:
+        say(f"warning: {text}")
+    tallest = min(_TALLEST, max(item.reference.shape[0] for item in plan.captures))
+    trade = Trade(plan, captures_at, args.budget, tallest)
+    _measure(trade)
+    content = report.report(trade)
+    files = report.write(content, out)
+    if files["plot"] is None:
+        say(f"warning: {report.NO_PLOT}")
+    _show(content, plan)
+    say(f"wrote {', '.join(path for path in files.values() if path)}")
+    return content | {"folder": str(out), "files": files}
+
+
+def _measure(trade: Trade) -> None:
+    """Runs to the end of the budget; Ctrl+C keeps what has been measured."""
+    try:
+        with bar("measuring") as shown:
+            for step in trade.steps():
+                shown.update(step.fraction, trade.budget - trade.seconds, step.text)
+    except KeyboardInterrupt:
+        say("stopping; what has been measured is kept")
+    finally:
+        trade.cancel()
+
+
+def _empty_captures(values: SceneValues) -> Callable[[int], list[Capture]]:
+    """Every camera of the scene, no photo, no mask; never more pixels than the scene renders."""
+
+    def captures(height: int) -> list[Capture]:
+        found = []
+        for camera in values.cameras:
+            rows = min(height, camera.height)
+            columns = max(1, round(rows * camera.width / camera.height))
+            black = np.zeros((rows, columns, 3), np.float32)
+            weight = np.ones((rows, columns), np.float32)
+            size = (camera.width, camera.height)
+            found.append(Capture(camera.name, "", size, black, weight))
+        return found
+
+    return captures
+
+
+def _show(content: dict[str, Any], plan: FitPlan) -> None:
+    """The table, fastest first; `front` marks what nothing else beats in time and error."""
+    rows = sorted(content["settings"], key=lambda row: row["seconds"] or math.inf)
+    table(
+        ("settings", "runs", "seconds", "expected", "error", "front"),
+        [
+            (
+                row["preset"].capitalize() if row["preset"] else row["name"],
+                str(row["runs"]),
+                f"{row['seconds']:.1f}" if row["runs"] else "-",
+                f"{row['expected_seconds']:.1f}",
+                f"{row['error']:.4f}" if row["runs"] else "-",
+                "front" if row["on_front"] else "",
+            )
+            for row in rows
+        ],
+    )
+    left_out = sum(not row["runs"] for row in rows)
+    if left_out:
+        say(f"{left_out} settings do not fit into {content['budget']:g} s; raise --budget")
+    for item in plan.unknowns:
+        known = content["parameters"][item.name]
+        true, start = (", ".join(f"{x:.4g}" for x in known[key]) for key in ("true", "start"))
+        say(f"{item.name}: photos at {true}; fits start at {start}")
