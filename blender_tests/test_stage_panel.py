@@ -111,3 +111,18 @@ def test_the_panel_tells_the_stage_that_runs(tmp_path):
     assert "Stage 1 of 2: without IOR" in draw(panels.SELENITE_PT_fit)
     bpy.ops.selenite.cancel()
     assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+
+
+def test_the_panel_tells_how_long_each_preset_will_take(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    assert "about" not in draw(panels.SELENITE_PT_fit)
+    assert bpy.ops.selenite.estimate() == {"FINISHED"}
+    drawn = draw(panels.SELENITE_PT_fit).splitlines()
+    told = [line for line in drawn if "about" in line]
+    assert [line.partition(":")[0] for line in told] == ["Draft", "Balanced", "Accurate"]
+    seconds = state.SECONDS[bpy.context.scene.name]
+    assert 0 < seconds["draft"] < seconds["balanced"] < seconds["accurate"]
+    assert len(settings.results) == 0
+    tick(settings)
+    with pytest.raises(RuntimeError, match="no parameter is ticked"):
+        bpy.ops.selenite.estimate()

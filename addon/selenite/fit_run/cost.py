@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from .captures import Capture
@@ -11,8 +11,8 @@ from .job import FitJob
 from .plan import FitPlan
 from .settings import FitSettings
 
-#: Height at which a fit is timed, and its iterations.
-TIMED_HEIGHT, TIMED_ITERATIONS = 64, 2
+#: Height at which a fit is timed, its iterations, and seconds that are enough to believe.
+_TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
 #: A path with derivatives costs about so many without; manual page "fitting".
 _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
@@ -38,22 +38,30 @@ def paths(settings: FitSettings, captures: Sequence[Capture], *, fields: bool = 
     return pixels_at(captures, settings.height) * per_pixel
 
 
-def timed(settings: FitSettings) -> FitSettings:
-    """The settings with which a plan for `seconds_per_path` is prepared."""
-    height = min(settings.height, TIMED_HEIGHT)
-    return replace(settings, height=height, iterations=TIMED_ITERATIONS, tolerance=0.0)
+def seconds_per_path(plan_of: Callable[[FitSettings], FitPlan], settings: FitSettings) -> float:
+    """Seconds (by the clock) of a short fit over its paths. Waits for it.
 
-
-def seconds_per_path(plan: FitPlan) -> float:
-    """Seconds (by the clock) of a short fit with the plan, over its paths. Waits for it.
-
-    Raises BadInput and FitFailed as FitJob does.
+    Where small pictures are done in no time, whole ones are timed: a small fit is mostly overhead.
+    plan_of: the plan with given settings. Raises BadInput and FitFailed as FitJob does.
     """
+    height = min(settings.height, _TIMED_HEIGHT)
+    found = _timed(plan_of(_short(settings, height)))
+    if found[0] < _LONG_ENOUGH and height < settings.height:
+        found = _timed(plan_of(_short(settings, settings.height)))
+    return found[0] / found[1]
+
+
+def _short(settings: FitSettings, height: int) -> FitSettings:
+    return replace(settings, height=height, iterations=_TIMED_ITERATIONS, tolerance=0.0)
+
+
+def _timed(plan: FitPlan) -> tuple[float, float]:
+    """(seconds, paths)"""
     job = FitJob(replace(plan, stages=()))
     job.start()
     job.join()
     seconds: float = job.result()["seconds"]
-    return seconds / paths(plan.request.settings, plan.captures, fields=bool(plan.fields))
+    return seconds, paths(plan.request.settings, plan.captures, fields=bool(plan.fields))
 
 
 def expected(plan: FitPlan, settings: FitSettings, per_path: float) -> float:

@@ -44,7 +44,8 @@ def prepare(
 ) -> FitPlan:
     """Checks everything, reads the photos, builds the native scene; writes nothing.
 
-    `captures_at`: gives the captures of a height in place of the request's photos. Raises BadInput with all problems at once, and NativeUnavailable.
+    `captures_at`: gives the captures of a height in place of the request's photos.
+    Raises BadInput with all problems at once, and NativeUnavailable.
     """
     problems = list(values.problems)
     warnings = list(values.warnings)

@@ -5,9 +5,26 @@ from __future__ import annotations
 
 import bpy
 
-from . import check_operators, fit_operators, panels, properties, row_operators, stages, state
+from . import (
+    check_operators,
+    cost_operators,
+    fit_operators,
+    panels,
+    properties,
+    row_operators,
+    stages,
+    state,
+)
 
-_MODULES = (properties, row_operators, fit_operators, check_operators, panels, stages)
+_MODULES = (
+    properties,
+    row_operators,
+    fit_operators,
+    check_operators,
+    cost_operators,
+    panels,
+    stages,
+)
 _command: object | None = None
 
 

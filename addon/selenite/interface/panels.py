@@ -10,6 +10,7 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from . import state
+from .cost_operators import seconds_text
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 
@@ -141,6 +142,9 @@ class SELENITE_PT_fit(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         if state.RUN.job is None:
             layout.prop(settings, "preset")
+            for name, seconds in state.SECONDS.get(context.scene.name, {}).items():
+                layout.label(text=f"{name.capitalize()}: {seconds_text(seconds)}")
+            layout.operator("selenite.estimate", icon="TIME")
             layout.prop(settings, "stage_mode")
             layout.operator("selenite.start", icon="PLAY")
             if state.RUN.message:

@@ -83,6 +83,8 @@ class Check:
 
 RUN = Run()
 CHECK = Check()
+#: Scene name -> preset -> expected seconds of a fit, when they were last estimated.
+SECONDS: dict[str, dict[str, float]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
 SHAPES: dict[str, list[str]] = {}
 

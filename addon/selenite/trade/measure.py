@@ -97,8 +97,7 @@ class Trade:
         times a second. Raises BadInput and FitFailed as FitJob does."""
         begin = time.monotonic()
         settings = choices.choices(self.plan.request.settings, self._tallest)
-        for step in self._render_photos(begin):
-            yield step
+        yield from self._render_photos(begin)
         per_path = self._time()
         for choice in settings:
             self.rows.append(Row(choice, cost.expected(self.plan, choice.settings, per_path)))
@@ -153,8 +152,8 @@ class Trade:
 
     def _time(self) -> float:
         """Seconds per path of a short fit."""
-        settings = cost.timed(replace(self.plan.request.settings, height=self._tallest))
-        return cost.seconds_per_path(self._plan_of(settings))
+        settings = replace(self.plan.request.settings, height=self._tallest)
+        return cost.seconds_per_path(self._plan_of, settings)
 
     def _plan_of(self, settings: FitSettings) -> FitPlan:
         unknowns = [replace(item, start=choices.displaced(item)) for item in self.plan.unknowns]
