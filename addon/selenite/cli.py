@@ -174,7 +174,8 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
 def _add_fit(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "fit", ".commands.fit")
     add = parser.add_argument
-    add("scene", metavar="SCENE", help="a .blend file, or the run.json of an earlier fit")
+    scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
+    add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
     add("--photo", **many, metavar="CAMERA=FILE", help="default: the captures of the scene")
@@ -200,7 +201,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
-    add("--out", default="selenite-fits", metavar="DIR", help="gets a folder <date>_<time>")
+    add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
+    out = "gets a folder <date>_<time>; default: selenite-fits, with --resume where DIR is"
+    add("--out", metavar="DIR", help=out)
     add("--save", metavar="OUT.blend", help="saves a copy of the scene with the fitted values")
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")

@@ -10,12 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.job import fitted_values
+from ..fit_run.checkpoint import SUFFIX, Recorder, going_on, load
+from ..fit_run.job import FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.results import result_json, summary, write_results
+from ..fit_run.results import new_folder, result_json, summary, write_results
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
-from ..fit_run.staged_job import make_job
+from ..fit_run.staged_job import StagedJob, make_job
 from ..fit_run.stages import PRESETS as STAGE_PRESETS
 from ..fit_run.stages import StageRequest, stages_by_name
 from ..fit_run.unknowns import usual_requests
@@ -26,6 +27,8 @@ from . import arguments
 from .scene import open_scene
 from .terminal import bar, say
 
+#: Where the result folder goes without --out; a resumed run stays where it was.
+DEFAULT_OUT = "selenite-fits"
 # Arguments that replace a setting of the preset or of the run file.
 _SETTINGS = (
     "loss",
@@ -45,32 +48,12 @@ _SETTINGS = (
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
-    out = arguments.output_folder(args.out, problems)
+    out = arguments.output_folder(args.out or DEFAULT_OUT, problems)
     save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
     if args.set_cycles and save is None:
         cause, cure = "there is no file to set it in", "add --save OUT.blend"
         problems.append(Problem("Argument --set-cycles", cause, cure))
-    base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
-    scene, values = open_scene(base.scene)
-
-    from ..scene_read.photos import captures_of, packed_photos
-
-    settings = _settings(args, base, problems)
-    stages = arguments.stages(args.stages, problems)
-    unknowns = unknowns_of(args, base, values, stages, problems)
-    names = [join_name(item.owner, item.parameter) for item in unknowns]
-    request = RunRequest(
-        scene=str(Path(base.scene).expanduser().resolve()),
-        unknowns=unknowns,
-        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
-        settings=settings,
-        stages=stages or _preset_stages(args.stages, names, settings, problems) or base.stages,
-    )
-    try:
-        plan = prepare(values, request, packed_photos())
-    except BadInput as error:
-        problems += error.problems
-    arguments.stop_if(problems)
+    scene, values, plan, before = _resumed(args, problems) if args.resume else _new(args, problems)
     if plan.fields and args.check_in_cycles:
         cause = "the check in Cycles does not write grids"
         cure = "leave --check-in-cycles out"
@@ -78,7 +61,14 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
-    result = _fit(plan)
+    if args.resume:
+        unfinished = Path(args.resume).expanduser().resolve()
+        out = out if args.out else unfinished.parent
+    else:
+        unfinished = new_folder(out, SUFFIX)
+    job = make_job(plan, before)
+    recorder = Recorder(unfinished, plan.request)
+    result = _fit(job, recorder)
 
     import bpy
 
@@ -90,6 +80,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             bpy.app.version_string,
             lambda text, fraction: shown.update(fraction, note=text),
         )
+    recorder.finished()
     for line in summary(plan, result):
         say(line)
     say(f"stopped because: {result['stopped_because']}; results in {folder}")
@@ -117,6 +108,65 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return report
 
 
+Planned = tuple[Any, SceneValues, FitPlan, list[dict[str, Any]]]  # bpy scene, its values
+
+
+def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
+    """What the arguments ask for."""
+    if args.scene is None:
+        problems.append(Problem("Fit", "there is no scene", "give SCENE.blend, or --resume DIR"))
+        raise BadInput(problems)
+    base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    scene, values = open_scene(base.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    settings = _settings(args, base, problems)
+    stages = arguments.stages(args.stages, problems)
+    unknowns = unknowns_of(args, base, values, stages, problems)
+    names = [join_name(item.owner, item.parameter) for item in unknowns]
+    request = RunRequest(
+        scene=str(Path(base.scene).expanduser().resolve()),
+        unknowns=unknowns,
+        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
+        settings=settings,
+        stages=stages or _preset_stages(args.stages, names, settings, problems) or base.stages,
+    )
+    try:
+        plan = prepare(values, request, packed_photos())
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    return scene, values, plan, []
+
+
+def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
+    """What an unfinished run asked for, and the results of what it has done."""
+    others = ("fit", "photo", "mask", "start", "bounds", "grid", "preset", "stages", *_SETTINGS)
+    for name in others:
+        if name != "threads" and getattr(args, name):
+            cause, cure = "the run has its own", "leave it out, or start a new run"
+            problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
+    request, before = going_on(*load(Path(args.resume).expanduser()))
+    request = replace(
+        request,
+        scene=args.scene or request.scene,
+        settings=with_overrides(request.settings, {"threads": args.threads}),
+    )
+    scene, values = open_scene(request.scene)
+
+    from ..scene_read.photos import packed_photos
+
+    try:
+        plan = prepare(values, request, packed_photos())
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    done = sum(part["iterations"] for part in before)
+    say(f"going on after {done} iterations, with stage {len(before) + 1} of {len(plan.stages)}")
+    return scene, values, plan, before
+
+
 def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
     from ..cycles_check.job import CheckJob, lines
@@ -142,9 +192,8 @@ def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> d
     return report
 
 
-def _fit(plan: FitPlan) -> dict[str, Any]:
+def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
     """Runs to the end; Ctrl+C stops and keeps the best values so far."""
-    job = make_job(plan)
     job.start()
     stage = ""
     told: set[str] = set()
@@ -157,12 +206,14 @@ def _fit(plan: FitPlan) -> dict[str, Any]:
                     say(f"stage {stage}")
                 _tell(state.notes, told)
                 shown.update(state.fraction, state.seconds_left, note)
+                recorder.look(job)
                 time.sleep(0.05)
     except KeyboardInterrupt:
         say("stopping; the best values so far are kept")
         job.cancel()
     finally:
         job.join()
+    recorder.look(job, now=True)
     result = job.result()
     _tell(result["notes"], told)
     return result

@@ -125,6 +125,10 @@ class FitJob:
         """The native result as it stands, at any time; a copy, so not for every tick."""
         return self._fit.result()
 
+    def parts(self) -> list[dict[str, Any]]:
+        """As StagedJob: the results so far, stage by stage."""
+        return [self.so_far()]
+
     def result(self) -> dict[str, Any]:
         """After the end: the native result, and the key `notes`. Raises FitFailed."""
         self.progress()

@@ -273,10 +273,10 @@ def file_name(text: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
 
 
-def new_folder(parent: Path) -> Path:
-    """`parent/<date>_<time>`, or with a number where that is taken; it is not made."""
+def new_folder(parent: Path, suffix: str = "") -> Path:
+    """`parent/<date>_<time><suffix>`, or with a number where that is taken; it is not made."""
     name = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    candidate, number = parent / name, 2
+    candidate, number = parent / f"{name}{suffix}", 2
     while candidate.exists() or (parent / f".{candidate.name}.partial").exists():
-        candidate, number = parent / f"{name}-{number}", number + 1
+        candidate, number = parent / f"{name}-{number}{suffix}", number + 1
     return candidate

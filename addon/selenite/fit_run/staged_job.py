@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,9 +29,45 @@ class Point:
     fields: dict[str, np.ndarray]
 
 
-def make_job(plan: FitPlan) -> FitJob | StagedJob:
-    """The job that a plan asks for. Raises BadInput."""
-    return StagedJob(plan) if plan.stages else FitJob(plan)
+def make_job(plan: FitPlan, before: Sequence[dict[str, Any]] = ()) -> FitJob | StagedJob:
+    """The job that a plan asks for; before: see StagedJob. Raises BadInput."""
+    return StagedJob(plan, before) if plan.stages else FitJob(plan)
+
+
+class Ended:
+    """In place of a job: a stage whose result is known."""
+
+    def __init__(self, plan: FitPlan, result: dict[str, Any]) -> None:
+        self.plan = plan
+        self._result = result
+
+    def start(self) -> None:
+        """There is nothing to do."""
+
+    cancel = join = start
+
+    def progress(self) -> Progress:
+        """At the end."""
+        values = {
+            name: [float(x) for x in np.ravel(value)]
+            for name, value in self._result["values_best"].items()
+        }
+        done, seconds = self._result["iterations"], self._result["seconds"]
+        reason = self._result["stopped_because"]
+        return Progress(False, done, done, math.nan, seconds, 0.0, reason, values)
+
+    def preview(self, _capture: int) -> None:
+        """No picture is rendered."""
+
+    def notes(self) -> tuple[str, ...]:
+        """Nothing is looked at again."""
+        return ()
+
+    def so_far(self) -> dict[str, Any]:
+        """The known result."""
+        return self._result
+
+    result = so_far
 
 
 class StagedJob:
@@ -41,8 +77,12 @@ class StagedJob:
     No thread is added: whoever polls or joins starts the next stage.
     """
 
-    def __init__(self, plan: FitPlan) -> None:
-        """Validates every stage natively and starts nothing. Raises BadInput."""
+    def __init__(self, plan: FitPlan, before: Sequence[dict[str, Any]] = ()) -> None:
+        """Validates every stage natively and starts nothing. Raises BadInput.
+
+        before: results of the first stages, which are not run again. When all have one, `start`
+        runs nothing and the job is at its end.
+        """
         self.plan = plan
         self._point = Point(
             {item.name: item.start for item in plan.unknowns},
@@ -50,9 +90,18 @@ class StagedJob:
         )
         for stage in plan.stages[1:]:
             FitJob(plan_of(plan, stage, self._point))
-        self._job = FitJob(plan_of(plan, plan.stages[0], self._point))
         self._ended: list[dict[str, Any]] = []
         self._cancelled = False
+        for result, stage in zip(before, plan.stages[1:], strict=False):
+            self._ended.append(dict(result))
+            self._point = after(plan, stage, self._point, result)
+        stage = plan.stages[len(self._ended)]
+        own = plan_of(plan, stage, self._point)
+        self._job: FitJob | Ended
+        if len(before) == len(plan.stages):
+            self._job = Ended(own, dict(before[-1]))
+        else:
+            self._job = FitJob(own, from_start=not self._ended)
 
     def start(self) -> None:
         """Returns at once."""
@@ -94,9 +143,13 @@ class StagedJob:
         while self._go_on(self._job.progress().stopped_because):
             self._job.join()
 
+    def parts(self) -> list[dict[str, Any]]:
+        """The native results so far of every stage that has begun."""
+        return [*self._ended, self._job.so_far()]
+
     def so_far(self) -> dict[str, Any]:
         """As `result`, at any time."""
-        result = joined(self.plan, [*self._ended, self._job.so_far()], self._point)
+        result = joined(self.plan, self.parts(), self._point)
         if self._cancelled and self._stages_left() and result["stopped_because"] in _ENDED_WELL:
             result["stopped_because"] = "cancelled"  # between two stages
         return result

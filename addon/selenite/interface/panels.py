@@ -186,6 +186,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         names = ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads")
         for name in (*names, "physical_refraction"):
             column.prop(context.scene.selenite, name)
+        column.operator("selenite.resume", icon="RECOVER_LAST")
 
 
 class SELENITE_PT_result(bpy.types.Panel):

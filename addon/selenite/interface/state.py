@@ -11,6 +11,7 @@ from typing import Any
 from .. import native
 from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
+from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..fit_run.staged_job import StagedJob
@@ -27,6 +28,7 @@ class Run:
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
     keep: bool = True
+    recorder: Recorder | None = None
     plan: FitPlan | None = None
     result: dict[str, Any] | None = None
     folder: Path | None = None
@@ -37,7 +39,14 @@ class Run:
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
         self.plan, self.result, self.folder = job.plan, None, None
+        self.recorder = None
         job.start()
+
+    def close_record(self) -> None:
+        """The run has ended in this session: nothing is left to resume."""
+        if self.recorder is not None:
+            self.recorder.finished()
+        self.recorder = None
 
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""
@@ -50,7 +59,7 @@ class Run:
         self.ask_to_stop(keep=keep)
         if self.job is not None:
             self.job.join()
-        self.job = None
+        self.job = self.recorder = None  # what is on disk stays: Blender ends, not the user's wish
 
 
 @dataclass
