@@ -10,7 +10,7 @@ import numpy as np
 
 from ..parameters import Values
 from .plan import FitPlan
-from .stage_plan import filled
+from .stage_plan import at_albedos
 
 if TYPE_CHECKING:
     from .staged_job import Point
@@ -33,13 +33,10 @@ def joined(plan: FitPlan, results: Sequence[Mapping[str, Any]], point: Point) ->
     for name in last["values_best"]:
         best[name] = [float(x) for x in np.ravel(last["values_best"][name])]
         newest[name] = [float(x) for x in np.ravel(last["values_last"][name])]
-    albedos = {item.owner: item.name for item in plan.unknowns if item.parameter.name == "albedo"}
-    fields_best, fields_last = dict(point.fields), dict(point.fields)
     active = plan.stages[len(results) - 1].fields
-    for field in plan.fields:
-        if field.owner in albedos and field not in active:  # the albedo still stands for it
-            fields_best[field.name] = filled(field, tuple(best[albedos[field.owner]]))
-            fields_last[field.name] = filled(field, tuple(newest[albedos[field.owner]]))
+    waiting = [field for field in plan.fields if field not in active]  # the albedo stands for it
+    fields_best = point.fields | at_albedos(_tuples(best), plan.unknowns, waiting)
+    fields_last = point.fields | at_albedos(_tuples(newest), plan.unknowns, waiting)
     before = sum(item["iterations"] for item in results[:-1])
     total = {key: sum(item[key] for item in results) for key in _SUMS}
     return dict(last) | total | {
@@ -51,6 +48,10 @@ def joined(plan: FitPlan, results: Sequence[Mapping[str, Any]], point: Point) ->
         "history": _history(plan, results),
         "stages": [_about(plan, index, item) for index, item in enumerate(results)],
     }  # fmt: skip
+
+
+def _tuples(values: Mapping[str, list[float]]) -> dict[str, Values]:
+    return {name: tuple(value) for name, value in values.items()}
 
 
 def _about(plan: FitPlan, index: int, result: Mapping[str, Any]) -> dict[str, Any]:

@@ -14,10 +14,12 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from .captures import Capture
-from .fields import ALBEDO_GRID, FieldUnknown
+from .fields import FieldUnknown
 from .settings import FitSettings, with_overrides
 from .stages import StageRequest
 from .unknowns import Unknown, find_parameter
+
+_GRID = "albedo_grid"  # that can follow the one albedo of its material
 
 
 @dataclass(frozen=True)
@@ -86,15 +88,15 @@ def starting_at_albedo(
     fields: Sequence[FieldUnknown], unknowns: Sequence[Unknown], problems: list[Problem]
 ) -> list[FieldUnknown]:
     """Grids that follow a fitted albedo start where it starts; another start is a problem."""
-    albedos = {item.owner: item.start for item in unknowns if item.parameter.name == "albedo"}
+    albedos = _albedos({item.name: item.start for item in unknowns}, unknowns)
     for item in fields:
         file = bool(item.request.grid) and not item.request.grid.isdecimal()
-        if item.owner in albedos and (file or item.request.start is not None):
+        if item.name in albedos and (file or item.request.start is not None):
             cause, cure = "it starts at the albedo that is fitted before it", "give no other start"
             problems.append(Problem(f"Parameter '{item.name}'", cause, cure))
     return [
-        replace(item, start=replace(item.start, values=filled(item, albedos[item.owner])))
-        if item.owner in albedos
+        replace(item, start=replace(item.start, values=filled(item, albedos[item.name])))
+        if item.name in albedos
         else item
         for item in fields
     ]
@@ -118,28 +120,52 @@ def active_fields(
     its own first stage on."""
     names = [item.name for item in stages]
     so_far = stages[: names.index(stage) + 1]
-    waiting = {item.owner for item in unknowns if item.parameter.name == "albedo"}
+    waiting = _albedos({item.name: item.start for item in unknowns}, unknowns)
     return [
         field
         for field in fields
-        if field.owner not in waiting or any(field.name in item.parameters for item in so_far)
+        if field.name not in waiting or any(field.name in item.parameters for item in so_far)
     ]
+
+
+def at_albedos(
+    values: Mapping[str, Values], unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
+) -> dict[str, np.ndarray]:
+    """By name the grids among `fields` that follow a fitted albedo, filled with its value."""
+    albedos = _albedos(values, unknowns)
+    return {item.name: filled(item, albedos[item.name]) for item in fields if item.name in albedos}
+
+
+def placed(scene: Any, field: FieldUnknown, values: np.ndarray) -> Any:  # noqa: ANN401
+    """The native scene with other values in a field's grid."""
+    return scene.with_albedo_grid(field.owner, values)
 
 
 def constants(
     values: Mapping[str, Values], unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
 ) -> dict[tuple[str, str], Values]:
     """(owner, parameter) -> value, without albedos in whose place one of `fields` stands."""
-    grids = {field.owner for field in fields}
+    grids = {field.name for field in fields}
     return {
         (item.owner, item.parameter.name): values[item.name]
         for item in unknowns
-        if not (item.parameter.name == "albedo" and item.owner in grids)
+        if not (item.parameter.name == "albedo" and _grid_of(item) in grids)
     }
 
 
+def _albedos(values: Mapping[str, Values], unknowns: Sequence[Unknown]) -> dict[str, Values]:
+    """The values of fitted albedos by the name of the grid that would take their place."""
+    return {
+        _grid_of(item): values[item.name] for item in unknowns if item.parameter.name == "albedo"
+    }
+
+
+def _grid_of(unknown: Unknown) -> str:
+    return parameters.join_name(unknown.owner, _GRID)
+
+
 def _comes_before_grid(unknown: Unknown, stages: Sequence[StageRequest]) -> bool:
-    grid = parameters.join_name(unknown.owner, ALBEDO_GRID)
+    grid = _grid_of(unknown)
     own = [index for index, stage in enumerate(stages) if unknown.name in stage.parameters]
     later = [index for index, stage in enumerate(stages) if grid in stage.parameters]
     return unknown.parameter.name == "albedo" and bool(own and later) and max(own) < min(later)
@@ -152,7 +178,7 @@ def _own_name(scene: SceneValues, text: str, title: str, problems: list[Problem]
     except ValueError as error:
         problems.append(Problem(title, str(error), "write OWNER:PARAMETER"))
         return text
-    if name == ALBEDO_GRID:  # `fields` knows it
+    if name.endswith("_grid"):  # `fields` knows it
         return text
     found = find_parameter(scene, owner_name, name, problems)
     return text if found is None else parameters.join_name(found[0].name, name)

@@ -193,7 +193,7 @@ def plan_of(plan: FitPlan, stage: Stage, point: Point) -> FitPlan:
         stage_plan.constants(point.values, plan.unknowns, list(stage.fields))
     )
     for field in stage.fields:
-        scene = scene.with_albedo_grid(field.owner, point.fields[field.name])
+        scene = stage_plan.placed(scene, field, point.fields[field.name])
     return replace(
         plan,
         request=replace(plan.request, settings=stage.settings, stages=()),
@@ -216,12 +216,10 @@ def after(plan: FitPlan, stage: Stage, point: Point, result: Mapping[str, Any]) 
         name: tuple(map(float, np.ravel(value))) for name, value in result["values_best"].items()
     }
     fields = point.fields | dict(result["fields_best"])
-    fitted = {item.owner: item for item in plan.unknowns if item.parameter.name == "albedo"}
-    first = plan.stages.index(stage)
-    for field in plan.fields:
-        fitted_before = any(field.name in item.request.parameters for item in plan.stages[:first])
-        if field.owner in fitted and not fitted_before:
-            fields[field.name] = stage_plan.filled(field, values[fitted[field.owner].name])
+    before = plan.stages[: plan.stages.index(stage)]
+    fitted = {name for item in before for name in item.request.parameters}
+    waiting = [field for field in plan.fields if field.name not in fitted]
+    fields |= stage_plan.at_albedos(values, plan.unknowns, waiting)
     return Point(values, fields)
 
 
