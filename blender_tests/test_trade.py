@@ -154,3 +154,25 @@ def test_settings_are_distinct_and_keep_what_no_preset_sets():
     small = choices.choices(FitSettings(), 20)
     assert {item.settings.height for item in small} == {20}
     assert len({item.settings for item in small[3:]}) == len(small) - 3
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_panel_measures_the_ticked_parameters(tmp_path):
+    import bpy
+    from test_interface import draw, prepare_fit
+
+    from selenite.interface import panels, state
+
+    _, settings = prepare_fit(tmp_path)
+    settings.trade_budget, settings.output = 3.0, str(tmp_path / "fits")
+    assert "selenite.trade" in draw(panels.SELENITE_PT_advanced)
+    assert bpy.ops.selenite.trade() == {"FINISHED"}
+    (folder,) = (tmp_path / "fits").iterdir()
+    assert {"trade.csv", "trade.json"} <= {item.name for item in folder.iterdir()}
+    drawn = draw(panels.SELENITE_PT_advanced)
+    assert "Draft: " in drawn and "error" in drawn
+    assert state.TRADE.trade is None
+    for row in settings.rows:
+        row.enabled = False
+    with pytest.raises(RuntimeError, match="no parameter is ticked"):
+        bpy.ops.selenite.trade()

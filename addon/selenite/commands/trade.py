@@ -5,28 +5,22 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ..fit_run.captures import Capture, read_captures
-from ..fit_run.plan import FitPlan, prepare
+from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
-from ..fit_run.settings import PRESETS, FitSettings, with_overrides
+from ..fit_run.settings import FitSettings, with_overrides
 from ..problems import BadInput, Problem
-from ..scene_read.values import SceneValues
 from ..trade import report
 from ..trade.measure import Trade
+from ..trade.start import trade_of
 from . import arguments
 from .fit import captures_from, unknowns_of
 from .scene import open_scene
 from .terminal import bar, say, table
 
 _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
-_TALLEST = max(preset.height for preset in PRESETS.values())
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -49,29 +43,16 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         scene=str(Path(args.scene).expanduser().resolve()),
         unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
         captures=captures_from(args, tuple(captures_of(scene)), problems),
-        settings=replace(settings, height=_TALLEST),
+        settings=settings,
     )
-    packed = packed_photos()
-    empty = None if request.captures else _empty_captures(values)
-
-    def captures_at(height: int) -> list[Capture]:
-        if empty is not None:
-            return empty(height)
-        return read_captures(values, request.captures, height, [], [], packed)
-
     try:
-        plan = prepare(values, request, packed, empty)
+        trade = trade_of(values, request, packed_photos(), args.budget)
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
-    if plan.fields:
-        title = f"Parameter '{plan.fields[0].name}'"
-        cause = "a grid of known values cannot be made from the scene"
-        raise BadInput(Problem(title, cause, "leave it out"))
+    plan = trade.plan
     for text in plan.warnings:
         say(f"warning: {text}")
-    tallest = min(_TALLEST, max(item.reference.shape[0] for item in plan.captures))
-    trade = Trade(plan, captures_at, args.budget, tallest)
     _measure(trade)
     content = report.report(trade)
     files = report.write(content, out)
@@ -92,23 +73,6 @@ def _measure(trade: Trade) -> None:
         say("stopping; what has been measured is kept")
     finally:
         trade.cancel()
-
-
-def _empty_captures(values: SceneValues) -> Callable[[int], list[Capture]]:
-    """Every camera of the scene, no photo, no mask; never more pixels than the scene renders."""
-
-    def captures(height: int) -> list[Capture]:
-        found = []
-        for camera in values.cameras:
-            rows = min(height, camera.height)
-            columns = max(1, round(rows * camera.width / camera.height))
-            black = np.zeros((rows, columns, 3), np.float32)
-            weight = np.ones((rows, columns), np.float32)
-            size = (camera.width, camera.height)
-            found.append(Capture(camera.name, "", size, black, weight))
-        return found
-
-    return captures
 
 
 def _show(content: dict[str, Any], plan: FitPlan) -> None:

@@ -14,6 +14,7 @@ from . import (
     row_operators,
     stages,
     state,
+    trade_operators,
 )
 
 _MODULES = (
@@ -22,6 +23,7 @@ _MODULES = (
     fit_operators,
     check_operators,
     cost_operators,
+    trade_operators,
     panels,
     stages,
 )
@@ -40,9 +42,10 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """The inverse of `register`; a running fit or check is stopped first."""
+    """The inverse of `register`; whatever runs is stopped first."""
     global _command
     state.CHECK.stop()
+    state.TRADE.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

@@ -17,7 +17,7 @@ from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from .request import run_request
 from .row_operators import report_problems
-from .state import CHECK, RUN, SECONDS
+from .state import CHECK, RUN, SECONDS, TRADE
 
 
 class SELENITE_OT_estimate(bpy.types.Operator):
@@ -30,7 +30,7 @@ class SELENITE_OT_estimate(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """Nothing runs that would slow it down."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None
+        return RUN.job is None and CHECK.job is None and TRADE.trade is None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Waits for the short fit; nothing of it is kept but its time."""

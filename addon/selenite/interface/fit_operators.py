@@ -23,7 +23,7 @@ from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from .request import refresh_rows, run_request, values_text
 from .row_operators import report_problems
-from .state import CHECK, RUN, remember_shapes
+from .state import CHECK, RUN, TRADE, remember_shapes
 
 _TICK = 0.2  # seconds between two looks at the native thread
 
@@ -45,7 +45,7 @@ class SELENITE_OT_start(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """One fit at a time."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None
+        return RUN.job is None and CHECK.job is None and TRADE.trade is None
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer looks at it."""
@@ -162,7 +162,7 @@ class SELENITE_OT_resume(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """One fit at a time."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None
+        return RUN.job is None and CHECK.job is None and TRADE.trade is None
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Opens the file browser where runs are kept."""

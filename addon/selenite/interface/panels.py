@@ -187,6 +187,12 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         for name in (*names, "physical_refraction"):
             column.prop(context.scene.selenite, name)
         column.operator("selenite.resume", icon="RECOVER_LAST")
+        column.prop(context.scene.selenite, "trade_budget")
+        column.operator("selenite.trade", icon="GRAPH")
+        if state.TRADE.step is not None:
+            _bar(column, state.TRADE.step.fraction, state.TRADE.step.text)
+        for line in state.TRADE.lines:
+            column.label(text=line)
 
 
 class SELENITE_PT_result(bpy.types.Panel):

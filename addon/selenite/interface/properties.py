@@ -194,6 +194,14 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         min=1,
         description="Samples per pixel of the pictures in the result folder",
     )
+    trade_budget: FloatProperty(
+        name="Budget",
+        default=300.0,
+        min=1.0,
+        soft_max=3600.0,
+        precision=0,
+        description="Seconds that the measurement of time against error may take",
+    )
     output: StringProperty(
         name="Folder",
         default="//selenite-fits",

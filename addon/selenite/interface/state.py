@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -16,6 +17,7 @@ from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..fit_run.staged_job import StagedJob
 from ..scene_read.values import Owner, SceneValues
+from ..trade.measure import Step, Trade
 
 
 @dataclass
@@ -90,8 +92,29 @@ class Check:
         self.job = None
 
 
+@dataclass
+class Measurement:
+    """At most one measurement of time against error at a time. `lines` stay after its end."""
+
+    trade: Trade | None = None
+    steps: Iterator[Step] | None = None
+    step: Step | None = None
+    lines: list[str] = field(default_factory=list)
+
+    def start(self, trade: Trade) -> None:
+        """Nothing happens until `steps` is asked."""
+        self.trade, self.steps, self.step, self.lines = trade, trade.steps(), None, []
+
+    def stop(self) -> None:
+        """Waits for the running fit and forgets the measurement."""
+        if self.trade is not None:
+            self.trade.cancel()
+        self.trade = self.steps = self.step = None
+
+
 RUN = Run()
 CHECK = Check()
+TRADE = Measurement()
 #: Scene name -> preset -> expected seconds of a fit, when they were last estimated.
 SECONDS: dict[str, dict[str, float]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
