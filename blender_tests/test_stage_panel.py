@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import bpy
 import made_scenes as made
 import pytest
-from test_interface import draw, prepare_fit
+from test_interface import FakeLayout, draw, prepare_fit
 
 from selenite.fit_run.stages import PRESETS
 from selenite.interface import panels, properties, request, stages, state
@@ -126,3 +126,12 @@ def test_the_panel_tells_how_long_each_preset_will_take(tmp_path):
     tick(settings)
     with pytest.raises(RuntimeError, match="no parameter is ticked"):
         bpy.ops.selenite.estimate()
+
+
+def test_a_row_of_the_list_shows_name_and_number_of_parameters(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    bpy.ops.selenite.add_stage()
+    layout = FakeLayout()
+    row = settings.stages[0]
+    stages.SELENITE_UL_stages.draw_item(None, bpy.context, layout, None, row, 0, None, "")
+    assert layout.drawn == ["", "1"]

@@ -65,6 +65,7 @@ def test_a_healthy_fit_gives_no_sentence():
     [
         (ROUGHNESS, [0.5, 0.2, *[0.02] * 6], "Body:roughness has sat at its minimum 0.02 for 6"),
         (COLOUR, [[0.1, 0.2, 0.3]] + [[0.1, 0.2, 0.999]] * 7, "Body:base_color.b has sat at its m"),
+        (COLOUR, [[0.1, 0.2, 0.3]] + [[0.001, 0.2, 0.001]] * 7, "Body:base_color (r, b) has sat"),
         (EXTINCTION, [40.0, 400.0, *[1000.0] * 9], "maximum 1000 for 9 iterations"),
     ],
 )

@@ -70,19 +70,24 @@ def diagnose(
 
 
 def at_bound(history: History, limits: Sequence[Limits]) -> list[str]:
-    """Values that have sat on a bound for the last rows."""
-    found = []
+    """Values that have sat on a bound for the last rows; the components of a colour together."""
+    sitting: dict[tuple[str, str, float], dict[str, int]] = {}
     for item, label, values in _components(history, limits):
         for bound, word in ((item.minimum, "minimum"), (item.maximum, "maximum")):
             near = 0.01 * abs(bound) + 1e-6 * (item.maximum - item.minimum)
             away = np.flatnonzero(np.abs(values - bound) > near)
             rows = len(values) - (int(away[-1]) + 1 if len(away) else 0)
             if rows >= _AT_BOUND_FOR:
-                found.append(
-                    f"{label} has sat at its {word} {bound:g} for {rows} iterations: "
-                    "if that is not plausible, light, exposure or a parameter that is not fitted "
-                    "is wrong; else widen the bound"
-                )
+                sitting.setdefault((item.name, word, bound), {})[label] = rows
+    found = []
+    for (name, word, bound), labels in sitting.items():
+        letters = [label.removeprefix(name).lstrip(".") for label in labels]
+        label = next(iter(labels)) if len(labels) == 1 else f"{name} ({', '.join(letters)})"
+        found.append(
+            f"{label} has sat at its {word} {bound:g} for {min(labels.values())} iterations: if "
+            "that is not plausible, light, exposure or a parameter that is not fitted is wrong; "
+            "else widen the bound"
+        )
     return found
 
 

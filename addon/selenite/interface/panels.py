@@ -264,7 +264,7 @@ def _notes(layout: bpy.types.UILayout, notes: Sequence[str]) -> None:
     """What is wrong with a fit, each remark in a box."""
     for note in notes:
         box = layout.box().column(align=True)
-        for index, line in enumerate(_wrapped(note)):
+        for index, line in enumerate(_wrapped(note, width=27)):
             box.label(text=line, icon="NONE" if index else "INFO")
 
 

@@ -191,9 +191,9 @@ class SELENITE_UL_stages(bpy.types.UIList):
         _active_property: str,
     ) -> None:
         """Name, editable, and the number of parameters."""
-        row = layout.row(align=True)
-        row.prop(item, "name", text="")
-        row.label(text=f"{len(item.parameters.splitlines())} parameters")
+        parts = layout.split(factor=0.85)
+        parts.prop(item, "name", text="", emboss=False)
+        parts.label(text=str(len(item.parameters.splitlines())))
 
 
 class SELENITE_PT_stages(bpy.types.Panel):
