@@ -95,6 +95,25 @@ def test_cameras_of_photos_count_and_nothing_else_of_them(scene, tmp_path, capsy
     assert min(row["error"] for row in content["settings"] if row["runs"]) < 0.1
 
 
+def test_a_fit_that_fails_is_told_and_the_others_go_on(scene, tmp_path, capsys, monkeypatch):
+    from selenite.fit_run.job import FitFailed
+    from selenite.trade import measure
+
+    class Fragile(measure.FitJob):
+        def progress(self):
+            if self.plan.request.settings.iterations == PRESETS["draft"].iterations:
+                raise FitFailed("the derivative is not finite")
+            return super().progress()
+
+    monkeypatch.setattr(measure, "FitJob", Fragile)
+    words = ("--fit=Body:base_color", "--budget=4", f"--out={tmp_path / 'out'}")
+    status, content, printed = command(capsys, "trade", scene, *words)
+    assert status == 0
+    assert content["presets"]["draft"]["failure"] == "the derivative is not finite"
+    assert "'draft' came to no end" in printed
+    assert any(row["runs"] for row in content["settings"])
+
+
 @pytest.mark.parametrize(
     ("words", "text"),
     [

@@ -92,7 +92,10 @@ def _show(content: dict[str, Any], plan: FitPlan) -> None:
             for row in rows
         ],
     )
-    left_out = sum(not row["runs"] for row in rows)
+    for row in rows:
+        if row["failure"]:
+            say(f"warning: '{row['name']}' came to no end: {row['failure']}")
+    left_out = sum(not row["runs"] and not row["failure"] for row in rows)
     if left_out:
         say(f"{left_out} settings do not fit into {content['budget']:g} s; raise --budget")
     for item in plan.unknowns:

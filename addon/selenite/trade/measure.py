@@ -13,7 +13,7 @@ import numpy as np
 from .. import native
 from ..fit_run import cost
 from ..fit_run.captures import Capture
-from ..fit_run.job import FitJob, fitted_values
+from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
 from . import choices
@@ -33,11 +33,15 @@ Weights = Callable[[int], list[Capture]]  # height in pixels -> captures, for si
 
 @dataclass
 class Row:
-    """What was measured with one choice; a run is {seconds, cpu_seconds, errors by name, error}."""
+    """What was measured with one choice; a run is {seconds, cpu_seconds, errors by name, error}.
+
+    failure: why its fit came to no end; it is not run again.
+    """
 
     choice: Choice
     expected_seconds: float
     runs: list[dict[str, Any]] = field(default_factory=list)
+    failure: str = ""
 
     def mean(self, key: str) -> float:
         """Over the runs; NaN without any."""
@@ -94,7 +98,8 @@ class Trade:
 
     def steps(self) -> Iterator[Step]:
         """Photos, one timed fit, then round after round of fits, cheap ones first. Yields many
-        times a second. Raises BadInput and FitFailed as FitJob does."""
+        times a second. Raises BadInput and FitFailed as FitJob does, FitFailed of the timed fit
+        only: the failure of another one is noted in its row."""
         begin = time.monotonic()
         settings = choices.choices(self.plan.request.settings, self._tallest)
         yield from self._render_photos(begin)
@@ -104,12 +109,15 @@ class Trade:
         for run in range(_MOST_RUNS):
             for row in sorted(self.rows, key=_urgency):
                 left = self.budget - (time.monotonic() - begin)
-                if row.expected_seconds > left or len(row.runs) < run:
+                if row.expected_seconds > left or len(row.runs) < run or row.failure:
                     continue
-                for _ in self._fit(row, run, left):
-                    self.seconds = time.monotonic() - begin
-                    text = f"run {run + 1} of '{row.choice.name}'"
-                    yield Step(min(1.0, self.seconds / self.budget), text)
+                try:
+                    for _ in self._fit(row, run, left):
+                        self.seconds = time.monotonic() - begin
+                        text = f"run {run + 1} of '{row.choice.name}'"
+                        yield Step(min(1.0, self.seconds / self.budget), text)
+                except FitFailed as error:
+                    row.failure = str(error)
         self.seconds = time.monotonic() - begin
 
     def captures(self, height: int) -> list[Capture]:

@@ -142,4 +142,5 @@ def _row(row: Row, on_front: bool) -> dict[str, Any]:
         "highest_error": max(errors) if measured else None,
         "on_front": on_front,
         "errors": row.errors(),
+        "failure": row.failure or None,
     }
