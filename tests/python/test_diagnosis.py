@@ -79,12 +79,13 @@ def test_a_small_extinction_is_not_at_its_bound():
 
 
 def test_a_value_on_its_way_to_a_bound():
-    even = 0.5 + 0.03 * np.arange(12)
+    even = 0.55 + 0.03 * np.arange(12)
     (note,) = diagnose(history({"Body:roughness": even}), [ROUGHNESS], [])
-    assert "Body:roughness = 0.83 has moved towards its maximum 0.999 for 8 iterations" in note
+    assert not diagnose(history({"Body:roughness": even - 0.1}), [ROUGHNESS], [])  # far from it
+    assert "Body:roughness = 0.88 has moved towards its maximum 0.999 for 8 iterations" in note
     slowing = 0.95 - 0.6 * 0.6 ** np.arange(12)
     assert not diagnose(history({"Body:roughness": slowing}), [ROUGHNESS], [])
-    grows = 5.0 * 1.3 ** np.arange(15)
+    grows = 9.0 * 1.3 ** np.arange(15)
     (note,) = diagnose(history({"Jade:extinction": grows}), [EXTINCTION], [])
     assert "towards its maximum 1000" in note
 
@@ -140,6 +141,9 @@ def test_steps_that_are_noise():
     rng = np.random.default_rng(3)
     jumping = 0.5 + 0.05 * rng.choice([-1, 1], 30)
     (note,) = diagnose(history({"Body:roughness": jumping}), [ROUGHNESS], [])
+    settling = 0.5 + (jumping - 0.5) * 0.9 ** np.arange(30)
+    assert not diagnose(history({"Body:roughness": settling}), [ROUGHNESS], [])
+    assert not diagnose(history({"Body:roughness": jumping[:15]}), [ROUGHNESS], [])
     size = re.search(r"Body:roughness goes back and forth by ([\d.]+) a step", note)
     assert size and 0.03 < float(size[1]) < 0.11, note
     assert "four times the samples" in note

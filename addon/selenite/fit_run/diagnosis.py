@@ -21,6 +21,7 @@ History = Mapping[str, Any]  # as the native result has it
 FIRST_LOOK = 8
 _AT_BOUND_FOR = 5  # rows
 _DRIFT_FOR, _ARRIVES_IN = 8, 8  # rows behind, iterations ahead
+_DRIFT_NEAR = 0.15  # of the range: a fit that has just begun crosses the middle of it at full speed
 _FLAT = 0.9  # of the first loss is still there
 _SIGMAS = 3.0
 _GAIN = 0.1  # from 1
@@ -29,7 +30,9 @@ _SHIFT_PIXELS, _SHIFT_EXPLAINS = 0.5, 0.3
 _RIM_PIXELS = 3
 _RIM_HOLDS, _RIM_TIMES = 0.6, 4.0  # of the squared difference; mean over that inside
 _FEWEST_PIXELS = 20
-_JITTER_ROWS, _JITTER_NET, _JITTER = 10, 0.25, 0.02  # net way over whole way; step over the range
+#: Rows; of the history at least; net way over whole way; step over the range; newer half of the
+#: rows over older half, below which the steps are settling.
+_JITTER_ROWS, _JITTER_FROM, _JITTER_NET, _JITTER, _SETTLING = 10, 20, 0.25, 0.02, 0.7
 _NOISE_OF_PHOTO = 0.02  # standard error as a difference in brightness, over the photo's
 
 
@@ -102,7 +105,8 @@ def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
         for bound, word, sign in ((item.minimum, "minimum", -1), (item.maximum, "maximum", 1)):
             pace, left = sign * steps.mean(), sign * (scale(bound) - scale(values[-1]))
             even = bool((sign * steps > 0).all()) and sign * steps[-1] >= pace / 2
-            if even and 0 < left <= _ARRIVES_IN * pace and pace > 0:
+            near = left <= _DRIFT_NEAR * (scale(item.maximum) - scale(item.minimum))
+            if even and near and 0 < left <= _ARRIVES_IN * pace and pace > 0:
                 found.append(
                     f"{label} = {values[-1]:.3g} has moved towards its {word} {bound:g} for "
                     f"{_DRIFT_FOR} iterations without slowing down: look whether light, exposure "
@@ -174,11 +178,17 @@ def too_noisy(history: History, limits: Sequence[Limits], views: Sequence[View])
     found = []
     for item, label, values in _components(history, limits):
         steps = np.diff(values[-_JITTER_ROWS - 1 :])
-        if len(steps) < _JITTER_ROWS:
+        if len(values) <= _JITTER_FROM:
             continue
+        older, newer = (np.sqrt(np.mean(np.square(half))) for half in np.split(steps, 2))
         size = float(np.sqrt(np.mean(np.square(steps))))
         span = abs(values[-1]) if item.logarithmic else item.maximum - item.minimum
-        if size > _JITTER * span and abs(steps.sum()) < _JITTER_NET * np.abs(steps).sum():
+        settling = newer < _SETTLING * older
+        if (
+            not settling
+            and size > _JITTER * span
+            and abs(steps.sum()) < _JITTER_NET * np.abs(steps).sum()
+        ):
             found.append(
                 f"{label} goes back and forth by {size:.2g} a step and gets nowhere: the steps are "
                 "noise; take four times the samples, larger pictures or a smaller learning rate"

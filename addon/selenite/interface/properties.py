@@ -37,7 +37,12 @@ PRESET_ITEMS = (
 STAGE_ITEMS = (
     ("none", "All at Once", "Every ticked parameter in every iteration", 0),
     ("ior-last", "IOR Last", "Everything but indices of refraction first, then everything", 1),
-    ("colours-first", "Colours First", "Colours and albedos first, then everything", 2),
+    (
+        "colours-first",
+        "Colours First",
+        "Colours first, then everything; an albedo before its grid",
+        2,
+    ),
     ("own", "Own List", "What the stages below name; ticks do not count", 3),
 )
 KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
