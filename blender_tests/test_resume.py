@@ -75,8 +75,35 @@ def killed(words, fits, iterations):
     return folder
 
 
-def test_a_killed_run_goes_on_where_it_was(words, tmp_path, capsys):
-    folder = killed([*words, "--iterations=2000"], tmp_path / "fits", 10)
+def report_rows(report):
+    with (Path(report["folder"]) / "history.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
+    """Killed in its last iterations, after its last state on disk; the same bits come out."""
+    words = [*words, "--iterations=1500", "--seed=3"]
+    folder = killed(words, tmp_path / "fits", 20)
+    (state,) = folder.glob("optimiser_1.state")
+    assert state.stat().st_size > 1000
+    status, report = command(capsys, "fit", "--resume", str(folder), "--threads=1")
+    assert status == 0, report
+    assert not folder.exists()
+    assert Path(report["folder"]).parent == folder.parent
+    status, whole = command(capsys, *words)
+    assert status == 0
+    assert report["parameters"] == whole["parameters"]
+    assert report["samples"] == whole["samples"] and "stages" not in report
+    histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (report, whole)]
+    assert histories[0] == histories[1]
+
+
+def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
+    words, tmp_path, capsys
+):
+    folder = killed([*words, "--iterations=20000"], tmp_path / "fits", 10)
+    for path in folder.glob("optimiser_*.state"):
+        path.unlink()
     state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
     (part,) = state["parts"]
     done, best = part["iterations"], part["values_best"]["Body:base_color"]
@@ -86,19 +113,77 @@ def test_a_killed_run_goes_on_where_it_was(words, tmp_path, capsys):
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     status, report = command(capsys, "fit", "--resume", str(folder))
     assert status == 0, report
-    assert not folder.exists()
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
     assert report["parameters"]["Body:base_color"]["initial"] == pytest.approx([0.8, 0.4, 0.2])
     assert report["iterations"] == done + 15
     assert [stage["name"] for stage in report["stages"]] == ["everything", "everything, part 2"]
     assert report["stages"][0]["stopped_because"] == "interrupted"
-    with (Path(report["folder"]) / "history.csv").open(encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
+    rows = report_rows(report)
     first = [row for row in rows if row["stage"] == "1"]
     second = [row for row in rows if row["stage"] == "2"]
     assert [float(row["loss"]) for row in first] == part["history"]["loss"]
     assert [float(second[0][f"Body:base_color.{c}"]) for c in "rgb"] == best
-    assert Path(report["folder"]).parent == folder.parent
+
+
+def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
+    from test_fit_grid import smoke
+
+    smoke()
+    photo = made.photo(tmp_path / "photo.exr", value=0.3)
+    names = ("Smoke:albedo", "Smoke:albedo_grid")
+    request = RunRequest(
+        "",
+        (UnknownRequest("Smoke", "albedo"), UnknownRequest("Smoke", "albedo_grid", grid="3")),
+        (CaptureRequest("Camera", str(photo)),),
+        FitSettings(height=12, iterations=3000, threads=1),
+        (StageRequest("one", names[:1], 4), StageRequest("many", names[1:])),
+    )
+    job = make_job(prepare(made.read(), request))
+    recorder = checkpoint.Recorder(tmp_path / "run", job.plan.request)
+    job.start()
+    while not list(recorder.folder.glob("optimiser_2.state")):
+        job.progress()
+        recorder.look(job, now=True)
+        time.sleep(0.01)
+    job.cancel()
+    job.join()
+    run = checkpoint.going_on(checkpoint.load(recorder.folder))
+    assert run.request.stages == job.plan.request.stages and len(run.parts) == 1
+    again = make_job(prepare(made.read(), run.request), run.parts, run.state)
+    done = again.progress().iteration
+    assert done > 4
+    again.start()
+    while again.progress().iteration < done + 20:
+        time.sleep(0.01)
+    again.cancel()
+    again.join()
+    first, second = (item.so_far()["history"] for item in (job, again))
+    rows = min(len(first["loss"]), len(second["loss"]))
+    np.testing.assert_array_equal(first["loss"][:rows], second["loss"][:rows])
+    name = "Smoke:albedo_grid"
+    both = [item["field_means"][name][:rows] for item in (first, second)]
+    np.testing.assert_array_equal(*both)
+    assert rows > done
+
+
+def test_a_damaged_state_is_told_with_what_to_do(tmp_path):
+    plan = plan_of(tmp_path, (3, 100_000))
+    job = make_job(plan)
+    recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
+    job.start()
+    while not list(recorder.folder.glob("optimiser_2.state")):
+        job.progress()
+        recorder.look(job, now=True)
+        time.sleep(0.01)
+    job.cancel()
+    job.join()
+    (path,) = recorder.folder.glob("optimiser_2.state")
+    path.write_bytes(path.read_bytes()[:-9])
+    run = checkpoint.going_on(checkpoint.load(recorder.folder))
+    with pytest.raises(
+        BadInput, match=r"optimiser_2.state': The saved state is damaged.*delete it"
+    ):
+        make_job(prepare(made.read(), run.request), run.parts, run.state)
 
 
 def plan_of(tmp_path, iterations=(4, 5)):
@@ -128,9 +213,9 @@ def test_a_run_stopped_between_two_stages_gives_the_same_numbers(tmp_path):
     plan = plan_of(tmp_path)
     whole = finished(plan)
     checkpoint.save(checkpoint.Recorder(tmp_path / "run", plan.request).folder, whole.parts()[:1])
-    request, parts = checkpoint.going_on(*checkpoint.load(tmp_path / "run"))
-    assert request.stages == plan.request.stages
-    again = finished(prepare(made.read(), request), parts).result()
+    run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
+    assert run.request.stages == plan.request.stages
+    again = finished(prepare(made.read(), run.request), run.parts).result()
     assert again["values_best"] == whole.result()["values_best"]
     for key, column in whole.result()["history"].items():
         if key not in ("values", "field_means"):
@@ -142,8 +227,8 @@ def test_a_run_stopped_while_its_pictures_were_written_is_not_run_again(tmp_path
     whole = finished(plan)
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     recorder.look(whole, now=True)
-    request, parts = checkpoint.going_on(*checkpoint.load(tmp_path / "run"))
-    job = finished(prepare(made.read(), request), parts)
+    run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
+    job = finished(prepare(made.read(), run.request), run.parts)
     assert job.progress().fraction == 1 and not job.progress().running
     before, after = whole.result(), job.result()
     for key in ("values_best", "iterations", "seconds", "samples", "stopped_because"):
@@ -155,7 +240,8 @@ def test_an_interrupted_stage_becomes_two(done, left):
     part = {"iterations": done, "stopped_because": "", "history": {}}
     unknowns = (UnknownRequest("Body", "ior"),)
     request = RunRequest("", unknowns, (), FitSettings(iterations=20))
-    found, parts = checkpoint.going_on(request, [part])
+    run = checkpoint.going_on(checkpoint.Unfinished(request, [part]))
+    found, parts = run.request, run.parts
     assert [(s.name, s.iterations) for s in found.stages] == [
         ("everything", done),
         ("everything, part 2", left),
@@ -163,7 +249,7 @@ def test_an_interrupted_stage_becomes_two(done, left):
     assert parts[0]["stopped_because"] == "interrupted"
     assert found.stages[0].parameters == ("Body:ior",)
     more = [{"iterations": done, "stopped_because": "interrupted"}, part | {"iterations": 2}]
-    again, _ = checkpoint.going_on(found, more)
+    again = checkpoint.going_on(checkpoint.Unfinished(found, more)).request
     names = ["everything", "everything, part 2", "everything, part 3"]
     assert [s.name for s in again.stages] == names
 
@@ -231,9 +317,11 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     until = time.monotonic() + 60
     while state.RUN.job.progress().iteration < 5 and time.monotonic() < until:
         time.sleep(0.01)
-    state.RUN.recorder.look(state.RUN.job, now=True)
     folder = state.RUN.recorder.folder
+    state.RUN.recorder.look(state.RUN.job, now=True)
     assert (folder / "state.json").is_file()
+    for path in folder.glob("optimiser_*.state"):  # so that the run can be made shorter below
+        path.unlink()
     state.RUN.recorder = None  # as if Blender had ended here
     bpy.ops.selenite.cancel()
     assert Start._finish(fake, bpy.context) == {"CANCELLED"}

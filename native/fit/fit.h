@@ -23,6 +23,7 @@ struct HistoryRow {
   double validation_standard_error = 0;
   Color<double> mean_bias;                 ///< render minus photo, mean over the cameras
   std::vector<Color<double>> field_means;  ///< of the voxels of each field
+  void members(SavedState& state);
 };
 
 enum class StopReason { kNone, kIterations, kTolerance, kCancelled, kDropped, kError };
@@ -63,6 +64,11 @@ class Fit {
   /// One iteration: renders, records, steps, and validates when it is due. False when the fit is
   /// over. A cancelled step leaves values and history as they were before it and ends the fit.
   bool step(Progress* progress = nullptr);
+  /// Everything that changes from step to step: a fit with the same arguments that is restored from
+  /// it takes the same steps to the last bit. Between two steps only.
+  std::string saved();
+  /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
+  void restore(std::string_view saved);
   /// So far; complete once `step` has returned false.
   const FitResult& result() const { return result_; }
 
@@ -80,6 +86,7 @@ class Fit {
     double loss = 0, unbiased = 0, variance = 0;
     std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all captures
     Color<double> bias;
+    void members(SavedState& state);
   };
 
   Scene scene_at(const Vector& x, const FieldValues& fields) const {
@@ -96,6 +103,8 @@ class Fit {
   bool stop(StopReason reason, std::string message = {});
   bool too_many_dropped();
   bool within_tolerance() const;
+  std::string fingerprint() const;
+  void members(SavedState& state);
   Film render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
                     Progress* progress);
   RenderSettings render_settings(int capture, int spp, std::uint64_t seed) const;

@@ -27,6 +27,7 @@ class GaussNewton final : public Optimiser {
   Vector answer(const Vector& x) const override;
   bool averages() const override { return true; }
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
+  void members(SavedState& state) override;
 
  private:
   using Matrix = Eigen::MatrixXd;
@@ -36,6 +37,7 @@ class GaussNewton final : public Optimiser {
     Eigen::VectorXf weight;    ///< per channel of a pixel; sums to about 1 / brightness^2
     Eigen::VectorXf variance;  ///< of one sample, summed over recent iterations
     JacobianSums jacobians;
+    void members(SavedState& state);
   };
   /// Sums over pixels of one iteration.
   struct Measurement {

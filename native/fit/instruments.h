@@ -32,6 +32,7 @@ class JacobianSums {
   };
   /// Forgets, adds the halves of this iteration, and returns the instruments for it.
   Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep);
+  void members(SavedState& state);
 
  private:
   Jacobian sum_a_, sum_b_;

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.checkpoint import SUFFIX, Recorder, going_on, load
+from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.job import FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.set_cycles and save is None:
         cause, cure = "there is no file to set it in", "add --save OUT.blend"
         problems.append(Problem("Argument --set-cycles", cause, cure))
-    scene, values, plan, before = _resumed(args, problems) if args.resume else _new(args, problems)
+    scene, values, plan, run = _resumed(args, problems) if args.resume else _new(args, problems)
     if plan.fields and args.check_in_cycles:
         cause = "the check in Cycles does not write grids"
         cure = "leave --check-in-cycles out"
@@ -66,7 +66,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         out = out if args.out else unfinished.parent
     else:
         unfinished = new_folder(out, SUFFIX)
-    job = make_job(plan, before)
+    job = make_job(plan, run.parts, run.state)
+    if args.resume:
+        say(f"going on after {job.progress().iteration} iterations")
     recorder = Recorder(unfinished, plan.request)
     result = _fit(job, recorder)
 
@@ -108,7 +110,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return report
 
 
-Planned = tuple[Any, SceneValues, FitPlan, list[dict[str, Any]]]  # bpy scene, its values
+Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
 
 
 def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
@@ -137,7 +139,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
-    return scene, values, plan, []
+    return scene, values, plan, Unfinished(plan.request, [])
 
 
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
@@ -147,11 +149,11 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         if name != "threads" and getattr(args, name):
             cause, cure = "the run has its own", "leave it out, or start a new run"
             problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
-    request, before = going_on(*load(Path(args.resume).expanduser()))
+    run = going_on(load(Path(args.resume).expanduser()))
     request = replace(
-        request,
-        scene=args.scene or request.scene,
-        settings=with_overrides(request.settings, {"threads": args.threads}),
+        run.request,
+        scene=args.scene or run.request.scene,
+        settings=with_overrides(run.request.settings, {"threads": args.threads}),
     )
     scene, values = open_scene(request.scene)
 
@@ -162,9 +164,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
-    done = sum(part["iterations"] for part in before)
-    say(f"going on after {done} iterations, with stage {len(before) + 1} of {len(plan.stages)}")
-    return scene, values, plan, before
+    return scene, values, plan, run
 
 
 def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> dict[str, Any]:

@@ -44,13 +44,25 @@ class Progress:
         return min(1.0, self.iteration / self.iterations) if self.iterations else 0.0
 
 
+@dataclass(frozen=True)
+class SavedState:
+    """The whole state of a native fit: file name, content, and the seconds it had taken."""
+
+    name: str
+    data: bytes
+    seconds: float
+
+
 class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
-    def __init__(self, plan: FitPlan, *, from_start: bool = True) -> None:
+    def __init__(
+        self, plan: FitPlan, *, from_start: bool = True, state: SavedState | None = None
+    ) -> None:
         """Validates natively and starts nothing. Raises BadInput.
 
-        `from_start`: False for a stage that goes on where another one ended.
+        `from_start`: False for a stage that goes on where another one ended. `state`: of a fit with
+        this plan, which goes on as that one would have done.
         """
         self.plan = plan
         self._from_start = from_start
@@ -69,6 +81,15 @@ class FitJob:
         except (ValueError, KeyError) as error:
             cure = "change the settings or the bounds"
             raise BadInput(Problem("Fit", _text(error), cure)) from error
+        if state is not None:
+            self._restore(state)
+
+    def _restore(self, state: SavedState) -> None:
+        try:
+            self._fit.restore(state.data, state.seconds)
+        except ValueError as error:
+            cure = "delete it: the run then goes on from its best values"
+            raise BadInput(Problem(f"File '{state.name}'", _text(error), cure)) from error
 
     def start(self) -> None:
         """Returns at once; the native thread works without the GIL."""
@@ -120,6 +141,14 @@ class FitJob:
         ]
         history = self.so_far()["history"]
         return diagnose(history, limits, views, from_start=self._from_start)
+
+    def request_state(self) -> None:
+        """Asks for the whole state after the iteration that runs."""
+        self._fit.request_state()
+
+    def take_state(self) -> bytes | None:
+        """The state that was asked for, once it is there; it is handed out once."""
+        return self._fit.take_state()
 
     def so_far(self) -> dict[str, Any]:
         """The native result as it stands, at any time; a copy, so not for every tick."""

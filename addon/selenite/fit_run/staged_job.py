@@ -12,7 +12,7 @@ import numpy as np
 
 from ..parameters import Values
 from . import stage_plan
-from .job import FitJob, Progress
+from .job import FitJob, Progress, SavedState
 from .plan import FitPlan
 from .stage_history import joined
 from .stage_plan import Stage
@@ -29,9 +29,11 @@ class Point:
     fields: dict[str, np.ndarray]
 
 
-def make_job(plan: FitPlan, before: Sequence[dict[str, Any]] = ()) -> FitJob | StagedJob:
-    """The job that a plan asks for; before: see StagedJob. Raises BadInput."""
-    return StagedJob(plan, before) if plan.stages else FitJob(plan)
+def make_job(
+    plan: FitPlan, before: Sequence[dict[str, Any]] = (), state: SavedState | None = None
+) -> FitJob | StagedJob:
+    """The job that a plan asks for; before and state: see StagedJob. Raises BadInput."""
+    return StagedJob(plan, before, state) if plan.stages else FitJob(plan, state=state)
 
 
 class Ended:
@@ -44,7 +46,10 @@ class Ended:
     def start(self) -> None:
         """There is nothing to do."""
 
-    cancel = join = start
+    cancel = join = request_state = start
+
+    def take_state(self) -> None:
+        """There is none."""
 
     def progress(self) -> Progress:
         """At the end."""
@@ -77,11 +82,16 @@ class StagedJob:
     No thread is added: whoever polls or joins starts the next stage.
     """
 
-    def __init__(self, plan: FitPlan, before: Sequence[dict[str, Any]] = ()) -> None:
+    def __init__(
+        self,
+        plan: FitPlan,
+        before: Sequence[dict[str, Any]] = (),
+        state: SavedState | None = None,
+    ) -> None:
         """Validates every stage natively and starts nothing. Raises BadInput.
 
         before: results of the first stages, which are not run again. When all have one, `start`
-        runs nothing and the job is at its end.
+        runs nothing and the job is at its end. state: of the stage after those.
         """
         self.plan = plan
         self._point = Point(
@@ -101,7 +111,7 @@ class StagedJob:
         if len(before) == len(plan.stages):
             self._job = Ended(own, dict(before[-1]))
         else:
-            self._job = FitJob(own, from_start=not self._ended)
+            self._job = FitJob(own, from_start=not self._ended, state=state)
 
     def start(self) -> None:
         """Returns at once."""
@@ -142,6 +152,14 @@ class StagedJob:
         self._job.join()
         while self._go_on(self._job.progress().stopped_because):
             self._job.join()
+
+    def request_state(self) -> None:
+        """Asks for the whole state of the stage that runs."""
+        self._job.request_state()
+
+    def take_state(self) -> bytes | None:
+        """The state that was asked for, of the stage that runs now."""
+        return self._job.take_state()
 
     def parts(self) -> list[dict[str, Any]]:
         """The native results so far of every stage that has begun."""

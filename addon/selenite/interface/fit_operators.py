@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import bpy
 from bpy.props import StringProperty
 
 from .. import mean_free_path, write_back
 from ..cycles_check.render_settings import contents_of
-from ..fit_run.checkpoint import SUFFIX, Recorder, going_on, load
+from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.job import FitFailed, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import new_folder, write_results
@@ -95,14 +94,14 @@ class SELENITE_OT_start(bpy.types.Operator):
         try:
             values = read_scene(context.scene, context.evaluated_depsgraph_get())
             remember_shapes(context.scene.name, values)
-            before: list[dict[str, Any]] = []
             if resume:
-                wanted, before = going_on(*load(Path(bpy.path.abspath(resume))))
+                run = going_on(load(Path(bpy.path.abspath(resume))))
             else:
-                wanted = run_request(context.scene, values, problems)
+                run = Unfinished(run_request(context.scene, values, problems), [])
             if problems:
                 raise BadInput([*values.problems, *problems])
-            job = make_job(prepare(values, wanted, packed_photos()), before)
+            plan = prepare(values, run.request, packed_photos())
+            job = make_job(plan, run.parts, run.state)
         except BadInput as error:
             report_problems(self, error)
             return False
