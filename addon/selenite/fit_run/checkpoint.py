@@ -30,9 +30,9 @@ from .stages import StageRequest
 
 SCHEMA = 1
 SUFFIX = ".unfinished"
-_EVERY = 2.0  # seconds between two looks
-#: Seconds between two whole states, and how often the time for writing one fits between them.
-_STATE_EVERY, _STATE_TIMES = 15.0, 30.0
+#: Seconds between two looks, between two whole states, and how often the time that one took fits
+#: between it and the next: at most so small a share of a run goes into its record.
+_EVERY, _STATE_EVERY, _TIMES = 2.0, 15.0, 30.0
 #: A part that goes on has at least so many iterations, to learn anew what the optimiser knew.
 _FEWEST = 10
 _PART = ", part "
@@ -67,9 +67,11 @@ class Recorder:
         _write_json(folder / "run.json", request.as_json())
 
     def look(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
-        """Writes what `job.parts()` has found, at most every two seconds unless `now`."""
+        """Writes what `job.parts()` has found, at most every two seconds unless `now`, and less
+        often where that takes long."""
         if not now and time.monotonic() < self._next:
             return
+        begin = time.monotonic()
         data = job.take_state()
         parts = job.parts()
         if data is not None:
@@ -80,7 +82,8 @@ class Recorder:
             self._seen = seen
         if time.monotonic() >= self._next_state:
             job.request_state()
-        self._next = time.monotonic() + _EVERY
+        took = time.monotonic() - begin
+        self._next = time.monotonic() + max(_EVERY, _TIMES * took)
 
     def _write_state(self, data: bytes, parts: Parts) -> None:
         begin = time.monotonic()
@@ -89,7 +92,7 @@ class Recorder:
         write_bytes(self.folder / name, data)
         self._state = {"file": name, "part": number, "seconds": float(parts[-1]["seconds"])}
         took = time.monotonic() - begin
-        self._next_state = time.monotonic() + max(_STATE_EVERY, _STATE_TIMES * took)
+        self._next_state = time.monotonic() + max(_STATE_EVERY, _TIMES * took)
 
     def finished(self) -> None:
         """The results stand elsewhere: the folder goes."""
@@ -111,7 +114,7 @@ def save(folder: Path, parts: Parts, optimiser: Mapping[str, Any] | None = None)
     file = None
     if grids:
         packed = io.BytesIO()
-        np.savez_compressed(packed, **grids)
+        np.savez(packed, **grids)
         file = f"grids_{len(parts)}_{parts[-1]['iterations']}.npz"
         write_bytes(folder / file, packed.getvalue())
     state = {
