@@ -232,7 +232,7 @@ def test_masked_pixels_do_not_count(scene, tmp_path, capsys):
     assert value == pytest.approx([0.2, 0.6, 0.4], abs=0.03)
 
 
-def test_a_failed_write_leaves_no_folder(scene, tmp_path, capsys, monkeypatch):
+def test_a_failed_write_leaves_no_result_folder(scene, tmp_path, capsys, monkeypatch):
     words = _fit_words(scene, tmp_path)
 
     def full(*_arguments):
@@ -241,7 +241,7 @@ def test_a_failed_write_leaves_no_folder(scene, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(results, "_write_pictures", full)
     assert main(list(words)) == 1
     assert "no space left" in capsys.readouterr().err
-    assert list((tmp_path / "fits").iterdir()) == []
+    assert [item.suffix for item in (tmp_path / "fits").iterdir()] == [".unfinished"]
 
 
 def test_run_request_makes_the_round_trip(tmp_path):

@@ -88,6 +88,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_gradient(commands)
     _add_probe(commands)
     _add_fit(commands)
+    _add_trade(commands)
     _add_demo(commands)
     return parser
 
@@ -101,6 +102,7 @@ def _command(
         "gradient": "renders a picture with its derivatives",
         "probe": "evaluates the BSDF for each row of a table",
         "fit": "fits parameters to photos",
+        "trade": "measures time against error on a scene",
         "demo": "fits the demo scene",
     }[name]
     parser = commands.add_parser(name, help=summary, description=summary.capitalize() + ".")
@@ -172,7 +174,8 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
 def _add_fit(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "fit", ".commands.fit")
     add = parser.add_argument
-    add("scene", metavar="SCENE", help="a .blend file, or the run.json of an earlier fit")
+    scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
+    add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
     add("--photo", **many, metavar="CAMERA=FILE", help="default: the captures of the scene")
@@ -194,14 +197,38 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--learning-rate", type=float)
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
+    stages = "ior-last, colours-first, or a JSON file: what is fitted first and what later"
+    add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
-    add("--out", default="selenite-fits", metavar="DIR", help="gets a folder <date>_<time>")
+    add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
+    out = "gets a folder <date>_<time>; default: selenite-fits, with --resume where DIR is"
+    add("--out", metavar="DIR", help=out)
     add("--save", metavar="OUT.blend", help="saves a copy of the scene with the fitted values")
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
     add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
+
+
+def _add_trade(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "trade", ".commands.trade")
+    parser.set_defaults(start=[], grid=[])  # the truth is the scene's, starts lie away from it
+    add = parser.add_argument
+    add("scene", metavar="SCENE.blend")
+    many = {"action": "append", "default": []}
+    add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what the fits look for")
+    photo = "whose cameras and sizes count; its content does not. Default: the scene's cameras"
+    add("--photo", **many, metavar="CAMERA=FILE", help=photo)
+    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
+    add("--budget", type=float, default=300.0, metavar="SECONDS", help="in all (%(default)g)")
+    add("--loss", help="of every fit; default: dual-buffer")
+    add("--optimiser", help="of every fit; default: auto")
+    add("--seed", type=int)
+    add("--threads", type=int, help="0: all")
+    add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
+    add("--out", required=True, metavar="DIR", help="gets trade.csv, trade.json and trade.png")
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

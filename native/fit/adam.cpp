@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "fit/saved_state.h"
+
 namespace selenite {
 namespace {
 
@@ -37,6 +39,10 @@ Vector Adam::update(const Vector& x, const Vector& gradient) {
   return moments_.update(x, gradient, unknowns.learning_rate(), unknowns.minimum(),
                          unknowns.maximum());
 }
+
+void AdamMoments::members(SavedState& state) { state(first_, second_, steps_); }
+
+void Adam::members(SavedState& state) { state(moments_); }
 
 Vector AdamMoments::update(const Vector& x, const Vector& gradient, const Vector& rate,
                            const Vector& minimum, const Vector& maximum) {

@@ -13,6 +13,7 @@ class AdamMoments {
   /// The next values, inside the bounds; `rate` is the length of a step of each unknown.
   Vector update(const Vector& x, const Vector& gradient, const Vector& rate, const Vector& minimum,
                 const Vector& maximum);
+  void members(SavedState& state);
 
  private:
   Vector first_, second_;
@@ -25,6 +26,7 @@ class Adam final : public Optimiser {
   explicit Adam(const Problem& problem);
   Vector step(const Vector& x, std::span<const Observation> seen) override;
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<Adam>(*this); }
+  void members(SavedState& state) override;
 
   /// One update with a known gradient.
   Vector update(const Vector& x, const Vector& gradient);

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "fit/saved_state.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -139,6 +140,10 @@ std::vector<Color<double>> Fields::means(const FieldValues& values) const {
 
 FieldAdam::FieldAdam(const Fields& fields) : fields_(&fields) {
   for (const Vector& start : fields.start()) moments_.emplace_back(start.size());
+}
+
+void FieldAdam::members(SavedState& state) {
+  for (AdamMoments& moments : moments_) state(moments);
 }
 
 void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients) {

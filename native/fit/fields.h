@@ -56,6 +56,7 @@ class FieldAdam {
   /// One step along the gradient of each field. Throws std::runtime_error naming field and voxel
   /// when a derivative is not finite.
   void step(FieldValues& values, const std::vector<std::vector<double>>& gradients);
+  void members(SavedState& state);
 
  private:
   const Fields* fields_;

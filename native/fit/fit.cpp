@@ -339,11 +339,7 @@ bool Fit::finish(Progress* progress) {
   settle(unknowns_.project(optimiser_->answer(x_)), progress);
   if (too_many_dropped()) return false;
   if (!wants_verification()) return stop(StopReason::kIterations);
-  verification_ = std::make_unique<Verification>(
-      problem_, *optimiser_, result_.best, stream_seed(settings_.seed, Stream::kVerification, 0, 0),
-      settings_.chosen_verification_spp(), settings_.spp);
-  result_.phase = Phase::kVerifying;
-  result_.phase_fraction = 0;
+  start_verification();
   return true;
 }
 

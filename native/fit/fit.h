@@ -25,6 +25,7 @@ struct HistoryRow {
   double validation_standard_error = 0;
   Color<double> mean_bias;                 ///< render minus photo, mean over the cameras
   std::vector<Color<double>> field_means;  ///< of the voxels of each field
+  void members(SavedState& state);
 };
 
 /// What a fit is doing: looking around, stepping, looking again at what it has found.
@@ -74,6 +75,13 @@ class Fit {
   /// due. False when the fit is over. A cancelled step leaves values and history as they were before
   /// it and ends the fit.
   bool step(Progress* progress = nullptr);
+  /// Everything that changes from step to step: a fit with the same arguments that is restored from
+  /// it takes the same steps to the last bit. Between two steps only, and only where `can_be_saved`.
+  std::string saved();
+  /// Not during the search: it is short, and a new fit makes the same one.
+  bool can_be_saved() const { return !search_; }
+  /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
+  void restore(std::string_view saved);
   /// So far; complete once `step` has returned false.
   const FitResult& result() const { return result_; }
 
@@ -91,6 +99,7 @@ class Fit {
     double loss = 0, unbiased = 0, variance = 0;
     std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all captures
     Color<double> bias;
+    void members(SavedState& state);
   };
 
   Scene scene_at(const Vector& x, const FieldValues& fields) const {
@@ -113,9 +122,12 @@ class Fit {
   /// Validates `x` and records it as the final state. True where it became the best one.
   bool settle(const Vector& x, Progress* progress);
   bool wants_verification() const;
+  void start_verification();
   bool stop(StopReason reason, std::string message = {});
   bool too_many_dropped();
   bool within_tolerance() const;
+  std::string fingerprint() const;
+  void members(SavedState& state);
   Film render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
                     Progress* progress);
   RenderSettings render_settings(const Capture& photo, int spp, std::uint64_t seed) const;

@@ -2,6 +2,7 @@
 #include "fit/fit_job.h"
 
 #include <limits>
+#include <utility>
 
 #include "math/error.h"
 
@@ -36,7 +37,14 @@ void FitJob::join() {
 /// with it.
 void FitJob::run() {
   try {
-    while (fit_.step(&progress_)) publish(false);
+    while (fit_.step(&progress_)) {
+      publish(false);
+      if (fit_.can_be_saved() && state_wanted_.exchange(false)) {
+        auto saved = std::make_shared<const std::string>(fit_.saved());
+        const std::scoped_lock lock(mutex_);
+        saved_ = std::move(saved);
+      }
+    }
     publish(true);
   } catch (const std::exception& error) {
     const std::scoped_lock lock(mutex_);
@@ -44,6 +52,19 @@ void FitJob::run() {
     end_ = Clock::now();
     over_ = true;
   }
+}
+
+std::shared_ptr<const std::string> FitJob::take_state() {
+  const std::scoped_lock lock(mutex_);
+  return std::exchange(saved_, nullptr);
+}
+
+void FitJob::restore(std::string_view saved, double seconds) {
+  const std::scoped_lock lock(join_mutex_, mutex_);
+  if (started_) throw InvalidArgument("Fit.restore: this fit has been started; restore a new one");
+  fit_.restore(saved);
+  published_ = std::make_shared<const FitResult>(fit_.result());
+  seconds_before_ = seconds;
 }
 
 void FitJob::publish(bool over) {
@@ -59,8 +80,9 @@ void FitJob::publish(bool over) {
 
 double FitJob::seconds() const {
   const std::scoped_lock lock(mutex_);
-  if (!started_) return 0;
-  return std::chrono::duration<double>((over_ ? end_ : Clock::now()) - begin_).count();
+  if (!started_) return seconds_before_;
+  return seconds_before_ +
+         std::chrono::duration<double>((over_ ? end_ : Clock::now()) - begin_).count();
 }
 
 FitState FitJob::state() const {

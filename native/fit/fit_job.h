@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -41,6 +42,12 @@ class FitJob {
   /// Polled per tile; what has been found so far stays.
   void cancel() { progress_.cancelled = true; }
   void join();
+  /// Asks for the state after the iteration that runs; `take_state` has it then, once.
+  void request_state() { state_wanted_ = true; }
+  /// See Fit::saved; empty until it is there.
+  std::shared_ptr<const std::string> take_state();
+  /// Before `start`: goes on from a state that had taken so many seconds. Throws as Fit::restore.
+  void restore(std::string_view saved, double seconds);
 
   FitState state() const;
   FitResult result() const;
@@ -61,9 +68,12 @@ class FitJob {
 
   Fit fit_;  ///< touched by the thread alone once it runs; readers see what it has published
   Progress progress_;
+  std::atomic<bool> state_wanted_{false};
   mutable std::mutex mutex_;  ///< guards all below
   bool started_ = false, over_ = false;
   Clock::time_point begin_, end_;
+  double seconds_before_ = 0;  ///< of the fit that this one goes on with
+  std::shared_ptr<const std::string> saved_;
   std::shared_ptr<const FitResult> published_;
   std::vector<std::shared_ptr<const Picture>> previews_;
   std::string error_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a fit does before its first iteration and after its last.
 #include "fit/fit.h"
+#include "fit/streams.h"
 
 namespace selenite {
 
@@ -61,6 +62,14 @@ bool Fit::wants_verification() const {
   return fields_.empty() && unknowns_.size() <= kFewUnknowns && loss_.least_squares &&
          choose_optimiser("auto", unknowns_.size(), loss_, settings_.spp, settings_.accumulate)
              .few_unknowns;
+}
+
+void Fit::start_verification() {
+  verification_ = std::make_unique<Verification>(
+      problem_, *optimiser_, result_.best, stream_seed(settings_.seed, Stream::kVerification, 0, 0),
+      settings_.chosen_verification_spp(), settings_.spp);
+  result_.phase = Phase::kVerifying;
+  result_.phase_fraction = 0;
 }
 
 bool Fit::verify(Progress* progress) {

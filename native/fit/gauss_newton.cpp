@@ -7,6 +7,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "fit/saved_state.h"
+
 namespace selenite {
 namespace {
 
@@ -81,6 +83,13 @@ GaussNewton::GaussNewton(const Problem& problem)
       strength_(right_),
       damping_(kFirstDamping) {
   set_first_weights();
+}
+
+void GaussNewton::View::members(SavedState& state) { state(weight, variance, jacobians); }
+
+void GaussNewton::members(SavedState& state) {
+  state(views_, iteration_, variance_count_, next_weighing_, normal_, covariance_, right_,
+        strength_, damping_, last_move_, rejected_, best_loss_, has_best_, best_u_, accepted_);
 }
 
 void GaussNewton::set_first_weights() {

@@ -41,6 +41,7 @@ class GaussNewton final : public Optimiser {
   const Coordinates& coordinates() const { return coordinates_; }
 
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
+  void members(SavedState& state) override;
 
  private:
   using Matrix = Eigen::MatrixXd;
@@ -50,6 +51,7 @@ class GaussNewton final : public Optimiser {
     Eigen::VectorXf weight;    ///< per channel of a pixel; sums to about 1 / brightness^2
     Eigen::VectorXf variance;  ///< of one sample, summed over recent iterations
     JacobianSums jacobians;
+    void members(SavedState& state);
   };
   /// Sums over pixels of one iteration.
   struct Measurement {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/saved_state.h"
+
 namespace selenite {
 namespace {
 
@@ -86,6 +88,8 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   }
   return halves;
 }
+
+void JacobianSums::members(SavedState& state) { state(sum_a_, sum_b_, weight_); }
 
 JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& capture,
                                     const Halves& halves, double keep, double weight) {

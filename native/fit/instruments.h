@@ -36,6 +36,7 @@ class JacobianSums {
   /// samples of these halves in units of those of a usual iteration.
   Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep,
           double weight = 1);
+  void members(SavedState& state);
 
  private:
   Jacobian sum_a_, sum_b_;

@@ -15,6 +15,8 @@
 
 namespace selenite {
 
+class SavedState;
+
 /// What a fit is about; constant while it runs.
 struct Problem {
   const Unknowns& unknowns;
@@ -44,6 +46,8 @@ class Optimiser {
   /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
   virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;
+  /// All that changes from step to step.
+  virtual void members(SavedState& state) = 0;
 };
 
 /// Up to so many scalars the derivative images of all are kept and the clamps can be searched.

@@ -314,9 +314,31 @@ Raises:
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
       .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
-      .def("state", &state_dict,
-           R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("searching",
-"fitting", "verifying"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error, seconds, seconds_left (NaN: unknown yet), values
+      .def("request_state", &FitJob::request_state,
+           "Asks for the whole state after the iteration that runs; see take_state.")
+      .def(
+          "take_state",
+          [](FitJob& job) -> py::object {
+            const std::shared_ptr<const std::string> saved = job.take_state();
+            return saved ? py::object(py::bytes(*saved)) : py::none();
+          },
+          "The state that was asked for, as bytes, once it is there; else None.")
+      .def(
+          "restore",
+          [](FitJob& job, const py::bytes& saved, double seconds) {
+            job.restore(std::string_view(saved), seconds);
+          },
+          "state"_a, "seconds"_a = 0.0,
+          R"(Before start: goes on from the state of a fit with the same arguments, to the same bits
+as that one would have had. seconds: what it had taken.
+
+Raises:
+    ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
+      .def(
+          "state", &state_dict,
+          R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("searching", "fitting",
+"verifying"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
+seconds, seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
       .def("preview", &preview_array, "capture_index"_a,
            "Newest picture of a capture, (h, w, 3) float32, or None before the first.")

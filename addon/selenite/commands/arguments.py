@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import parameters
+from ..fit_run.stages import PRESETS, StageRequest, read_stages
 from ..parameters import Values
 from ..problems import BadInput, Problem
 
@@ -68,6 +69,17 @@ def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
         is_file = not right.isdecimal()
         found[key] = str(Path(right).expanduser().resolve()) if is_file else right
     return found
+
+
+def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...]:
+    """The stages of a file; none for the name of a preset, or without the argument."""
+    if text is None or text in PRESETS:
+        return ()
+    try:
+        return read_stages(Path(text).expanduser())
+    except BadInput as error:
+        problems += error.problems
+        return ()
 
 
 def files(texts: Sequence[str], problems: list[Problem]) -> dict[str, str]:

@@ -5,23 +5,31 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.fields import fitted_grids
 from ..fit_run.job import FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.results import result_json, summary, write_results
+from ..fit_run.results import new_folder, result_json, summary, write_results
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
+from ..fit_run.staged_job import StagedJob, make_job
+from ..fit_run.stages import PRESETS as STAGE_PRESETS
+from ..fit_run.stages import StageRequest, stages_by_name
 from ..fit_run.unknowns import usual_requests
+from ..parameters import join_name
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest, SceneValues
 from . import arguments
 from .scene import open_scene
 from .terminal import bar, say
 
+#: Where the result folder goes without --out; a resumed run stays where it was.
+DEFAULT_OUT = "selenite-fits"
 # Arguments that replace a setting of the preset or of the run file.
 _SETTINGS = (
     "loss",
@@ -42,27 +50,12 @@ _SETTINGS = (
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
-    out = arguments.output_folder(args.out, problems)
+    out = arguments.output_folder(args.out or DEFAULT_OUT, problems)
     save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
     if args.set_cycles and save is None:
         cause, cure = "there is no file to set it in", "add --save OUT.blend"
         problems.append(Problem("Argument --set-cycles", cause, cure))
-    base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
-    scene, values = open_scene(base.scene)
-
-    from ..scene_read.photos import captures_of, packed_photos
-
-    request = RunRequest(
-        scene=str(Path(base.scene).expanduser().resolve()),
-        unknowns=_unknowns(args, base, values, problems),
-        captures=_captures(args, base.captures or tuple(captures_of(scene)), problems),
-        settings=_settings(args, base, problems),
-    )
-    try:
-        plan = prepare(values, request, packed_photos())
-    except BadInput as error:
-        problems += error.problems
-    arguments.stop_if(problems)
+    scene, values, plan, run = _resumed(args, problems) if args.resume else _new(args, problems)
     checks = args.check_in_cycles
     if plan.fields and checks:
         from ..write_back import grids as grid_objects
@@ -74,7 +67,16 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
-    result = _fit(plan)
+    if args.resume:
+        unfinished = Path(args.resume).expanduser().resolve()
+        out = out if args.out else unfinished.parent
+    else:
+        unfinished = new_folder(out, SUFFIX)
+    job = make_job(plan, run.parts, run.state)
+    if args.resume:
+        say(f"going on after {job.progress().iteration} iterations")
+    recorder = Recorder(unfinished, plan.request)
+    result = _fit(job, recorder)
 
     import bpy
 
@@ -86,6 +88,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             bpy.app.version_string,
             lambda text, fraction: shown.update(fraction, note=text),
         )
+    recorder.finished()
     for line in summary(plan, result):
         say(line)
     say(f"stopped because: {result['stopped_because']}; results in {folder}")
@@ -137,6 +140,63 @@ def _hide(scene: Any, plan: FitPlan) -> None:
             grid_objects.restore(scene, item.owner)
 
 
+Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
+
+
+def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
+    """What the arguments ask for."""
+    if args.scene is None:
+        problems.append(Problem("Fit", "there is no scene", "give SCENE.blend, or --resume DIR"))
+        raise BadInput(problems)
+    base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    scene, values = open_scene(base.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    settings = _settings(args, base, problems)
+    stages = arguments.stages(args.stages, problems)
+    unknowns = unknowns_of(args, base, values, stages, problems)
+    names = [join_name(item.owner, item.parameter) for item in unknowns]
+    request = RunRequest(
+        scene=str(Path(base.scene).expanduser().resolve()),
+        unknowns=unknowns,
+        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
+        settings=settings,
+        stages=stages or _preset_stages(args.stages, names, settings, problems) or base.stages,
+    )
+    try:
+        plan = prepare(values, request, packed_photos())
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    return scene, values, plan, Unfinished(plan.request, [])
+
+
+def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
+    """What an unfinished run asked for, and the results of what it has done."""
+    others = ("fit", "photo", "mask", "start", "bounds", "grid", "preset", "stages", *_SETTINGS)
+    for name in others:
+        if name != "threads" and getattr(args, name):
+            cause, cure = "the run has its own", "leave it out, or start a new run"
+            problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
+    run = going_on(load(Path(args.resume).expanduser()))
+    request = replace(
+        run.request,
+        scene=args.scene or run.request.scene,
+        settings=with_overrides(run.request.settings, {"threads": args.threads}),
+    )
+    scene, values = open_scene(request.scene)
+
+    from ..scene_read.photos import packed_photos
+
+    try:
+        plan = prepare(values, request, packed_photos())
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    return scene, values, plan, run
+
+
 def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
     from ..cycles_check.job import CheckJob, lines
@@ -163,23 +223,41 @@ def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> d
     return report
 
 
-def _fit(plan: FitPlan) -> dict[str, Any]:
+def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
     """Runs to the end; Ctrl+C stops and keeps the best values so far."""
-    job = FitJob(plan)
     job.start()
+    stage = ""
+    told: set[str] = set()
     try:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
                 note = f"{state.iteration}/{state.iterations}  loss {state.loss:.3g}"
                 note = note if state.phase == "fitting" else state.phase
+                if state.stage != stage:
+                    stage = state.stage
+                    say(f"stage {stage}")
+                _tell(state.notes, told)
                 shown.update(state.fraction, state.seconds_left, note)
+                recorder.look(job)
                 time.sleep(0.05)
     except KeyboardInterrupt:
         say("stopping; the best values so far are kept")
         job.cancel()
     finally:
         job.join()
-    return job.result()
+    recorder.look(job, now=True)
+    result = job.result()
+    _tell(result["notes"], told)
+    return result
+
+
+def _tell(notes: Sequence[str], told: set[str]) -> None:
+    """Each kind of remark once: only its numbers change while a fit runs."""
+    for note in notes:
+        kind = "".join(c for c in note if not c.isdigit())
+        if kind not in told:
+            told.add(kind)
+            say(f"warning: {note}")
 
 
 def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem]) -> FitSettings:
@@ -196,11 +274,27 @@ def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem
         return FitSettings()
 
 
-def _unknowns(
-    args: argparse.Namespace, base: RunRequest, values: SceneValues, problems: list[Problem]
+def _preset_stages(
+    text: str | None, names: Sequence[str], settings: FitSettings, problems: list[Problem]
+) -> tuple[StageRequest, ...]:
+    """--stages by name, of the parameters `names`; none without it."""
+    if text not in STAGE_PRESETS or not names:
+        return ()
+    return stages_by_name(text, names, settings.iterations, problems)
+
+
+def unknowns_of(
+    args: argparse.Namespace,
+    base: RunRequest,
+    values: SceneValues,
+    stages: Sequence[StageRequest],
+    problems: list[Problem],
 ) -> tuple[UnknownRequest, ...]:
-    """--fit, or the run file's, or the usual ones; with --start and --bounds."""
+    """--fit, or what the stages name, or the run file's, or the usual ones; with --start and
+    --bounds."""
     requests = [UnknownRequest(*key) for key in arguments.names(args.fit, problems)]
+    named = [text for stage in stages for text in stage.parameters]
+    requests = requests or [UnknownRequest(*key) for key in arguments.names(named, problems)]
     requests = requests or list(base.unknowns) or usual_requests(values, problems)
     found = {(item.owner, item.parameter): item for item in requests}
     for key, numbers in arguments.assignments(args.start, problems).items():
@@ -228,7 +322,7 @@ def _known(
     return key in found
 
 
-def _captures(
+def captures_from(
     args: argparse.Namespace, stored: tuple[CaptureRequest, ...], problems: list[Problem]
 ) -> tuple[CaptureRequest, ...]:
     """--photo, or else what is stored; --mask adds to either."""

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,11 @@ import numpy as np
 
 from .. import native
 from ..problems import BadInput, Problem
+from . import stage_plan
+from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
+
+_LOOK_EVERY = 1.0  # seconds between two diagnoses of a running fit
 
 
 class FitFailed(RuntimeError):
@@ -19,7 +24,8 @@ class FitFailed(RuntimeError):
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a fit at one moment. `seconds_left` is NaN while unknown."""
+    """State of a fit at one moment. `seconds_left` is NaN while unknown; `stage` is "" in a fit
+    without stages; `notes` are the sentences of `diagnosis`."""
 
     running: bool
     iteration: int
@@ -31,6 +37,8 @@ class Progress:
     values: dict[str, list[float]]
     phase: str = "fitting"
     phase_fraction: float = 0.0
+    stage: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def fraction(self) -> float:
@@ -40,12 +48,33 @@ class Progress:
         return min(1.0, self.iteration / self.iterations) if self.iterations else 0.0
 
 
+@dataclass(frozen=True)
+class SavedState:
+    """The whole state of a native fit: file name, content, and the seconds it had taken."""
+
+    name: str
+    data: bytes
+    seconds: float
+
+
 class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
-    def __init__(self, plan: FitPlan) -> None:
-        """Validates natively and starts nothing. Raises BadInput."""
+    def __init__(
+        self, plan: FitPlan, *, from_start: bool = True, state: SavedState | None = None
+    ) -> None:
+        """Validates natively and starts nothing. Raises BadInput.
+
+        `from_start`: False for a stage that goes on where another one ended. `state`: of a fit with
+        this plan, which goes on as that one would have done.
+        """
         self.plan = plan
+        self._from_start = from_start
+        self._notes: tuple[str, ...] = ()
+        self._next_look = 0.0  # by the clock
+        settings = plan.request.settings.native()
+        if not from_start:  # where a stage before it ended, not anywhere
+            settings["search"] = "off"
         try:
             self._fit = native.core().Fit(
                 plan.scene,
@@ -54,11 +83,20 @@ class FitJob:
                     *(unknown.native() for unknown in plan.unknowns),
                     *(field.native() for field in plan.fields),
                 ],
-                plan.request.settings.native(),
+                settings,
             )
         except (ValueError, KeyError) as error:
             cure = "change the settings or the bounds"
             raise BadInput(Problem("Fit", _text(error), cure)) from error
+        if state is not None:
+            self._restore(state)
+
+    def _restore(self, state: SavedState) -> None:
+        try:
+            self._fit.restore(state.data, state.seconds)
+        except ValueError as error:
+            cure = "delete it: the run then goes on from its best values"
+            raise BadInput(Problem(f"File '{state.name}'", _text(error), cure)) from error
 
     def start(self) -> None:
         """Returns at once; the native thread works without the GIL."""
@@ -69,6 +107,9 @@ class FitJob:
         state = self._fit.state()
         if state["error"]:
             raise FitFailed(state["error"])
+        if state["running"] and time.monotonic() >= self._next_look:
+            self._notes = self.notes()
+            self._next_look = time.monotonic() + _LOOK_EVERY
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
@@ -80,6 +121,7 @@ class FitJob:
             phase=state["phase"],
             phase_fraction=state["phase_fraction"],
             values={name: [float(x) for x in value] for name, value in state["values"].items()},
+            notes=self._notes,
         )
 
     def preview(self, capture: int) -> np.ndarray | None:
@@ -94,10 +136,41 @@ class FitJob:
         """Waits for the thread; the GIL is released meanwhile."""
         self._fit.join()
 
-    def result(self) -> dict[str, Any]:
-        """After the end: the native result. Raises FitFailed."""
-        self.progress()
+    def notes(self) -> tuple[str, ...]:
+        """What is wrong now, in sentences: see `diagnosis`. Takes some milliseconds."""
+        views = []
+        for index, capture in enumerate(self.plan.captures):
+            picture = self._fit.preview(index)
+            if picture is not None:
+                seen = View(capture.camera, capture.reference, capture.weight, picture)
+                views.append(seen)
+        limits = [
+            Limits(item.name, item.minimum, item.maximum, item.by_ratio)
+            for item in self.plan.unknowns
+        ]
+        history = self.so_far()["history"]
+        return diagnose(history, limits, views, from_start=self._from_start)
+
+    def request_state(self) -> None:
+        """Asks for the whole state after the iteration that runs."""
+        self._fit.request_state()
+
+    def take_state(self) -> bytes | None:
+        """The state that was asked for, once it is there; it is handed out once."""
+        return self._fit.take_state()
+
+    def so_far(self) -> dict[str, Any]:
+        """The native result as it stands, at any time; a copy, so not for every tick."""
         return self._fit.result()
+
+    def parts(self) -> list[dict[str, Any]]:
+        """As StagedJob: the results so far, stage by stage."""
+        return [self.so_far()]
+
+    def result(self) -> dict[str, Any]:
+        """After the end: the native result, and the key `notes`. Raises FitFailed."""
+        self.progress()
+        return self.so_far() | {"notes": self.notes()}
 
 
 def fitted_values(
@@ -113,9 +186,10 @@ def fitted_values(
 
 def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a native Scene
     """The plan's scene with the best values."""
-    scene = plan.scene.with_values(fitted_values(plan, result))
+    values = {name: tuple(map(float, np.ravel(v))) for name, v in result["values_best"].items()}
+    scene = plan.scene.with_values(stage_plan.constants(values, plan.unknowns, plan.fields))
     for item in plan.fields:
-        scene = scene.with_grid(item.owner, item.kind.use, result["fields_best"][item.name])
+        scene = stage_plan.placed(scene, item, result["fields_best"][item.name])
     return scene
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,16 +11,19 @@ from ..problems import BadInput, Problem
 from ..scene_read.build import build
 from ..scene_read.values import SceneValues
 from . import fields as grid_fields
+from . import stage_plan
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .request import RunRequest, UnknownRequest
+from .stage_plan import Stage
 from .unknowns import Unknown, choose, usual_requests
 
 
 @dataclass(frozen=True)
 class FitPlan:
     """A fit that can start. `request` has every default filled in, so it reproduces the run;
-    `scene` is the native scene with the start values."""
+    `scene` is the native scene with the start values. Without stages everything is fitted at once.
+    """
 
     request: RunRequest
     scene: Any
@@ -30,13 +33,18 @@ class FitPlan:
     warnings: list[str]
     model: str
     millimetres: float | None  # in one Blender unit, None where the scene has no units
+    stages: tuple[Stage, ...] = ()
 
 
 def prepare(
-    values: SceneValues, request: RunRequest, packed: Mapping[str, bytes] | None = None
+    values: SceneValues,
+    request: RunRequest,
+    packed: Mapping[str, bytes] | None = None,
+    captures_at: Callable[[int], list[Capture]] | None = None,
 ) -> FitPlan:
     """Checks everything, reads the photos, builds the native scene; writes nothing.
 
+    `captures_at`: gives the captures of a height in place of the request's photos.
     Raises BadInput with all problems at once, and NativeUnavailable.
     """
     problems = list(values.problems)
@@ -44,20 +52,40 @@ def prepare(
     requests = request.unknowns or tuple(usual_requests(values, problems))
     single, many = grid_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
-    fields = grid_fields.choose(values, many, unknowns, request.settings, problems)
+    wanted = stage_plan.named(values, request.stages, problems)
+    fitted_with = stage_plan.beside_grids(unknowns, wanted)
+    fields = grid_fields.choose(values, many, fitted_with, request.settings, problems)
+    fields = stage_plan.starting_at_albedo(fields, unknowns, problems)
     warnings += grid_fields.remarks(fields, unknowns)
-    captures = read_captures(
-        values, request.captures, request.settings.height, problems, warnings, packed or {}
-    )
+    names = [*(item.name for item in unknowns), *(item.name for item in fields)]
+    settings = stage_plan.settings_of(wanted, names, request.settings, problems)
+
+    def photos(height: int, warn: list[str]) -> list[Capture]:
+        if captures_at is not None:
+            return captures_at(height)
+        return read_captures(values, request.captures, height, problems, warn, packed or {})
+
+    captures = photos(request.settings.height, warnings)
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(grid_fields.with_fields(values, fields))
-    starts = {(item.owner, item.parameter.name): item.start for item in unknowns}
+    starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
+    by_height = {request.settings.height: captures}
+    stages = []
+    for stage, own in zip(wanted, settings, strict=True):
+        if own.height not in by_height:
+            by_height[own.height] = photos(own.height, [])
+        active = stage_plan.active_fields(stage.name, wanted, unknowns, fields)
+        base = scene
+        if len(active) < len(fields):
+            base = build_scene(grid_fields.with_fields(values, active))
+        stages.append(Stage(stage, own, by_height[own.height], base, tuple(active)))
     return FitPlan(
         request=replace(
             request,
             unknowns=(*(_filled(item) for item in unknowns), *(item.request for item in fields)),
+            stages=tuple(wanted),
         ),
         scene=scene.with_values(starts),
         captures=captures,
@@ -66,6 +94,7 @@ def prepare(
         warnings=warnings,
         model=model_name(unknowns, fields),
         millimetres=values.millimetres,
+        stages=tuple(stages),
     )
 
 

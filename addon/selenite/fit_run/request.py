@@ -13,6 +13,7 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest
 from .settings import FitSettings
+from .stages import StageRequest, stages_from_json
 
 SCHEMA = 1
 
@@ -35,12 +36,14 @@ class UnknownRequest:
 
 @dataclass(frozen=True)
 class RunRequest:
-    """One fit. No unknowns: the usual ones of the only material. No captures: the scene's."""
+    """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
+    No stages: everything at once."""
 
     scene: str
     unknowns: tuple[UnknownRequest, ...] = ()
     captures: tuple[CaptureRequest, ...] = ()
     settings: FitSettings = field(default_factory=FitSettings)
+    stages: tuple[StageRequest, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         """A dict of plain values, schema number included."""
@@ -51,6 +54,7 @@ class RunRequest:
             "unknowns": [asdict(item) for item in self.unknowns],
             "captures": [asdict(item) for item in self.captures],
             "settings": self.settings.as_json(),
+            "stages": [item.as_json() for item in self.stages],
         }
 
     @staticmethod
@@ -67,6 +71,7 @@ class RunRequest:
                 unknowns=tuple(_unknown(item) for item in data["unknowns"]),
                 captures=tuple(CaptureRequest(**item) for item in data["captures"]),
                 settings=FitSettings.from_json(data["settings"]),
+                stages=_stages(data.get("stages"), title),
             )
         except (KeyError, TypeError, ValueError) as error:
             cause = f"it is incomplete or has a wrong entry ({error})"
@@ -81,6 +86,10 @@ def read_run(path: Path) -> RunRequest:
         cause = f"cannot be read ({error})"
         raise BadInput(Problem(f"File '{path}'", cause, "give a run.json of Selenite")) from error
     return RunRequest.from_json(data)
+
+
+def _stages(items: object, title: str) -> tuple[StageRequest, ...]:
+    return stages_from_json({"stages": items}, title) if items else ()
 
 
 def _unknown(item: dict[str, Any]) -> UnknownRequest:

@@ -77,8 +77,8 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "cpu_seconds": result["cpu_seconds"],
         "dropped": result["dropped"],
         "model": plan.model,
-        "warnings": plan.warnings,
-    }
+        "warnings": [*plan.warnings, *result.get("notes", ())],
+    } | ({"stages": result["stages"]} if "stages" in result else {})
 
 
 def write_results(
@@ -187,12 +187,14 @@ def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> No
     """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
     that hold no colours."""
     columns: list[tuple[str, np.ndarray]] = [
-        (name, np.asarray(history[name])) for name in ("iteration", "loss", "validation")
+        (name, np.asarray(history[name]))
+        for name in ("stage", "iteration", "loss", "validation")
+        if name in history
     ]
     bias = np.asarray(history["mean_bias"])
     columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
     for name, values in history["values"].items():
-        values = np.asarray(values).reshape(len(bias), -1)
+        values = np.asarray(values)
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
     for name, means in history["field_means"].items():
@@ -242,7 +244,13 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
             for item in plan.captures
         ),
         f"Settings: {json.dumps(plan.request.settings.as_json())}",
-        *(f"Warning: {text}" for text in plan.warnings),
+        *(f"Warning: {text}" for text in report["warnings"]),
+        *(
+            f"Stage {number} '{stage['name']}': {', '.join(stage['parameters'])}; "
+            f"{stage['iterations']} iterations, {stage['seconds']:.2f} s, "
+            f"{stage['stopped_because']}"
+            for number, stage in enumerate(report.get("stages", ()), start=1)
+        ),
         f"Stopped because: {report['stopped_because']} after {report['iterations']} iterations, "
         f"{report['seconds']:.2f} s ({report['cpu_seconds']:.2f} s of CPU)",
         f"Best iteration: {report['best_iteration']}",
@@ -274,10 +282,10 @@ def file_name(text: str) -> str:
     return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
 
 
-def new_folder(parent: Path) -> Path:
-    """`parent/<date>_<time>`, or with a number where that is taken; it is not made."""
+def new_folder(parent: Path, suffix: str = "") -> Path:
+    """`parent/<date>_<time><suffix>`, or with a number where that is taken; it is not made."""
     name = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
-    candidate, number = parent / name, 2
+    candidate, number = parent / f"{name}{suffix}", 2
     while candidate.exists() or (parent / f".{candidate.name}.partial").exists():
-        candidate, number = parent / f"{name}-{number}", number + 1
+        candidate, number = parent / f"{name}-{number}{suffix}", number + 1
     return candidate

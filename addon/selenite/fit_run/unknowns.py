@@ -34,6 +34,13 @@ class Unknown:
         """As in `Body:roughness`."""
         return parameters.join_name(self.owner, self.parameter.name)
 
+    @property
+    def by_ratio(self) -> bool:
+        """Whether two values differ by a factor rather than by a difference: a wide range above 0
+        that the optimiser walks in logarithms."""
+        wide = 0 < self.minimum < 0.01 * self.maximum
+        return wide and self.parameter.coordinate == "log"
+
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
         return {

@@ -5,9 +5,28 @@ from __future__ import annotations
 
 import bpy
 
-from . import check_operators, fit_operators, panels, properties, row_operators, state
+from . import (
+    check_operators,
+    cost_operators,
+    fit_operators,
+    panels,
+    properties,
+    row_operators,
+    stages,
+    state,
+    trade_operators,
+)
 
-_MODULES = (properties, row_operators, fit_operators, check_operators, panels)
+_MODULES = (
+    properties,
+    row_operators,
+    fit_operators,
+    check_operators,
+    cost_operators,
+    trade_operators,
+    panels,
+    stages,
+)
 _command: object | None = None
 
 
@@ -23,9 +42,10 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """The inverse of `register`; a running fit or check is stopped first."""
+    """The inverse of `register`; whatever runs is stopped first."""
     global _command
     state.CHECK.stop()
+    state.TRADE.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

@@ -19,7 +19,7 @@ from . import grid_rows
 from .fit_operators import redraw
 from .request import fit_settings
 from .row_operators import report_problems
-from .state import CHECK, RUN
+from .state import CHECK, RUN, TRADE
 
 _TICK = 0.3  # seconds between two looks at the other process
 
@@ -34,7 +34,7 @@ class SELENITE_OT_check_in_cycles(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is a result, and nothing runs."""
         cls.poll_message_set("Run a fit first, and wait for its end")
-        idle = RUN.job is None and CHECK.job is None
+        idle = RUN.job is None and CHECK.job is None and TRADE.trade is None
         return idle and len(context.scene.selenite.results) > 0
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:

@@ -6,13 +6,16 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+from bpy.props import StringProperty
 
 from .. import mean_free_path, write_back
 from ..cycles_check.render_settings import contents_of
 from ..fit_run import trust
-from ..fit_run.job import FitFailed, FitJob, fitted_values
+from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
+from ..fit_run.job import FitFailed, fitted_values
 from ..fit_run.plan import prepare
-from ..fit_run.results import write_results
+from ..fit_run.results import new_folder, write_results
+from ..fit_run.staged_job import make_job
 from ..native import NativeUnavailable
 from ..parameters import Values
 from ..problems import BadInput, Problem
@@ -24,7 +27,7 @@ from ..write_back import grids as grid_objects
 from . import grid_rows
 from .request import refresh_rows, run_request, values_text
 from .row_operators import report_problems
-from .state import CHECK, RUN, remember_shapes
+from .state import CHECK, RUN, TRADE, remember_shapes
 
 _TICK = 0.2  # seconds between two looks at the native thread
 
@@ -36,15 +39,21 @@ class SELENITE_OT_start(bpy.types.Operator):
     bl_label = "Start Fit"
     bl_options = {"UNDO"}
 
+    resume: StringProperty(
+        subtype="DIR_PATH",
+        options={"HIDDEN", "SKIP_SAVE"},
+        description="An unfinished run's folder",
+    )
+
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
         """One fit at a time."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None
+        return RUN.job is None and CHECK.job is None and TRADE.trade is None
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer looks at it."""
-        if not self._start(context):
+        if not self._start(context, self.resume):
             return {"CANCELLED"}
         manager = context.window_manager
         self._timer = manager.event_timer_add(_TICK, window=context.window)
@@ -53,7 +62,7 @@ class SELENITE_OT_start(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Without a window: runs to the end."""
-        if not self._start(context):
+        if not self._start(context, self.resume):
             return {"CANCELLED"}
         RUN.job.join()
         return self._finish(context)
@@ -70,8 +79,13 @@ class SELENITE_OT_start(bpy.types.Operator):
             return {"PASS_THROUGH"}
         try:
             RUN.progress = RUN.job.progress()
+            if RUN.recorder is not None:
+                RUN.recorder.look(RUN.job)
         except FitFailed:
             return self._finish(context)
+        except OSError as error:
+            RUN.recorder = None
+            self.report({"WARNING"}, f"The run is no longer kept on disk: {error}")
         redraw(context)
         return {"PASS_THROUGH"} if RUN.progress.running else self._finish(context)
 
@@ -80,15 +94,19 @@ class SELENITE_OT_start(bpy.types.Operator):
         RUN.stop(keep=False)
         self._remove_timer(context)
 
-    def _start(self, context: bpy.types.Context) -> bool:
+    def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
         problems: list[Problem] = []
         try:
             values = read_scene(context.scene, context.evaluated_depsgraph_get())
             remember_shapes(context.scene.name, values)
-            wanted = run_request(context.scene, values, problems)
+            if resume:
+                run = going_on(load(Path(bpy.path.abspath(resume))))
+            else:
+                run = Unfinished(run_request(context.scene, values, problems), [])
             if problems:
                 raise BadInput([*values.problems, *problems])
-            job = FitJob(prepare(values, wanted, packed_photos()))
+            plan = prepare(values, run.request, packed_photos())
+            job = make_job(plan, run.parts, run.state)
         except BadInput as error:
             report_problems(self, error)
             return False
@@ -99,12 +117,18 @@ class SELENITE_OT_start(bpy.types.Operator):
             self.report({"WARNING"}, text)
         CHECK.contents[context.scene.name] = contents_of(context.scene)
         RUN.start(job, context.scene.name, values.owners)
+        try:
+            RUN.recorder = _recorder(context.scene, resume)
+        except OSError as error:
+            text = f"The run is not kept on disk: {error}; choose another folder"
+            self.report({"WARNING"}, text)
         return True
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
         job, RUN.job = RUN.job, None
         job.join()
+        RUN.close_record()
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         try:
             result = job.result()
@@ -134,6 +158,32 @@ class SELENITE_OT_start(bpy.types.Operator):
         if timer is not None:
             context.window_manager.event_timer_remove(timer)
             self._timer = None
+
+
+class SELENITE_OT_resume(bpy.types.Operator):
+    """Go on with a run that ended with Blender: choose its folder, <date>_<time>.unfinished"""
+
+    bl_idname = "selenite.resume"
+    bl_label = "Resume a Run"
+
+    directory: StringProperty(subtype="DIR_PATH")
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """One fit at a time."""
+        cls.poll_message_set("A fit or a check is running")
+        return RUN.job is None and CHECK.job is None and TRADE.trade is None
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Opens the file browser where runs are kept."""
+        self.directory = bpy.path.abspath(context.scene.selenite.output)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        """As Start, with what the run was asked for in place of the panel's settings."""
+        mode = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
+        return bpy.ops.selenite.start(mode, resume=self.directory)
 
 
 class SELENITE_OT_stop(bpy.types.Operator):
@@ -273,6 +323,18 @@ class SELENITE_OT_save_result(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def _recorder(scene: bpy.types.Scene, resumed: str) -> Recorder | None:
+    """Keeps the run on disk, where it was or in the folder of results; None where there is none,
+    because the file has no place yet."""
+    if resumed:
+        return Recorder(Path(bpy.path.abspath(resumed)), RUN.plan.request)
+    output = scene.selenite.output
+    if output.startswith("//") and not bpy.data.filepath:
+        return None
+    folder = new_folder(Path(bpy.path.abspath(output)), SUFFIX)
+    return Recorder(folder, RUN.plan.request)
+
+
 def _keep_result(scene: bpy.types.Scene) -> None:
     """The result goes into the scene, so that Apply works after saving and loading."""
     settings = scene.selenite
@@ -345,6 +407,7 @@ def redraw(context: bpy.types.Context) -> None:
 
 CLASSES = (
     SELENITE_OT_start,
+    SELENITE_OT_resume,
     SELENITE_OT_stop,
     SELENITE_OT_cancel,
     SELENITE_OT_apply,

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from . import grid_rows, state
+from .cost_operators import seconds_text
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 
@@ -144,10 +146,15 @@ class SELENITE_PT_fit(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         if state.RUN.job is None:
             layout.prop(settings, "preset")
+            for name, seconds in state.SECONDS.get(context.scene.name, {}).items():
+                layout.label(text=f"{name.capitalize()}: {seconds_text(seconds)}")
+            layout.operator("selenite.estimate", icon="TIME")
+            layout.prop(settings, "stage_mode")
             layout.operator("selenite.start", icon="PLAY")
             if state.RUN.message:
                 for line in _wrapped(state.RUN.message):
                     layout.label(text=line)
+            _notes(layout, state.RUN.result["notes"] if state.RUN.result else ())
             return
         progress = state.RUN.progress
         if progress is None:
@@ -159,9 +166,12 @@ class SELENITE_PT_fit(bpy.types.Panel):
             if progress.phase != "fitting":
                 text = progress.phase.capitalize()
             _bar(layout, progress.fraction, text)
+            if progress.stage:
+                layout.label(text=f"Stage {progress.stage}")
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
+            _notes(layout, progress.notes)
         row = layout.row(align=True)
         row.operator("selenite.stop", text="Stop", icon="CHECKMARK")
         row.operator("selenite.cancel", icon="X")
@@ -182,6 +192,13 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         names = ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads")
         for name in (*names, "search", "physical_refraction"):
             column.prop(context.scene.selenite, name)
+        column.operator("selenite.resume", icon="RECOVER_LAST")
+        column.prop(context.scene.selenite, "trade_budget")
+        column.operator("selenite.trade", icon="GRAPH")
+        if state.TRADE.step is not None:
+            _bar(column, state.TRADE.step.fraction, state.TRADE.step.text)
+        for line in state.TRADE.lines:
+            column.label(text=line)
 
 
 class SELENITE_PT_result(bpy.types.Panel):
@@ -248,6 +265,14 @@ def _bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
         layout.progress(factor=fraction, text=text)
     else:
         layout.label(text=f"{fraction:.0%}: {text}")
+
+
+def _notes(layout: bpy.types.UILayout, notes: Sequence[str]) -> None:
+    """What is wrong with a fit, each remark in a box."""
+    for note in notes:
+        box = layout.box().column(align=True)
+        for index, line in enumerate(_wrapped(note, width=27)):
+            box.label(text=line, icon="NONE" if index else "INFO")
 
 
 def _wrapped(text: str, width: int = 32) -> list[str]:

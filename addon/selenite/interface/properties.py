@@ -44,6 +44,18 @@ SEARCH_ITEMS = (
     ("on", "Always", "Look for a better start", 1),
     ("off", "Never", "Step from the start as it is", 2),
 )
+# The names between the first and the last are those of fit_run.stages.
+STAGE_ITEMS = (
+    ("none", "All at Once", "Every ticked parameter in every iteration", 0),
+    ("ior-last", "IOR Last", "Everything but indices of refraction first, then everything", 1),
+    (
+        "colours-first",
+        "Colours First",
+        "Colours first, then everything; an albedo before its grid",
+        2,
+    ),
+    ("own", "Own List", "What the stages below name; ticks do not count", 3),
+)
 KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
 
 
@@ -144,6 +156,17 @@ class SeleniteResult(bpy.types.PropertyGroup):
     grid_to_unit: StringProperty(description="World to the unit cube over which it lies (JSON)")
 
 
+class SeleniteStage(bpy.types.PropertyGroup):
+    """One stage of an own list. 0 means the fit's setting."""
+
+    parameters: StringProperty(description="Names as on the command line, one a line")
+    iterations: IntProperty(name="Iterations", min=0, description="0: as many as without stages")
+    spp: IntProperty(name="Samples", min=0, description="0: as many as without stages")
+    height: IntProperty(
+        name="Height", min=0, subtype="PIXEL", description="0: the height of the fit"
+    )
+
+
 class SeleniteSettings(bpy.types.PropertyGroup):
     """Everything that Selenite keeps in a scene."""
 
@@ -152,6 +175,11 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     active_capture: IntProperty()
     rows: CollectionProperty(type=SeleniteRow)
     active_row: IntProperty()
+    stage_mode: EnumProperty(
+        name="Stages", items=STAGE_ITEMS, description="What is fitted first and what later"
+    )
+    stages: CollectionProperty(type=SeleniteStage)
+    active_stage: IntProperty()
     results: CollectionProperty(type=SeleniteResult)
     applied: BoolProperty(description="The fitted values are in the scene")
     preset: EnumProperty(
@@ -202,6 +230,14 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         min=1,
         description="Samples per pixel of the pictures in the result folder",
     )
+    trade_budget: FloatProperty(
+        name="Budget",
+        default=300.0,
+        min=1.0,
+        soft_max=3600.0,
+        precision=0,
+        description="Seconds that the measurement of time against error may take",
+    )
     output: StringProperty(
         name="Folder",
         default="//selenite-fits",
@@ -210,4 +246,4 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (SeleniteCapture, SeleniteRow, SeleniteResult, SeleniteSettings)
+CLASSES = (SeleniteCapture, SeleniteRow, SeleniteResult, SeleniteStage, SeleniteSettings)

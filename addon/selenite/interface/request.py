@@ -13,7 +13,7 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import GridValues, Owner, SceneValues
-from . import grid_rows
+from . import grid_rows, stages
 
 _SETTINGS = (
     "loss",
@@ -30,11 +30,16 @@ _SETTINGS = (
 
 
 def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Problem]) -> RunRequest:
-    """What the ticked rows ask for; rows whose owner is gone become problems."""
+    """What the ticked rows, or an own list of stages, ask for.
+
+    Rows whose owner is gone become problems.
+    """
     settings = scene.selenite
     unknowns = []
+    own = stages.own_stages(scene, problems)
+    staged = {name for stage in own for name in stage.parameters}
     for row in settings.rows:
-        if not row.enabled:
+        if not (stages.row_name(row) in staged if own else row.enabled):
             continue
         owner = owner_of(row, values)
         if owner is None:
@@ -64,11 +69,13 @@ def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Prob
     if not unknowns and not problems:
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
+    names = [parameters.join_name(item.owner, item.parameter) for item in unknowns]
     return RunRequest(
         scene=bpy.data.filepath,
         unknowns=tuple(unknowns),
         captures=tuple(captures_of(scene)),
         settings=fit_settings(scene),
+        stages=own or stages.named_stages(scene, names, problems),
     )
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -11,9 +12,12 @@ from typing import Any
 from .. import native
 from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
+from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
+from ..fit_run.staged_job import StagedJob
 from ..scene_read.values import Owner, SceneValues
+from ..trade.measure import Step, Trade
 
 
 @dataclass
@@ -21,22 +25,30 @@ class Run:
     """At most one fit at a time. `result` stays after its end, for the result folder, and `folder`
     is that folder once it is written."""
 
-    job: FitJob | None = None
+    job: FitJob | StagedJob | None = None
     scene_name: str = ""
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
     keep: bool = True
+    recorder: Recorder | None = None
     plan: FitPlan | None = None
     result: dict[str, Any] | None = None
     folder: Path | None = None
     message: str = ""
 
-    def start(self, job: FitJob, scene_name: str, owners: dict[str, Owner]) -> None:
+    def start(self, job: FitJob | StagedJob, scene_name: str, owners: dict[str, Owner]) -> None:
         """Starts the native thread."""
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
         self.plan, self.result, self.folder = job.plan, None, None
+        self.recorder = None
         job.start()
+
+    def close_record(self) -> None:
+        """The run has ended in this session: nothing is left to resume."""
+        if self.recorder is not None:
+            self.recorder.finished()
+        self.recorder = None
 
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""
@@ -49,7 +61,7 @@ class Run:
         self.ask_to_stop(keep=keep)
         if self.job is not None:
             self.job.join()
-        self.job = None
+        self.job = self.recorder = None  # what is on disk stays: Blender ends, not the user's wish
 
 
 @dataclass
@@ -80,8 +92,31 @@ class Check:
         self.job = None
 
 
+@dataclass
+class Measurement:
+    """At most one measurement of time against error at a time. `lines` stay after its end."""
+
+    trade: Trade | None = None
+    steps: Iterator[Step] | None = None
+    step: Step | None = None
+    lines: list[str] = field(default_factory=list)
+
+    def start(self, trade: Trade) -> None:
+        """Nothing happens until `steps` is asked."""
+        self.trade, self.steps, self.step, self.lines = trade, trade.steps(), None, []
+
+    def stop(self) -> None:
+        """Waits for the running fit and forgets the measurement."""
+        if self.trade is not None:
+            self.trade.cancel()
+        self.trade = self.steps = self.step = None
+
+
 RUN = Run()
 CHECK = Check()
+TRADE = Measurement()
+#: Scene name -> preset -> expected seconds of a fit, when they were last estimated.
+SECONDS: dict[str, dict[str, float]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
 SHAPES: dict[str, list[str]] = {}
 

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite trade`: what more time buys, measured on the scene itself."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from ..fit_run.plan import FitPlan
+from ..fit_run.request import RunRequest
+from ..fit_run.settings import FitSettings, with_overrides
+from ..problems import BadInput, Problem
+from ..trade import report
+from ..trade.measure import Trade
+from ..trade.start import trade_of
+from . import arguments
+from .fit import captures_from, unknowns_of
+from .scene import open_scene
+from .terminal import bar, say, table
+
+_SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Measures within --budget and writes the table and the plot into --out."""
+    problems: list[Problem] = []
+    out = arguments.output_folder(args.out, problems)
+    if not (math.isfinite(args.budget) and args.budget > 0):
+        cause, cure = f"it is {args.budget:g}", "give seconds above 0"
+        problems.append(Problem("Argument --budget", cause, cure))
+    settings = FitSettings()
+    try:
+        settings = with_overrides(settings, {name: getattr(args, name) for name in _SETTINGS})
+    except BadInput as error:
+        problems += error.problems
+    scene, values = open_scene(args.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    request = RunRequest(
+        scene=str(Path(args.scene).expanduser().resolve()),
+        unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
+        captures=captures_from(args, tuple(captures_of(scene)), problems),
+        settings=settings,
+    )
+    try:
+        trade = trade_of(values, request, packed_photos(), args.budget)
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    plan = trade.plan
+    for text in plan.warnings:
+        say(f"warning: {text}")
+    _measure(trade)
+    content = report.report(trade)
+    files = report.write(content, out)
+    if files["plot"] is None:
+        say(f"warning: {report.NO_PLOT}")
+    _show(content, plan)
+    say(f"wrote {', '.join(path for path in files.values() if path)}")
+    return content | {"folder": str(out), "files": files}
+
+
+def _measure(trade: Trade) -> None:
+    """Runs to the end of the budget; Ctrl+C keeps what has been measured."""
+    try:
+        with bar("measuring") as shown:
+            for step in trade.steps():
+                shown.update(step.fraction, trade.budget - trade.seconds, step.text)
+    except KeyboardInterrupt:
+        say("stopping; what has been measured is kept")
+    finally:
+        trade.cancel()
+
+
+def _show(content: dict[str, Any], plan: FitPlan) -> None:
+    """The table, fastest first; `front` marks what nothing else beats in time and error."""
+    rows = sorted(content["settings"], key=lambda row: row["seconds"] or math.inf)
+    table(
+        ("settings", "runs", "seconds", "expected", "error", "front"),
+        [
+            (
+                row["preset"].capitalize() if row["preset"] else row["name"],
+                str(row["runs"]),
+                f"{row['seconds']:.1f}" if row["runs"] else "-",
+                f"{row['expected_seconds']:.1f}",
+                f"{row['error']:.4f}" if row["runs"] else "-",
+                "front" if row["on_front"] else "",
+            )
+            for row in rows
+        ],
+    )
+    for row in rows:
+        if row["failure"]:
+            say(f"warning: '{row['name']}' came to no end: {row['failure']}")
+    left_out = sum(not row["runs"] and not row["failure"] for row in rows)
+    if left_out:
+        say(f"{left_out} settings do not fit into {content['budget']:g} s; raise --budget")
+    for item in plan.unknowns:
+        known = content["parameters"][item.name]
+        true, start = (", ".join(f"{x:.4g}" for x in known[key]) for key in ("true", "start"))
+        say(f"{item.name}: photos at {true}; fits start at {start}")

@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What goes wrong in a fit, in plain words: pure functions of its history and newest pictures.
+
+Each function returns no or a few sentences: what was seen, with its number, and what to do. They
+are about the newest state, so a sentence goes away when its cause does. Every threshold is one of
+the constants below.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+History = Mapping[str, Any]  # as the native result has it
+
+#: Nothing is said about pictures and losses before so many iterations: a start may be anything.
+FIRST_LOOK = 8
+_AT_BOUND_FOR = 5  # rows
+_DRIFT_FOR, _ARRIVES_IN = 8, 8  # rows behind, iterations ahead
+_DRIFT_NEAR = 0.15  # of the range: a fit that has just begun crosses the middle of it at full speed
+_FLAT = 0.9  # of the first loss is still there
+_SIGMAS = 3.0
+_GAIN = 0.1  # from 1
+_GAIN_EXPLAINS = 0.7  # of the squared difference
+_SHIFT_PIXELS, _SHIFT_EXPLAINS = 0.5, 0.3
+_RIM_PIXELS = 3
+_RIM_HOLDS, _RIM_TIMES = 0.6, 4.0  # of the squared difference; mean over that inside
+_FEWEST_PIXELS = 20
+#: Rows; of the history at least; net way over whole way; step over the range; newer half of the
+#: rows over older half, below which the steps are settling.
+_JITTER_ROWS, _JITTER_FROM, _JITTER_NET, _JITTER, _SETTLING = 10, 20, 0.25, 0.02, 0.7
+_NOISE_OF_PHOTO = 0.02  # standard error as a difference in brightness, over the photo's
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Name and bounds of an unknown, for each component. `logarithmic`: what counts is the ratio
+    of two values, not their difference."""
+
+    name: str
+    minimum: float
+    maximum: float
+    logarithmic: bool = False
+
+
+@dataclass(frozen=True)
+class View:
+    """A capture and its newest picture: (h, w, 3) linear; weight (h, w), 0 where it is masked."""
+
+    camera: str
+    reference: np.ndarray
+    weight: np.ndarray
+    picture: np.ndarray
+
+
+def diagnose(
+    history: History, limits: Sequence[Limits], views: Sequence[View], *, from_start: bool = True
+) -> tuple[str, ...]:
+    """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down."""
+    if not len(history["iteration"]):
+        return ()
+    found = [*at_bound(history, limits), *drifting(history, limits)]
+    if int(history["iteration"][-1]) >= FIRST_LOOK:
+        found += exposure(views)
+        found += misaligned(views)
+        found += loss_flat(history) if from_start else []
+        found += too_noisy(history, limits, views)
+    return tuple(found)
+
+
+def at_bound(history: History, limits: Sequence[Limits]) -> list[str]:
+    """Values that have sat on a bound for the last rows; the components of a colour together."""
+    sitting: dict[tuple[str, str, float], dict[str, int]] = {}
+    for item, label, values in _components(history, limits):
+        for bound, word in ((item.minimum, "minimum"), (item.maximum, "maximum")):
+            near = 0.01 * abs(bound) + 1e-6 * (item.maximum - item.minimum)
+            away = np.flatnonzero(np.abs(values - bound) > near)
+            rows = len(values) - (int(away[-1]) + 1 if len(away) else 0)
+            if rows >= _AT_BOUND_FOR:
+                sitting.setdefault((item.name, word, bound), {})[label] = rows
+    found = []
+    for (name, word, bound), labels in sitting.items():
+        letters = [label.removeprefix(name).lstrip(".") for label in labels]
+        label = next(iter(labels)) if len(labels) == 1 else f"{name} ({', '.join(letters)})"
+        found.append(
+            f"{label} has sat at its {word} {bound:g} for {min(labels.values())} iterations: if "
+            "that is not plausible, light, exposure or a parameter that is not fitted is wrong; "
+            "else widen the bound"
+        )
+    return found
+
+
+def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
+    """Values that move to a bound at an even pace and will be there soon."""
+    found = []
+    for item, label, values in _components(history, limits):
+        if len(values) <= _DRIFT_FOR:
+            continue
+        scale = np.log if item.logarithmic else np.asarray
+        steps = np.diff(scale(values[-_DRIFT_FOR - 1 :]))
+        for bound, word, sign in ((item.minimum, "minimum", -1), (item.maximum, "maximum", 1)):
+            pace, left = sign * steps.mean(), sign * (scale(bound) - scale(values[-1]))
+            even = bool((sign * steps > 0).all()) and sign * steps[-1] >= pace / 2
+            near = left <= _DRIFT_NEAR * (scale(item.maximum) - scale(item.minimum))
+            if even and near and 0 < left <= _ARRIVES_IN * pace and pace > 0:
+                found.append(
+                    f"{label} = {values[-1]:.3g} has moved towards its {word} {bound:g} for "
+                    f"{_DRIFT_FOR} iterations without slowing down: look whether light, exposure "
+                    "and the other parameters are right before you widen the bound"
+                )
+    return found
+
+
+def loss_flat(history: History) -> list[str]:
+    """A loss that is there, beyond noise, and does not fall."""
+    iteration, loss, error = _validations(history)
+    if len(loss) < 3 or not loss[0] > 0:
+        return []
+    if loss[-1] < _SIGMAS * error[-1] or loss[-1] < _FLAT * loss[0]:
+        return []
+    return [
+        f"The loss has not fallen in {iteration[-1]} iterations ({loss[0]:.3g} at first, "
+        f"{loss[-1]:.3g} now): what is fitted does not explain the difference; compare photo and "
+        "render, and check camera, light and which photo belongs to which camera"
+    ]
+
+
+def exposure(views: Sequence[View]) -> list[str]:
+    """Photos that are a multiple of their render, in brightness or channel by channel."""
+    parts = []
+    for view in views:
+        found = _gain(view)
+        if found is not None:
+            gain, explained = found
+            text = f"{gain.mean():.2f} times as bright as the render"
+            if gain.max() > 1.05 * gain.min():
+                text = f"{', '.join(f'{g:.2f}' for g in gain)} times the render in red, green, blue"
+            parts.append(f"'{view.camera}' is {text} ({explained:.0%} of the difference)")
+    if not parts:
+        return []
+    return [
+        f"The photo of {'; of '.join(parts)}: its exposure or white balance is not the scene's; "
+        "fit the light (World:strength, World:color) or take the loss brightness-independent-mse"
+    ]
+
+
+def misaligned(views: Sequence[View]) -> list[str]:
+    """Photos that are shifted against their render, or differ at the mask's rim only."""
+    found = []
+    for view in views:
+        shift = _shift(view)
+        rim = _rim(view)
+        cure = "correct the camera, or mask the rim"
+        if shift is not None:
+            across, down, explained = shift
+            words = [f"{abs(across):.1f} pixels to the {'right' if across > 0 else 'left'}"]
+            words += [f"{abs(down):.1f} {'down' if down > 0 else 'up'}"]
+            found.append(
+                f"The photo of '{view.camera}' lies about {' and '.join(words)} of its render "
+                f"({explained:.0%} of the difference): the silhouette does not fit; {cure}"
+            )
+        elif rim is not None:
+            share, of_pixels = rim
+            found.append(
+                f"{share:.0%} of the difference of '{view.camera}' lies within {_RIM_PIXELS} "
+                f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: the silhouette does not "
+                f"fit; {cure}"
+            )
+    return found
+
+
+def too_noisy(history: History, limits: Sequence[Limits], views: Sequence[View]) -> list[str]:
+    """Steps that lead nowhere, and a loss whose noise is larger than it and its change."""
+    found = []
+    for item, label, values in _components(history, limits):
+        steps = np.diff(values[-_JITTER_ROWS - 1 :])
+        if len(values) <= _JITTER_FROM:
+            continue
+        older, newer = (np.sqrt(np.mean(np.square(half))) for half in np.split(steps, 2))
+        size = float(np.sqrt(np.mean(np.square(steps))))
+        span = abs(values[-1]) if item.logarithmic else item.maximum - item.minimum
+        settling = newer < _SETTLING * older
+        if (
+            not settling
+            and size > _JITTER * span
+            and abs(steps.sum()) < _JITTER_NET * np.abs(steps).sum()
+        ):
+            found.append(
+                f"{label} goes back and forth by {size:.2g} a step and gets nowhere: the steps are "
+                "noise; take four times the samples, larger pictures or a smaller learning rate"
+            )
+    iteration, loss, error = _validations(history)
+    level = math.sqrt(max((float(np.mean(np.square(v.reference))) for v in views), default=0.0))
+    hidden = len(loss) >= 3 and abs(loss[-1] - loss[0]) < error[-1] and loss[-1] < 2 * error[-1]
+    if hidden and math.sqrt(error[-1]) > _NOISE_OF_PHOTO * level > 0:
+        found.append(
+            f"Noise hides the loss: {loss[0]:.2g} at first and {loss[-1]:.2g} after "
+            f"{iteration[-1]} iterations, both known to {error[-1]:.2g} only; take four times the "
+            "samples or larger pictures"
+        )
+    return found
+
+
+def _components(
+    history: History, limits: Sequence[Limits]
+) -> Iterator[tuple[Limits, str, np.ndarray]]:
+    """(limits, "Body:base_color.r", its values row by row)."""
+    for item in limits:
+        if item.name in history["values"]:
+            columns = np.asarray(history["values"][item.name], float)
+            columns = columns.reshape(len(columns), -1)
+            for index in range(columns.shape[1]):
+                label = item.name if columns.shape[1] == 1 else f"{item.name}.{'rgb'[index]}"
+                yield item, label, columns[:, index]
+
+
+def _validations(history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Iteration, loss and standard error of the rows that have been validated."""
+    loss = np.asarray(history["validation"], float)
+    done = np.isfinite(loss)
+    error = np.asarray(history["validation_standard_error"], float)
+    return np.asarray(history["iteration"])[done], loss[done], error[done]
+
+
+def _gain(view: View) -> tuple[np.ndarray, float] | None:
+    """(photo over render per channel, share of the squared difference that goes with it)."""
+    weight = view.weight[..., None].astype(float)
+    photo, picture = view.reference.astype(float), view.picture.astype(float)
+    sums = (weight * picture).sum(axis=(0, 1))
+    before = float((weight * (photo - picture) ** 2).sum())
+    if not (sums > 0).all() or before <= 0:
+        return None
+    gain = (weight * photo).sum(axis=(0, 1)) / sums
+    explained = 1 - float((weight * (photo - gain * picture) ** 2).sum()) / before
+    if np.abs(gain - 1).max() < _GAIN or explained < _GAIN_EXPLAINS:
+        return None
+    return gain, explained
+
+
+def _shift(view: View) -> tuple[float, float, float] | None:
+    """(pixels to the right, pixels down, share explained) of photo against render, to first order
+    in the shift: photo(x) = render(x - shift)."""
+    photo, picture = _blurred(view.reference), _blurred(view.picture)
+    middle = (photo + picture) / 2  # its slope is right for shifts of twice the size
+    down, across = np.gradient(middle, axis=(0, 1))
+    use = _eroded(view.weight > 0, 2)
+    use[:2], use[-2:], use[:, :2], use[:, -2:] = False, False, False, False
+    if use.sum() < _FEWEST_PIXELS:
+        return None
+    slopes = -np.stack([across[use].ravel(), down[use].ravel()], axis=1)
+    difference = (photo - picture)[use].ravel()
+    energy = float(difference @ difference)
+    normal = slopes.T @ slopes
+    if energy <= 0 or np.linalg.cond(normal) > 1e6:
+        return None
+    shift = np.linalg.solve(normal, slopes.T @ difference)
+    explained = float(shift @ (slopes.T @ difference)) / energy
+    if np.hypot(*shift) < _SHIFT_PIXELS or explained < _SHIFT_EXPLAINS:
+        return None
+    return float(shift[0]), float(shift[1]), explained
+
+
+def _rim(view: View) -> tuple[float, float] | None:
+    """(share of the squared difference at the mask's rim, share of the pixels there)."""
+    counted = view.weight > 0
+    inside = _eroded(counted, _RIM_PIXELS)
+    rim = counted & ~inside
+    if rim.sum() < _FEWEST_PIXELS or inside.sum() < _FEWEST_PIXELS:
+        return None
+    difference = np.square(view.reference.astype(float) - view.picture).sum(axis=2)
+    at_rim, within = difference[rim], difference[inside]
+    total = float(at_rim.sum() + within.sum())
+    if total <= 0 or at_rim.mean() < _RIM_TIMES * within.mean():
+        return None
+    share = float(at_rim.sum()) / total
+    return (share, float(rim.sum() / counted.sum())) if share >= _RIM_HOLDS else None
+
+
+def _blurred(picture: np.ndarray) -> np.ndarray:
+    """Mean over 3 x 3 pixels; the outermost repeat."""
+    padded = np.pad(picture.astype(float), ((1, 1), (1, 1), (0, 0)), mode="edge")
+    height, width = picture.shape[:2]
+    shifted = [padded[y : y + height, x : x + width] for y in range(3) for x in range(3)]
+    return np.mean(shifted, axis=0)
+
+
+def _eroded(mask: np.ndarray, pixels: int) -> np.ndarray:
+    """Without what lies within `pixels` of a pixel that is not in it; the picture's border does
+    not count as outside."""
+    for _ in range(pixels):
+        padded = np.pad(mask, 1, mode="edge")
+        mask = mask & padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
+    return mask.copy()

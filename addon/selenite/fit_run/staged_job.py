@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A fit in stages: one native fit after another, behind the interface of a single one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..parameters import Values
+from . import stage_plan
+from .job import FitJob, Progress, SavedState
+from .plan import FitPlan
+from .stage_history import joined
+from .stage_plan import Stage
+
+#: What a stage may stop because of for the next one to start.
+_ENDED_WELL = ("all iterations done", "loss below tolerance")
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where a run stands between two stages: values by name, grids by name."""
+
+    values: dict[str, Values]
+    fields: dict[str, np.ndarray]
+
+
+def make_job(
+    plan: FitPlan, before: Sequence[dict[str, Any]] = (), state: SavedState | None = None
+) -> FitJob | StagedJob:
+    """The job that a plan asks for; before and state: see StagedJob. Raises BadInput."""
+    return StagedJob(plan, before, state) if plan.stages else FitJob(plan, state=state)
+
+
+class Ended:
+    """In place of a job: a stage whose result is known."""
+
+    def __init__(self, plan: FitPlan, result: dict[str, Any]) -> None:
+        self.plan = plan
+        self._result = result
+
+    def start(self) -> None:
+        """There is nothing to do."""
+
+    cancel = join = request_state = start
+
+    def take_state(self) -> None:
+        """There is none."""
+
+    def progress(self) -> Progress:
+        """At the end."""
+        values = {
+            name: [float(x) for x in np.ravel(value)]
+            for name, value in self._result["values_best"].items()
+        }
+        done, seconds = self._result["iterations"], self._result["seconds"]
+        reason = self._result["stopped_because"]
+        return Progress(False, done, done, math.nan, seconds, 0.0, reason, values)
+
+    def preview(self, _capture: int) -> None:
+        """No picture is rendered."""
+
+    def notes(self) -> tuple[str, ...]:
+        """Nothing is looked at again."""
+        return ()
+
+    def so_far(self) -> dict[str, Any]:
+        """The known result."""
+        return self._result
+
+    result = so_far
+
+
+class StagedJob:
+    """As FitJob: start, progress, preview, cancel, join, result. Each stage starts at the best
+    values of the one before; what is not in a stage is held.
+
+    No thread is added: whoever polls or joins starts the next stage.
+    """
+
+    def __init__(
+        self,
+        plan: FitPlan,
+        before: Sequence[dict[str, Any]] = (),
+        state: SavedState | None = None,
+    ) -> None:
+        """Validates every stage natively and starts nothing. Raises BadInput.
+
+        before: results of the first stages, which are not run again. When all have one, `start`
+        runs nothing and the job is at its end. state: of the stage after those.
+        """
+        self.plan = plan
+        self._point = Point(
+            {item.name: item.start for item in plan.unknowns},
+            {field.name: field.start.values for field in plan.fields},
+        )
+        for stage in plan.stages[1:]:
+            FitJob(plan_of(plan, stage, self._point))
+        self._ended: list[dict[str, Any]] = []
+        self._cancelled = False
+        for result, stage in zip(before, plan.stages[1:], strict=False):
+            self._ended.append(dict(result))
+            self._point = after(plan, stage, self._point, result)
+        stage = plan.stages[len(self._ended)]
+        own = plan_of(plan, stage, self._point)
+        self._job: FitJob | Ended
+        if len(before) == len(plan.stages):
+            self._job = Ended(own, dict(before[-1]))
+        else:
+            self._job = FitJob(own, from_start=not self._ended, state=state)
+
+    def start(self) -> None:
+        """Returns at once."""
+        self._job.start()
+
+    def progress(self) -> Progress:
+        """Cheap; starts the next stage when one has ended. Raises FitFailed."""
+        state = self._job.progress()
+        while self._go_on(state.stopped_because):
+            state = self._job.progress()
+        index = len(self._ended)
+        last = not self._stages_left() or self._cancelled
+        done = sum(item["iterations"] for item in self._ended)
+        seconds = sum(item["seconds"] for item in self._ended)
+        values = {name: list(value) for name, value in self._point.values.items()}
+        stage = self.plan.stages[index].request
+        return replace(
+            state,
+            iteration=done + state.iteration,
+            iterations=done + sum(item.settings.iterations for item in self.plan.stages[index:]),
+            seconds=seconds + state.seconds,
+            seconds_left=0.0 if last and not state.running else self._seconds_left(state),
+            values=values | state.values,
+            stage=f"{index + 1} of {len(self.plan.stages)}: {stage.name}",
+        )
+
+    def preview(self, capture: int) -> np.ndarray | None:
+        """Newest picture of a capture, (h, w, 3), at the height of the stage."""
+        return self._job.preview(capture)
+
+    def cancel(self) -> None:
+        """Asks the thread to stop; no further stage starts."""
+        self._cancelled = True
+        self._job.cancel()
+
+    def join(self) -> None:
+        """Runs all stages to their end."""
+        self._job.join()
+        while self._go_on(self._job.progress().stopped_because):
+            self._job.join()
+
+    def request_state(self) -> None:
+        """Asks for the whole state of the stage that runs."""
+        self._job.request_state()
+
+    def take_state(self) -> bytes | None:
+        """The state that was asked for, of the stage that runs now."""
+        return self._job.take_state()
+
+    def parts(self) -> list[dict[str, Any]]:
+        """The native results so far of every stage that has begun."""
+        return [*self._ended, self._job.so_far()]
+
+    def so_far(self) -> dict[str, Any]:
+        """As `result`, at any time."""
+        result = joined(self.plan, self.parts(), self._point)
+        if self._cancelled and self._stages_left() and result["stopped_because"] in _ENDED_WELL:
+            result["stopped_because"] = "cancelled"  # between two stages
+        return result
+
+    def result(self) -> dict[str, Any]:
+        """After the end: as the native result, the best of the newest stage and what the stages
+        before it found; the key `stages` tells of each. Raises FitFailed."""
+        self.progress()
+        return self.so_far() | {"notes": self._job.notes()}
+
+    def _go_on(self, stopped_because: str) -> bool:
+        """Starts the next stage; False when there is none or the run was stopped."""
+        if not self._stages_left() or self._cancelled or stopped_because not in _ENDED_WELL:
+            return False
+        result = self._job.result()
+        self._ended.append(result)
+        stage = self.plan.stages[len(self._ended)]
+        self._point = after(self.plan, stage, self._point, result)
+        self._job = FitJob(plan_of(self.plan, stage, self._point), from_start=False)
+        self._job.start()
+        return True
+
+    def _stages_left(self) -> int:
+        return len(self.plan.stages) - len(self._ended) - 1
+
+    def _seconds_left(self, state: Progress) -> float:
+        """Of this stage as measured; of later ones by their paths. NaN while unknown."""
+        index = len(self._ended)
+        stages = self.plan.stages
+        if math.isnan(state.seconds_left) or not state.iteration:
+            return math.nan
+        pace = state.seconds / state.iteration / _paths(stages[index])
+        rest = sum(stage.settings.iterations * _paths(stage) for stage in stages[index + 1 :])
+        return state.seconds_left + pace * rest
+
+
+def plan_of(plan: FitPlan, stage: Stage, point: Point) -> FitPlan:
+    """The plan of one stage that starts at `point`."""
+    names = stage.request.parameters
+    scene = stage.scene.with_values(
+        stage_plan.constants(point.values, plan.unknowns, list(stage.fields))
+    )
+    for field in stage.fields:
+        scene = stage_plan.placed(scene, field, point.fields[field.name])
+    return replace(
+        plan,
+        request=replace(plan.request, settings=stage.settings, stages=()),
+        scene=scene,
+        captures=stage.captures,
+        unknowns=[
+            replace(item, start=point.values[item.name])
+            for item in plan.unknowns
+            if item.name in names
+        ],
+        fields=[field for field in plan.fields if field.name in names],
+        stages=(),
+    )
+
+
+def after(plan: FitPlan, stage: Stage, point: Point, result: Mapping[str, Any]) -> Point:
+    """Where `stage` starts: at the best values of the stage before it. A grid that comes into the
+    scene with it is filled with the albedo that was fitted."""
+    values = point.values | {
+        name: tuple(map(float, np.ravel(value))) for name, value in result["values_best"].items()
+    }
+    fields = point.fields | dict(result["fields_best"])
+    before = plan.stages[: plan.stages.index(stage)]
+    fitted = {name for item in before for name in item.request.parameters}
+    waiting = [field for field in plan.fields if field.name not in fitted]
+    fields |= stage_plan.at_albedos(values, plan.unknowns, waiting)
+    return Point(values, fields)
+
+
+def _paths(stage: Stage) -> int:
+    """Paths of an iteration, the measure of its cost."""
+    pixels = sum(item.reference.shape[0] * item.reference.shape[1] for item in stage.captures)
+    return pixels * stage.settings.spp

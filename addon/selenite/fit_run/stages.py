@@ -1,0 +1,158 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Stages: which parameters a run fits first and which later, each for its own iterations."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import parameters
+from ..problems import BadInput, Problem, listed
+
+SCHEMA = 1
+#: What `--stages` and the panel offer by name.
+PRESETS = {
+    "ior-last": "everything but indices of refraction first, then everything",
+    "colours-first": "colours first, then everything",
+}
+_KEYS = ("name", "parameters", "iterations", "spp", "height")
+#: A preset's stages before the last take this share of the iterations.
+_FIRST_SHARE = 0.5
+_FEWEST = 5
+
+
+@dataclass(frozen=True)
+class StageRequest:
+    """One stage. `parameters` are names as `Body:roughness`; None means the run's setting."""
+
+    name: str
+    parameters: tuple[str, ...]
+    iterations: int | None = None
+    spp: int | None = None
+    height: int | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """Keys name, parameters, and those of the settings that are given."""
+        return {key: value for key, value in asdict(self).items() if value is not None}
+
+    def overrides(self) -> dict[str, int]:
+        """The settings that this stage has for itself."""
+        given = {"iterations": self.iterations, "spp": self.spp, "height": self.height}
+        return {key: value for key, value in given.items() if value is not None}
+
+    def title(self, number: int) -> str:
+        """As messages name it; `number` counts from 1."""
+        return f"Stage {number} '{self.name}'"
+
+
+def read_stages(path: Path) -> tuple[StageRequest, ...]:
+    """Reads a file of stages. Raises BadInput with one problem for each fault."""
+    title = f"File '{path}'"
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        cause, cure = f"cannot be read ({error})", f"give a JSON file or {listed(PRESETS)}"
+        raise BadInput(Problem(title, cause, cure)) from error
+    return stages_from_json(data, title)
+
+
+def stages_from_json(data: object, title: str) -> tuple[StageRequest, ...]:
+    """{"schema": 1, "stages": [{...}, ...]} -> stages. Raises BadInput with every fault."""
+    shape = 'write {"schema": 1, "stages": [{"parameters": ["Body:ior"], "iterations": 20}]}'
+    if not isinstance(data, dict) or not isinstance(data.get("stages"), list):
+        raise BadInput(Problem(title, "it has no list of stages", shape))
+    problems = [
+        Problem(f"{title}, key '{key}'", "it is not known", "use schema and stages")
+        for key in data
+        if key not in ("schema", "stages")
+    ]
+    if data.get("schema", SCHEMA) != SCHEMA:
+        cause = f"its schema is {data['schema']!r}, this version reads {SCHEMA}"
+        problems.append(Problem(title, cause, "write a file of this version"))
+    if not data["stages"]:
+        problems.append(Problem(title, "its list of stages is empty", shape))
+    found = [
+        _stage(item, number, title, problems) for number, item in enumerate(data["stages"], start=1)
+    ]
+    if problems:
+        raise BadInput(problems)
+    return tuple(found)
+
+
+def _stage(item: object, number: int, title: str, problems: list[Problem]) -> StageRequest:
+    place = f"{title}, stage {number}"
+    if not isinstance(item, dict):
+        problems.append(Problem(place, f"{item!r} is no object", 'write {"parameters": [...]}'))
+        return StageRequest("", ())
+    for key in item:
+        if key not in _KEYS:
+            cure = f"use {', '.join(_KEYS)}"
+            problems.append(Problem(f"{place}, key '{key}'", "it is not known", cure))
+    name = item.get("name", f"stage {number}")
+    if not (isinstance(name, str) and name.strip()):
+        problems.append(Problem(place, f"its name is {name!r}", "give a word or leave it out"))
+        name = ""
+    names = item.get("parameters")
+    if not (isinstance(names, list) and names and all(isinstance(entry, str) for entry in names)):
+        cure = 'write a list of names, as in ["Body:roughness", "Body:ior"]'
+        problems.append(Problem(place, f"its parameters are {names!r}", cure))
+        names = []
+    for entry in sorted({entry for entry in names if names.count(entry) > 1}):
+        problems.append(Problem(f"{place}, '{entry}'", "given twice", "give it once"))
+    numbers: dict[str, int | None] = {}
+    for key in ("iterations", "spp", "height"):
+        value = item.get(key)
+        if value is not None and type(value) is not int:
+            cure = "give a whole number or leave it out"
+            problems.append(Problem(f"{place}, key '{key}'", f"it is {value!r}", cure))
+            value = None
+        numbers[key] = value
+    return StageRequest(name.strip(), tuple(names), **numbers)
+
+
+def stages_by_name(
+    text: str, names: Sequence[str], iterations: int, problems: list[Problem]
+) -> tuple[StageRequest, ...]:
+    """A preset's stages for the unknowns `names`; what is wrong goes to `problems`.
+
+    The last stage has everything and the run's iterations, the one before it half of them. An
+    albedo whose material has an albedo grid too is left to the first stage: the grid starts at it.
+    """
+    title = f"Stages '{text}'"
+    if text == "ior-last":
+        first, label = [name for name in names if not _is_ior(name)], "without IOR"
+        one, many = "no index of refraction is fitted", "only indices of refraction are fitted"
+        cause = one if first else many
+    elif text == "colours-first":
+        first, label = [name for name in names if _is_colour(name)], "colours"
+        cause = "no colour is fitted" if not first else "only colours are fitted"
+    else:
+        cure = f"use one of {listed(PRESETS)}, or the path of a file"
+        problems.append(Problem(title, "they are not known", cure))
+        return ()
+    if not first or len(first) == len(names):
+        cure = "fit more parameters, or leave the stages out"
+        problems.append(Problem(title, cause, cure))
+        return ()
+    few = max(_FEWEST, round(_FIRST_SHARE * iterations))
+    grids = {parameters.split_name(name)[0] for name in names if name.endswith(":albedo_grid")}
+    last = [name for name in names if name not in {f"{owner}:albedo" for owner in grids}]
+    return (
+        StageRequest(label, tuple(first), few),
+        StageRequest("everything", tuple(last), iterations),
+    )
+
+
+def _is_ior(name: str) -> bool:
+    parameter = parameters.split_name(name)[1]
+    return parameter == "ior" or parameter.endswith("_ior")
+
+
+def _is_colour(name: str) -> bool:
+    """By the parameter table: three numbers without a unit."""
+    parameter = parameters.split_name(name)[1]
+    rows = [row for (_, found), row in parameters.table().items() if found == parameter]
+    return any(row.width == 3 and row.unit == "1" for row in rows)

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a request to a measurement: the same for the command line and the panel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ..fit_run.captures import Capture, read_captures
+from ..fit_run.plan import prepare
+from ..fit_run.request import RunRequest
+from ..fit_run.settings import PRESETS
+from ..problems import BadInput, Problem
+from ..scene_read.values import SceneValues
+from .measure import Trade
+
+_TALLEST = max(preset.height for preset in PRESETS.values())
+
+
+def trade_of(
+    values: SceneValues, request: RunRequest, packed: Mapping[str, bytes], budget: float
+) -> Trade:
+    """A measurement that can start: the scene's values are the truth, so starts of the request do
+    not count. Without captures every camera of the scene takes part. Raises BadInput."""
+    request = replace(
+        request,
+        unknowns=tuple(replace(item, start=None) for item in request.unknowns),
+        settings=replace(request.settings, height=_TALLEST),
+        stages=(),
+    )
+    empty = None if request.captures else _without_photos(values)
+
+    def captures_at(height: int) -> list[Capture]:
+        if empty is not None:
+            return empty(height)
+        return read_captures(values, request.captures, height, [], [], packed)
+
+    plan = prepare(values, request, packed, empty)
+    if plan.fields:
+        title = f"Parameter '{plan.fields[0].name}'"
+        cause = "a grid of known values cannot be made from the scene"
+        raise BadInput(Problem(title, cause, "leave it out"))
+    tallest = min(_TALLEST, max(item.reference.shape[0] for item in plan.captures))
+    return Trade(plan, captures_at, budget, tallest)
+
+
+def _without_photos(values: SceneValues) -> Callable[[int], list[Capture]]:
+    """Every camera of the scene, no photo, no mask; never more pixels than the scene renders."""
+
+    def captures(height: int) -> list[Capture]:
+        found = []
+        for camera in values.cameras:
+            rows = min(height, camera.height)
+            columns = max(1, round(rows * camera.width / camera.height))
+            black = np.zeros((rows, columns, 3), np.float32)
+            weight = np.ones((rows, columns), np.float32)
+            size = (camera.width, camera.height)
+            found.append(Capture(camera.name, "", size, black, weight))
+        return found
+
+    return captures

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""An own list of stages in the panel, its run, a remark below it, and a run that goes on."""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
+
+import made_scenes as made  # noqa: E402
+from _driving import in_window, picture, press_escape, run, window  # noqa: E402
+
+from selenite.interface import panels, stages, state  # noqa: E402
+
+ENDLESS = 1_000_000  # iterations
+
+
+def prepare():
+    """A sphere, a photo darker than its bounds allow, two stages."""
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    made.studio()
+    bpy.context.view_layer.update()
+    folder = Path(tempfile.mkdtemp())
+    settings = bpy.context.scene.selenite
+    in_window(bpy.ops.selenite.refresh_rows)
+    in_window(bpy.ops.selenite.add_capture)
+    photo = made.photo(folder / "Camera.png", value=0.1)
+    settings.captures[0].photo = bpy.data.images.load(str(photo))
+    settings.height, settings.tolerance, settings.output = 24, 0.0, str(folder / "fits")
+    rows = {row.parameter: row for row in settings.rows}
+    rows["base_color"].minimum = 0.5
+    settings.stage_mode = "own"
+    for name, iterations in (("base_color", 12), ("roughness", ENDLESS)):
+        rows[name].enabled = True
+        in_window(bpy.ops.selenite.add_stage)
+        settings.stages[-1].iterations = iterations
+    return settings
+
+
+def second_stage():
+    """The first stage has ended, and a tick has seen remarks on the second one."""
+    progress = state.RUN.progress
+    return progress is not None and progress.stage.startswith("2 of 2") and bool(progress.notes)
+
+
+def steps():
+    """See `_driving.run`."""
+    window()[3].show_region_ui = True
+    bpy.context.preferences.view.ui_scale = 0.6  # all panels fit the window and are drawn
+    settings = prepare()
+    yield 0.5
+    picture("own list")
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    yield second_stage
+    yield 2.5  # the state goes to disk
+    picture("second stage")
+    folder = state.RUN.recorder.folder
+    assert (folder / "state.json").is_file()
+    state.RUN.recorder = None  # as if Blender had ended here
+    press_escape()
+    yield lambda: state.RUN.job is None
+    assert [stage["iterations"] > 0 for stage in state.RUN.result["stages"]] == [True, True]
+    yield 0.5
+    picture("remarks")
+
+    run_file = folder / "run.json"
+    asked = json.loads(run_file.read_text(encoding="utf-8"))
+    asked["stages"][1]["iterations"] = 1
+    run_file.write_text(json.dumps(asked), encoding="utf-8")
+    in_window(bpy.ops.selenite.resume, "EXEC_DEFAULT", directory=str(folder))
+    yield lambda: state.RUN.job is None
+    assert len(settings.results) == 2
+    assert not folder.exists()
+
+
+stages.SELENITE_PT_stages.bl_category = "Item"
+run(steps, panels)

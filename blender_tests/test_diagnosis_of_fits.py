@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a real fit says about itself: in result.json, log.txt, the terminal and the panel."""
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+from test_interface import draw, prepare_fit
+
+from selenite import native
+from selenite.cli import main
+from selenite.interface import panels, state
+
+pytestmark = pytest.mark.blender
+
+
+def fit(tmp_path, capsys, *words, parameter="base_color", gain=1.0, shift=0.0):
+    """The warnings of result.json of a fit to a photo of colour .2, .6, .4 that was changed."""
+    start = (0.8, 0.4, 0.2) if parameter == "base_color" else (0.2, 0.6, 0.4)
+    made.studio(base_color=start, roughness=0.5)
+    made.light("Key Light", energy=200)
+    made.world(color=(0.05, 0.05, 0.05))
+    camera = bpy.data.objects["Camera"].data
+    camera.shift_x = -shift / 32  # of the picture's width: the ball moves to the right
+    path = made.save(tmp_path / "photo.blend")
+    photo = str(tmp_path / "photo.exr")
+    set_colour = ("--set", "Body:base_color=.2,.6,.4", "--spp", "256")
+    assert main(["render", path, "--out", photo, *set_colour]) == 0
+    native.image().write_exr(photo, native.image().read(photo)[0] * np.float32(gain))
+    bpy.data.objects["Camera"].data.shift_x = 0
+    path = made.save(tmp_path / "scene.blend")
+    capsys.readouterr()
+    base = (f"--fit=Body:{parameter}", "--iterations=20", "--height=24", "--spp=8", "--json")
+    out = f"--out={tmp_path / 'fits'}"
+    status = main(["fit", path, f"--photo=Camera={photo}", *base, out, *words])
+    printed = capsys.readouterr()
+    assert status == 0, printed.err
+    report = json.loads(printed.out.splitlines()[-1])
+    log = (Path(report["folder"]) / "log.txt").read_text(encoding="utf-8")
+    for text in report["warnings"]:
+        assert f"Warning: {text}" in log
+        assert text in printed.err
+    return report["warnings"]
+
+
+def test_a_fit_that_goes_well_says_nothing(tmp_path, capsys):
+    assert fit(tmp_path, capsys) == []
+
+
+def test_a_bound_that_is_too_narrow(tmp_path, capsys):
+    notes = fit(tmp_path, capsys, "--bounds=Body:base_color=.3,.9")
+    (note,) = [text for text in notes if "minimum" in text]
+    assert note.startswith("Body:base_color.r has sat at its minimum 0.3 for "), notes
+
+
+def test_a_photo_of_twice_the_exposure(tmp_path, capsys):
+    notes = fit(tmp_path, capsys, parameter="diffuse_roughness", gain=2.0)
+    (note,) = [text for text in notes if "times" in text]
+    assert "brightness-independent-mse" in note, notes
+
+
+def test_a_camera_that_is_two_pixels_off(tmp_path, capsys):
+    notes = fit(tmp_path, capsys, shift=2.0)
+    (note,) = [text for text in notes if "silhouette" in text]
+    assert "pixels to the right" in note, notes
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    _, settings = prepare_fit(tmp_path, iterations=60)
+    row = next(item for item in settings.rows if item.parameter == "base_color")
+    row.minimum, row.use_start, row.start = 0.7, True, (0.9, 0.9, 0.9)
+    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
+    assert Start._start(fake, bpy.context)
+    state.RUN.job.join()
+    assert Start._finish(fake, bpy.context) == {"FINISHED"}
+    drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
+    assert "has sat at its minimum 0.7" in drawn
+    notes = tuple(state.RUN.result["notes"])
+    state.RUN.job, state.RUN.progress = object(), SimpleNamespace(
+        stage="", iteration=9, iterations=60, seconds_left=1.0, fraction=0.1, loss=0.1, values={},
+        notes=notes,
+    )  # fmt: skip
+    try:
+        assert "has sat at its minimum 0.7" in " ".join(draw(panels.SELENITE_PT_fit).split())
+    finally:
+        state.RUN.job = None

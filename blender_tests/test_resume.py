@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run that was killed goes on from what is on disk."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import made_scenes as made
+import numpy as np
+import pytest
+
+from selenite.cli import main
+from selenite.fit_run import checkpoint, results
+from selenite.fit_run.plan import prepare
+from selenite.fit_run.request import RunRequest, UnknownRequest
+from selenite.fit_run.settings import FitSettings
+from selenite.fit_run.staged_job import make_job
+from selenite.fit_run.stages import StageRequest
+from selenite.problems import BadInput
+from selenite.scene_read.values import CaptureRequest
+
+pytestmark = pytest.mark.blender
+
+ROOT = Path(__file__).resolve().parent.parent
+COLOUR = (0.2, 0.6, 0.4)
+
+
+@pytest.fixture
+def words(tmp_path):
+    """Arguments of a fit of the colour of a ball."""
+    made.studio(base_color=(0.8, 0.4, 0.2), roughness=0.5)
+    made.light("Key Light", energy=40)
+    path = made.save(tmp_path / "scene.blend")
+    photo = str(tmp_path / "photo.exr")
+    colour = f"Body:base_color={','.join(map(str, COLOUR))}"
+    assert main(["render", path, "--out", photo, "--spp", "256", "--set", colour]) == 0
+    return [
+        "fit", path, f"--photo=Camera={photo}", "--fit=Body:base_color", "--height=16",
+        f"--out={tmp_path / 'fits'}",
+    ]  # fmt: skip
+
+
+def command(capsys, *arguments):
+    """(exit status, the JSON object) of one command."""
+    capsys.readouterr()
+    status = main([*arguments, "--json"])
+    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
+
+
+def killed(words, fits, iterations):
+    """Runs a fit in a process of its own, kills it after some iterations; its folder."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
+    with subprocess.Popen(
+        [sys.executable, "-m", "selenite", *words],
+        env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as process:  # fmt: skip
+        until = time.monotonic() + 120
+        while time.monotonic() < until:
+            states = list(fits.glob(f"*{checkpoint.SUFFIX}/state.json"))
+            if states and process.poll() is None:
+                parts = json.loads(states[0].read_text(encoding="utf-8"))["parts"]
+                if sum(part["iterations"] for part in parts) >= iterations:
+                    break
+            assert process.poll() is None, "it was to be killed while it runs"
+            time.sleep(0.05)
+        process.send_signal(signal.SIGKILL)
+    (folder,) = fits.iterdir()
+    assert folder.name.endswith(".unfinished")
+    return folder
+
+
+def report_rows(report):
+    with (Path(report["folder"]) / "history.csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
+    """Killed in its last iterations, after its last state on disk; the same bits come out."""
+    words = [*words, "--iterations=1500", "--seed=3"]
+    folder = killed(words, tmp_path / "fits", 20)
+    (state,) = folder.glob("optimiser_1.state")
+    assert state.stat().st_size > 1000
+    status, report = command(capsys, "fit", "--resume", str(folder), "--threads=1")
+    assert status == 0, report
+    assert not folder.exists()
+    assert Path(report["folder"]).parent == folder.parent
+    status, whole = command(capsys, *words)
+    assert status == 0
+    assert report["parameters"] == whole["parameters"]
+    assert report["samples"] == whole["samples"] and "stages" not in report
+    histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (report, whole)]
+    assert histories[0] == histories[1]
+
+
+def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
+    words, tmp_path, capsys
+):
+    folder = killed([*words, "--iterations=20000"], tmp_path / "fits", 10)
+    for path in folder.glob("optimiser_*.state"):
+        path.unlink()
+    state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
+    (part,) = state["parts"]
+    done, best = part["iterations"], part["values_best"]["Body:base_color"]
+    # the rest would take long: what is asked for ends soon after what is done
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    run["settings"]["iterations"] = done + 15
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+    status, report = command(capsys, "fit", "--resume", str(folder))
+    assert status == 0, report
+    assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
+    assert report["parameters"]["Body:base_color"]["initial"] == pytest.approx([0.8, 0.4, 0.2])
+    assert report["iterations"] == done + 15
+    assert [stage["name"] for stage in report["stages"]] == ["everything", "everything, part 2"]
+    assert report["stages"][0]["stopped_because"] == "interrupted"
+    rows = report_rows(report)
+    first = [row for row in rows if row["stage"] == "1"]
+    second = [row for row in rows if row["stage"] == "2"]
+    assert [float(row["loss"]) for row in first] == part["history"]["loss"]
+    assert [float(second[0][f"Body:base_color.{c}"]) for c in "rgb"] == best
+
+
+def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
+    from test_fit_grid import smoke
+
+    smoke()
+    photo = made.photo(tmp_path / "photo.exr", value=0.3)
+    names = ("Smoke:albedo", "Smoke:albedo_grid")
+    request = RunRequest(
+        "",
+        (UnknownRequest("Smoke", "albedo"), UnknownRequest("Smoke", "albedo_grid", grid="3")),
+        (CaptureRequest("Camera", str(photo)),),
+        FitSettings(height=12, iterations=3000, threads=1),
+        (StageRequest("one", names[:1], 4), StageRequest("many", names[1:])),
+    )
+    job = make_job(prepare(made.read(), request))
+    recorder = checkpoint.Recorder(tmp_path / "run", job.plan.request)
+    job.start()
+    while not list(recorder.folder.glob("optimiser_2.state")):
+        job.progress()
+        recorder.look(job, now=True)
+        time.sleep(0.01)
+    job.cancel()
+    job.join()
+    run = checkpoint.going_on(checkpoint.load(recorder.folder))
+    assert run.request.stages == job.plan.request.stages and len(run.parts) == 1
+    again = make_job(prepare(made.read(), run.request), run.parts, run.state)
+    done = again.progress().iteration
+    assert done > 4
+    again.start()
+    while again.progress().iteration < done + 20:
+        time.sleep(0.01)
+    again.cancel()
+    again.join()
+    first, second = (item.so_far()["history"] for item in (job, again))
+    rows = min(len(first["loss"]), len(second["loss"]))
+    np.testing.assert_array_equal(first["loss"][:rows], second["loss"][:rows])
+    name = "Smoke:albedo_grid"
+    both = [item["field_means"][name][:rows] for item in (first, second)]
+    np.testing.assert_array_equal(*both)
+    assert rows > done
+
+
+def test_a_damaged_state_is_told_with_what_to_do(tmp_path):
+    plan = plan_of(tmp_path, (3, 100_000))
+    job = make_job(plan)
+    recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
+    job.start()
+    while not list(recorder.folder.glob("optimiser_2.state")):
+        job.progress()
+        recorder.look(job, now=True)
+        time.sleep(0.01)
+    job.cancel()
+    job.join()
+    (path,) = recorder.folder.glob("optimiser_2.state")
+    path.write_bytes(path.read_bytes()[:-9])
+    run = checkpoint.going_on(checkpoint.load(recorder.folder))
+    with pytest.raises(
+        BadInput, match=r"optimiser_2.state': The saved state is damaged.*delete it"
+    ):
+        make_job(prepare(made.read(), run.request), run.parts, run.state)
+
+
+def plan_of(tmp_path, iterations=(4, 5)):
+    made.studio(roughness=0.5)
+    photo = made.photo(tmp_path / "photo.png", value=0.2)
+    request = RunRequest(
+        "",
+        (UnknownRequest("Body", "base_color"), UnknownRequest("Body", "roughness")),
+        (CaptureRequest("Camera", str(photo)),),
+        FitSettings(height=12),
+        (
+            StageRequest("colour", ("Body:base_color",), iterations[0]),
+            StageRequest("all", ("Body:base_color", "Body:roughness"), iterations[1]),
+        ),
+    )
+    return prepare(made.read(), request)
+
+
+def finished(plan, before=()):
+    job = make_job(plan, before)
+    job.start()
+    job.join()
+    return job
+
+
+def test_a_run_stopped_between_two_stages_gives_the_same_numbers(tmp_path):
+    plan = plan_of(tmp_path)
+    whole = finished(plan)
+    checkpoint.save(checkpoint.Recorder(tmp_path / "run", plan.request).folder, whole.parts()[:1])
+    run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
+    assert run.request.stages == plan.request.stages
+    again = finished(prepare(made.read(), run.request), run.parts).result()
+    assert again["values_best"] == whole.result()["values_best"]
+    for key, column in whole.result()["history"].items():
+        if key not in ("values", "field_means"):
+            np.testing.assert_array_equal(column, again["history"][key])
+
+
+def test_a_run_stopped_while_its_pictures_were_written_is_not_run_again(tmp_path):
+    plan = plan_of(tmp_path)
+    whole = finished(plan)
+    recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
+    recorder.look(whole, now=True)
+    run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
+    job = finished(prepare(made.read(), run.request), run.parts)
+    assert job.progress().fraction == 1 and not job.progress().running
+    before, after = whole.result(), job.result()
+    for key in ("values_best", "iterations", "seconds", "samples", "stopped_because"):
+        assert after[key] == before[key], key
+
+
+@pytest.mark.parametrize(("done", "left"), [(3, 17), (15, 10)])
+def test_an_interrupted_stage_becomes_two(done, left):
+    part = {"iterations": done, "stopped_because": "", "history": {}}
+    unknowns = (UnknownRequest("Body", "ior"),)
+    request = RunRequest("", unknowns, (), FitSettings(iterations=20))
+    run = checkpoint.going_on(checkpoint.Unfinished(request, [part]))
+    found, parts = run.request, run.parts
+    assert [(s.name, s.iterations) for s in found.stages] == [
+        ("everything", done),
+        ("everything, part 2", left),
+    ]
+    assert parts[0]["stopped_because"] == "interrupted"
+    assert found.stages[0].parameters == ("Body:ior",)
+    more = [{"iterations": done, "stopped_because": "interrupted"}, part | {"iterations": 2}]
+    again = checkpoint.going_on(checkpoint.Unfinished(found, more)).request
+    names = ["everything", "everything, part 2", "everything, part 3"]
+    assert [s.name for s in again.stages] == names
+
+
+def test_a_failed_write_leaves_a_run_that_can_be_resumed(words, tmp_path, capsys, monkeypatch):
+    def full(*_arguments):
+        raise OSError("no space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(results, "_write_pictures", full)
+        assert main([*words, "--iterations=12"]) == 1
+    assert "no space left" in capsys.readouterr().err
+    (folder,) = (tmp_path / "fits").iterdir()
+    status, report = command(capsys, "fit", "--resume", str(folder))
+    assert status == 0, report
+    assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
+    assert report["iterations"] == 12
+    assert (Path(report["folder"]) / "Camera_optimised.exr").is_file()
+
+
+def test_what_cannot_be_resumed_is_named(words, tmp_path, capsys):
+    status, report = command(capsys, *words, "--iterations=2")
+    assert status == 0
+    cases = {
+        report["folder"]: "this run is finished",
+        str(tmp_path / "nowhere"): "it does not exist",
+        str(tmp_path): "cannot be read",
+    }
+    for folder, text in cases.items():
+        status, found = command(capsys, "fit", "--resume", folder)
+        assert status == 2
+        assert text in found["problems"][0]["cause"], folder
+    status, found = command(capsys, "fit")
+    assert status == 2 and "--resume DIR" in found["problems"][0]["cure"]
+
+
+def test_other_arguments_do_not_go_with_it_and_a_broken_state_is_told(tmp_path, capsys):
+    plan = plan_of(tmp_path)
+    path = made.save(tmp_path / "scene.blend")
+    recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
+    recorder.look(finished(plan), now=True)
+    status, report = command(
+        capsys, "fit", path, "--resume", str(recorder.folder), "--spp=8", "--fit=Body:ior"
+    )
+    assert status == 2
+    assert [p["object"] for p in report["problems"]] == ["Argument --fit", "Argument --spp"]
+    (recorder.folder / "state.json").write_text('{"schema": 1, "parts": [{}]}')
+    with pytest.raises(BadInput, match="state cannot be read"):
+        checkpoint.load(recorder.folder)
+
+
+@pytest.mark.usefixtures("addon")
+def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
+    import bpy
+    from test_interface import prepare_fit
+
+    from selenite.interface import state
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    _, settings = prepare_fit(tmp_path, iterations=4000)
+    settings.output = str(tmp_path / "fits")
+
+    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
+    assert Start._start(fake, bpy.context)
+    until = time.monotonic() + 60
+    while state.RUN.job.progress().iteration < 5 and time.monotonic() < until:
+        time.sleep(0.01)
+    folder = state.RUN.recorder.folder
+    state.RUN.recorder.look(state.RUN.job, now=True)
+    assert (folder / "state.json").is_file()
+    for path in folder.glob("optimiser_*.state"):  # so that the run can be made shorter below
+        path.unlink()
+    state.RUN.recorder = None  # as if Blender had ended here
+    bpy.ops.selenite.cancel()
+    assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+    run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    run["settings"]["iterations"] = 12
+    (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
+    assert bpy.ops.selenite.resume(directory=str(folder)) == {"FINISHED"}
+    assert [stage["name"] for stage in state.RUN.result["stages"]][0] == "everything"
+    assert len(settings.results) == 1
+    assert not folder.exists()
+    with pytest.raises(RuntimeError, match="does not exist"):
+        bpy.ops.selenite.resume(directory=str(folder))

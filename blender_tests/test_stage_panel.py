@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panel's stages: presets, an own list from ticks and from a file, drawn and run."""
+
+import json
+from types import SimpleNamespace
+
+import bpy
+import made_scenes as made
+import pytest
+from test_interface import FakeLayout, draw, prepare_fit
+
+from selenite.fit_run.stages import PRESETS
+from selenite.interface import panels, properties, request, stages, state
+
+pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
+
+
+def tick(settings, *names):
+    """Ticks exactly these parameters."""
+    for row in settings.rows:
+        row.enabled = row.parameter in names
+
+
+def asked():
+    """(stages of the request, problems)."""
+    problems = []
+    return request.run_request(bpy.context.scene, made.read(), problems).stages, problems
+
+
+def test_presets_of_the_panel_are_those_of_the_command_line():
+    assert [item[0] for item in properties.STAGE_ITEMS[1:-1]] == list(PRESETS)
+    assert [item[3] for item in properties.STAGE_ITEMS] == list(range(4))
+
+
+def test_a_preset_splits_the_ticked_parameters(tmp_path):
+    _, settings = prepare_fit(tmp_path, iterations=40)
+    tick(settings, "base_color", "ior")
+    assert asked() == ((), [])
+    settings.stage_mode = "ior-last"
+    found, problems = asked()
+    assert not problems
+    assert [item.parameters for item in found] == [
+        ("Body:base_color",),
+        ("Body:base_color", "Body:ior"),
+    ]
+    tick(settings, "base_color")
+    assert "no index of refraction is fitted" in asked()[1][0].line()
+
+
+def test_an_own_list_is_built_from_ticks_and_runs(tmp_path):
+    _, settings = prepare_fit(tmp_path, iterations=4)
+    settings.stage_mode = "own"
+    assert "own list is empty" in asked()[1][0].line()
+    bpy.ops.selenite.add_stage()
+    tick(settings, "roughness")
+    bpy.ops.selenite.add_stage()
+    tick(settings, "roughness", "base_color")
+    bpy.ops.selenite.take_ticked()
+    tick(settings)
+    with pytest.raises(RuntimeError, match="No parameter is ticked"):
+        bpy.ops.selenite.add_stage()
+    settings.stages[0].iterations, settings.stages[0].name = 3, "colour"
+    drawn = draw(stages.SELENITE_PT_stages)
+    assert "Body:roughness" in drawn and "selenite.take_ticked" in drawn and "height" in drawn
+    found, problems = asked()
+    assert not problems
+    assert [(item.name, item.iterations) for item in found] == [("colour", 3), ("stage 2", None)]
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    assert [row.parameter for row in settings.results] == ["base_color", "roughness"]
+    assert [item["iterations"] for item in state.RUN.result["stages"]] == [3, 4]
+
+
+def test_the_list_can_be_ordered_and_emptied(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    bpy.ops.selenite.add_stage()
+    bpy.ops.selenite.add_stage()
+    bpy.ops.selenite.move_stage(direction="UP")
+    bpy.ops.selenite.move_stage(direction="UP")
+    assert [item.name for item in settings.stages] == ["stage 2", "stage 1"]
+    bpy.ops.selenite.remove_stage()
+    bpy.ops.selenite.remove_stage()
+    assert not len(settings.stages) and not stages.SELENITE_OT_remove_stage.poll(bpy.context)
+
+
+def test_a_file_fills_the_list_and_a_bad_one_changes_nothing(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    path = tmp_path / "stages.json"
+    first = {"name": "colour", "parameters": ["Body:base_color"], "spp": 8}
+    path.write_text(json.dumps({"stages": [first, {"parameters": ["Body:ior"]}]}))
+    assert bpy.ops.selenite.load_stages(filepath=str(path)) == {"FINISHED"}
+    assert settings.stage_mode == "own"
+    assert [(item.name, item.spp) for item in settings.stages] == [("colour", 8), ("stage 2", 0)]
+    path.write_text('{"stages": []}')
+    with pytest.raises(RuntimeError, match="its list of stages is empty"):
+        bpy.ops.selenite.load_stages(filepath=str(path))
+    assert len(settings.stages) == 2
+    settings.stages[1].parameters = "Gone:ior"
+    assert "'Gone:ior' is not in the list" in asked()[1][0].line()
+
+
+def test_the_panel_tells_the_stage_that_runs(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    _, settings = prepare_fit(tmp_path, iterations=4000)
+    tick(settings, "base_color", "ior")
+    settings.stage_mode = "ior-last"
+    assert "stage_mode" in draw(panels.SELENITE_PT_fit)
+    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
+    assert Start._start(fake, bpy.context)
+    state.RUN.progress = state.RUN.job.progress()
+    assert "Stage 1 of 2: without IOR" in draw(panels.SELENITE_PT_fit)
+    bpy.ops.selenite.cancel()
+    assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+
+
+def test_the_panel_tells_how_long_each_preset_will_take(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    assert "about" not in draw(panels.SELENITE_PT_fit)
+    assert bpy.ops.selenite.estimate() == {"FINISHED"}
+    drawn = draw(panels.SELENITE_PT_fit).splitlines()
+    told = [line for line in drawn if "about" in line]
+    assert [line.partition(":")[0] for line in told] == ["Draft", "Balanced", "Accurate"]
+    seconds = state.SECONDS[bpy.context.scene.name]
+    assert 0 < seconds["draft"] < seconds["balanced"] < seconds["accurate"]
+    assert len(settings.results) == 0
+    tick(settings)
+    with pytest.raises(RuntimeError, match="no parameter is ticked"):
+        bpy.ops.selenite.estimate()
+
+
+def test_a_row_of_the_list_shows_name_and_number_of_parameters(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    bpy.ops.selenite.add_stage()
+    layout = FakeLayout()
+    row = settings.stages[0]
+    stages.SELENITE_UL_stages.draw_item(None, bpy.context, layout, None, row, 0, None, "")
+    assert layout.drawn == ["", "1"]

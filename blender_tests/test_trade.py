@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite trade`: table, plot and front on a scene of known values."""
+
+import builtins
+import csv
+import json
+import math
+
+import made_scenes as made
+import numpy as np
+import pytest
+
+from selenite import native
+from selenite.cli import main
+from selenite.fit_run.settings import PRESETS, FitSettings
+from selenite.fit_run.unknowns import Unknown
+from selenite.parameters import table
+from selenite.trade import choices, report
+
+pytestmark = pytest.mark.blender
+
+
+def command(capsys, *words):
+    """(exit status, the JSON object, what was printed) of one command."""
+    capsys.readouterr()
+    status = main([*words, "--json"])
+    printed = capsys.readouterr()
+    return status, json.loads(printed.out.splitlines()[-1]), printed.err
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A coloured ball with a lamp, in a file; the scene renders 32 x 24 pixels."""
+    made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
+    made.light("Key Light", energy=200)
+    return made.save(tmp_path / "scene.blend")
+
+
+def test_it_measures_within_its_budget_and_writes_table_and_plot(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    words = ("--fit=Body:base_color", "--fit=Key Light:power", "--budget=12", f"--out={out}")
+    status, content, printed = command(capsys, "trade", scene, *words)
+    assert status == 0, printed
+    assert content["seconds"] < 1.25 * 12 + 5
+    stored = json.loads((out / "trade.json").read_text(encoding="utf-8"))
+    assert stored == {key: content[key] for key in stored}
+    with (out / "trade.csv").open(encoding="utf-8") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["name"] for line in lines] == [row["name"] for row in content["settings"]]
+    assert tuple(lines[0]) == report.COLUMNS
+    measured = [row for row in content["settings"] if row["runs"]]
+    assert len(measured) >= 3
+    assert set(content["presets"]) == set(PRESETS)
+    assert content["presets"]["draft"]["runs"] >= 1
+    assert {row["height"] for row in content["settings"]} == {24}  # no more than is rendered
+    for row in measured:
+        assert row["lowest_error"] <= row["error"] <= row["highest_error"]
+        assert row["seconds"] > 0 and row["error"] < 0.2  # of a start 0.3 and a factor of 2 away
+    on_front = [(row["seconds"], row["error"]) for row in measured if row["on_front"]]
+    assert on_front
+    for row in measured:
+        beaten = any(s <= row["seconds"] and e <= row["error"] for s, e in on_front)
+        assert beaten
+    power = content["parameters"]["Key Light:power"]
+    assert power["true"] == pytest.approx([200]) and power["start"] == pytest.approx([100])
+    picture = native.image().read(str(out / "trade.png"))[0]
+    assert picture.shape[0] > 400 and np.ptp(picture) > 0.5
+    assert "Draft" in printed and "front" in printed
+
+
+def test_without_matplotlib_there_is_a_table_and_a_word(scene, tmp_path, capsys, monkeypatch):
+    plain = builtins.__import__
+
+    def without(name, *rest, **more):
+        if name.startswith("matplotlib"):
+            raise ImportError(name)
+        return plain(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    words = ("--fit=Body:base_color", "--budget=3", f"--out={tmp_path / 'out'}")
+    status, content, printed = command(capsys, "trade", scene, *words)
+    assert status == 0, printed
+    assert content["files"]["plot"] is None
+    assert "matplotlib is not installed" in printed
+    assert sorted(item.name for item in (tmp_path / "out").iterdir()) == ["trade.csv", "trade.json"]
+
+
+def test_cameras_of_photos_count_and_nothing_else_of_them(scene, tmp_path, capsys):
+    photo = made.photo(tmp_path / "grey.png", size=(16, 12))
+    words = ("--fit=Body:base_color", "--budget=3", f"--photo=Camera={photo}")
+    out = f"--out={tmp_path / 'out'}"
+    status, content, _ = command(capsys, "trade", scene, *words, out)
+    assert status == 0
+    assert {row["height"] for row in content["settings"]} == {12}
+    assert min(row["error"] for row in content["settings"] if row["runs"]) < 0.1
+
+
+def test_a_fit_that_fails_is_told_and_the_others_go_on(scene, tmp_path, capsys, monkeypatch):
+    from selenite.fit_run.job import FitFailed
+    from selenite.trade import measure
+
+    class Fragile(measure.FitJob):
+        def progress(self):
+            if self.plan.request.settings.iterations == PRESETS["draft"].iterations:
+                raise FitFailed("the derivative is not finite")
+            return super().progress()
+
+    monkeypatch.setattr(measure, "FitJob", Fragile)
+    words = ("--fit=Body:base_color", "--budget=4", f"--out={tmp_path / 'out'}")
+    status, content, printed = command(capsys, "trade", scene, *words)
+    assert status == 0
+    assert content["presets"]["draft"]["failure"] == "the derivative is not finite"
+    assert "'draft' came to no end" in printed
+    assert any(row["runs"] for row in content["settings"])
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("--budget=0",), "Argument --budget"),
+        (("--budget=nan",), "Argument --budget"),
+        (("--fit=Body:rough",), "no parameter 'rough'"),
+        (("--loss=l2",), "'l2' is not known"),
+        (("--photo=Other=nowhere.png",), "Camera 'Other'"),
+    ],
+)
+def test_bad_input_is_named_and_nothing_is_written(scene, tmp_path, capsys, words, text):
+    out = tmp_path / "out"
+    base = () if words[0].startswith("--fit") else ("--fit=Body:base_color",)
+    status, content, _ = command(capsys, "trade", scene, *base, *words, f"--out={out}")
+    assert status == 2
+    assert any(text in f"{p['object']}: {p['cause']}" for p in content["problems"]), content
+    assert not out.exists()
+
+
+def unknown(kind, name, start, low, high):
+    return Unknown("Owner", table()[kind, name], start, low, high, 0.03)
+
+
+def test_starts_lie_away_from_the_truth_and_inside_the_bounds():
+    colour = unknown("material", "base_color", (0.1, 0.5, 0.999), 0.001, 0.999)
+    moved = choices.displaced(colour)
+    assert moved == pytest.approx((0.1 + 0.2994, 0.5 + 0.2994, 0.999 - 0.2994))
+    power = unknown("light", "power", (9000.0,), 0.001, 10000.0)
+    assert choices.displaced(power) == pytest.approx((4500.0,))
+    narrow = unknown("material", "ior", (1.45,), 1.4, 1.5)
+    assert 1.4 < choices.displaced(narrow)[0] < 1.5
+
+
+def test_errors_are_differences_or_logarithms_of_ratios():
+    colour = unknown("material", "base_color", (0.1, 0.5, 0.7), 0.001, 0.999)
+    assert choices.error_of(colour, (0.1, 0.5, 0.7)) == 0
+    assert choices.error_of(colour, (0.2, 0.6, 0.6)) == pytest.approx(0.1)
+    power = unknown("light", "power", (50.0,), 0.001, 10000.0)
+    assert choices.error_of(power, (100.0,)) == pytest.approx(math.log(2))
+    errors = {colour.name: 0.3, power.name: 0.4}
+    assert choices.total([colour, power], errors) == pytest.approx(math.sqrt(0.125))
+
+
+def test_the_front_holds_what_nothing_beats():
+    points = [(1.0, 0.5), (2.0, 0.1), (3.0, 0.2), (4.0, 0.05), (1.0, 0.6)]
+    assert choices.front(points) == [True, True, False, True, False]
+    assert choices.front([]) == []
+
+
+def test_settings_are_distinct_and_keep_what_no_preset_sets():
+    found = choices.choices(FitSettings(loss="mse", seed=7, threads=1), 256)
+    assert [item.preset for item in found][:3] == list(PRESETS)
+    assert len({item.settings for item in found}) == len(found) >= 9
+    kept = {(item.settings.loss, item.settings.seed, item.settings.threads) for item in found}
+    assert kept == {("mse", 7, 1)}
+    assert {item.settings.depth for item in found} == {0, 4, 8}
+    small = choices.choices(FitSettings(), 20)
+    assert {item.settings.height for item in small} == {20}
+    assert len({item.settings for item in small[3:]}) == len(small) - 3
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_panel_measures_the_ticked_parameters(tmp_path):
+    import bpy
+    from test_interface import draw, prepare_fit
+
+    from selenite.interface import panels, state
+
+    _, settings = prepare_fit(tmp_path)
+    settings.trade_budget, settings.output = 3.0, str(tmp_path / "fits")
+    assert "selenite.trade" in draw(panels.SELENITE_PT_advanced)
+    assert bpy.ops.selenite.trade() == {"FINISHED"}
+    (folder,) = (tmp_path / "fits").iterdir()
+    assert {"trade.csv", "trade.json"} <= {item.name for item in folder.iterdir()}
+    drawn = draw(panels.SELENITE_PT_advanced)
+    assert "Draft: " in drawn and "error" in drawn
+    assert state.TRADE.trade is None
+    for row in settings.rows:
+        row.enabled = False
+    with pytest.raises(RuntimeError, match="no parameter is ticked"):
+        bpy.ops.selenite.trade()

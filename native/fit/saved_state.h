@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "math/error.h"
+#include "math/rng.h"
+
+namespace selenite {
+
+/// A state as bytes. A class lists its members once, in `members(SavedState&)`, for writing and for
+/// reading. The bytes are for the machine and the version that wrote them.
+class SavedState {
+ public:
+  /// For writing.
+  SavedState() = default;
+  /// For reading. InvalidArgument when the bytes are not what `sealed` gave.
+  explicit SavedState(std::string_view sealed) : reading_(true) {
+    std::uint64_t sum = 0;
+    if (sealed.size() < sizeof sum) damaged();
+    bytes_ = sealed.substr(0, sealed.size() - sizeof sum);
+    std::memcpy(&sum, sealed.data() + bytes_.size(), sizeof sum);
+    if (sum != checksum()) damaged();
+  }
+
+  bool reading() const { return reading_; }
+  /// What was written, with a checksum.
+  std::string sealed() const {
+    const std::uint64_t sum = checksum();
+    std::string all = bytes_;
+    all.append(reinterpret_cast<const char*>(&sum), sizeof sum);
+    return all;
+  }
+  /// When reading: InvalidArgument unless everything has been read.
+  void expect_end() const {
+    if (reading_ && at_ != bytes_.size()) damaged();
+  }
+
+  template <class... T>
+  void operator()(T&... parts) {
+    (one(parts), ...);
+  }
+
+ private:
+  [[noreturn]] static void damaged() {
+    throw InvalidArgument("The saved state is damaged or of another version; start without it");
+  }
+  std::uint64_t checksum() const {
+    std::uint64_t sum = mix64(bytes_.size());
+    for (std::size_t i = 0; i < bytes_.size(); i += sizeof sum) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes_.data() + i, std::min(sizeof word, bytes_.size() - i));
+      sum = mix64(sum ^ word);
+    }
+    return sum;
+  }
+  void raw(void* data, std::size_t size) {
+    if (size == 0) return;
+    if (!reading_) {
+      bytes_.append(static_cast<const char*>(data), size);
+      return;
+    }
+    if (size > bytes_.size() - at_) damaged();
+    std::memcpy(data, bytes_.data() + at_, size);
+    at_ += size;
+  }
+  /// A count of things that take at least a byte each.
+  std::int64_t count(std::int64_t n) {
+    raw(&n, sizeof n);
+    if (n < 0 || (reading_ && static_cast<std::uint64_t>(n) > bytes_.size() - at_)) damaged();
+    return n;
+  }
+
+  template <class T>
+  void one(T& part) {
+    if constexpr (std::is_trivially_copyable_v<T>) {
+      raw(&part, sizeof part);
+    } else {
+      part.members(*this);
+    }
+  }
+  template <class T, int Rows, int Columns>
+  void one(Eigen::Matrix<T, Rows, Columns>& part) {
+    const std::int64_t rows = count(part.rows()), columns = count(part.cols());
+    constexpr std::int64_t kMost = std::int64_t{1} << 40;
+    if (rows > 0 && columns > kMost / rows) damaged();
+    const std::size_t size = static_cast<std::size_t>(rows * columns) * sizeof(T);
+    if (reading_) {
+      if (size > bytes_.size() - at_) damaged();
+      part.resize(rows, columns);
+    }
+    raw(part.data(), size);
+  }
+  void one(std::string& part) { list(part); }
+  template <class T>
+  void one(std::vector<T>& part) {
+    list(part);
+  }
+  template <class T>
+  void one(std::deque<T>& part) {
+    list(part);
+  }
+  template <class List>
+  void list(List& part) {
+    const std::int64_t n = count(static_cast<std::int64_t>(part.size()));
+    if (reading_) part.resize(static_cast<std::size_t>(n));
+    for (auto& item : part) one(item);
+  }
+
+  bool reading_ = false;
+  std::string bytes_;
+  std::size_t at_ = 0;
+};
+
+}  // namespace selenite

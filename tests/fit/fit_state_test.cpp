@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include "fit/fit_job.h"
+#include "fit/saved_state.h"
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+std::vector<Capture> both(const Scene& scene) {
+  return {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")};
+}
+
+FitSettings twelve(const std::string& optimiser, bool accumulate) {
+  FitSettings settings = synthetic_settings();
+  settings.iterations = 12;
+  settings.optimiser = optimiser;
+  settings.accumulate = accumulate;
+  return settings;
+}
+
+void expect_same(const FitResult& a, const FitResult& b) {
+  EXPECT_EQ(a.best, b.best);
+  EXPECT_EQ(a.last, b.last);
+  EXPECT_EQ(a.best_iteration, b.best_iteration);
+  EXPECT_EQ(a.samples, b.samples);
+  EXPECT_EQ(a.best_validation, b.best_validation);
+  ASSERT_EQ(a.history.size(), b.history.size());
+  for (std::size_t i = 0; i < a.history.size(); ++i) {
+    EXPECT_EQ(a.history[i].values, b.history[i].values) << i;
+    EXPECT_EQ(a.history[i].loss, b.history[i].loss) << i;
+  }
+}
+
+class SavedFit : public testing::TestWithParam<std::tuple<const char*, bool, int>> {};
+
+TEST_P(SavedFit, GoesOnToTheSameBits) {
+  const auto [optimiser, accumulate, steps] = GetParam();
+  const Scene scene = synthetic_scene();
+  const FitSettings settings = twelve(optimiser, accumulate);
+  Fit whole(scene, both(scene), synthetic_unknowns(), settings);
+  std::string saved;
+  while (whole.step())
+    if (whole.result().iterations == steps) saved = whole.saved();
+  Fit second(scene, both(scene), synthetic_unknowns(), settings);
+  second.restore(saved);
+  EXPECT_EQ(second.result().iterations, steps);
+  while (second.step()) {
+  }
+  expect_same(whole.result(), second.result());
+}
+
+INSTANTIATE_TEST_SUITE_P(Optimisers, SavedFit,
+                         testing::Values(std::tuple{"gauss-newton", true, 1},
+                                         std::tuple{"gauss-newton", true, 7},
+                                         std::tuple{"adam", true, 7},
+                                         std::tuple{"adam", false, 4}));
+
+TEST(SavedFit, IsRefusedWhereItDoesNotBelong) {
+  const Scene scene = synthetic_scene();
+  const FitSettings settings = twelve("gauss-newton", true);
+  Fit fit(scene, both(scene), synthetic_unknowns(), settings);
+  fit.step();
+  const std::string saved = fit.saved();
+  EXPECT_THROW(fit.restore(saved), InvalidArgument) << "it has begun";
+  FitSettings other = settings;
+  other.seed = 5;
+  Fit otherwise(scene, both(scene), synthetic_unknowns(), other);
+  EXPECT_THROW(otherwise.restore(saved), InvalidArgument);
+  Fit adam(scene, both(scene), synthetic_unknowns(), twelve("adam", true));
+  EXPECT_THROW(adam.restore(saved), InvalidArgument);
+}
+
+TEST(SavedFit, DamagedBytesAreRefused) {
+  const Scene scene = synthetic_scene();
+  const FitSettings settings = twelve("gauss-newton", true);
+  Fit fit(scene, both(scene), synthetic_unknowns(), settings);
+  fit.step();
+  const std::string saved = fit.saved();
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{5}, saved.size() / 2, saved.size() - 1})
+    EXPECT_THROW(Fit(scene, both(scene), synthetic_unknowns(), settings)
+                     .restore(std::string_view(saved).substr(0, size)),
+                 InvalidArgument)
+        << size;
+  for (std::size_t at = 0; at < saved.size(); at += saved.size() / 50) {
+    std::string wrong = saved;
+    wrong[at] = static_cast<char>(wrong[at] ^ 1);
+    EXPECT_THROW(Fit(scene, both(scene), synthetic_unknowns(), settings).restore(wrong),
+                 InvalidArgument)
+        << at;
+  }
+}
+
+TEST(SavedFit, TheJobHandsItOutOnceAndCountsItsSeconds) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = twelve("gauss-newton", true);
+  settings.iterations = 100000;
+  FitJob job(scene, both(scene), synthetic_unknowns(), settings);
+  EXPECT_EQ(job.take_state(), nullptr);
+  job.start();
+  job.request_state();
+  std::shared_ptr<const std::string> saved;
+  while (!saved) saved = job.take_state();
+  EXPECT_EQ(job.take_state(), nullptr);
+  EXPECT_THROW(job.restore(*saved, 0), InvalidArgument) << "it has been started";
+  job.cancel();
+  job.join();
+  FitJob second(scene, both(scene), synthetic_unknowns(), settings);
+  second.restore(*saved, 50);
+  EXPECT_GE(second.state().seconds, 50);
+  EXPECT_GT(second.state().iteration, 0);
+}
+
+}  // namespace
+}  // namespace selenite
