@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <cmath>
 #include <type_traits>
 
+#include "math/gradient.h"
 #include "math/scalar.h"
 
 namespace selenite {
@@ -17,10 +17,11 @@ namespace selenite {
 template <class S, int N>
 struct Dual {
   S v{};
-  std::array<S, N> d{};
+  Gradient<S, N> d{};
 
   constexpr Dual() = default;
   constexpr Dual(S value) : v(value) {}  // NOLINT(google-explicit-constructor): constants are duals
+  constexpr Dual(S value, const Gradient<S, N>& slopes) : v(value), d(slopes) {}
   /// The k-th independent variable.
   static constexpr Dual variable(S value, int k) {
     Dual x(value);
@@ -33,46 +34,22 @@ struct Dual {
   constexpr Dual& operator*=(const Dual& o) { return *this = *this * o; }
   constexpr Dual& operator/=(const Dual& o) { return *this = *this / o; }
 
-  friend constexpr Dual operator-(const Dual& a) {
-    Dual r(-a.v);
-    for (int k = 0; k < N; ++k) r.d[k] = -a.d[k];
-    return r;
-  }
-  friend constexpr Dual operator+(const Dual& a, const Dual& b) {
-    Dual r(a.v + b.v);
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] + b.d[k];
-    return r;
-  }
-  friend constexpr Dual operator-(const Dual& a, const Dual& b) {
-    Dual r(a.v - b.v);
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] - b.d[k];
-    return r;
-  }
+  friend constexpr Dual operator-(const Dual& a) { return {-a.v, -a.d}; }
+  friend constexpr Dual operator+(const Dual& a, const Dual& b) { return {a.v + b.v, a.d + b.d}; }
+  friend constexpr Dual operator-(const Dual& a, const Dual& b) { return {a.v - b.v, a.d - b.d}; }
   friend constexpr Dual operator*(const Dual& a, const Dual& b) {
-    Dual r(a.v * b.v);
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] * b.v + a.v * b.d[k];
-    return r;
+    return {a.v * b.v, a.d * b.v + b.d * a.v};
   }
   friend constexpr Dual operator/(const Dual& a, const Dual& b) {
-    const S inverse = S(1) / b.v;
-    Dual r(a.v * inverse);
-    for (int k = 0; k < N; ++k) r.d[k] = (a.d[k] - r.v * b.d[k]) * inverse;
-    return r;
+    const S inverse = S(1) / b.v, ratio = a.v * inverse;
+    return {ratio, (a.d - b.d * ratio) * inverse};
   }
   // Constants: a product with a plain number costs N multiplications less.
-  friend constexpr Dual operator+(const Dual& a, S b) {
-    Dual r = a;
-    r.v += b;
-    return r;
-  }
+  friend constexpr Dual operator+(const Dual& a, S b) { return {a.v + b, a.d}; }
   friend constexpr Dual operator+(S a, const Dual& b) { return b + a; }
   friend constexpr Dual operator-(const Dual& a, S b) { return a + (-b); }
   friend constexpr Dual operator-(S a, const Dual& b) { return -b + a; }
-  friend constexpr Dual operator*(const Dual& a, S b) {
-    Dual r(a.v * b);
-    for (int k = 0; k < N; ++k) r.d[k] = a.d[k] * b;
-    return r;
-  }
+  friend constexpr Dual operator*(const Dual& a, S b) { return {a.v * b, a.d * b}; }
   friend constexpr Dual operator*(S a, const Dual& b) { return b * a; }
   friend constexpr Dual operator/(const Dual& a, S b) { return a * (S(1) / b); }
   friend constexpr Dual operator/(S a, const Dual& b) { return Dual(a) / b; }
@@ -94,18 +71,14 @@ constexpr S value_of(const Dual<S, N>& x) {
 }
 template <class S, int N>
 constexpr bool has_slope(const Dual<S, N>& x) {
-  for (int k = 0; k < N; ++k)
-    if (x.d[k] != 0) return true;
-  return false;
+  return any(x.d);
 }
 
 /// Chain rule: y = f(x) with f(x.v) = value and f'(x.v) = slope. A slot without derivative stays
 /// exactly zero even where the slope is infinite (0 * inf would be NaN).
 template <class S, int N>
 constexpr Dual<S, N> chain(const Dual<S, N>& x, S value, S slope) {
-  Dual<S, N> r(value);
-  for (int k = 0; k < N; ++k) r.d[k] = x.d[k] == 0 ? S(0) : x.d[k] * slope;
-  return r;
+  return {value, scaled(x.d, slope)};
 }
 
 template <class S, int N>

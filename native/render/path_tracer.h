@@ -192,11 +192,11 @@ class PathTracer {
     const bool back = dot(s.ng, wi) < 0;
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
   }
-  /// Russian roulette.
-  static bool survives(int scatterings, const Random& random, Throughput<L>& beta) {
+  /// Russian roulette. A power below 1 keeps more of the dim paths than their share.
+  bool survives(int scatterings, const Random& random, Throughput<L>& beta) const {
     if (scatterings < kRouletteStart) return true;
-    // sqrt keeps more of the dim paths than their share, as Cycles does.
-    const float survival = std::min(1.0f, std::sqrt(beta.importance()));
+    const float root = std::sqrt(beta.importance(p_.roulette_scales));
+    const float survival = std::min(1.0f, root * std::sqrt(root));
     if (!(random.uniform(kRoulette) < survival)) return false;
     beta.multiply(1 / survival);
     return true;

@@ -128,11 +128,26 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     OwnerSlots& owner = ref.kind == OwnerKind::kLight ? lamp_slots_[ref.owner] : world_slots_;
     (layout.slots[i].component < 0 ? owner.color : owner.intensity) = i;
   }
+  prepare_roulette(layout);
   prepare_materials(layout, fields);
   prepare_emitters();
   prepare_choice();
   if (any_medium) prepare_seals();
   if (L > 0) prepare_plain();
+}
+
+template <int L>
+void Prepared<L>::prepare_roulette(const SlotLayout& layout) {
+  constexpr double kShare = 0.1;
+  if (L == kTaped) roulette_scales[0] = kShare;
+  for (std::size_t i = 0; i < layout.slots.size() && i < roulette_scales.size(); ++i) {
+    // By the logarithm of what has a unit, so that the unit of length decides nothing.
+    const ParameterRef& ref = layout.slots[i].parameter;
+    const bool logarithmic = scene.description(ref).coordinate == Coordinate::kLog;
+    const std::vector<double> values = scene.get(ref);
+    const double size = *std::max_element(values.begin(), values.end());
+    roulette_scales[i] = static_cast<float>(kShare * (logarithmic ? size : 1));
+  }
 }
 
 template <int L>

@@ -164,6 +164,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
     accelerator_->add_instance(prototype, matrix, instance.visible_to_camera);
   }
   accelerator_->build();
+  for (const Mesh& mesh : meshes_) faces_.push_back(faces_of(mesh));
   bounds_.resize(instances_.size());
   for (int i = 0; i < static_cast<int>(instances_.size()); ++i) {
     const auto count = static_cast<int>(meshes_[instances_[i].mesh].triangles.size());
@@ -202,12 +203,27 @@ bool Geometry::occluded(const Ray& ray) const { return accelerator_->occluded(ra
 
 std::array<Vec3f, 3> Geometry::corners(int index, int triangle) const {
   const Instance& instance = instances_[index];
-  const Mesh& mesh = meshes_[instance.mesh];
-  const auto& t = mesh.triangles[triangle];
-  std::array<Vec3f, 3> p{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+  std::array<Vec3f, 3> p = faces_[instance.mesh][triangle].corners;
   if (!in_world_space_[index])
     for (Vec3f& corner : p) corner = Vec3f(instance.to_world.point(Vec3d(corner)));
   return p;
+}
+
+std::vector<Geometry::Face> Geometry::faces_of(const Mesh& mesh) {
+  std::vector<Face> faces;
+  faces.reserve(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    Face& face = faces.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      face.corners[k] = mesh.positions[mesh.triangles[i][k]];
+      face.normals[k] = mesh.corner_normals[3 * i + k];
+      face.coordinate = std::max(face.coordinate, largest(face.corners[k]));
+    }
+    const auto& [a, b, c] = face.corners;
+    face.ng = normalize(cross(b - a, c - a));
+    face.slot = mesh.material_slots[i];
+  }
+  return faces;
 }
 
 namespace {
@@ -233,32 +249,35 @@ Colorf Geometry::color(const Hit& hit, const std::string& name) const {
 
 Surface Geometry::surface(const Hit& hit) const {
   const Instance& instance = instances_[hit.instance];
-  const Mesh& mesh = meshes_[instance.mesh];
-  const auto [a, b, c] = corners(hit.instance, hit.triangle);
+  const Face& face = faces_[instance.mesh][hit.triangle];
   const float b0 = 1 - hit.b1 - hit.b2;
-  const Vec3f* corner = &mesh.corner_normals[3 * hit.triangle];
-
+  const auto at_hit = [&](const std::array<Vec3f, 3>& v) {
+    return v[0] * b0 + v[1] * hit.b1 + v[2] * hit.b2;
+  };
   Surface s;
-  s.position = a * b0 + b * hit.b1 + c * hit.b2;
-  s.ng = normalize(cross(b - a, c - a));
-  Vec3f n = corner[0] * b0 + corner[1] * hit.b1 + corner[2] * hit.b2;
-  if (!in_world_space_[hit.instance]) {
+  s.material = instance.materials[face.slot];
+  Vec3f n = at_hit(face.normals);
+  float coordinate = face.coordinate;
+  if (in_world_space_[hit.instance]) {
+    s.position = at_hit(face.corners);
+    s.ng = face.ng;
+  } else {
+    const auto corners = this->corners(hit.instance, hit.triangle);
+    const auto& [a, b, c] = corners;
+    s.position = at_hit(corners);
+    s.ng = normalize(cross(b - a, c - a));
     const bool mirrored = instance.to_world.determinant() < 0;
     const Vec3d world = instance.to_world.normal(Vec3d(n));
     n = Vec3f(mirrored ? -world : world);
     if (mirrored) s.ng = -s.ng;
+    // The ray met it in the mesh's own space: rounding there counts as well as here.
+    double scale = 0;
+    for (int j = 0; j < 3; ++j) scale = std::max(scale, length(instance.to_world.column(j)));
+    coordinate *= static_cast<float>(scale);
+    for (const Vec3f& corner : corners) coordinate = std::max(coordinate, largest(corner));
   }
   const float size = length(n);
   s.n = size > 0 ? n / size : s.ng;  // opposite corner normals cancel: fall back on the face
-  s.material = instance.materials[mesh.material_slots[hit.triangle]];
-  float coordinate = std::max({largest(a), largest(b), largest(c)});
-  if (!in_world_space_[hit.instance]) {
-    // The ray met it in the mesh's own space: rounding there counts too.
-    double scale = 0;
-    for (int j = 0; j < 3; ++j) scale = std::max(scale, length(instance.to_world.column(j)));
-    for (int index : mesh.triangles[hit.triangle])
-      coordinate = std::max(coordinate, static_cast<float>(scale) * largest(mesh.positions[index]));
-  }
   s.offset = kPositionError * coordinate;
   return s;
 }

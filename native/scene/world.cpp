@@ -95,9 +95,10 @@ EnvironmentMap::Place EnvironmentMap::place(const Vec3f& d) const {
   const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
   const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;
   const float sine = std::hypot(d.x, d.y);  // 1 - z^2 has no digits left near the poles
-  return {std::clamp(static_cast<int>(u * width_), 0, width_ - 1),
-          std::clamp(static_cast<int>(v * height_), 0, height_ - 1),
-          sine > 0 ? static_cast<float>(width_) * height_ / (2 * kPi<float> * kPi<float> * sine) : 0};
+  return {
+      std::clamp(static_cast<int>(u * width_), 0, width_ - 1),
+      std::clamp(static_cast<int>(v * height_), 0, height_ - 1),
+      sine > 0 ? static_cast<float>(width_) * height_ / (2 * kPi<float> * kPi<float> * sine) : 0};
 }
 
 float EnvironmentMap::density(const Vec3f& d) const {
