@@ -10,13 +10,20 @@ from .captures import Capture
 from .job import FitJob
 from .plan import FitPlan
 from .settings import FitSettings
+from .unknowns import Unknown
 
 #: Height at which a fit is timed, its iterations, and seconds that are enough to believe.
 _TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
+#: Unknowns up to which a fit is verified, and steps by least squares unless told otherwise.
+_FEW = 12
 #: A path with derivatives costs about so many without; manual page "fitting".
 _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
 _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
+# Of the search: side of its pictures, samples of a pixel without and with derivatives.
+_SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
+# Of the verification: least samples, and the share of them that have derivatives.
+_VERIFICATION_LEAST, _VERIFICATION_SHARE = 64, 8
 
 
 def pixels_at(captures: Sequence[Capture], height: int) -> int:
@@ -29,13 +36,34 @@ def pixels_at(captures: Sequence[Capture], height: int) -> int:
     return total
 
 
-def paths(settings: FitSettings, captures: Sequence[Capture], *, fields: bool = False) -> float:
-    """Paths of a whole fit, in paths without derivatives; captures of any height."""
-    step = settings.spp * (_FIELD_DERIVATIVES if fields else _DERIVATIVES)
-    validations = -(-settings.iterations // _VALIDATION_EVERY) + 1
-    validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * settings.spp)
-    per_pixel = settings.iterations * step + validations * validation
-    return pixels_at(captures, settings.height) * per_pixel
+def paths(settings: FitSettings, plan: FitPlan) -> float:
+    """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
+    settings are those of the fit, not the plan's."""
+    few = not plan.fields and sum(item.parameter.width for item in plan.unknowns) <= _FEW
+    steps_by_least_squares = few and settings.optimiser != "adam"
+    path = _FIELD_DERIVATIVES if plan.fields else _DERIVATIVES
+    differences = sum(_by_difference(item) for item in plan.unknowns)
+    if steps_by_least_squares:
+        path += differences
+    iterations, spp = settings.iterations, settings.spp
+    validations = -(-iterations // _VALIDATION_EVERY) + 1
+    validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
+    per_pixel = iterations * spp * path + validations * validation
+    if few:
+        verified = max(_VERIFICATION_LEAST, iterations * spp)
+        slopes = _DERIVATIVES + 2 * differences
+        per_pixel += validation + verified * (1 + slopes / _VERIFICATION_SHARE)
+    total = pixels_at(plan.captures, settings.height) * per_pixel
+    if settings.search == "on" or (settings.search == "auto" and steps_by_least_squares):
+        small = pixels_at(plan.captures, min(settings.height, _SEARCH_SIDE))
+        total += small * (_SEARCH_LOOKS + _SEARCH_STEPS * path)
+    return total
+
+
+def _by_difference(unknown: Unknown) -> bool:
+    """Whether the native fit takes a difference of pictures for its derivative."""
+    of_material = unknown.parameter.effect in ("surface", "volume")
+    return of_material and unknown.parameter.coordinate in ("log", "log_excess")
 
 
 def seconds_per_path(plan_of: Callable[[FitSettings], FitPlan], settings: FitSettings) -> float:
@@ -52,7 +80,9 @@ def seconds_per_path(plan_of: Callable[[FitSettings], FitPlan], settings: FitSet
 
 
 def _short(settings: FitSettings, height: int) -> FitSettings:
-    return replace(settings, height=height, iterations=_TIMED_ITERATIONS, tolerance=0.0)
+    return replace(
+        settings, height=height, iterations=_TIMED_ITERATIONS, tolerance=0.0, search="off"
+    )
 
 
 def _timed(plan: FitPlan) -> tuple[float, float]:
@@ -61,9 +91,9 @@ def _timed(plan: FitPlan) -> tuple[float, float]:
     job.start()
     job.join()
     seconds: float = job.result()["seconds"]
-    return seconds, paths(plan.request.settings, plan.captures, fields=bool(plan.fields))
+    return seconds, paths(plan.request.settings, plan)
 
 
 def expected(plan: FitPlan, settings: FitSettings, per_path: float) -> float:
     """Seconds of a fit of the plan's unknowns and captures with other settings."""
-    return per_path * paths(settings, plan.captures, fields=bool(plan.fields))
+    return per_path * paths(settings, plan)

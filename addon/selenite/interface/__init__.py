@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from . import (
+    apply_operators,
     check_operators,
     cost_operators,
     fit_operators,
@@ -21,6 +22,7 @@ _MODULES = (
     properties,
     row_operators,
     fit_operators,
+    apply_operators,
     check_operators,
     cost_operators,
     trade_operators,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Start, stop, apply, restore. A fit changes nothing in the scene until Apply."""
+"""Start, stop, resume, save. A fit changes nothing in the scene until Apply."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from .. import mean_free_path, write_back
+from .. import mean_free_path
 from ..cycles_check.render_settings import contents_of
 from ..fit_run import trust
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
@@ -17,15 +17,11 @@ from ..fit_run.plan import prepare
 from ..fit_run.results import new_folder, write_results
 from ..fit_run.staged_job import make_job
 from ..native import NativeUnavailable
-from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
-from ..scene_read.values import Owner
-from ..write_back import Key
-from ..write_back import grids as grid_objects
 from . import grid_rows
-from .request import refresh_rows, run_request, values_text
+from .request import run_request, values_text
 from .row_operators import report_problems
 from .state import CHECK, RUN, TRADE, remember_shapes
 
@@ -220,75 +216,6 @@ class SELENITE_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_apply(bpy.types.Operator):
-    """Write the fitted values to materials, lights and world"""
-
-    bl_idname = "selenite.apply"
-    bl_label = "Apply"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There is a result that is not applied."""
-        settings = context.scene.selenite
-        return len(settings.results) > 0 and not settings.applied
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """All values or none; one undo step."""
-        settings = context.scene.selenite
-        grids = any(map(grid_rows.is_grid, settings.results))
-        missing = grid_objects.why_not() if grids else ""
-        try:
-            if missing and all(map(grid_rows.is_grid, settings.results)):
-                cause, _, cure = missing.partition(": ")
-                raise BadInput(Problem("Fitted grids", f"{cause} and stay in their files", cure))
-            before = _write(context.scene, "value")
-        except BadInput as error:
-            report_problems(self, error)
-            return {"CANCELLED"}
-        try:
-            lines = grid_rows.apply(context.scene) if grids and not missing else []
-        except BadInput as error:
-            _put(context.scene, before)
-            report_problems(self, error)
-            return {"CANCELLED"}
-        for row in settings.results:
-            if not grid_rows.is_grid(row):
-                row.original = _three(before[row.owner, row.parameter])
-        for line in lines:
-            self.report({"INFO"}, line)
-        if missing:
-            self.report({"WARNING"}, f"The fitted grids stay in their files: {missing}")
-        settings.applied = True
-        _refresh(context)
-        return {"FINISHED"}
-
-
-class SELENITE_OT_restore(bpy.types.Operator):
-    """Put back the values that stood in the scene before Apply"""
-
-    bl_idname = "selenite.restore"
-    bl_label = "Restore Originals"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """A result was applied."""
-        return context.scene.selenite.applied
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """All values or none; one undo step."""
-        try:
-            grid_rows.restore(context.scene)  # first, for it brings the medium's node back
-            _write(context.scene, "original")
-        except BadInput as error:
-            report_problems(self, error)
-            return {"CANCELLED"}
-        context.scene.selenite.applied = False
-        _refresh(context)
-        return {"FINISHED"}
-
-
 class SELENITE_OT_save_result(bpy.types.Operator):
     """Write the last result with its pictures to a folder named by date and time"""
 
@@ -348,8 +275,8 @@ def _keep_result(scene: bpy.types.Scene) -> None:
         row.datablock, row.library = owner.datablock, owner.library
         row.width = unknown.parameter.width
         value = values[owner.name, name]
-        row.start, row.value = _three(unknown.start), _three(value)
-        row.original = _three(owner.values[name])
+        row.start, row.value = three(unknown.start), three(value)
+        row.original = three(owner.values[name])
         row.text = f"{values_text(unknown.start)}\nto {values_text(value)}"
         if name == "extinction":
             row.text += f"\n{mean_free_path.of(value, RUN.plan.millimetres).text()} free path"
@@ -370,27 +297,7 @@ def _keep_grids(scene: bpy.types.Scene) -> None:
         grid_rows.keep(row, field, RUN.result, RUN.folder)
 
 
-def _write(scene: bpy.types.Scene, which: str) -> dict[Key, Values]:
-    rows = [row for row in scene.selenite.results if not grid_rows.is_grid(row)]
-    values = {(row.owner, row.parameter): tuple(getattr(row, which)[: row.width]) for row in rows}
-    return _put(scene, values)
-
-
-def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]:
-    owners = {
-        row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {})
-        for row in scene.selenite.results
-    }
-    return write_back.write(scene, owners, values)
-
-
-def _refresh(context: bpy.types.Context) -> None:
-    """The current values in the list of parameters."""
-    if len(context.scene.selenite.rows):
-        refresh_rows(context.scene, read_scene(context.scene, context.evaluated_depsgraph_get()))
-
-
-def _three(values: tuple[float, ...]) -> tuple[float, float, float]:
+def three(values: tuple[float, ...]) -> tuple[float, float, float]:
     first, second, third = (values * 3)[:3]
     return first, second, third
 
@@ -410,7 +317,5 @@ CLASSES = (
     SELENITE_OT_resume,
     SELENITE_OT_stop,
     SELENITE_OT_cancel,
-    SELENITE_OT_apply,
-    SELENITE_OT_restore,
     SELENITE_OT_save_result,
 )

@@ -49,10 +49,10 @@ def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Prob
             continue
         grid = ""
         if grid_rows.is_grid(row):
-            own = grid_rows.own_grid(values, owner, row.parameter)
+            own_grid = grid_rows.own_grid(values, owner, row.parameter)
             title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
             try:
-                grid = grid_rows.requested(row, own, title)
+                grid = grid_rows.requested(row, own_grid, title)
             except BadInput as error:
                 problems += error.problems
         unknowns.append(

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Apply and restore: the only operators that change materials, lights and world."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import write_back
+from ..parameters import Values
+from ..problems import BadInput, Problem
+from ..scene_read.scene import read_scene
+from ..scene_read.values import Owner
+from ..write_back import Key
+from ..write_back import grids as grid_objects
+from . import grid_rows
+from .fit_operators import three
+from .request import refresh_rows
+from .row_operators import report_problems
+
+
+class SELENITE_OT_apply(bpy.types.Operator):
+    """Write the fitted values to materials, lights and world"""
+
+    bl_idname = "selenite.apply"
+    bl_label = "Apply"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There is a result that is not applied."""
+        settings = context.scene.selenite
+        return len(settings.results) > 0 and not settings.applied
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All values or none; one undo step."""
+        settings = context.scene.selenite
+        grids = any(map(grid_rows.is_grid, settings.results))
+        missing = grid_objects.why_not() if grids else ""
+        try:
+            if missing and all(map(grid_rows.is_grid, settings.results)):
+                cause, _, cure = missing.partition(": ")
+                raise BadInput(Problem("Fitted grids", f"{cause} and stay in their files", cure))
+            before = _write(context.scene, "value")
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        try:
+            lines = grid_rows.apply(context.scene) if grids and not missing else []
+        except BadInput as error:
+            _put(context.scene, before)
+            report_problems(self, error)
+            return {"CANCELLED"}
+        for row in settings.results:
+            if not grid_rows.is_grid(row):
+                row.original = three(before[row.owner, row.parameter])
+        for line in lines:
+            self.report({"INFO"}, line)
+        if missing:
+            self.report({"WARNING"}, f"The fitted grids stay in their files: {missing}")
+        settings.applied = True
+        _refresh(context)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_restore(bpy.types.Operator):
+    """Put back the values that stood in the scene before Apply"""
+
+    bl_idname = "selenite.restore"
+    bl_label = "Restore Originals"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """A result was applied."""
+        return context.scene.selenite.applied
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All values or none; one undo step."""
+        try:
+            grid_rows.restore(context.scene)  # first, for it brings the medium's node back
+            _write(context.scene, "original")
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        context.scene.selenite.applied = False
+        _refresh(context)
+        return {"FINISHED"}
+
+
+def _write(scene: bpy.types.Scene, which: str) -> dict[Key, Values]:
+    rows = [row for row in scene.selenite.results if not grid_rows.is_grid(row)]
+    values = {(row.owner, row.parameter): tuple(getattr(row, which)[: row.width]) for row in rows}
+    return _put(scene, values)
+
+
+def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]:
+    owners = {
+        row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {})
+        for row in scene.selenite.results
+    }
+    return write_back.write(scene, owners, values)
+
+
+def _refresh(context: bpy.types.Context) -> None:
+    """The current values in the list of parameters."""
+    if len(context.scene.selenite.rows):
+        refresh_rows(context.scene, read_scene(context.scene, context.evaluated_depsgraph_get()))
+
+
+CLASSES = (SELENITE_OT_apply, SELENITE_OT_restore)
