@@ -120,7 +120,7 @@ Search::Search(const Problem& problem, std::uint64_t seed)
 /// A point of a component's range, `at` in [0, 1].
 ///
 /// Logarithmic where the table says so. A spread of roughness that is even in the value was worse in
-/// four of seven fits. Steps find no way from an index of refraction near 1, at which nothing shows.
+/// four of eight fits and better in two. Steps find no way from an index of refraction near 1, at which nothing shows.
 double Search::point_in_range(int component, double at) const {
   const Unknowns& unknowns = problem_.unknowns;
   const Parameter& description = unknowns.description_of(component);

@@ -31,7 +31,7 @@ struct Misfit {
 };
 
 struct TrustReport {
-  std::vector<Confidence> components;  ///< empty: not verified
+  std::vector<Confidence> components;  ///< empty: not verified, or parameters of a medium
   Misfit misfit;
   int passes = 0;
 };

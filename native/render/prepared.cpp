@@ -141,12 +141,17 @@ void Prepared<L>::prepare_roulette(const SlotLayout& layout) {
   constexpr double kShare = 0.1;
   if (L == kTaped) roulette_scales[0] = kShare;
   for (std::size_t i = 0; i < layout.slots.size() && i < roulette_scales.size(); ++i) {
-    // By the logarithm of what has a unit, so that the unit of length decides nothing.
     const ParameterRef& ref = layout.slots[i].parameter;
-    const bool logarithmic = scene.description(ref).coordinate == Coordinate::kLog;
+    const Parameter& description = scene.description(ref);
     const std::vector<double> values = scene.get(ref);
-    const double size = *std::max_element(values.begin(), values.end());
-    roulette_scales[i] = static_cast<float>(kShare * (logarithmic ? size : 1));
+    double size = 1;
+    if (description.coordinate == Coordinate::kLog) {
+      // By the logarithm of what has a unit, so that the unit of length decides nothing. From a value
+      // of 0 light comes by its derivative alone: then that keeps the path.
+      size = *std::max_element(values.begin(), values.end());
+      if (!(size > 0)) size = description.fit_upper;
+    }
+    roulette_scales[i] = static_cast<float>(kShare * size);
   }
 }
 

@@ -151,6 +151,17 @@ TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
   EXPECT_NEAR(error(), 1e-3, 1e-6);
 }
 
+TEST(Uncertainty, PromisesNothingAboutMedia) {
+  auto unknowns = synthetic_unknowns();
+  unknowns.push_back({"Body", "extinction", {1, 1, 1}, 0.1, 10, 0.03});
+  Vector x(9);
+  x << synthetic_truth(), 1, 1, 1;
+  const Verified found =
+      verify(x, {synthetic_capture(synthetic_scene(), "Left", kSize)}, 1, unknowns);
+  EXPECT_TRUE(found.report.components.empty());
+  EXPECT_GT(found.report.passes, 0);
+}
+
 TEST(Uncertainty, NamesTheBound) {
   const Scene scene = synthetic_scene();
   auto unknowns = synthetic_unknowns();

@@ -89,6 +89,8 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     """All of it for the terminal and the log, a line each."""
     lines = [f"{item.name}: {text}" for item in plan.unknowns for text in words(item, result)]
     left = misfit(result)
+    if left is not None and not result["report"]["parameters"]:
+        lines.append("No intervals: those of media do not hold yet")
     if left is not None:
         share = max(left["value"], 0.0) ** 0.5
         if left["explained"]:
