@@ -85,7 +85,7 @@ def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
     notes = tuple(state.RUN.result["notes"])
     state.RUN.job, state.RUN.progress = object(), SimpleNamespace(
         stage="", iteration=9, iterations=60, seconds_left=1.0, fraction=0.1, loss=0.1, values={},
-        notes=notes,
+        notes=notes, phase="fitting",
     )  # fmt: skip
     try:
         assert "has sat at its minimum 0.7" in " ".join(draw(panels.SELENITE_PT_fit).split())

@@ -126,16 +126,14 @@ def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
 
 
 def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
-    from test_fit_grid import smoke
-
-    smoke()
+    made.smoke()
     photo = made.photo(tmp_path / "photo.exr", value=0.3)
     names = ("Smoke:albedo", "Smoke:albedo_grid")
     request = RunRequest(
         "",
         (UnknownRequest("Smoke", "albedo"), UnknownRequest("Smoke", "albedo_grid", grid="3")),
         (CaptureRequest("Camera", str(photo)),),
-        FitSettings(height=12, iterations=3000, threads=1),
+        FitSettings(height=12, iterations=20_000, threads=1),
         (StageRequest("one", names[:1], 4), StageRequest("many", names[1:])),
     )
     job = make_job(prepare(made.read(), request))

@@ -61,20 +61,28 @@ class FitJob:
     """Start, poll, cancel, join, result. The caller joins before it drops the job."""
 
     def __init__(
-        self, plan: FitPlan, *, from_start: bool = True, state: SavedState | None = None
+        self,
+        plan: FitPlan,
+        *,
+        from_start: bool = True,
+        to_end: bool = True,
+        state: SavedState | None = None,
     ) -> None:
         """Validates natively and starts nothing. Raises BadInput.
 
-        `from_start`: False for a stage that goes on where another one ended. `state`: of a fit with
-        this plan, which goes on as that one would have done.
+        `from_start`: False for a stage that goes on where another one ended, and looks around no
+        more. `to_end`: False for one that others follow: its values need no verification.
+        `state`: of a fit with this plan, which goes on as that one would have done.
         """
         self.plan = plan
         self._from_start = from_start
         self._notes: tuple[str, ...] = ()
         self._next_look = 0.0  # by the clock
         settings = plan.request.settings.native()
-        if not from_start:  # where a stage before it ended, not anywhere
+        if not from_start:
             settings["search"] = "off"
+        if not to_end:
+            settings["verification"] = "off"
         try:
             self._fit = native.core().Fit(
                 plan.scene,

@@ -111,7 +111,9 @@ class StagedJob:
         if len(before) == len(plan.stages):
             self._job = Ended(own, dict(before[-1]))
         else:
-            self._job = FitJob(own, from_start=not self._ended, state=state)
+            self._job = FitJob(
+                own, from_start=not self._ended, to_end=not self._stages_left(), state=state
+            )
 
     def start(self) -> None:
         """Returns at once."""
@@ -186,7 +188,8 @@ class StagedJob:
         self._ended.append(result)
         stage = self.plan.stages[len(self._ended)]
         self._point = after(self.plan, stage, self._point, result)
-        self._job = FitJob(plan_of(self.plan, stage, self._point), from_start=False)
+        own = plan_of(self.plan, stage, self._point)
+        self._job = FitJob(own, from_start=False, to_end=not self._stages_left())
         self._job.start()
         return True
 
