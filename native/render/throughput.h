@@ -39,9 +39,12 @@ class SlotSlopes {
     for (int c = 0; c < 3; ++c)
       for (int i = 0; i < 4 * fours_; ++i) channel_[c][i] = 0;
   }
-  SlotSlopes(const SlotSlopes& o) : fours_(o.fours_) { *this = o; }
+  SlotSlopes(const SlotSlopes& o) : fours_(o.fours_) { copy(o); }
   SlotSlopes& operator=(const SlotSlopes& o) {
-    return each(o, [](float& x, float y, int) { x = y; });
+    if (this == &o) return *this;
+    fours_ = o.fours_;
+    copy(o);
+    return *this;
   }
 
   Colorf operator[](int s) const { return {channel_[0][s], channel_[1][s], channel_[2][s]}; }
@@ -72,12 +75,14 @@ class SlotSlopes {
   }
 
  private:
+  void copy(const SlotSlopes& o) {
+    each(o, [](float& x, float y, int) { x = y; });
+  }
   template <class F>
-  SlotSlopes& each(const SlotSlopes& o, F&& f) {
+  void each(const SlotSlopes& o, F&& f) {
     for (int c = 0; c < 3; ++c)
       for (int four = 0; four < fours_; ++four)
         for (int i = 4 * four; i < 4 * four + 4; ++i) f(channel_[c][i], o.channel_[c][i], c);
-    return *this;
   }
 
   int fours_;
