@@ -101,8 +101,9 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
   optimiser_name_ = kind.name;
   optimiser_ = kind.make(problem_);
   if (settings_.secants && kind.few_unknowns) secants_ = std::make_unique<Coordinates>(unknowns_);
-  if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns)) {
-    if (!fields_.empty() || unknowns_.size() > kFewUnknowns)
+  const bool few = fields_.empty() && unknowns_.size() <= kFewUnknowns;
+  if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns && few)) {
+    if (!few)
       throw InvalidArgument("search = 'on' is for up to " + std::to_string(kFewUnknowns) +
                             " unknowns and no grid; choose search = 'off' or 'auto'");
     search_ =

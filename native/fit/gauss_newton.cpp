@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "fit/saved_state.h"
+#include "fit/weights.h"
 
 namespace selenite {
 namespace {
@@ -28,35 +29,10 @@ constexpr double kShrinkFrom = 10;
 constexpr int kMostRejections = 3;
 constexpr double kWorseBy = 0.1, kWorseSigmas = 2;
 constexpr std::size_t kAveraged = 8;
-constexpr double kDimShare = 0.3;  ///< of the mean, added to a pixel's brightness
 constexpr int kVarianceBlur = 2;
 constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
 constexpr double kModelError = 0.05;       ///< of a pixel's brightness
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
-
-/// Brightness of the photo around each pixel, by channel, kept away from 0. Of the pixel alone it
-/// would go up and down with the photo's noise, and residuals weighted by it would lean to one side.
-Eigen::VectorXf brightness(const Capture& capture) {
-  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * capture.size()));
-  double mean = 0;
-  for (std::size_t i = 0; i < capture.size(); ++i)
-    for (int c = 0; c < 3; ++c) {
-      const float value = std::max(capture.reference[i][c], 0.f);
-      level[static_cast<Eigen::Index>(3 * i) + c] = value;
-      mean += capture.share(i) * value;
-    }
-  constexpr double kBlack = 1e-6;
-  return box_blur(level, capture.width, capture.height, kVarianceBlur).array() +
-         static_cast<float>(kDimShare * std::max(mean, kBlack));
-}
-
-Eigen::VectorXf shares(const Capture& capture, std::size_t captures) {
-  Eigen::VectorXf share(static_cast<Eigen::Index>(3 * capture.size()));
-  for (std::size_t i = 0; i < capture.size(); ++i)
-    share.segment<3>(static_cast<Eigen::Index>(3 * i))
-        .setConstant(static_cast<float>(capture.share(i) / static_cast<double>(captures)));
-  return share;
-}
 
 /// a^T diag(w) b, in double and in fixed order.
 template <class A, class B>
@@ -95,8 +71,7 @@ void GaussNewton::members(SavedState& state) {
 void GaussNewton::set_first_weights() {
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const Capture& capture = problem_->captures[i];
-    views_[i].weight =
-        shares(capture, views_.size()).cwiseQuotient(brightness(capture).cwiseAbs2());
+    views_[i].weight = relative_weights(capture, views_.size());
     views_[i].variance = Eigen::VectorXf::Zero(views_[i].weight.size());
   }
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fit/saved_state.h"
+#include "fit/weights.h"
 
 namespace selenite {
 namespace {
@@ -115,26 +116,6 @@ JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& captu
   set.for_a = instrument(problem, capture, std::move(set.for_a));
   set.for_b = instrument(problem, capture, std::move(set.for_b));
   return set;
-}
-
-Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
-  // Separable; at the border the mean is over what lies inside.
-  const auto pass = [radius](const Eigen::VectorXf& in, int lines, Eigen::Index line_step,
-                             int count, Eigen::Index step) {
-    Eigen::VectorXf out(in.size());
-    for (int line = 0; line < lines; ++line)
-      for (int i = 0; i < count; ++i) {
-        const int first = std::max(i - radius, 0), last = std::min(i + radius, count - 1);
-        const Eigen::Index at = line * line_step;
-        for (Eigen::Index c = 0; c < 3; ++c) {
-          float sum = 0;
-          for (int j = first; j <= last; ++j) sum += in[3 * (at + j * step) + c];
-          out[3 * (at + i * step) + c] = sum / static_cast<float>(last - first + 1);
-        }
-      }
-    return out;
-  };
-  return pass(pass(column, height, width, width, 1), width, 1, height, width);
 }
 
 }  // namespace selenite

@@ -43,8 +43,4 @@ class JacobianSums {
   double weight_ = 0;
 };
 
-/// Mean over squares of 2 `radius` + 1 pixels, within the picture; one column of channels of
-/// pixels.
-Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius);
-
 }  // namespace selenite

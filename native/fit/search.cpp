@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "fit/streams.h"
+#include "fit/weights.h"
 #include "math/rng.h"
 #include "math/scalar.h"
 
@@ -31,7 +33,6 @@ constexpr double kSigmas = 2;                       ///< by which the start must
 /// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
 /// below its mean by luck.
 constexpr double kRankSigmas = 1;
-constexpr double kDimShare = 0.3;
 
 /// Van der Corput's sequence, shifted; a base per dimension makes it Halton's.
 double radical_inverse(int base, std::size_t index, double shift) {
@@ -91,19 +92,7 @@ Search::Search(const Problem& problem, std::uint64_t seed)
       chosen_(problem.unknowns.start()) {
   for (const Capture& capture : problem.captures) {
     captures_.push_back(shrunk(capture, kSize));
-    const Capture& small = captures_.back();
-    double mean = 0;
-    for (std::size_t i = 0; i < small.size(); ++i)
-      for (int c = 0; c < 3; ++c) mean += small.share(i) * small.reference[i][c];
-    std::vector<float> weight;
-    constexpr double kBlack = 1e-6;
-    for (std::size_t i = 0; i < small.size(); ++i)
-      for (int c = 0; c < 3; ++c) {
-        const double level =
-            std::max<double>(small.reference[i][c], 0) + kDimShare * std::max(mean, kBlack);
-        weight.push_back(static_cast<float>(small.share(i) / (level * level)));
-      }
-    weights_.push_back(std::move(weight));
+    weights_.push_back(relative_weights(captures_.back(), 1));
   }
   Candidate start;
   start.x = chosen_;
@@ -164,9 +153,7 @@ std::vector<Vector> Search::spread_points() const {
 }
 
 std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
-  std::uint64_t key = mix64(seed_ ^ static_cast<std::uint64_t>(purpose));
-  key = mix64(key ^ static_cast<std::uint64_t>(index));
-  return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
+  return seed_of(mix64(seed_ ^ static_cast<std::uint64_t>(purpose)), index, capture);
 }
 
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
@@ -183,7 +170,7 @@ void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& re
       double part = 0;
       for (int c = 0; c < 3; ++c) {
         const double residual = film.mean[i][c] - photo.reference[i][c];
-        part += weights_[v][3 * i + static_cast<std::size_t>(c)] *
+        part += weights_[v][static_cast<Eigen::Index>(3 * i) + c] *
                 (residual * residual - film.variance[i][c]);
       }
       candidate.parts.push_back(static_cast<float>(share * part));

@@ -66,7 +66,7 @@ class Search {
 
   std::uint64_t seed_;
   std::vector<Capture> captures_;  ///< small
-  std::vector<std::vector<float>> weights_;
+  std::vector<Eigen::VectorXf> weights_;
   Problem problem_;
   std::vector<Candidate> candidates_;
   std::size_t next_ = 0;  ///< candidate of the running stage

@@ -10,12 +10,14 @@ namespace selenite {
 /// What a seed of a fit is for; streams of different purposes never meet.
 enum class Stream : std::uint64_t { kStep = 1, kValidation = 2, kSearch = 3, kVerification = 4 };
 
-/// Hash of all four: neighbouring iterations, captures and seeds share nothing.
-inline std::uint64_t stream_seed(std::uint64_t seed, Stream stream, int iteration, int capture) {
-  std::uint64_t key = mix64(seed + 0x9e3779b97f4a7c15ull);
-  key = mix64(key ^ static_cast<std::uint64_t>(stream));
-  key = mix64(key ^ static_cast<std::uint64_t>(iteration));
+/// Hash of a seed and what its samples are for: neighbouring numbers share nothing.
+inline std::uint64_t seed_of(std::uint64_t seed, int purpose, int capture) {
+  const std::uint64_t key = mix64(seed ^ static_cast<std::uint64_t>(purpose));
   return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
+}
+inline std::uint64_t stream_seed(std::uint64_t seed, Stream stream, int iteration, int capture) {
+  const std::uint64_t key = mix64(seed + 0x9e3779b97f4a7c15ull);
+  return seed_of(mix64(key ^ static_cast<std::uint64_t>(stream)), iteration, capture);
 }
 
 }  // namespace selenite

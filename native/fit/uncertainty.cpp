@@ -6,7 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "math/rng.h"
+#include "fit/streams.h"
+#include "fit/weights.h"
 
 namespace selenite {
 namespace {
@@ -27,7 +28,6 @@ constexpr double kResolved = 3;
 constexpr double kCoupled = 2;  ///< the same for its entries beside the diagonal
 constexpr double kCorrelated = 0.8;
 constexpr double kMisfitSigmas = 3;
-constexpr double kDimShare = 0.3;
 
 using Matrix = Eigen::MatrixXd;
 
@@ -69,9 +69,7 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
     spread.noalias() += term * term.transpose();
   }
   // A pixel's residual in one half times its neighbours' in the other: only what they share stays.
-  double mean = 0;
-  for (std::size_t i = 0; i < capture.size(); ++i)
-    for (int c = 0; c < 3; ++c) mean += capture.share(i) * capture.reference[i][c];
+  const Eigen::VectorXf relative = relative_weights(capture, captures);
   const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * capture.width + x; };
   for (int y = 0; y < capture.height; ++y)
     for (int x = 0; x < capture.width; ++x) {
@@ -91,11 +89,8 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
       if (count == 0) continue;
       double part = 0;
       for (std::size_t c = 0; c < 3; ++c) {
-        const double level = std::max<double>(capture.reference[at(x, y)][static_cast<int>(c)], 0) +
-                             kDimShare * mean;
-        if (!(level > 0)) continue;
-        part += capture.share(at(x, y)) / static_cast<double>(captures) / (level * level) *
-                halves.residual_a[static_cast<Eigen::Index>(3 * at(x, y) + c)] * around[c] / count;
+        const auto i = static_cast<Eigen::Index>(3 * at(x, y) + c);
+        part += relative[i] * halves.residual_a[i] * around[c] / count;
       }
       misfit += part;
       misfit_variance += part * part;
@@ -276,16 +271,11 @@ Verification::Verification(const Problem& problem, const Optimiser& optimiser, V
       derivative_spp_(std::max(spp / kDerivativeShare, 2)),
       iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp_) {}
 
-std::uint64_t Verification::seed_for(int purpose, std::size_t capture) const {
-  const std::uint64_t key = mix64(seed_ ^ static_cast<std::uint64_t>(purpose));
-  return mix64(key ^ (static_cast<std::uint64_t>(capture) << 32));
-}
-
 Observation Verification::derivatives(int purpose, std::size_t capture,
                                       const RenderAt& render) const {
   return {static_cast<int>(capture),
-          render(x_, problem_->captures[capture], derivative_spp_, seed_for(purpose, capture),
-                 Side::kBoth),
+          render(x_, problem_->captures[capture], derivative_spp_,
+                 seed_of(seed_, purpose, static_cast<int>(capture)), Side::kBoth),
           {}};
 }
 
@@ -306,7 +296,8 @@ bool Verification::step(const RenderAt& render) {
   Evidence found(x_.size());
   for (std::size_t v = 0; v < captures; ++v) {
     const Capture& photo = problem_->captures[v];
-    const Film film = render(x_, photo, spp_, seed_for(2 * report_.passes, v), std::nullopt);
+    const Film film = render(x_, photo, spp_,
+                             seed_of(seed_, 2 * report_.passes, static_cast<int>(v)), std::nullopt);
     const Observation slopes = derivatives(2 * report_.passes + 1, v, render);
     found.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
   }

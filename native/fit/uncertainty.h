@@ -79,7 +79,6 @@ class Verification {
   const TrustReport& report() const { return report_; }
 
  private:
-  std::uint64_t seed_for(int purpose, std::size_t capture) const;
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
 
   const Problem* problem_;

@@ -5,6 +5,7 @@
 
 #include "fit/coordinates.h"
 #include "fit/synthetic_renderer.h"
+#include "fit/weights.h"
 #include "math/error.h"
 
 namespace selenite {
