@@ -42,15 +42,16 @@ def tick(parameter, **values):
     return row
 
 
-def test_a_medium_has_rows_for_its_grids_and_they_keep_what_is_set(settings):
-    row = tick("density_grid", voxels=5, grid_path="/tmp/a.vol", grid_from="file", maximum=4.0)
+def test_a_medium_has_rows_for_its_grids_and_they_keep_what_is_set(settings, tmp_path):
+    file = str(tmp_path / "a.vol")
+    row = tick("density_grid", voxels=5, grid_path=file, grid_from="file", maximum=4.0)
     assert row.value == "no grid"
     bpy.ops.selenite.refresh_rows()
     row = row_of("density_grid")
     assert (row.enabled, row.voxels, row.grid_path, row.grid_from) == (
         True,
         5,
-        "/tmp/a.vol",
+        file,
         "file",
     )
     assert row.maximum == 4
@@ -84,9 +85,7 @@ def test_the_panel_offers_what_the_start_needs(settings):
 def test_the_request_is_that_of_the_command_line(settings, tmp_path):
     tick("density_grid", use_start=True, start=(0.5, 0, 0))
     tick("albedo_grid", grid_from="file", grid_path=str(tmp_path / "a.npy"))
-    problems = []
-    found = request.run_request(bpy.context.scene, made.read(), problems)
-    assert not problems
+    found = request.run_request(bpy.context.scene, made.read())
     density = next(item for item in found.unknowns if item.parameter == "density_grid")
     albedo = next(item for item in found.unknowns if item.parameter == "albedo_grid")
     assert (density.grid, density.start, density.maximum) == ("3", (0.5,), 10)

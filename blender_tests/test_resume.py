@@ -20,8 +20,8 @@ from selenite.fit_run import checkpoint, results
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staged_job import make_job
-from selenite.fit_run.stages import StageRequest
+from selenite.fit_run.staging.job import make_job
+from selenite.fit_run.staging.request import StageRequest
 from selenite.problems import BadInput
 from selenite.scene_read.values import CaptureRequest
 

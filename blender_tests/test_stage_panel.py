@@ -9,8 +9,9 @@ import made_scenes as made
 import pytest
 from test_interface import FakeLayout, draw, prepare_fit
 
-from selenite.fit_run.stages import PRESETS
+from selenite.fit_run.staging.request import PRESETS
 from selenite.interface import panels, properties, request, stages, state
+from selenite.problems import BadInput
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 
@@ -23,8 +24,10 @@ def tick(settings, *names):
 
 def asked():
     """(stages of the request, problems)."""
-    problems = []
-    return request.run_request(bpy.context.scene, made.read(), problems).stages, problems
+    try:
+        return request.run_request(bpy.context.scene, made.read()).stages, []
+    except BadInput as error:
+        return (), error.problems
 
 
 def test_presets_of_the_panel_are_those_of_the_command_line():

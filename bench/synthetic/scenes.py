@@ -14,7 +14,8 @@ from selenite import native
 MESHES = ("dents", "bunny_6598", "koala_7116", "skull_10312")
 LIGHTINGS = ("lamp", "sky")
 OWNER = "Body"
-_SHARED = Path(os.environ.get("SELENITE_SHARED_DIR", "/work/shared"))
+_BESIDE = Path(__file__).parents[3] / "shared"  # the checkout
+_SHARED = Path(os.environ.get("SELENITE_SHARED_DIR", _BESIDE))
 _TILES = 8
 
 

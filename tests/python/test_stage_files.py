@@ -5,7 +5,7 @@ import json
 
 import pytest
 
-from selenite.fit_run.stages import PRESETS, StageRequest, read_stages, stages_by_name
+from selenite.fit_run.staging.request import PRESETS, StageRequest, read_stages, stages_by_name
 from selenite.problems import BadInput
 
 

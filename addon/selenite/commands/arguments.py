@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import parameters
-from ..fit_run.stages import PRESETS, StageRequest, read_stages
+from ..fit_run.staging.request import PRESETS, StageRequest, read_stages
 from ..parameters import Values
 from ..problems import BadInput, Problem
 

@@ -17,9 +17,9 @@ from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import new_folder, result_json, summary, write_results
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
-from ..fit_run.staged_job import StagedJob, make_job
-from ..fit_run.stages import PRESETS as STAGE_PRESETS
-from ..fit_run.stages import StageRequest, stages_by_name
+from ..fit_run.staging.job import StagedJob, make_job
+from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
+from ..fit_run.staging.request import StageRequest, stages_by_name
 from ..fit_run.unknowns import usual_requests
 from ..parameters import join_name
 from ..problems import BadInput, Problem

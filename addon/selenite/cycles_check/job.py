@@ -20,6 +20,7 @@ from typing import Any
 import bpy
 
 from .. import grid_files, parameters, write_back
+from ..atomic_files import write_json
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..problems import BadInput, Problem
@@ -131,11 +132,9 @@ class CheckJob:
         folder.mkdir(parents=True, exist_ok=True)
         for path in sorted((self.folder / "out").iterdir()):
             shutil.move(str(path), str(folder / path.name))
-        target, partial = folder / "result.json", folder / "result.json.partial"
+        target = folder / "result.json"
         content = json.loads(target.read_text(encoding="utf-8")) if target.is_file() else {}
-        text = json.dumps(content | {"cycles": report}, indent=1, ensure_ascii=False)
-        partial.write_text(text + "\n", encoding="utf-8")
-        partial.replace(target)
+        write_json(target, content | {"cycles": report})
         return folder / "cycles_check.png"
 
     def close(self) -> None:

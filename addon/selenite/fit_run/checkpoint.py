@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..atomic_files import write_bytes
+from ..atomic_files import write_bytes, write_json
 from ..parameters import join_name
 from ..problems import BadInput, Problem
 from .job import SavedState
 from .request import RunRequest, read_run
-from .stages import StageRequest
+from .staging.request import StageRequest
 
 SCHEMA = 1
 SUFFIX = ".unfinished"
@@ -64,7 +64,7 @@ class Recorder:
         self._seen: tuple[int, int] = (0, -1)
         self._state: dict[str, Any] | None = None
         folder.mkdir(parents=True, exist_ok=True)
-        _write_json(folder / "run.json", request.as_json())
+        write_json(folder / "run.json", request.as_json())
 
     def look(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
         """Writes what `job.parts()` has found, at most every two seconds unless `now`, and less
@@ -124,7 +124,7 @@ def save(folder: Path, parts: Parts, optimiser: Mapping[str, Any] | None = None)
         "optimiser": optimiser,
         "parts": [_part_json(part) for part in parts],
     }
-    _write_json(folder / "state.json", state)
+    write_json(folder / "state.json", state)
     for path in old - {folder / str(file), folder / (optimiser or {}).get("file", "-")}:
         path.unlink()
 
@@ -247,8 +247,3 @@ def _plain(value: Any) -> Any:  # noqa: ANN401 - numbers, words, arrays and list
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-def _write_json(path: Path, data: Mapping[str, Any]) -> None:
-    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    write_bytes(path, (text + "\n").encode())

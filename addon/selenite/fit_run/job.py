@@ -11,9 +11,9 @@ import numpy as np
 
 from .. import native
 from ..problems import BadInput, Problem
-from . import stage_plan
 from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
+from .staging import plan as stage_plan
 
 _LOOK_EVERY = 1.0  # seconds between two diagnoses of a running fit
 

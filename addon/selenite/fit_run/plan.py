@@ -11,11 +11,11 @@ from ..problems import BadInput, Problem
 from ..scene_read.build import build
 from ..scene_read.values import SceneValues
 from . import fields as grid_fields
-from . import stage_plan
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .request import RunRequest, UnknownRequest
-from .stage_plan import Stage
+from .staging import plan as stage_plan
+from .staging.plan import Stage
 from .unknowns import Unknown, choose, usual_requests
 
 

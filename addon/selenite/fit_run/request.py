@@ -13,7 +13,7 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest
 from .settings import FitSettings
-from .stages import StageRequest, stages_from_json
+from .staging.request import StageRequest, stages_from_json
 
 SCHEMA = 1
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__, grid_files, mean_free_path, native
+from ..atomic_files import write_json
 from ..parameters import Values
 from . import trust
 from .captures import Capture
@@ -100,8 +101,8 @@ def write_results(
     partial.mkdir()
     try:
         report = result_json(plan, result, host)
-        _write_json(partial / "result.json", report)
-        _write_json(partial / "run.json", plan.request.as_json())
+        write_json(partial / "result.json", report)
+        write_json(partial / "run.json", plan.request.as_json())
         numbers = {item.name for item in plan.fields if item.start.values.shape[3] == 1}
         _write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
@@ -261,11 +262,6 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
         *trust.sentences(plan, result),
     ]
     return "\n".join(lines) + "\n"
-
-
-def _write_json(path: Path, data: dict[str, Any]) -> None:
-    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
 
 
 def _plain(values: Values) -> float | list[float]:

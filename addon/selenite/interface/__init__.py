@@ -8,14 +8,13 @@ import bpy
 from . import (
     apply_operators,
     check_operators,
-    cost_operators,
     fit_operators,
     panels,
     properties,
     row_operators,
     stages,
     state,
-    trade_operators,
+    time_operators,
 )
 
 _MODULES = (
@@ -24,8 +23,7 @@ _MODULES = (
     fit_operators,
     apply_operators,
     check_operators,
-    cost_operators,
-    trade_operators,
+    time_operators,
     panels,
     stages,
 )

@@ -16,17 +16,16 @@ from ..scene_read import volumes
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
 from . import grid_rows
-from .fit_operators import redraw
 from .request import fit_settings
 from .row_operators import report_problems
-from .state import CHECK, RUN, TRADE
+from .state import CHECK, RUN, is_idle
+from .ticking import Ticking, redraw
 
-_TICK = 0.3  # seconds between two looks at the other process
 
-
-class SELENITE_OT_check_in_cycles(bpy.types.Operator):
+class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
     """Render the fitted values with Cycles, on a copy of the file, and compare with the photos"""
 
+    tick = 0.3  # the other process tells of itself no more often
     bl_idname = "selenite.check_in_cycles"
     bl_label = "Check in Cycles"
 
@@ -34,17 +33,14 @@ class SELENITE_OT_check_in_cycles(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is a result, and nothing runs."""
         cls.poll_message_set("Run a fit first, and wait for its end")
-        idle = RUN.job is None and CHECK.job is None and TRADE.trade is None
+        idle = is_idle()
         return idle and len(context.scene.selenite.results) > 0
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the other process; a timer looks at it."""
         if not self._start(context):
             return {"CANCELLED"}
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(_TICK, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self._add_timer(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Without a window: waits for the end."""
@@ -111,12 +107,6 @@ class SELENITE_OT_check_in_cycles(bpy.types.Operator):
         CHECK.lines = lines(report)
         self.report({"INFO"}, f"Wrote {CHECK.sheet}")
         return {"FINISHED"}
-
-    def _remove_timer(self, context: bpy.types.Context) -> None:
-        timer = getattr(self, "_timer", None)
-        if timer is not None:
-            context.window_manager.event_timer_remove(timer)
-            self._timer = None
 
 
 class SELENITE_OT_cancel_check(bpy.types.Operator):

@@ -15,20 +15,19 @@ from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.job import FitFailed, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import new_folder, write_results
-from ..fit_run.staged_job import make_job
+from ..fit_run.staging.job import make_job
 from ..native import NativeUnavailable
-from ..problems import BadInput, Problem
+from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from . import grid_rows
 from .request import run_request, values_text
 from .row_operators import report_problems
-from .state import CHECK, RUN, TRADE, remember_shapes
+from .state import CHECK, RUN, is_idle, remember_shapes
+from .ticking import Ticking, redraw
 
-_TICK = 0.2  # seconds between two looks at the native thread
 
-
-class SELENITE_OT_start(bpy.types.Operator):
+class SELENITE_OT_start(Ticking, bpy.types.Operator):
     """Fit the ticked parameters to the photos. Esc stops and keeps the best values so far"""
 
     bl_idname = "selenite.start"
@@ -45,16 +44,13 @@ class SELENITE_OT_start(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """One fit at a time."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None and TRADE.trade is None
+        return is_idle()
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer looks at it."""
         if not self._start(context, self.resume):
             return {"CANCELLED"}
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(_TICK, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self._add_timer(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Without a window: runs to the end."""
@@ -91,16 +87,13 @@ class SELENITE_OT_start(bpy.types.Operator):
         self._remove_timer(context)
 
     def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
-        problems: list[Problem] = []
         try:
             values = read_scene(context.scene, context.evaluated_depsgraph_get())
             remember_shapes(context.scene.name, values)
             if resume:
                 run = going_on(load(Path(bpy.path.abspath(resume))))
             else:
-                run = Unfinished(run_request(context.scene, values, problems), [])
-            if problems:
-                raise BadInput([*values.problems, *problems])
+                run = Unfinished(run_request(context.scene, values), [])
             plan = prepare(values, run.request, packed_photos())
             job = make_job(plan, run.parts, run.state)
         except BadInput as error:
@@ -149,12 +142,6 @@ class SELENITE_OT_start(bpy.types.Operator):
         self.report({"INFO"}, RUN.message)
         return {"FINISHED"}
 
-    def _remove_timer(self, context: bpy.types.Context) -> None:
-        timer = getattr(self, "_timer", None)
-        if timer is not None:
-            context.window_manager.event_timer_remove(timer)
-            self._timer = None
-
 
 class SELENITE_OT_resume(bpy.types.Operator):
     """Go on with a run that ended with Blender: choose its folder, <date>_<time>.unfinished"""
@@ -168,7 +155,7 @@ class SELENITE_OT_resume(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """One fit at a time."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None and TRADE.trade is None
+        return is_idle()
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Opens the file browser where runs are kept."""
@@ -300,16 +287,6 @@ def _keep_grids(scene: bpy.types.Scene) -> None:
 def three(values: tuple[float, ...]) -> tuple[float, float, float]:
     first, second, third = (values * 3)[:3]
     return first, second, third
-
-
-def redraw(context: bpy.types.Context) -> None:
-    """Only the sidebars: redrawing a whole 3D view at every tick makes Blender slow."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()
 
 
 CLASSES = (

@@ -10,7 +10,7 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from . import grid_rows, state
-from .cost_operators import seconds_text
+from .time_operators import seconds_text
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 

@@ -44,7 +44,7 @@ SEARCH_ITEMS = (
     ("on", "Always", "Look for a better start", 1),
     ("off", "Never", "Step from the start as it is", 2),
 )
-# The names between the first and the last are those of fit_run.stages.
+# The names between the first and the last are those of fit_run.staging.request.
 STAGE_ITEMS = (
     ("none", "All at Once", "Every ticked parameter in every iteration", 0),
     ("ior-last", "IOR Last", "Everything but indices of refraction first, then everything", 1),

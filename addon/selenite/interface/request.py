@@ -29,12 +29,13 @@ _SETTINGS = (
 )
 
 
-def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Problem]) -> RunRequest:
+def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
     """What the ticked rows, or an own list of stages, ask for.
 
-    Rows whose owner is gone become problems.
+    Raises BadInput: rows whose owner is gone, nothing ticked; with what is wrong in the scene.
     """
     settings = scene.selenite
+    problems: list[Problem] = []
     unknowns = []
     own = stages.own_stages(scene, problems)
     staged = {name for stage in own for name in stage.parameters}
@@ -70,13 +71,16 @@ def run_request(scene: bpy.types.Scene, values: SceneValues, problems: list[Prob
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
     names = [parameters.join_name(item.owner, item.parameter) for item in unknowns]
-    return RunRequest(
+    request = RunRequest(
         scene=bpy.data.filepath,
         unknowns=tuple(unknowns),
         captures=tuple(captures_of(scene)),
         settings=fit_settings(scene),
         stages=own or stages.named_stages(scene, names, problems),
     )
+    if problems:
+        raise BadInput([*values.problems, *problems])
+    return request
 
 
 def fit_settings(scene: bpy.types.Scene) -> FitSettings:

@@ -10,7 +10,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from .. import parameters
-from ..fit_run.stages import StageRequest, read_stages, stages_by_name
+from ..fit_run.staging.request import StageRequest, read_stages, stages_by_name
 from ..problems import BadInput, Problem
 from . import state
 from .row_operators import report_problems

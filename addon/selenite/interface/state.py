@@ -15,7 +15,7 @@ from ..cycles_check.render_settings import Contents
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
-from ..fit_run.staged_job import StagedJob
+from ..fit_run.staging.job import StagedJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 
@@ -119,6 +119,11 @@ TRADE = Measurement()
 SECONDS: dict[str, dict[str, float]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
 SHAPES: dict[str, list[str]] = {}
+
+
+def is_idle() -> bool:
+    """Neither a fit nor a check nor a measurement runs."""
+    return RUN.job is None and CHECK.job is None and TRADE.trade is None
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:

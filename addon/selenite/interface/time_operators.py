@@ -1,30 +1,73 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time against error on the open scene: `selenite trade` from the panel."""
+"""What fits of the open scene take: seconds of each preset, and `selenite trade` from the panel."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
+from ..fit_run import cost
 from ..fit_run.job import FitFailed
+from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.results import new_folder
+from ..fit_run.settings import PRESETS, FitSettings
 from ..native import NativeUnavailable
-from ..problems import BadInput, Problem
+from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..trade import report
 from ..trade.measure import Trade
 from ..trade.start import trade_of
-from .fit_operators import redraw
 from .request import run_request
 from .row_operators import report_problems
-from .state import CHECK, RUN, TRADE
+from .state import SECONDS, TRADE, is_idle
+from .ticking import Ticking, redraw
 
-_TICK = 0.2  # seconds between two looks
+
+class SELENITE_OT_estimate(bpy.types.Operator):
+    """Fit two iterations, and tell from them how long each preset will take"""
+
+    bl_idname = "selenite.estimate"
+    bl_label = "Estimate Time"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """Nothing runs that would slow it down."""
+        cls.poll_message_set("A fit or a check is running")
+        return is_idle()
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Waits for the short fit; nothing of it is kept but its time."""
+        try:
+            values = read_scene(context.scene, context.evaluated_depsgraph_get())
+            wanted = replace(run_request(context.scene, values), stages=())
+            packed = packed_photos()
+
+            def plan_of(settings: FitSettings) -> FitPlan:
+                return prepare(values, replace(wanted, settings=settings), packed)
+
+            plan = plan_of(wanted.settings)
+            per_path = cost.seconds_per_path(plan_of, wanted.settings)
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        except (NativeUnavailable, FitFailed) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        SECONDS[context.scene.name] = {
+            name: cost.expected(plan, preset, per_path) for name, preset in PRESETS.items()
+        }
+        return {"FINISHED"}
 
 
-class SELENITE_OT_trade(bpy.types.Operator):
+def seconds_text(seconds: float) -> str:
+    """As the panel shows it; the estimate is good to about a third."""
+    return f"about {seconds:.0f} s" if seconds < 100 else f"about {seconds / 60:.0f} min"
+
+
+class SELENITE_OT_trade(Ticking, bpy.types.Operator):
     """Render photos of the scene as it is, fit the ticked parameters to them with many settings,
     and write what each takes and how far it is off"""
 
@@ -35,16 +78,13 @@ class SELENITE_OT_trade(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """Nothing runs that would slow it down."""
         cls.poll_message_set("A fit or a check is running")
-        return RUN.job is None and CHECK.job is None and TRADE.trade is None
+        return is_idle()
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Goes on at each tick of a timer."""
         if not self._start(context):
             return {"CANCELLED"}
-        manager = context.window_manager
-        self._timer = manager.event_timer_add(_TICK, window=context.window)
-        manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self._add_timer(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Without a window: runs to the end of the budget."""
@@ -80,12 +120,10 @@ class SELENITE_OT_trade(bpy.types.Operator):
         self._remove_timer(context)
 
     def _start(self, context: bpy.types.Context) -> bool:
-        scene, problems = context.scene, list[Problem]()
+        scene = context.scene
         try:
             values = read_scene(scene, context.evaluated_depsgraph_get())
-            wanted = run_request(scene, values, problems)
-            if problems:
-                raise BadInput([*values.problems, *problems])
+            wanted = run_request(scene, values)
             trade = trade_of(values, wanted, packed_photos(), scene.selenite.trade_budget)
         except BadInput as error:
             report_problems(self, error)
@@ -119,12 +157,6 @@ class SELENITE_OT_trade(bpy.types.Operator):
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
 
-    def _remove_timer(self, context: bpy.types.Context) -> None:
-        timer = getattr(self, "_timer", None)
-        if timer is not None:
-            context.window_manager.event_timer_remove(timer)
-            self._timer = None
-
 
 def _lines(trade: Trade) -> list[str]:
     """What the panel shows: the presets."""
@@ -137,4 +169,4 @@ def _lines(trade: Trade) -> list[str]:
     ]
 
 
-CLASSES = (SELENITE_OT_trade,)
+CLASSES = (SELENITE_OT_estimate, SELENITE_OT_trade)

@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from .. import parameters
-from ..parameters import Values
-from ..problems import BadInput, Problem
-from ..scene_read.values import SceneValues
-from .captures import Capture
-from .fields import FieldUnknown
-from .settings import FitSettings, with_overrides
-from .stages import StageRequest
-from .unknowns import Unknown, find_parameter
+from ... import parameters
+from ...parameters import Values
+from ...problems import BadInput, Problem
+from ...scene_read.values import SceneValues
+from ..captures import Capture
+from ..fields import FieldUnknown
+from ..settings import FitSettings, with_overrides
+from ..unknowns import Unknown, find_parameter
+from .request import StageRequest
 
 _GRID = "albedo_grid"  # that can follow the one albedo of its material
 

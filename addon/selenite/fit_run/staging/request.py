@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import parameters
-from ..problems import BadInput, Problem, listed
+from ... import parameters
+from ...problems import BadInput, Problem, listed
 
 SCHEMA = 1
 #: What `--stages` and the panel offer by name.

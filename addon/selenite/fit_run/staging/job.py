@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters import Values
-from . import stage_plan
-from .job import FitJob, Progress, SavedState
-from .plan import FitPlan
-from .stage_history import joined
-from .stage_plan import Stage
+from ...parameters import Values
+from ..job import FitJob, Progress, SavedState
+from ..plan import FitPlan
+from . import plan as stage_plan
+from .history import joined
+from .plan import Stage
 
 #: What a stage may stop because of for the next one to start.
 _ENDED_WELL = ("all iterations done", "loss below tolerance")

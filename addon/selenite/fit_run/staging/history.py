@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..parameters import Values
-from .plan import FitPlan
-from .stage_plan import at_albedos
+from ...parameters import Values
+from ..plan import FitPlan
+from .plan import at_albedos
 
 if TYPE_CHECKING:
-    from .staged_job import Point
+    from .job import Point
 
 _SUMS = ("iterations", "samples", "seconds", "cpu_seconds", "dropped")
 
