@@ -19,6 +19,7 @@ OWNERS = {
     "world": "World (named `World`)",
 }
 STEPS = {"linear": "value", "log": "logarithm", "log_excess": "log(value - 1)",
+    "blur": "value",
     "reflectance": "reflectance of a half-space"}
 
 

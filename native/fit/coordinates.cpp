@@ -7,10 +7,11 @@
 namespace selenite {
 namespace {
 
-// Facts sheet "estimators", Q2, step 1, has 0.4 for log roughness. Measured on a glass sphere at 64
-// x 64 and 16 spp, that overshoots into low roughness, where noise holds it, in 2 of 10 seeds; 0.25
-// in none of 8.
 constexpr double kCapLog = 0.25, kCapLogExcess = 0.2, kCapLinear = 0.3;
+/// Shift of log(x + shift) of a roughness. Below it pictures change in proportion to x, and always in
+/// the same way: in plain log x a step from 0.2 towards 0.02 falls short again and again, and what was
+/// seen at 0.2, where that slope is large, outweighs in the sums what is seen on the way.
+constexpr double kBlurShift = 0.1;
 /// Smallest argument of log(x - 1 + shift): closer to 1 an index of refraction shows in nothing.
 constexpr double kLeastExcess = 0.05;
 /// Shift of log(x + shift), as a share of the upper bound, where the lower bound is 0.
@@ -88,6 +89,10 @@ Coordinates::Coordinates(const Unknowns& unknowns) : cap_(unknowns.size()) {
       case Coordinate::kReflectance:
         axes_.push_back({Axis::Kind::kReflectance});
         cap_[k] = kCapLinear * (reflectance(maximum) - reflectance(minimum));
+        break;
+      case Coordinate::kBlur:
+        axes_.push_back({Axis::Kind::kLogarithm, kBlurShift});
+        cap_[k] = kCapLog;
         break;
       default:
         axes_.push_back({Axis::Kind::kLinear});

@@ -222,8 +222,8 @@ GaussNewton::Matrix GaussNewton::prior() const {
   for (Eigen::Index k = 0; k + 2 < prior.rows(); ++k) {
     const Component& first = components[static_cast<std::size_t>(k)];
     const bool colour = components[static_cast<std::size_t>(k) + 2].parameter == first.parameter;
-    const Parameter& about = problem_->unknowns.description_of(static_cast<int>(k));
-    if (first.index != 0 || !colour || about.coordinate != Coordinate::kLog || about.effect != Effect::kVolume)
+    if (first.index != 0 || !colour ||
+        !problem_->unknowns.description_of(static_cast<int>(k)).alike)
       continue;
     const double seen = normal_.diagonal()
                             .segment<3>(k)

@@ -129,7 +129,9 @@ double Search::point_in_range(int component, double at) const {
     low = Coordinates::reflectance(low);
     return Coordinates::albedo_of(low + at * (Coordinates::reflectance(high) - low));
   }
-  if (description.coordinate == Coordinate::kLog && low > 0) return low * std::pow(high / low, at);
+  if ((description.coordinate == Coordinate::kLog || description.coordinate == Coordinate::kBlur) &&
+      low > 0)
+    return low * std::pow(high / low, at);
   return low + at * (high - low);
 }
 

@@ -14,6 +14,7 @@ double secant_step(const Parameter& description) {
   if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
   switch (description.coordinate) {
     case Coordinate::kLog:
+    case Coordinate::kBlur:
       return kStepLog;
     case Coordinate::kLogExcess:
       return kStepLogExcess;

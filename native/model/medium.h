@@ -27,6 +27,7 @@ struct Medium {
                     .initial = 0,
                     .coordinate = Coordinate::kLog,
                     .effect = Effect::kVolume,
+                    .alike = true,
                     .help = "How often light meets the medium inside the object, per length"},
           m.extinction);
     visit(Parameter{.name = "albedo",

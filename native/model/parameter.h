@@ -16,6 +16,7 @@ enum class Coordinate {
   kLinear,
   kLog,
   kLogExcess,    ///< log(x - 1), for an index of refraction
+  kBlur,         ///< x, for a roughness: how far a reflection is blurred
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
 };
 
@@ -36,6 +37,8 @@ struct Parameter {
   /// Colours only: channel c of the picture depends on channel c of the parameter alone, so one dual
   /// slot serves the three channels.
   bool diagonal = true;
+  /// Colours only: the channels are about alike where photos say nothing else.
+  bool alike = false;
   Versions versions = Versions::kBoth;
   std::string_view help;  ///< one sentence for tooltips and the manual
 };

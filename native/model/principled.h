@@ -80,7 +80,7 @@ struct Principled {
                     .fit_lower = 0.02,
                     .fit_upper = 0.999,
                     .initial = 0.5,
-                    .coordinate = kLog,
+                    .coordinate = kBlur,
                     .help = "Square root of the GGX width; at or below 0.0037 a perfect mirror, "
                             "which has no derivative"},
           m.roughness);
@@ -177,7 +177,7 @@ struct Principled {
                     .fit_lower = 0.02,
                     .fit_upper = 0.999,
                     .initial = 0.03,
-                    .coordinate = kLog,
+                    .coordinate = kBlur,
                     .versions = Versions::k2,
                     .help = "Square root of the GGX width of the coat"},
           m.coat_roughness);

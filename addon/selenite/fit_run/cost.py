@@ -63,7 +63,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
 def _by_difference(unknown: Unknown) -> bool:
     """Whether the native fit takes a difference of pictures for its derivative."""
     of_material = unknown.parameter.effect in ("surface", "volume")
-    return of_material and unknown.parameter.coordinate in ("log", "log_excess")
+    return of_material and unknown.parameter.coordinate in ("log", "log_excess", "blur")
 
 
 def seconds_per_path(plan_of: Callable[[FitSettings], FitPlan], settings: FitSettings) -> float:
