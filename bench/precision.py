@@ -3,8 +3,8 @@
 
 Renders compute with 32 bits. Rows: random materials, and the corners of the parameters' ranges seen
 from steep and grazing directions. Differences are relative to the largest channel of the row in 64
-bits; those of a derivative to the derivative or, where it is smaller because two lobes cancel, to the
-value. Seconds are CPU time.
+bits; those of a derivative to the derivative or, where it is smaller because two lobes cancel, to
+the value. Seconds are CPU time.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from .scenes import OWNER
 
 #: Distance of the two pictures by coordinate; the logarithmic ones are those of
 #: native/fit/secants.cpp, which has none for linear parameters.
-STEPS = {"log": 0.3, "log_excess": 0.2, "linear": 0.1}
+STEPS = {"log": 0.3, "log_excess": 0.2, "linear": 0.06}
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,7 @@ class Pair:
 
 PAIRS = (
     Pair("one-sided h", 0, 1),
+    Pair("central 3h/2", 1.5, 1.5),
     Pair("central h", 1, 1),
     Pair("central h/2", 0.5, 0.5),
     Pair("central h/4", 0.25, 0.25),
