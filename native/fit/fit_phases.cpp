@@ -44,7 +44,7 @@ void Fit::add_secants(const Vector& x, const FieldValues& fields, const Camera& 
     count(other);
     return other;
   };
-  take_secants(problem_, *secants_, x, purpose, side, render, film);
+  take_secants(problem_, *secants_, scene_at(x, fields), x, purpose, side, render, film);
 }
 
 bool Fit::search(Progress* progress) {

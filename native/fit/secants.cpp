@@ -6,30 +6,58 @@
 namespace selenite {
 namespace {
 
-/// Distances of the two pictures; 0: the derivative is good as it is.
-struct Steps {
-  double log;         ///< in log x: roughness, extinction
-  double log_excess;  ///< in log(x - 1): IOR
-};
+/// Distance of the two pictures in log x (roughness, extinction) and in log(x - 1) (IOR).
+/// Source of those for instruments: facts sheet "estimators", Q2 (recipe iv).
+constexpr double kStepLog = 0.3, kStepLogExcess = 0.2;
+/// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
+/// Source: `./dev bench estimators`, central 3h/2. Differences by roughness and extinction are no
+/// better than the derivative there.
+constexpr double kGradientStepLogExcess = 0.6;
+/// The derivative by IOR is the worse estimate from this ratio of transmission and roughness on.
+/// Source: the same; it orders the measured materials.
+constexpr double kSharp = 2;
 
-/// Source: facts sheet "estimators", Q2 (recipe iv).
-constexpr Steps kForInstruments{0.3, 0.2};
-/// Source: `./dev bench estimators`. Differences by roughness are no better than the derivative once
-/// they are multiplied with noisy residuals, those by extinction are worse. Of IOR twice the
-/// instruments' step, to both sides, has half the noise of theirs.
-constexpr Steps kForGradients{0, 0.4};
+/// Facets that refract one direction into another turn with the IOR, and their density changes over a
+/// width like the roughness: the derivative's noise is that of the refracted light divided by it.
+/// Facets that mirror stay where they are.
+bool refracts_sharply(const Scene& scene, const ParameterRef& ref) {
+  if (ref.kind != OwnerKind::kMaterial) return false;
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
+  Principled<double> sharpest = material.values;
+  for (const FieldMap& map : material.maps) {
+    const std::string_view name =
+        parameter_table(OwnerKind::kMaterial)[static_cast<std::size_t>(map.field)].name;
+    if (name == "transmission") sharpest.transmission = 1;
+    if (name == "roughness") sharpest.roughness = 0;
+    if (name == "metallic") sharpest.metallic = 0;
+  }
+  return sharpest.transmission * (1 - sharpest.metallic) > kSharp * sharpest.roughness;
+}
 
-double secant_step(const Parameter& description, Purpose purpose) {
-  if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
-  const Steps& steps = purpose == Purpose::kGradient ? kForGradients : kForInstruments;
+/// 0: the derivative is good as it is.
+double step_for_gradient(const Scene& scene, const ParameterRef& ref,
+                         const Parameter& description) {
+  const bool pays =
+      description.coordinate == Coordinate::kLogExcess && refracts_sharply(scene, ref);
+  return pays ? kGradientStepLogExcess : 0;
+}
+
+double step_for_instrument(const Parameter& description) {
   switch (description.coordinate) {
     case Coordinate::kLog:
-      return steps.log;
+      return kStepLog;
     case Coordinate::kLogExcess:
-      return steps.log_excess;
+      return kStepLogExcess;
     default:
       return 0;
   }
+}
+
+double secant_step(const Scene& scene, const ParameterRef& ref, Purpose purpose) {
+  const Parameter& description = scene.description(ref);
+  if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
+  return purpose == Purpose::kGradient ? step_for_gradient(scene, ref, description)
+                                       : step_for_instrument(description);
 }
 
 using Members = std::vector<Eigen::Index>;
@@ -86,15 +114,16 @@ Side side_of(Purpose purpose, int iteration) {
   return iteration % 2 == 0 ? Side::kUp : Side::kDown;
 }
 
-void take_secants(const Problem& problem, const Coordinates& coordinates, const Vector& x,
-                  Purpose purpose, Side side, const PictureAt& render, Film& film) {
+void take_secants(const Problem& problem, const Coordinates& coordinates, const Scene& scene,
+                  const Vector& x, Purpose purpose, Side side, const PictureAt& render,
+                  Film& film) {
   const Unknowns& unknowns = problem.unknowns;
   const Vector u = coordinates.from_values(x), slope = coordinates.slope(x);
   const std::vector<Members> parameters = members_of(unknowns);
   for (std::size_t p = 0; p < parameters.size(); ++p) {
     const Parameter& description = unknowns.descriptions()[p];
     const Members& members = parameters[p];
-    const double step = secant_step(description, purpose);
+    const double step = secant_step(scene, unknowns.parameters()[p], purpose);
     // Channels that are diagonal move together: each shows in its own channel of the picture.
     if (step == 0 || (members.size() > 1 && !description.diagonal)) continue;
     const auto moved = [&](double by) {

@@ -18,8 +18,11 @@ using PictureAt = std::function<Film(const Vector& x)>;
 Side side_of(Purpose purpose, int iteration);
 
 /// Puts differences of two pictures with equal seeds in place of those derivative pictures of
-/// `film`, a render at x, for which that is the better estimate: one more picture for each of those
-/// parameters, two with `Side::kBoth`. A side that leaves the permitted range gives way to the other.
+/// `film`, a render of `scene`, which is that at x, for which that is the better estimate: one more
+/// picture for each of those parameters, two with `Side::kBoth`. A side that leaves the permitted
+/// range gives way to the other.
+///
+/// Instruments take roughness, IOR and extinction so, gradients the IOR of what refracts sharply.
 ///
 /// Where light is mirrored or refracted sharply, the derivatives of a path tracer by roughness and
 /// IOR are nearly all noise: a path that hits the lamp is seldom, and its slope is 1 / alpha. The
@@ -29,7 +32,7 @@ Side side_of(Purpose purpose, int iteration);
 /// Sources: facts sheet "estimators", Q1, and `./dev bench estimators` (docs/manual/derivatives.md).
 ///
 /// A slot gets `mean`, `half_a` and `covariance`; its `variance` stays that of the derivative.
-void take_secants(const Problem& problem, const Coordinates& coordinates, const Vector& x,
-                  Purpose purpose, Side side, const PictureAt& render, Film& film);
+void take_secants(const Problem& problem, const Coordinates& coordinates, const Scene& scene,
+                  const Vector& x, Purpose purpose, Side side, const PictureAt& render, Film& film);
 
 }  // namespace selenite

@@ -16,7 +16,7 @@ struct Setting {
   Unknowns unknowns{scene, synthetic_unknowns()};
   SlotLayout layout{scene, unknowns.parameters()};
   std::vector<Capture> captures{synthetic_capture(scene, "Left")};
-  Vector x{{0.25, 0.3, 0.5, 0.5, 0.4, 1.35}};
+  Vector x{{0.25, 0.3, 0.5, 0.25, 0.7, 1.35}};
   const Loss& loss = find_loss("dual-buffer");
   Problem problem{unknowns, layout, captures, loss, 10};
   Coordinates coordinates{unknowns};
@@ -36,7 +36,7 @@ struct Setting {
                     Purpose purpose = Purpose::kGradient, Side side = Side::kBoth) const {
     Film result = film(x, renderer, spp, seed);
     take_secants(
-        problem, coordinates, x, purpose, side,
+        problem, coordinates, unknowns.scene_with(scene, x), x, purpose, side,
         [&](const Vector& at) { return film(at, renderer, spp, seed, false); }, result);
     return result;
   }
@@ -74,6 +74,37 @@ TEST(Secants, GradientsTakeTheIorOnly) {
   }
 }
 
+/// The derivative is the better estimate where little is refracted, or widely.
+TEST(Secants, GradientsKeepTheDerivativeByIorWithoutSharpRefraction) {
+  Setting s;
+  for (const auto& [roughness, transmission] :
+       {std::pair{0.05, 0.05}, std::pair{0.05, 0.0}, std::pair{0.6, 1.0}}) {
+    s.x[kRoughness] = roughness;
+    s.x[kTransmission] = transmission;
+    const Film plain = s.film(s.x, {0.5, 0.5}, 4, 1), with = s.with_secants({0.5, 0.5}, 4, 1);
+    const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
+    EXPECT_EQ(plain.slots[slot].mean[20].g, with.slots[slot].mean[20].g) << roughness;
+  }
+}
+
+TEST(Secants, ATexturedRoughnessMayBeSharp) {
+  Setting s;
+  s.x[kRoughness] = 0.9;
+  const SyntheticRenderer renderer{0.5, 0.5};
+  const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
+  const Film plain = s.film(s.x, renderer, 4, 1);
+  EXPECT_EQ(s.with_secants(renderer, 4, 1).slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+  FieldMap map;
+  map.field = s.scene.find("Body", "roughness").field;
+  Scene scene = s.unknowns.scene_with(s.scene, s.x);
+  scene.appearance.materials[0].maps = {map};
+  Film film = plain;
+  take_secants(
+      s.problem, s.coordinates, scene, s.x, Purpose::kGradient, Side::kBoth,
+      [&](const Vector&) { return s.film(s.x, renderer, 4, 2, false); }, film);
+  EXPECT_NE(film.slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+}
+
 TEST(Secants, InstrumentsTakeTheRoughnessToo) {
   const Setting s;
   const SyntheticRenderer renderer{0.5, 0.5};
@@ -105,7 +136,7 @@ TEST_P(SecantSamples, GiveAnUnbiasedGradientOfTheLoss) {
 }
 INSTANTIATE_TEST_SUITE_P(Each, SecantSamples, testing::Values(2, 3, 4, 5));
 
-/// What the step's length costs: a few percent of the slope away from the truth, nothing at it.
+/// What the step's length costs: some percent of the slope away from the truth, nothing at it.
 TEST(Secants, ExpectedGradientIsNearlyTheSlopeOfTheExpectedLoss) {
   const Setting s;
   constexpr double kStep = 1e-4;
@@ -113,7 +144,7 @@ TEST(Secants, ExpectedGradientIsNearlyTheSlopeOfTheExpectedLoss) {
   low[kIor] -= kStep;
   high[kIor] += kStep;
   const double slope = (s.expected_loss(high) - s.expected_loss(low)) / (2 * kStep);
-  EXPECT_NEAR(s.gradient(s.with_secants({0, 0}, 2, 0))[kIor], slope, 0.05 * std::abs(slope));
+  EXPECT_NEAR(s.gradient(s.with_secants({0, 0}, 2, 0))[kIor], slope, 0.1 * std::abs(slope));
   EXPECT_GT(std::abs(slope), 1e-3);
 
   Setting truth;
@@ -133,7 +164,7 @@ TEST(Secants, OneSampleHasNoCovarianceAndStaysFinite) {
 
 TEST(Secants, ASideThatLeavesTheRangeGivesWay) {
   Setting s;
-  s.x[kIor] = 9.5;  // up by 0.2 in log(x - 1) would be beyond 10
+  s.x[kIor] = 9.5;  // up by 0.3 in log(x - 1) would be beyond 10
   const Film film = s.with_secants({0, 0}, 2, 0);
   const Film plain = s.film(s.x, {0, 0}, 2, 0);
   const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
@@ -147,13 +178,15 @@ TEST(Secants, AdamRendersTwoMorePicturesAStep) {
   settings.secants = true;
   settings.iterations = 3;
   settings.validation_interval = 100;
+  std::vector<UnknownParameter> unknowns = synthetic_unknowns();
+  unknowns[1].start = {0.1};  // roughness
   int with_slots = 0, without = 0;
   settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
                           const RenderSettings& render_settings, Progress* progress) {
     ++(layout.slots.empty() ? without : with_slots);
     return SyntheticRenderer()(scene, camera, layout, render_settings, progress);
   };
-  Fit fit(s.scene, {synthetic_capture(s.scene, "Left")}, synthetic_unknowns(), settings);
+  Fit fit(s.scene, {synthetic_capture(s.scene, "Left")}, unknowns, settings);
   while (fit.step()) {
   }
   EXPECT_EQ(with_slots, 3);
