@@ -10,8 +10,9 @@ namespace {
 /// Source of those for instruments: facts sheet "estimators", Q2 (recipe iv).
 constexpr double kStepLog = 0.3, kStepLogExcess = 0.2;
 /// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
-/// Source: `./dev bench estimators`, central 3h/2. Differences by roughness and extinction are no
-/// better than the derivative there.
+/// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are
+/// worse than the derivative there; those by roughness are better where it is low, but the other
+/// parameters would pay for two more renders.
 constexpr double kGradientStepLogExcess = 0.6;
 /// The derivative by IOR is the worse estimate from this ratio of transmission and roughness on.
 /// Source: the same; it orders the measured materials.
