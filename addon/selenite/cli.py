@@ -169,6 +169,10 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
     parser.add_argument(
         "--derivatives", action="store_true", help="add the slopes by each parameter of a row"
     )
+    help_text = "scalars of the evaluation; single: as in renders (%(default)s)"
+    parser.add_argument(
+        "--precision", choices=("single", "double"), default="double", help=help_text
+    )
 
 
 def _add_fit(commands: argparse._SubParsersAction) -> None:

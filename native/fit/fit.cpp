@@ -100,7 +100,8 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
                                                settings_.spp, settings_.accumulate);
   optimiser_name_ = kind.name;
   optimiser_ = kind.make(problem_);
-  if (settings_.secants && kind.few_unknowns) secants_ = std::make_unique<Coordinates>(unknowns_);
+  purpose_ = kind.purpose;
+  if (settings_.secants) secants_ = std::make_unique<Coordinates>(unknowns_);
   const bool few = fields_.empty() && unknowns_.size() <= kFewUnknowns;
   if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns && few)) {
     if (!few)
@@ -173,11 +174,11 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     }
     seen.film = std::move(found.film);
   }
-  if (fields_.empty() || unknowns_.size() > 0)
+  if (fields_.empty() || unknowns_.size() > 0) {
     seen.film = render_slots(scene, camera, settings, progress);
-  // From above and from below in turns: over two iterations the differences are central.
-  const Side side = result_.iterations % 2 == 0 ? Side::kUp : Side::kDown;
-  if (fields_.empty()) add_secants(x, camera, settings, side, seen.film, progress);
+    add_secants(x, fields, camera, settings, purpose_, side_of(purpose_, result_.iterations),
+                seen.film, progress);
+  }
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;

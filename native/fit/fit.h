@@ -109,8 +109,10 @@ class Fit {
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
   RenderAt renderer(Progress* progress);
-  void add_secants(const Vector& x, const Camera& camera, const RenderSettings& settings, Side side,
-                   Film& film, Progress* progress);
+  /// Differences of pictures in place of the derivatives of `film` that they estimate better.
+  void add_secants(const Vector& x, const FieldValues& fields, const Camera& camera,
+                   const RenderSettings& settings, Purpose purpose, Side side, Film& film,
+                   Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if there are fields.
   Observation observe(const Vector& x, const FieldValues& fields, int capture,
                       std::vector<std::vector<double>>& gradients, Progress* progress);
@@ -144,6 +146,7 @@ class Fit {
   Problem problem_;
   std::string optimiser_name_;
   std::unique_ptr<Optimiser> optimiser_;
+  Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
   std::unique_ptr<Coordinates> secants_;        ///< of the steps; none: all derivatives as they are
   std::unique_ptr<Search> search_;              ///< until it is over
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on

@@ -24,7 +24,9 @@ RenderAt Fit::renderer(Progress* progress) {
     const RenderSettings settings = render_settings(photo, spp, seed);
     if (derivatives) {
       Film film = render_slots(scene, camera, settings, progress);
-      add_secants(x, camera, settings, *derivatives, film, progress);
+      // Search and verification take Gauss-Newton steps whatever the iterations do.
+      add_secants(x, field_values_, camera, settings, Purpose::kInstrument, *derivatives, film,
+                  progress);
       return film;
     }
     Film film = settings_.renderer(scene, camera, SlotLayout(), settings, progress);
@@ -33,16 +35,16 @@ RenderAt Fit::renderer(Progress* progress) {
   };
 }
 
-void Fit::add_secants(const Vector& x, const Camera& camera, const RenderSettings& settings,
-                      Side side, Film& film, Progress* progress) {
+void Fit::add_secants(const Vector& x, const FieldValues& fields, const Camera& camera,
+                      const RenderSettings& settings, Purpose purpose, Side side, Film& film,
+                      Progress* progress) {
   if (!secants_) return;
   const auto render = [&](const Vector& at) {
-    Film other =
-        settings_.renderer(scene_at(at, field_values_), camera, SlotLayout(), settings, progress);
+    Film other = settings_.renderer(scene_at(at, fields), camera, SlotLayout(), settings, progress);
     count(other);
     return other;
   };
-  take_secants(problem_, *secants_, x, side, render, film);
+  take_secants(problem_, *secants_, scene_at(x, fields), x, purpose, side, render, film);
 }
 
 bool Fit::search(Progress* progress) {

@@ -50,6 +50,13 @@ class Optimiser {
   virtual void members(SavedState& state) = 0;
 };
 
+/// What an optimiser uses derivative pictures for, on which it depends which estimate of them pays:
+/// see `take_secants`.
+enum class Purpose {
+  kInstrument,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
+  kGradient,    ///< multiplied with the residuals of the same render
+};
+
 /// Up to so many scalars the derivative images of all are kept and the clamps can be searched.
 inline constexpr int kFewUnknowns = 12;
 
@@ -60,6 +67,7 @@ struct OptimiserKind {
   bool needs_all_captures;  ///< cannot step after every camera
   bool least_squares_only;  ///< for losses that are sums of squares
   bool few_unknowns;        ///< made for up to kFewUnknowns
+  Purpose purpose;
   std::unique_ptr<Optimiser> (*make)(const Problem& problem);
 };
 

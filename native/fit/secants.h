@@ -8,23 +8,31 @@
 
 namespace selenite {
 
-/// Which derivatives are taken as differences of two pictures with equal seeds.
-///
-/// Where light is mirrored sharply, the derivatives of a path tracer by roughness and IOR are
-/// nearly all noise: a path that hits the lamp is seldom, and its slope is 1 / alpha. The
-/// difference over a step of fixed length in the optimiser's coordinate has a fraction of that
-/// noise, as the paths are the same and the step is long. It is not quite the derivative, which
-/// an instrument need not be, and a step's length can do without. Source: facts sheet
-/// "estimators", Q1: at roughness 0.05 the noise power of IOR is 1/2000 over 0.05.
+/// Where the other picture of a difference lies.
 enum class Side { kUp, kDown, kBoth };
 
 /// Picture of the capture in question at other values, with the seed of `film`.
 using PictureAt = std::function<Film(const Vector& x)>;
 
-/// Puts the differences in place of the derivative pictures of `film`, a render at x: one more
-/// picture for each of the parameters, two with `Side::kBoth`. A side that leaves the permitted
+/// Side of the differences that an iteration takes.
+Side side_of(Purpose purpose, int iteration);
+
+/// Puts differences of two pictures with equal seeds in place of those derivative pictures of
+/// `film`, a render of `scene`, which is that at x, for which that is the better estimate: one more
+/// picture for each of those parameters, two with `Side::kBoth`. A side that leaves the permitted
 /// range gives way to the other.
-void take_secants(const Problem& problem, const Coordinates& coordinates, const Vector& x,
-                  Side side, const PictureAt& render, Film& film);
+///
+/// Instruments take roughness, IOR and extinction so, gradients the IOR of what refracts sharply.
+///
+/// Where light is mirrored or refracted sharply, the derivatives of a path tracer by roughness and
+/// IOR are nearly all noise: a path that hits the lamp is seldom, and its slope is 1 / alpha. The
+/// difference over a step of fixed length in the optimiser's coordinate has a fraction of that
+/// noise, as the paths are the same and the step is long. It is not quite the derivative, which an
+/// instrument need not be; a gradient that is made of it vanishes where the residuals do.
+/// Sources: facts sheet "estimators", Q1, and `./dev bench estimators` (docs/manual/derivatives.md).
+///
+/// A slot gets `mean`, `half_a` and `covariance`; its `variance` stays that of the derivative.
+void take_secants(const Problem& problem, const Coordinates& coordinates, const Scene& scene,
+                  const Vector& x, Purpose purpose, Side side, const PictureAt& render, Film& film);
 
 }  // namespace selenite

@@ -26,7 +26,8 @@ struct FitSettings {
   bool accumulate = true;       ///< one step for all cameras; false: one after each camera
   int validation_interval = 5;  ///< iterations between validation renders
   int validation_spp = 0;       ///< 0: four times spp, at least 16
-  bool secants = true;          ///< see `take_secants`; with Gauss-Newton only
+  /// Differences of pictures in place of some derivatives: see `take_secants` for which.
+  bool secants = true;
   /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton).
   std::string search = "auto";
   /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.

@@ -14,26 +14,28 @@ namespace {
 /// Parameters differentiated at once. More would make every operation wider, fewer the common part
 /// run more often.
 constexpr int kSlots = 8;
-using Slopes = Dual<double, kSlots>;
+template <class S>
+using Slopes = Dual<S, kSlots>;
 /// Directions are read from text of a few digits.
 constexpr double kUnitTolerance = 1e-3;
 /// Blender's sockets do not limit a colour; the lobes clamp where those of Cycles do.
 constexpr double kBrightest = 1e6;
 
-template <class T>
-Color<T> value(const Principled<T>& material, const Flavour& flavour, const Vec3d& wi,
-               const Vec3d& wo) {
+template <class T, class S = scalar_t<T>>
+Color<T> value(const Principled<T>& material, const Flavour& flavour, const Vec3<S>& wi,
+               const Vec3<S>& wo) {
   const bool behind = wi.z < 0;
-  const Vec3d normal{0, 0, behind ? -1. : 1.};
-  const SurfacePoint<double> point{normal, normal, normalize(wi), behind};
+  const Vec3<S> normal{0, 0, behind ? S(-1) : S(1)};
+  const SurfacePoint<S> point{normal, normal, normalize(wi), behind};
   return PrincipledBsdf<T>(material, flavour, point).value(normalize(wo));
 }
 
 /// A material and two directions, addressed by column.
 template <class T>
 struct Line {
+  using S = scalar_t<T>;
   Principled<T> material;
-  Vec3d direction[2]{{0, 0, 1}, {0, 0, 1}};
+  Vec3<S> direction[2]{{0, 0, 1}, {0, 0, 1}};
 
   Line() {
     Principled<T>::fields(material, [&](const Parameter&, auto& member) {
@@ -59,15 +61,15 @@ struct Line {
   void read(const std::vector<ProbeColumn>& columns, const double* numbers) {
     for (std::size_t k = 0; k < columns.size(); ++k) {
       if (columns[k].parameter) {
-        const T socket(static_cast<double>(static_cast<float>(numbers[k])));
+        const T socket(static_cast<S>(static_cast<float>(numbers[k])));
         each(columns[k], [&](T& scalar) { scalar = socket; });
       } else {
-        Vec3d& v = direction[columns[k].field];
-        double* const axis[] = {&v.x, &v.y, &v.z};
-        *axis[columns[k].channel] = numbers[k];
+        Vec3<S>& v = direction[columns[k].field];
+        S* const axis[] = {&v.x, &v.y, &v.z};
+        *axis[columns[k].channel] = static_cast<S>(numbers[k]);
       }
     }
-    for (const Vec3d& v : direction)
+    for (const Vec3<S>& v : direction)
       if (!(std::abs(length(v) - 1) <= kUnitTolerance))
         throw InvalidArgument("Probes: a direction has the length " + std::to_string(length(v)) +
                               ", not 1");
@@ -146,9 +148,10 @@ void ProbeTable::check(const double* numbers, std::size_t line) const {
                             std::to_string(columns_[k].upper) + "]");
 }
 
-void ProbeTable::evaluate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
-                          double* f_cos) const {
-  Line<double> line;
+template <class S>
+void ProbeTable::evaluate_in(const double* numbers, const std::uint8_t* multi_ggx,
+                             std::size_t lines, double* f_cos) const {
+  Line<S> line;
   for (std::size_t i = 0; i < lines; ++i, numbers += columns_.size(), f_cos += 3) {
     check(numbers, i);
     line.read(columns_, numbers);
@@ -158,19 +161,20 @@ void ProbeTable::evaluate(const double* numbers, const std::uint8_t* multi_ggx, 
   }
 }
 
-void ProbeTable::differentiate(const double* numbers, const std::uint8_t* multi_ggx,
-                               std::size_t lines, double* slopes) const {
+template <class S>
+void ProbeTable::differentiate_in(const double* numbers, const std::uint8_t* multi_ggx,
+                                  std::size_t lines, double* slopes) const {
   std::vector<const ProbeColumn*> parameters;
   for (const ProbeColumn& column : columns_)
     if (column.parameter) parameters.push_back(&column);
-  Line<Slopes> line;
+  Line<Slopes<S>> line;
   for (std::size_t i = 0; i < lines; ++i, numbers += columns_.size()) {
     check(numbers, i);
     for (std::size_t first = 0; first < parameters.size(); first += kSlots) {
       const std::size_t count = std::min<std::size_t>(kSlots, parameters.size() - first);
       line.read(columns_, numbers);
       for (std::size_t k = 0; k < count; ++k)
-        line.each(*parameters[first + k], [&](Slopes& scalar) { scalar.d[k] = 1; });
+        line.each(*parameters[first + k], [&](Slopes<S>& scalar) { scalar.d[k] = 1; });
       const auto f =
           value(line.material, flavour(multi_ggx[i]), line.direction[0], line.direction[1]);
       for (int c = 0; c < 3; ++c)
@@ -178,6 +182,19 @@ void ProbeTable::differentiate(const double* numbers, const std::uint8_t* multi_
           slopes[(3 * i + c) * parameters_ + first + k] = f[c].d[k];
     }
   }
+}
+
+void ProbeTable::evaluate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
+                          double* f_cos, Precision precision) const {
+  if (precision == Precision::kSingle) return evaluate_in<float>(numbers, multi_ggx, lines, f_cos);
+  evaluate_in<double>(numbers, multi_ggx, lines, f_cos);
+}
+
+void ProbeTable::differentiate(const double* numbers, const std::uint8_t* multi_ggx,
+                               std::size_t lines, double* slopes, Precision precision) const {
+  if (precision == Precision::kSingle)
+    return differentiate_in<float>(numbers, multi_ggx, lines, slopes);
+  differentiate_in<double>(numbers, multi_ggx, lines, slopes);
 }
 
 }  // namespace selenite

@@ -37,6 +37,9 @@ struct ProbeColumn {
 /// scattering are left out: the values, of two directions, do not hold them.
 std::vector<ProbeColumn> probe_columns(Flavour::Version version);
 
+/// Scalars that the model is evaluated with: 32 bits as in the path tracer, or 64.
+enum class Precision { kSingle, kDouble };
+
 /// Many lines with the same columns.
 class ProbeTable {
  public:
@@ -51,12 +54,18 @@ class ProbeTable {
   /// the distribution, not 0 for Multiscatter GGX. Parameters are rounded to 32 bits first, as
   /// Blender's sockets hold them. Throws InvalidArgument for a number that is out of range.
   void evaluate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
-                double* f_cos) const;
+                double* f_cos, Precision precision = Precision::kDouble) const;
   /// Their derivatives by each parameter column, (lines, 3, parameters).
   void differentiate(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
-                     double* slopes) const;
+                     double* slopes, Precision precision = Precision::kDouble) const;
 
  private:
+  template <class S>
+  void evaluate_in(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
+                   double* f_cos) const;
+  template <class S>
+  void differentiate_in(const double* numbers, const std::uint8_t* multi_ggx, std::size_t lines,
+                        double* slopes) const;
   Flavour flavour(std::uint8_t multi_ggx) const;
   void check(const double* numbers, std::size_t line) const;
 

@@ -307,7 +307,8 @@ Args:
         validation_interval 5, validation_spp 0 (four times spp, at least 16), search and
         verification "auto" (with Gauss-Newton; with up to 12 unknowns; or "on", "off"),
         verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
-        of pictures for roughness, IOR and extinction).
+        of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
+        extinction too).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
       .def(py::init(&make_fit), "scene"_a, "captures"_a, "unknowns"_a, "settings"_a = py::dict())

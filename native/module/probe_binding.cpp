@@ -17,6 +17,12 @@ Flavour::Version version_of(const std::string& name) {
   throw InvalidArgument("Probes: version '" + name + "' is neither v1 nor v2");
 }
 
+Precision precision_of(const std::string& name) {
+  if (name == "single") return Precision::kSingle;
+  if (name == "double") return Precision::kDouble;
+  throw InvalidArgument("Probes: precision '" + name + "' is neither single nor double");
+}
+
 py::list columns(const std::string& version) {
   py::list out;
   for (const ProbeColumn& c : probe_columns(version_of(version)))
@@ -27,7 +33,7 @@ py::list columns(const std::string& version) {
 
 py::array_t<double> evaluate(const std::string& version, const std::vector<std::string>& columns,
                              const Array<double>& numbers, const Array<bool>& multi_ggx,
-                             bool derivatives) {
+                             const std::string& precision, bool derivatives) {
   const ProbeTable table(version_of(version), columns);
   const auto width = static_cast<py::ssize_t>(columns.size());
   require_shape(numbers, "Probes: numbers", {-1, width});
@@ -37,11 +43,12 @@ py::array_t<double> evaluate(const std::string& version, const std::vector<std::
   if (derivatives) shape.push_back(static_cast<py::ssize_t>(table.parameters()));
   py::array_t<double> out(shape);
   const std::vector<std::uint8_t> distributions(multi_ggx.data(), multi_ggx.data() + lines);
+  const Precision scalars = precision_of(precision);
   const auto run = derivatives ? &ProbeTable::differentiate : &ProbeTable::evaluate;
   const double* from = numbers.data();
   double* to = out.mutable_data();
   const py::gil_scoped_release release;
-  (table.*run)(from, distributions.data(), static_cast<std::size_t>(lines), to);
+  (table.*run)(from, distributions.data(), static_cast<std::size_t>(lines), to, scalars);
   return out;
 }
 
@@ -59,10 +66,10 @@ Returns:
   m.def(
       "probe",
       [](const std::string& version, const std::vector<std::string>& columns,
-         const Array<double>& numbers, const Array<bool>& multi_ggx) {
-        return evaluate(version, columns, numbers, multi_ggx, false);
+         const Array<double>& numbers, const Array<bool>& multi_ggx, const std::string& precision) {
+        return evaluate(version, columns, numbers, multi_ggx, precision, false);
       },
-      "version"_a, "columns"_a, "numbers"_a, "multi_ggx"_a,
+      "version"_a, "columns"_a, "numbers"_a, "multi_ggx"_a, py::kw_only(), "precision"_a = "double",
       R"(Values of the Principled BSDF times the cosine of the light, 1/sr.
 
 Args:
@@ -71,6 +78,7 @@ Args:
     numbers: (n, k) parameters (rounded to 32 bits here) and unit directions wi (to the viewer) and
         wo (to the light), both in the frame whose z is the outside normal.
     multi_ggx: (n,) the distribution is Multiscatter GGX, not GGX.
+    precision: scalars of the evaluation, "double", or "single" as in the path tracer.
 Returns:
     (n, 3) f |cos wo|, linear Rec. 709.
 Raises:
@@ -79,10 +87,10 @@ Raises:
   m.def(
       "probe_slopes",
       [](const std::string& version, const std::vector<std::string>& columns,
-         const Array<double>& numbers, const Array<bool>& multi_ggx) {
-        return evaluate(version, columns, numbers, multi_ggx, true);
+         const Array<double>& numbers, const Array<bool>& multi_ggx, const std::string& precision) {
+        return evaluate(version, columns, numbers, multi_ggx, precision, true);
       },
-      "version"_a, "columns"_a, "numbers"_a, "multi_ggx"_a,
+      "version"_a, "columns"_a, "numbers"_a, "multi_ggx"_a, py::kw_only(), "precision"_a = "double",
       R"(Derivatives of what probe() returns, by each parameter among `columns`, in their order.
 
 Returns:

@@ -92,6 +92,19 @@ def test_slopes_are_those_of_the_values(version: str, tmp_path: Path) -> None:
             assert slope == pytest.approx((high - low) / (2 * step), rel=1e-4, abs=1e-6), name
 
 
+def test_32_bits_differ_by_their_rounding_only(tmp_path: Path) -> None:
+    table = write(tmp_path / "in.csv", [default_row("v2")])
+    found = {}
+    for precision in ("single", "double"):
+        assert probe(table, "--derivatives", "--precision", precision)[0] == 0
+        (found[precision],) = read(tmp_path / "out.csv")
+    names = [name for name in found["double"] if "f_cos_" in name]
+    assert any(found["single"][name] != found["double"][name] for name in names)
+    for name in names:
+        double = float(found["double"][name])
+        assert float(found["single"][name]) == pytest.approx(double, rel=1e-4, abs=1e-6), name
+
+
 def test_its_own_output_is_a_table(tmp_path: Path) -> None:
     table = write(tmp_path / "in.csv", [default_row("v2")])
     _, out = probe(table, "--derivatives")

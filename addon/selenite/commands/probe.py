@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         reader = TableReader(source, file)
         try:
             with partial.open("w", encoding="utf-8", newline="") as to:
-                layout, rows = _evaluate(reader, to, args.derivatives)
+                layout, rows = _evaluate(reader, to, args.derivatives, args.precision)
             if layout is None or reader.problems:
                 raise BadInput(reader.problems)
             partial.replace(out)
@@ -56,6 +56,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "rows": rows,
         "columns": _header(layout, args.derivatives),
         "derivatives": args.derivatives,
+        "precision": args.precision,
         "seconds": seconds,
     }
 
@@ -66,7 +67,9 @@ def _header(layout: Layout, derivatives: bool) -> list[str]:
     return [*kept, *VALUES, *(slopes if derivatives else ())]
 
 
-def _evaluate(reader: TableReader, to: TextIO, derivatives: bool) -> tuple[Layout | None, int]:
+def _evaluate(
+    reader: TableReader, to: TextIO, derivatives: bool, precision: str
+) -> tuple[Layout | None, int]:
     """Writes the parts as they are read; their layout, and how many rows there were."""
     writer = csv.writer(to, lineterminator="\n")
     layout, rows = None, 0
@@ -74,7 +77,7 @@ def _evaluate(reader: TableReader, to: TextIO, derivatives: bool) -> tuple[Layou
         if not rows:
             writer.writerow(_header(layout, derivatives))
         rows += len(part.cells)
-        results = _results(layout, part, derivatives)
+        results = _results(layout, part, derivatives, precision)
         writer.writerows(
             [*(row[place] for place in layout.kept), *numbers]
             for row, numbers in zip(part.cells, results, strict=True)
@@ -82,12 +85,12 @@ def _evaluate(reader: TableReader, to: TextIO, derivatives: bool) -> tuple[Layou
     return layout, rows
 
 
-def _results(layout: Layout, part: Part, derivatives: bool) -> list[list[float]]:
+def _results(layout: Layout, part: Part, derivatives: bool, precision: str) -> list[list[float]]:
     core = native.core()
     given = (layout.version, layout.names, part.numbers, part.multi_ggx)
-    results = core.probe(*given)
+    results = core.probe(*given, precision=precision)
     if derivatives:
-        slopes = core.probe_slopes(*given)
+        slopes = core.probe_slopes(*given, precision=precision)
         results = np.concatenate([results, slopes.reshape(len(results), -1)], axis=1)
     rows: list[list[float]] = results.tolist()
     return rows

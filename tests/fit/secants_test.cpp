@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/secants.h"
+
+#include <gtest/gtest.h>
+
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+constexpr Eigen::Index kRoughness = 3, kTransmission = 4, kIor = 5;
+
+/// Away from the truth, so that residuals do not vanish.
+struct Setting {
+  Scene scene = synthetic_scene();
+  Unknowns unknowns{scene, synthetic_unknowns()};
+  SlotLayout layout{scene, unknowns.parameters()};
+  std::vector<Capture> captures{synthetic_capture(scene, "Left")};
+  Vector x{{0.25, 0.3, 0.5, 0.25, 0.7, 1.35}};
+  const Loss& loss = find_loss("dual-buffer");
+  Problem problem{unknowns, layout, captures, loss, 10};
+  Coordinates coordinates{unknowns};
+
+  Setting() { check_captures(scene, captures); }
+
+  Film film(const Vector& at, const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
+            bool slots = true) const {
+    RenderSettings settings;
+    settings.width = settings.height = kSyntheticSize;
+    settings.spp = spp;
+    settings.seed = seed;
+    const Scene now = unknowns.scene_with(scene, at);
+    return renderer(now, now.cameras[0], slots ? layout : SlotLayout(), settings, nullptr);
+  }
+  Film with_secants(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
+                    Purpose purpose = Purpose::kGradient, Side side = Side::kBoth) const {
+    Film result = film(x, renderer, spp, seed);
+    take_secants(
+        problem, coordinates, unknowns.scene_with(scene, x), x, purpose, side,
+        [&](const Vector& at) { return film(at, renderer, spp, seed, false); }, result);
+    return result;
+  }
+  Vector gradient(const Film& of) const {
+    return loss_gradient(layout, of, loss.evaluate(of, captures[0]));
+  }
+  double expected_loss(const Vector& at) const {
+    return loss.evaluate(film(at, {0, 0}, 2, 0), captures[0]).value;
+  }
+};
+
+/// Of a sample of numbers, against what they should be on average.
+struct Mean {
+  double sum = 0, square = 0;
+  int n = 0;
+  void add(double x) {
+    sum += x;
+    square += x * x;
+    ++n;
+  }
+  double z(double truth) const {
+    const double mean = sum / n;
+    return (mean - truth) / std::sqrt((square / n - mean * mean) / (n - 1));
+  }
+};
+
+TEST(Secants, GradientsTakeTheIorOnly) {
+  const Setting s;
+  const SyntheticRenderer renderer{0.5, 0.5};
+  const Film plain = s.film(s.x, renderer, 4, 1), with = s.with_secants(renderer, 4, 1);
+  for (Eigen::Index k = 0; k < s.x.size(); ++k) {
+    const auto slot = static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(k)].slot);
+    const bool same = plain.slots[slot].mean[20].g == with.slots[slot].mean[20].g;
+    EXPECT_EQ(same, k != kIor) << k;
+  }
+}
+
+/// The derivative is the better estimate where little is refracted, or widely.
+TEST(Secants, GradientsKeepTheDerivativeByIorWithoutSharpRefraction) {
+  Setting s;
+  for (const auto& [roughness, transmission] :
+       {std::pair{0.05, 0.05}, std::pair{0.05, 0.0}, std::pair{0.6, 1.0}}) {
+    s.x[kRoughness] = roughness;
+    s.x[kTransmission] = transmission;
+    const Film plain = s.film(s.x, {0.5, 0.5}, 4, 1), with = s.with_secants({0.5, 0.5}, 4, 1);
+    const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
+    EXPECT_EQ(plain.slots[slot].mean[20].g, with.slots[slot].mean[20].g) << roughness;
+  }
+}
+
+TEST(Secants, ATexturedRoughnessMayBeSharp) {
+  Setting s;
+  s.x[kRoughness] = 0.9;
+  const SyntheticRenderer renderer{0.5, 0.5};
+  const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
+  const Film plain = s.film(s.x, renderer, 4, 1);
+  EXPECT_EQ(s.with_secants(renderer, 4, 1).slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+  FieldMap map;
+  map.field = s.scene.find("Body", "roughness").field;
+  Scene scene = s.unknowns.scene_with(s.scene, s.x);
+  scene.appearance.materials[0].maps = {map};
+  Film film = plain;
+  take_secants(
+      s.problem, s.coordinates, scene, s.x, Purpose::kGradient, Side::kBoth,
+      [&](const Vector&) { return s.film(s.x, renderer, 4, 2, false); }, film);
+  EXPECT_NE(film.slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+}
+
+TEST(Secants, InstrumentsTakeTheRoughnessToo) {
+  const Setting s;
+  const SyntheticRenderer renderer{0.5, 0.5};
+  const Film plain = s.film(s.x, renderer, 4, 1);
+  const Film with = s.with_secants(renderer, 4, 1, Purpose::kInstrument, Side::kUp);
+  for (const Eigen::Index k : {kRoughness, kTransmission, kIor}) {
+    const auto slot = static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(k)].slot);
+    const bool same = plain.slots[slot].mean[20].g == with.slots[slot].mean[20].g;
+    EXPECT_EQ(same, k == kTransmission) << k;
+  }
+}
+
+/// The expectation of the gradient is the one of pictures without noise, whatever the samples.
+/// |z| < 4: false alarm 6e-5 for each number of samples; seeds are fixed.
+class SecantSamples : public testing::TestWithParam<int> {};
+TEST_P(SecantSamples, GiveAnUnbiasedGradientOfTheLoss) {
+  const Setting s;
+  const SyntheticRenderer renderer{0.5, 0.5};
+  const double expected = s.gradient(s.with_secants({0, 0}, 2, 0))[kIor];
+  Mean unbiased, without_covariance;
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    Film film = s.with_secants(renderer, GetParam(), 100 + seed);
+    unbiased.add(s.gradient(film)[kIor]);
+    for (SlotFilm& slot : film.slots) slot.covariance.assign(film.size(), Colorf(0.f));
+    without_covariance.add(s.gradient(film)[kIor]);
+  }
+  EXPECT_LT(std::abs(unbiased.z(expected)), 4);
+  EXPECT_GT(std::abs(without_covariance.z(expected)), 8) << "the test could not have failed";
+}
+INSTANTIATE_TEST_SUITE_P(Each, SecantSamples, testing::Values(2, 3, 4, 5));
+
+/// What the step's length costs: some percent of the slope away from the truth, nothing at it.
+TEST(Secants, ExpectedGradientIsNearlyTheSlopeOfTheExpectedLoss) {
+  const Setting s;
+  constexpr double kStep = 1e-4;
+  Vector low = s.x, high = s.x;
+  low[kIor] -= kStep;
+  high[kIor] += kStep;
+  const double slope = (s.expected_loss(high) - s.expected_loss(low)) / (2 * kStep);
+  EXPECT_NEAR(s.gradient(s.with_secants({0, 0}, 2, 0))[kIor], slope, 0.1 * std::abs(slope));
+  EXPECT_GT(std::abs(slope), 1e-3);
+
+  Setting truth;
+  truth.x = synthetic_truth();
+  EXPECT_NEAR(truth.gradient(truth.with_secants({0, 0}, 2, 0))[kIor], 0, 1e-9);
+}
+
+TEST(Secants, OneSampleHasNoCovarianceAndStaysFinite) {
+  const Setting s;
+  const Film film = s.with_secants({0.5, 0.5}, 1, 3);
+  const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
+  for (std::size_t i = 0; i < film.size(); ++i) {
+    EXPECT_EQ(film.slots[slot].covariance[i].r, 0.f);
+    EXPECT_TRUE(std::isfinite(film.slots[slot].mean[i].r));
+  }
+}
+
+TEST(Secants, ASideThatLeavesTheRangeGivesWay) {
+  Setting s;
+  s.x[kIor] = 9.5;  // up by 0.3 in log(x - 1) would be beyond 10
+  const Film film = s.with_secants({0, 0}, 2, 0);
+  const Film plain = s.film(s.x, {0, 0}, 2, 0);
+  const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
+  EXPECT_NE(film.slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+  EXPECT_NEAR(film.slots[slot].mean[20].g / plain.slots[slot].mean[20].g, 1, 0.3);
+}
+
+TEST(Secants, AdamRendersTwoMorePicturesAStep) {
+  const Setting s;
+  FitSettings settings = synthetic_settings();
+  settings.secants = true;
+  settings.iterations = 3;
+  settings.validation_interval = 100;
+  std::vector<UnknownParameter> unknowns = synthetic_unknowns();
+  unknowns[1].start = {0.1};  // roughness
+  int with_slots = 0, without = 0;
+  settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
+                          const RenderSettings& render_settings, Progress* progress) {
+    ++(layout.slots.empty() ? without : with_slots);
+    return SyntheticRenderer()(scene, camera, layout, render_settings, progress);
+  };
+  Fit fit(s.scene, {synthetic_capture(s.scene, "Left")}, unknowns, settings);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(with_slots, 3);
+  EXPECT_EQ(without, 3 * 2 + 2) << "and the validations at both ends";
+}
+
+}  // namespace
+}  // namespace selenite
