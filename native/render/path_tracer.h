@@ -25,8 +25,8 @@ class PathTracer {
 
   /// One sample of the radiance that arrives along a camera ray.
   Radiance<L> trace(Ray ray, Random& random) {
-    Radiance<L> radiance(p_.slots);
-    Throughput<L> beta(p_.slots);
+    Radiance<L> radiance(p_.slot_room);
+    Throughput<L> beta(p_.slot_room);
     Path path{.ray = ray};
     MediaStack<L> media(p_);
     if (p_.any_medium) {

@@ -23,8 +23,8 @@ struct PreparedMaterial {
   /// evaluated without derivatives.
   bool plain = false;
   Principled<float> plain_values;
-  int count = 0;              ///< local slots in use
-  std::array<int, L> slot{};  ///< local slot -> slot of the layout
+  int first = 0;  ///< slot of the layout that its first local slot is; the others follow
+  int count = 0;  ///< local slots in use
   /// There is a medium behind the surface: what it scatters, and the rates at which free paths in it
   /// are drawn.
   bool has_medium = false;
@@ -67,9 +67,11 @@ struct PreparedMaterial {
   }
   template <class X>
   Factor<L> factor(const Color<X>& c) const {
-    Factor<L> f{value_of(c)};
-    if constexpr (L > 0 && std::is_same_v<X, PathScalar<L>>)
-      for (int k = 0; k < count; ++k) f.add_slope(slot[k], {c.r.d[k], c.g.d[k], c.b.d[k]});
+    Factor<L> f{value_of(c), first, 0};
+    if constexpr (L > 0 && std::is_same_v<X, PathScalar<L>>) {
+      f.count = count;
+      for (int i = 0; i < 3; ++i) std::copy(c[i].d.begin(), c[i].d.end(), f.slope[i].begin());
+    }
     return f;
   }
 
@@ -92,6 +94,7 @@ class Prepared {
   PreparedMaterial<L>
       exit;  ///< white and Lambertian: where light leaves after subsurface scattering
   int slots;
+  int slot_room = 0;  ///< that many with what is added behind the last one
   /// How much a derivative counts beside the value when Russian roulette decides. Measured: a tenth
   /// gives the least variance times time; more keeps paths for derivatives that few of them feel.
   SlotScales roulette_scales{};
@@ -154,17 +157,19 @@ class Prepared {
 
  private:
   struct OwnerSlots {
-    int intensity = -1, color = -1;  ///< slot of power or strength; of the colour
+    int first = 0, count = 0;
+    int intensity = -1, color = -1;  ///< power or strength; the colour: counted from `first`
   };
   static Factor<L> product(const Color<double>& color, double intensity, const Colorf& shape,
                            const OwnerSlots& slots) {
     const Colorf c(color);
     const auto i = static_cast<float>(intensity);
-    Factor<L> f{c * shape * i};
-    if (slots.intensity >= 0) f.add_slope(slots.intensity, c * shape);
-    if (slots.color >= 0) f.add_slope(slots.color, shape * i);
+    Factor<L> f{c * shape * i, slots.first, slots.count};
+    if (slots.intensity >= 0) f.set_slope(slots.intensity, c * shape);
+    if (slots.color >= 0) f.set_slope(slots.color, shape * i);
     return f;
   }
+  void prepare_slots(const SlotLayout& layout);
   void prepare_roulette(const SlotLayout& layout);
   void prepare_materials(const SlotLayout& layout, std::span<const GridRef> fields);
   void prepare_inside(int material);
