@@ -24,7 +24,7 @@ class PathTracer {
   PathTracer(const Prepared<L>& prepared, int depth) : p_(prepared), depth_(depth) {}
 
   /// One sample of the radiance that arrives along a camera ray.
-  Radiance<L> trace(Ray ray, Random& random) {
+  Radiance<L> trace(const Ray& ray, Random& random) {
     Radiance<L> radiance(p_.slot_room);
     Throughput<L> beta(p_.slot_room);
     Path path{.ray = ray};
