@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -57,13 +58,14 @@ struct PreparedMaterial {
     return density_grid ? rate * std::max(density_grid->at(p).r, least_density) : rate;
   }
 
+  /// A place for the values of one hit, left empty where they are constant.
+  using Room = std::optional<Principled<PathScalar<L>>>;
   /// The values at a hit: the constants, or `room` filled from textures and vertex colours.
-  const Principled<PathScalar<L>>& at(const Geometry& geometry, const Hit& hit,
-                                      Principled<PathScalar<L>>& room) const {
+  const Principled<PathScalar<L>>& at(const Geometry& geometry, const Hit& hit, Room& room) const {
     if (maps->empty()) return values;
-    room = values;
-    for (const FieldMap& map : *maps) apply(map, geometry, hit, room);
-    return room;
+    room.emplace(values);
+    for (const FieldMap& map : *maps) apply(map, geometry, hit, *room);
+    return *room;
   }
   template <class X>
   Factor<L> factor(const Color<X>& c) const {
