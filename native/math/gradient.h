@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <array>
 #include <bit>
-#include <cstdint>
 
 namespace selenite {
 
@@ -95,7 +93,8 @@ struct Gradient<float, N> {
   friend bool any(const Gradient& a) {
     FourInts found = a.d[0] != 0;
     for (int i = 1; i < kFours; ++i) found |= a.d[i] != 0;
-    const auto halves = std::bit_cast<std::array<std::uint64_t, 2>>(found);
+    using Halves = long long __attribute__((vector_size(16)));
+    const auto halves = std::bit_cast<Halves>(found);
     return (halves[0] | halves[1]) != 0;
   }
 };

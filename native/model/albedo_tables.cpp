@@ -2,6 +2,9 @@
 #include "model/albedo_tables.h"
 
 #include <algorithm>
+#include <atomic>
+#include <thread>
+#include <vector>
 
 #include "model/albedo_view.h"
 #include "model/fresnel.h"
@@ -37,38 +40,56 @@ void over_hemisphere(const Point& point) {
   }
 }
 
+/// Calls work(0) ... work(count - 1), in any order, from all cores.
+template <class Work>
+void on_all_cores(int count, const Work& work) {
+  std::atomic<int> next{0};
+  const auto run = [&] {
+    for (int i = next++; i < count; i = next++) work(i);
+  };
+  std::vector<std::jthread> others;
+  const int cores = static_cast<int>(std::thread::hardware_concurrency());
+  for (int i = 1; i < std::min(cores, count); ++i) others.emplace_back(run);
+  run();
+}
+
 }  // namespace
 
 AlbedoTables::AlbedoTables() {
-  for (int i = 0; i < kFine; ++i) {
-    const double roughness = node(i, kFine);
-    // At the least roughness the lobe is a mirror: nothing is lost.
-    mirror_[i].fill(1);
-    mirror_mean_[i] = 1;
-    if (i == 0) continue;
-    for (int j = 0; j < kFine; ++j)
-      mirror_[i][j] = static_cast<float>(AlbedoView(roughness, node(j, kFine)).mirror());
-    double mean = 0;
-    over_hemisphere([&](double c, double w) { mean += w * AlbedoView(roughness, c).mirror(); });
-    mirror_mean_[i] = static_cast<float>(mean);
-  }
-  for (int i = 0; i < kCoarse; ++i) {
-    for (int j = 0; j < kCoarse; ++j) fill_glass(i, j);
-    for (int k = 0; k < kCoarse; ++k) glass_mean_[0][i][k] = glass_mean_[1][i][k] = 1;
-    if (i == 0) continue;
-    std::array<std::array<double, kCoarse>, 2> mean{};
-    over_hemisphere([&](double c, double w) {
-      const AlbedoView view(node(i, kCoarse), c);
-      for (int k = 0; k < kCoarse; ++k) {
-        const double n = index_of_refraction(k, kCoarse);
-        mean[0][k] += k ? w * view.glass(n) : w;
-        mean[1][k] += k ? w * view.glass(1 / n) : w;
-      }
-    });
-    for (int k = 0; k < kCoarse; ++k)
-      for (int side = 0; side < 2; ++side)
-        glass_mean_[side][i][k] = static_cast<float>(mean[side][k]);
-  }
+  // The rows with the most work come first.
+  on_all_cores(kCoarse + kFine,
+               [this](int row) { row < kCoarse ? fill_coarse(row) : fill_fine(row - kCoarse); });
+}
+
+void AlbedoTables::fill_fine(int i) {
+  const double roughness = node(i, kFine);
+  // At the least roughness the lobe is a mirror: nothing is lost.
+  mirror_[i].fill(1);
+  mirror_mean_[i] = 1;
+  if (i == 0) return;
+  for (int j = 0; j < kFine; ++j)
+    mirror_[i][j] = static_cast<float>(AlbedoView(roughness, node(j, kFine)).mirror());
+  double mean = 0;
+  over_hemisphere([&](double c, double w) { mean += w * AlbedoView(roughness, c).mirror(); });
+  mirror_mean_[i] = static_cast<float>(mean);
+}
+
+void AlbedoTables::fill_coarse(int i) {
+  for (int j = 0; j < kCoarse; ++j) fill_glass(i, j);
+  for (int k = 0; k < kCoarse; ++k) glass_mean_[0][i][k] = glass_mean_[1][i][k] = 1;
+  if (i == 0) return;
+  std::array<std::array<double, kCoarse>, 2> mean{};
+  over_hemisphere([&](double c, double w) {
+    const AlbedoView view(node(i, kCoarse), c);
+    for (int k = 0; k < kCoarse; ++k) {
+      const double n = index_of_refraction(k, kCoarse);
+      mean[0][k] += k ? w * view.glass(n) : w;
+      mean[1][k] += k ? w * view.glass(1 / n) : w;
+    }
+  });
+  for (int k = 0; k < kCoarse; ++k)
+    for (int side = 0; side < 2; ++side)
+      glass_mean_[side][i][k] = static_cast<float>(mean[side][k]);
 }
 
 /// The entries of one roughness and one cosine.

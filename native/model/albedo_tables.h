@@ -66,6 +66,8 @@ class AlbedoTables {
 
  private:
   AlbedoTables();
+  void fill_fine(int i);
+  void fill_coarse(int i);
   void fill_glass(int i, int j);
 
   template <int N>

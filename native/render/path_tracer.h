@@ -24,9 +24,9 @@ class PathTracer {
   PathTracer(const Prepared<L>& prepared, int depth) : p_(prepared), depth_(depth) {}
 
   /// One sample of the radiance that arrives along a camera ray.
-  Radiance<L> trace(Ray ray, Random& random) {
-    Radiance<L> radiance(p_.slots);
-    Throughput<L> beta(p_.slots);
+  Radiance<L> trace(const Ray& ray, Random& random) {
+    Radiance<L> radiance(p_.slot_room);
+    Throughput<L> beta(p_.slot_room);
     Path path{.ray = ray};
     MediaStack<L> media(p_);
     if (p_.any_medium) {
@@ -99,7 +99,7 @@ class PathTracer {
           return radiance;
         continue;
       }
-      Principled<Scalar> room;
+      typename PreparedMaterial<L>::Room room;
       const Principled<Scalar>& values = material.at(p_.geometry, *hit, room);
       const PrincipledBsdf<Scalar> bsdf(values, material.flavour,
                                         point(surface, -path.ray.direction, path.after_diffuse));
@@ -274,7 +274,7 @@ class PathTracer {
       if (!material.transparent) return false;
       media.attenuate(ray, hit->t, random, kShadow + i, beta);
       media.cross(*hit, s, direction);
-      Principled<Scalar> room;
+      typename PreparedMaterial<L>::Room room;
       const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
                                         point(s, -direction));
       beta.multiply(material.factor(bsdf.transparency()));
@@ -368,7 +368,7 @@ class PathTracer {
         const PreparedMaterial<L>& source = p_.materials[t.material];
         density = p_.mesh_density(source, target, d, false);
         heuristic = p_.mesh_density(source, target, d, scatterer.refracts(direction));
-        Principled<Scalar> room;
+        typename PreparedMaterial<L>::Room room;
         const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));
         emitted = source.factor(there.emission());

@@ -122,18 +122,28 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
       geometry(*s.geometry),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
       lamp_slots_(s.appearance.lights.size()) {
-  for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
-    const ParameterRef& ref = layout.slots[i].parameter;
-    if (ref.kind == OwnerKind::kMaterial) continue;
-    OwnerSlots& owner = ref.kind == OwnerKind::kLight ? lamp_slots_[ref.owner] : world_slots_;
-    (layout.slots[i].component < 0 ? owner.color : owner.intensity) = i;
-  }
+  prepare_slots(layout);
   prepare_roulette(layout);
   prepare_materials(layout, fields);
   prepare_emitters();
   prepare_choice();
   if (any_medium) prepare_seals();
   if (L > 0) prepare_plain();
+}
+
+template <int L>
+void Prepared<L>::prepare_slots(const SlotLayout& layout) {
+  slot_room = slots;
+  int first = 0;  // slot of this owner
+  for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
+    const ParameterRef& ref = layout.slots[i].parameter;
+    if (!ref.same_owner(layout.slots[first].parameter)) first = i;
+    if ((i - first) % kSlotStep == 0) slot_room = std::max(slot_room, i + kSlotStep);
+    if (ref.kind == OwnerKind::kMaterial) continue;
+    OwnerSlots& owner = ref.kind == OwnerKind::kLight ? lamp_slots_[ref.owner] : world_slots_;
+    owner.first = first;
+    (layout.slots[i].component < 0 ? owner.color : owner.intensity) = owner.count++;
+  }
 }
 
 template <int L>
@@ -169,7 +179,7 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const Gr
       for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
         const ParameterRef& ref = layout.slots[i].parameter;
         if (ref.kind != OwnerKind::kMaterial || ref.owner != static_cast<int>(m)) continue;
-        prepared.slot[prepared.count] = i;
+        if (prepared.count == 0) prepared.first = i;
         local[ref.field].push_back(prepared.count++);
       }
     }

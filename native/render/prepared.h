@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
@@ -23,8 +24,8 @@ struct PreparedMaterial {
   /// evaluated without derivatives.
   bool plain = false;
   Principled<float> plain_values;
-  int count = 0;              ///< local slots in use
-  std::array<int, L> slot{};  ///< local slot -> slot of the layout
+  int first = 0;  ///< slot of the layout that its first local slot is; the others follow
+  int count = 0;  ///< local slots in use
   /// There is a medium behind the surface: what it scatters, and the rates at which free paths in it
   /// are drawn.
   bool has_medium = false;
@@ -57,19 +58,22 @@ struct PreparedMaterial {
     return density_grid ? rate * std::max(density_grid->at(p).r, least_density) : rate;
   }
 
+  /// A place for the values of one hit, left empty where they are constant.
+  using Room = std::optional<Principled<PathScalar<L>>>;
   /// The values at a hit: the constants, or `room` filled from textures and vertex colours.
-  const Principled<PathScalar<L>>& at(const Geometry& geometry, const Hit& hit,
-                                      Principled<PathScalar<L>>& room) const {
+  const Principled<PathScalar<L>>& at(const Geometry& geometry, const Hit& hit, Room& room) const {
     if (maps->empty()) return values;
-    room = values;
-    for (const FieldMap& map : *maps) apply(map, geometry, hit, room);
-    return room;
+    room.emplace(values);
+    for (const FieldMap& map : *maps) apply(map, geometry, hit, *room);
+    return *room;
   }
   template <class X>
   Factor<L> factor(const Color<X>& c) const {
-    Factor<L> f{value_of(c)};
-    if constexpr (L > 0 && std::is_same_v<X, PathScalar<L>>)
-      for (int k = 0; k < count; ++k) f.add_slope(slot[k], {c.r.d[k], c.g.d[k], c.b.d[k]});
+    Factor<L> f{value_of(c), first, 0};
+    if constexpr (L > 0 && std::is_same_v<X, PathScalar<L>>) {
+      f.count = count;
+      for (int i = 0; i < 3; ++i) std::copy(c[i].d.begin(), c[i].d.end(), f.slope[i].begin());
+    }
     return f;
   }
 
@@ -92,6 +96,7 @@ class Prepared {
   PreparedMaterial<L>
       exit;  ///< white and Lambertian: where light leaves after subsurface scattering
   int slots;
+  int slot_room = 0;  ///< that many with what is added behind the last one
   /// How much a derivative counts beside the value when Russian roulette decides. Measured: a tenth
   /// gives the least variance times time; more keeps paths for derivatives that few of them feel.
   SlotScales roulette_scales{};
@@ -154,17 +159,19 @@ class Prepared {
 
  private:
   struct OwnerSlots {
-    int intensity = -1, color = -1;  ///< slot of power or strength; of the colour
+    int first = 0, count = 0;
+    int intensity = -1, color = -1;  ///< power or strength; the colour: counted from `first`
   };
   static Factor<L> product(const Color<double>& color, double intensity, const Colorf& shape,
                            const OwnerSlots& slots) {
     const Colorf c(color);
     const auto i = static_cast<float>(intensity);
-    Factor<L> f{c * shape * i};
-    if (slots.intensity >= 0) f.add_slope(slots.intensity, c * shape);
-    if (slots.color >= 0) f.add_slope(slots.color, shape * i);
+    Factor<L> f{c * shape * i, slots.first, slots.count};
+    if (slots.intensity >= 0) f.set_slope(slots.intensity, c * shape);
+    if (slots.color >= 0) f.set_slope(slots.color, shape * i);
     return f;
   }
+  void prepare_slots(const SlotLayout& layout);
   void prepare_roulette(const SlotLayout& layout);
   void prepare_materials(const SlotLayout& layout, std::span<const GridRef> fields);
   void prepare_inside(int material);

@@ -25,11 +25,14 @@ struct UnknownRow {
 /// The slots of a list of parameters, and the rows (one per component) that they answer for.
 struct SlotLayout {
   std::vector<ParameterRef> parameters;
-  std::vector<Slot> slots;
+  std::vector<Slot> slots;       ///< those of one owner follow each other
   std::vector<UnknownRow> rows;  ///< component by component, in the order of `parameters`
 
   SlotLayout() = default;
   SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked);
+
+ private:
+  void add_slots(const Scene& scene, const ParameterRef& ref);
 };
 
 /// More slots than this in one pass are refused: render in several.

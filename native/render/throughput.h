@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,25 +12,26 @@
 
 namespace selenite {
 
-/// A colour and its derivatives in the few slots that it depends on: what a surface, a lamp or the
-/// world contributes to a path. K bounds the slots of one such owner.
+/// A colour and its derivatives in the few slots of the one that it depends on: a surface, a lamp or the
+/// world. These slots follow each other. K bounds their number.
 template <int K>
 struct Factor {
   Colorf value;
+  int first = 0;  ///< slot of the first derivative
   int count = 0;
-  std::array<int, K> slot{};
-  std::array<Colorf, K> slope{};
+  std::array<std::array<float, K>, 3> slope{};  ///< channel by channel; 0 from `count` on
 
-  void add_slope(int s, const Colorf& d) {
-    if constexpr (K > 0) {
-      slot[count] = s;
-      slope[count++] = d;
-    }
+  void set_slope(int k, const Colorf& d) {
+    if constexpr (K > 0)
+      for (int c = 0; c < 3; ++c) slope[c][k] = d[c];
   }
 };
 
+/// Derivatives of one owner are added by so many at once: room for them behind the last slot.
+inline constexpr int kSlotStep = 4;
+
 /// A number for every slot; 0 beyond those in use.
-using SlotScales = std::array<float, kMaxSlots>;
+using SlotScales = std::array<float, kMaxSlots + kSlotStep>;
 
 /// Derivatives of a colour in all slots of a render: channel by channel, by fours, which compilers
 /// turn into vector instructions. Only the fours in use are ever touched.
@@ -50,6 +52,16 @@ class SlotSlopes {
   Colorf operator[](int s) const { return {channel_[0][s], channel_[1][s], channel_[2][s]}; }
   void add(int s, const Colorf& d) {
     for (int c = 0; c < 3; ++c) channel_[c][s] += d[c];
+  }
+  /// Adds the derivatives of one owner times `f`.
+  template <int K>
+  void add(const Factor<K>& o, const Colorf& f) {
+    constexpr int kStep = std::min(K, kSlotStep);
+    for (int c = 0; c < 3; ++c) {
+      float* to = channel_[c] + o.first;
+      for (int start = 0; start < o.count; start += kStep)
+        for (int k = start; k < start + kStep; ++k) to[k] += o.slope[c][k] * f[c];
+    }
   }
   void scale(const Colorf& f) {
     each(*this, [&](float& x, float, int c) { x *= f[c]; });
@@ -86,13 +98,15 @@ class SlotSlopes {
   }
 
   int fours_;
-  alignas(16) float channel_[3][kMaxSlots];
+  alignas(16) float channel_[3][kMaxSlots + kSlotStep];
 };
 /// Of the kernel without derivatives.
 struct NoSlopes {
   explicit NoSlopes(int) {}
   Colorf operator[](int) const { return {}; }
   void add(int, const Colorf&) {}
+  template <int K>
+  void add(const Factor<K>&, const Colorf&) {}
   void scale(const Colorf&) {}
   void add(const NoSlopes&, const Colorf&) {}
   float largest() const { return 0; }
@@ -126,9 +140,7 @@ class Throughput : public SinceEvent<K == kTaped> {
   /// A factor whose derivatives are those of `count` parts, each times `scale`.
   void multiply(const Colorf& f, const Factor<K>* parts, int count, float scale) {
     slope.scale(f);
-    for (int i = 0; i < count; ++i)
-      for (int k = 0; k < parts[i].count; ++k)
-        slope.add(parts[i].slot[k], value * parts[i].slope[k] * scale);
+    for (int i = 0; i < count; ++i) slope.add(parts[i], value * scale);
     value = value * f;
     Since::multiply(f);
   }
@@ -173,8 +185,7 @@ class Radiance {
     value += t.value * e;
     if constexpr (K == kTaped) t.bring(e);
     slope.add(t.slope, e);
-    for (int k = 0; k < emitted.count; ++k)
-      slope.add(emitted.slot[k], t.value * emitted.slope[k] * weight);
+    slope.add(emitted, t.value * weight);
   }
   /// The same with one more factor, a bsdf's value, between throughput and emission.
   void add(const Throughput<K>& t, const Factor<K>& f, const Factor<K>& emitted, float weight) {
@@ -182,9 +193,8 @@ class Radiance {
     value += t.value * fe;
     if constexpr (K == kTaped) t.bring(fe);
     slope.add(t.slope, fe);
-    for (int k = 0; k < f.count; ++k) slope.add(f.slot[k], t.value * f.slope[k] * e);
-    for (int k = 0; k < emitted.count; ++k)
-      slope.add(emitted.slot[k], t.value * f.value * emitted.slope[k] * weight);
+    slope.add(f, t.value * e);
+    slope.add(emitted, t.value * f.value * weight);
   }
 };
 

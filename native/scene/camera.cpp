@@ -51,17 +51,23 @@ PixelCamera::PixelCamera(const Camera& camera, int width, int height)
   // AUTO fits the larger side but always reads the sensor's width.
   const double sensor = vertical ? camera.sensor_height_mm : camera.sensor_width_mm;
   focal_ = camera.orthographic ? fit_ / camera.ortho_scale : camera.lens_mm / sensor * fit_;
+  unit_ = 1 / focal_;
+  left_ = (camera.shift_x * fit_ - width_ / 2) * unit_;
+  top_ = (camera.shift_y * fit_ + height_ / 2) * unit_;
+  eye_ = Vec3f(camera.to_world.translation());
 }
 
 Ray PixelCamera::ray(float px, float py) const {
   const Camera& c = camera_;
-  const double x = (px * c.pixel_aspect_x - width_ / 2 + c.shift_x * fit_) / focal_;
-  const double y = (height_ / 2 - py * c.pixel_aspect_y + c.shift_y * fit_) / focal_;
-  const Vec3d start = c.orthographic ? Vec3d{x, y, 0} : Vec3d{};
-  const Vec3d towards = c.orthographic ? Vec3d{0, 0, -1} : Vec3d{x, y, -1};
-  // The clip planes are perpendicular to the axis: `towards` has depth 1.
+  const double x = px * c.pixel_aspect_x * unit_ + left_;
+  const double y = top_ - py * c.pixel_aspect_y * unit_;
+  if (c.orthographic)
+    return {Vec3f(c.to_world.point({x, y, 0})), Vec3f(-c.to_world.column(2)),
+            static_cast<float>(c.clip_start), static_cast<float>(c.clip_end)};
+  // The clip planes are perpendicular to the axis: this has depth 1.
+  const Vec3d towards{x, y, -1};
   const double stretch = length(towards);
-  return {Vec3f(c.to_world.point(start)), Vec3f(c.to_world.vector(towards / stretch)),
+  return {eye_, Vec3f(c.to_world.vector(towards / stretch)),
           static_cast<float>(c.clip_start * stretch), static_cast<float>(c.clip_end * stretch)};
 }
 

@@ -49,6 +49,9 @@ class PixelCamera {
   double width_, height_;  ///< aspect-corrected
   double fit_;             ///< fitted dimension, aspect-corrected pixels
   double focal_;           ///< pixels per unit slope (perspective) or per world unit (orthographic)
+  double unit_;            ///< 1 / focal
+  double left_, top_;      ///< edges of the picture, in the units of `unit`
+  Vec3f eye_;              ///< where perspective rays start
 };
 
 }  // namespace selenite

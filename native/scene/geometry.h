@@ -102,13 +102,14 @@ class Geometry {
   long triangle_count() const;
 
  private:
-  /// A triangle with all that a hit asks for side by side: three cache lines fewer.
-  struct Face {
+  /// A triangle with all that a hit asks for side by side, in exactly two cache lines: three fewer.
+  struct alignas(32) Face {
     std::array<Vec3f, 3> corners, normals;
     Vec3f ng;
     int slot;
     float coordinate;  ///< the largest
   };
+  static void prefetch(const Face& face);
   static std::vector<Face> faces_of(const Mesh& mesh);
 
   std::vector<Mesh> meshes_;

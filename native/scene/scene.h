@@ -57,6 +57,7 @@ struct ParameterRef {
   int owner;
   int field;
   bool operator==(const ParameterRef&) const = default;
+  bool same_owner(const ParameterRef& o) const { return kind == o.kind && owner == o.owner; }
 };
 
 /// Everything that a fit can change: small, copied for every set of values.

@@ -59,6 +59,36 @@ TEST(Layout, ColoursTakeOneSlotIfDiagonalElseThree) {
   EXPECT_EQ(layout.rows[6].slot, 4);
 }
 
+TEST(Layout, SlotsOfOneOwnerFollowEachOtherWhateverTheOrder) {
+  const Scene scene = diffuse_scene();
+  const std::vector<std::pair<std::string, std::string>> mixed{
+      {"Ball", "base_color"},        {"Lamp", "power"},
+      {"Ground", "base_color"},      {"World", "color"},
+      {"Ball", "emission_strength"}, {"Lamp", "color"},
+      {"World", "strength"}};
+  const SlotLayout layout = ticked(scene, mixed);
+  const std::vector<int> first_slot{0, 2, 4, 5, 1, 3, 6};
+  std::size_t row = 0;
+  for (std::size_t i = 0; i < mixed.size(); ++i) {
+    EXPECT_EQ(layout.rows[row].slot, first_slot[i]);
+    EXPECT_TRUE(layout.slots[static_cast<std::size_t>(first_slot[i])].parameter ==
+                layout.parameters[i]);
+    row += mixed[i].second.find("color") != std::string::npos ? 3 : 1;
+  }
+  EXPECT_EQ(row, layout.rows.size());
+  const Film together = render_view(scene, settings_of(8, 4), layout);
+  for (std::size_t i = 0; i < mixed.size(); ++i) {
+    if (mixed[i].second == "emission_strength") continue;  // ticking it alone changes the paths
+    SlotLayout alone = ticked(scene, {mixed[i], mixed[4]});
+    const Film film = render_view(scene, settings_of(8, 4), alone);
+    for (std::size_t p = 0; p < film.size(); ++p) {
+      const float want = film.slots[static_cast<std::size_t>(alone.rows[0].slot)].mean[p].g;
+      ASSERT_NEAR(together.slots[static_cast<std::size_t>(first_slot[i])].mean[p].g, want,
+                  1e-4 * (std::abs(want) + 0.01));
+    }
+  }
+}
+
 TEST(Layout, RefusesWhatItCannotDo) {
   const Scene scene = layered_scene();
   EXPECT_THROW(ticked(scene, {{"Ball", "roughness"}, {"Ball", "roughness"}}), InvalidArgument);
