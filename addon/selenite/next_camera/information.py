@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What pictures say about unknowns: their Fisher information, and the errors that follow from it.
+
+All in the coordinates in which a fit steps (native `coordinates`), n of them. A photo's noise is
+taken as that of the verification's render and a share of its brightness; weights are those of a fit
+(native/fit/gauss_newton.cpp), so that the errors are those that the fit's own report would tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+# As in native/fit: weights.cpp, gauss_newton.cpp, uncertainty.cpp.
+_DIM_SHARE, _BLUR_RADIUS, _BLACK = 0.3, 2, 1e-6
+_FINAL_SAMPLES, _MODEL_ERROR = 64, 0.05
+_RESOLVED, _PRIOR, _UNDETERMINED, _DECADES = 3.0, 0.29, 0.1, 4.6
+#: Errors well below this share of the range count as known: halving them is no gain.
+_KNOWN = 0.01
+
+
+@dataclass(frozen=True)
+class Information:
+    """Of one or several photos. With J = d picture / d coordinates, w the fit's weights and V the
+    variance of a residual, each summed over pixels and channels:
+
+    normal (n, n): J^T w J, without the bias of noise in J. doubt (n, n): variance of its entries.
+    spread (n, n): J^T w V w J. low, high: bounds of w V, between which spread lies in units of
+    normal.
+    """
+
+    normal: np.ndarray
+    doubt: np.ndarray
+    spread: np.ndarray
+    low: float
+    high: float
+
+    def __add__(self, other: Information) -> Information:
+        """Of both together: photos are independent."""
+        return Information(
+            self.normal + other.normal,
+            self.doubt + other.doubt,
+            self.spread + other.spread,
+            min(self.low, other.low),
+            max(self.high, other.high),
+        )
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Of a photo's residual: samples of a pixel in the render that is compared with it, the error
+    of the photo itself as a share of brightness, and how many of its pixels are one of the small
+    picture that is looked at."""
+
+    spp: float
+    relative: float
+    pixels: float
+
+
+def brightness(picture: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """(h, w, 3): around each pixel, kept away from 0. `weight` (h, w) >= 0."""
+    level = np.maximum(picture, 0.0).astype(np.float64)
+    mean = float((level * weight[..., None]).sum() / (3 * weight.sum()))
+    return blurred(level, _BLUR_RADIUS) + _DIM_SHARE * max(mean, _BLACK)
+
+
+def information(
+    halves: tuple[np.ndarray, np.ndarray],
+    sample_variance: np.ndarray,
+    picture: np.ndarray,
+    weight: np.ndarray,
+    noise: Noise,
+) -> Information:
+    """halves: independent estimates of J, (n, h, w, 3). sample_variance: of one sample, (h, w, 3).
+    picture: the photo or a render in its place. weight: (h, w), 0 where a pixel does not count."""
+    a, b = (half.reshape(len(half), -1).astype(np.float64) for half in halves)
+    level = brightness(picture, weight)
+    variance = blurred(np.maximum(sample_variance, 0.0), _BLUR_RADIUS)
+    share = np.repeat(weight[..., None], 3, axis=2) / (3 * weight.sum())
+    w = share / (variance / _FINAL_SAMPLES + (_MODEL_ERROR * level) ** 2)
+    v = (variance / noise.spp + (noise.relative * level) ** 2) / noise.pixels
+    ratio = (w * v)[weight > 0]
+    w, v = w.ravel(), v.ravel()
+    size, uncertain = (a**2 + b**2) / 2, (a - b) ** 2 / 2
+    mixed = (size * w**2) @ uncertain.T
+    return Information(
+        normal=_symmetric((a * w) @ b.T),
+        doubt=mixed + mixed.T,
+        spread=_symmetric((a * (w**2 * v)) @ b.T),
+        low=float(ratio.min()),
+        high=float(ratio.max()),
+    )
+
+
+def covariance(found: Information, ranges: np.ndarray) -> np.ndarray:
+    """(n, n), of what a fit would find. `ranges` (n,): between the bounds.
+
+    Directions whose information is not more than its own noise are left as wide as the bounds
+    leave them; a negative eigenvalue is one of them.
+    """
+    width = _PRIOR * np.minimum(ranges, _DECADES)
+    precision = np.diag(1 / width**2)
+    seen = np.diag(found.normal) > _RESOLVED * np.sqrt(np.diag(found.doubt))
+    if seen.any():
+        part = np.ix_(seen, seen)
+        scale = np.sqrt(np.diag(found.normal)[seen])
+        values, basis = np.linalg.eigh(found.normal[part] / np.outer(scale, scale))
+        square = basis**2
+        doubt = found.doubt[part] / np.outer(scale, scale) ** 2
+        noise = np.sqrt(np.einsum("ij,ik,kj->j", square, doubt, square))
+        good = values > _RESOLVED * noise
+        # H S^-1 H, with S in units of H: that keeps noise in S inside what it can be.
+        root = scale[:, None] * basis[:, good] * np.sqrt(values[good])
+        across = basis[:, good] / (scale[:, None] * np.sqrt(values[good]))
+        ratios, axes = np.linalg.eigh(across.T @ found.spread[part] @ across)
+        root = root @ axes
+        precision[part] += (root / np.clip(ratios, found.low, found.high)) @ root.T
+    return np.linalg.inv(precision)
+
+
+def errors(found: Information, ranges: np.ndarray) -> np.ndarray:
+    """(n,): standard error of each coordinate, those of the others being unknown too."""
+    return np.sqrt(np.diag(covariance(found, ranges)))
+
+
+def determined(error: np.ndarray, ranges: np.ndarray) -> np.ndarray:
+    """(n,) bool: as in a fit's report."""
+    known: np.ndarray = error < _UNDETERMINED * np.minimum(ranges, _DECADES)
+    return known
+
+
+def gain(
+    before: np.ndarray, after: np.ndarray, ranges: np.ndarray, groups: Sequence[Sequence[int]]
+) -> float:
+    """Logarithm of the factor by which errors shrink, the mean over `groups` (the components of
+    each parameter: a colour counts as much as a number). 0: nothing is gained.
+
+    It does not change with the units of a parameter. What is known well enough counts no more."""
+    enough = (_KNOWN * np.minimum(ranges, _DECADES)) ** 2
+    parts = np.log((before**2 + enough) / (after**2 + enough)) / 2
+    return float(np.mean([np.mean(parts[list(group)]) for group in groups]))
+
+
+def blurred(picture: np.ndarray, radius: int) -> np.ndarray:
+    """Mean over squares of 2 radius + 1 pixels, within the picture; (h, w, c)."""
+    result = picture.astype(np.float64)
+    for axis in (0, 1):
+        count = result.shape[axis]
+        sums = np.cumsum(result, axis=axis)
+        sums = np.concatenate([np.zeros_like(np.take(sums, [0], axis)), sums], axis)
+        first = np.maximum(np.arange(count) - radius, 0)
+        last = np.minimum(np.arange(count) + radius + 1, count)
+        shape = [1, 1, 1]
+        shape[axis] = count
+        result = (np.take(sums, last, axis) - np.take(sums, first, axis)) / (last - first).reshape(
+            shape
+        )
+    return result
+
+
+def _symmetric(matrix: np.ndarray) -> np.ndarray:
+    return (matrix + matrix.T) / 2

@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Looks from every place a photo could be taken from, and ranks them."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .. import native
+from ..fit_run.captures import Capture
+from ..fit_run.plan import FitPlan, build_scene, prepare
+from ..fit_run.request import RunRequest
+from ..parameters import Values
+from ..problems import BadInput, Problem
+from ..scene_read.values import SceneValues
+from . import information
+from .candidates import Body, Candidate, body_of, candidates
+from .information import Information, Noise
+
+#: Pixels of a look, whatever its aspect.
+_PIXELS = 64 * 64
+#: Samples of a look: at a photo's camera, from every place, and again from the best of them.
+_PHOTO_SPP, _FIRST_SPP, _SECOND_SPP = 64, 32, 96
+#: The best share of the places is looked at again.
+_AGAIN, _LEAST_AGAIN = 0.25, 4
+#: A residual's relative size beyond noise is believed between these; samples to measure it with.
+_RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 8
+#: As in native/fit/settings.cpp: least samples of the verification.
+_VERIFIED_LEAST = 64
+#: Slots of one render.
+_MOST_UNKNOWNS = 24
+#: Seeds that no fit and no photo of ours uses.
+_SEED = 1 << 41
+
+
+@dataclass(frozen=True)
+class Row:
+    """A place and what a photo from there would leave of the standard errors, (n,) in units of the
+    parameters. gain: see `information.gain`. known: (n,) bool, determined then."""
+
+    candidate: Candidate
+    gain: float
+    errors: np.ndarray
+    known: np.ndarray
+
+
+@dataclass(frozen=True)
+class Step:
+    """How far it has come; `fraction` between 0 and 1."""
+
+    fraction: float
+    text: str
+
+
+class Suggestion:
+    """Driven from outside: `for step in suggestion.steps(): ...`; then `rows`, the best first.
+
+    plan: unknowns whose start are the values to look at, and the photos. scene: native, with these
+    values and the candidates' cameras.
+    """
+
+    def __init__(
+        self,
+        plan: FitPlan,
+        scene: Any,  # noqa: ANN401
+        body: Body,
+        places: list[Candidate],
+    ) -> None:
+        self.plan, self.body, self.places = plan, body, places
+        self.rows: list[Row] = []
+        self.seconds = 0.0
+        self._scene = scene
+        height, width = plan.captures[0].reference.shape[:2]
+        scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
+        self._size = max(1, round(width * scale)), max(1, round(height * scale))
+        self._asked = [
+            (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
+            for item in plan.unknowns
+        ]
+        found = native.core().coordinates(scene, self._asked)
+        #: Of the components, in the order of the unknowns: "Body:base_color[0]".
+        self.names: list[str] = list(found["names"])
+        self._slope, self._ranges = found["slope"], found["range"]
+        widths = np.cumsum([0] + [item.parameter.width for item in plan.unknowns])
+        #: Components of each unknown.
+        self.groups = [list(range(a, b)) for a, b in zip(widths, widths[1:], strict=False)]
+        #: Standard errors with the photos there are, (n,), and which are determined.
+        self.errors = self.known = np.zeros(len(self.names))
+        #: Gain of another photo like the first one, from the same place.
+        self.repeated = 0.0
+        self._token = native.core().ProgressToken()
+
+    def cancel(self) -> None:
+        """From any thread: `steps` ends within a tile, raising the native Cancelled."""
+        self._token.cancel()
+
+    def steps(self) -> Iterator[Step]:
+        """A look at each photo's camera, one from each place, and a second one with fresh seeds and
+        more samples from the best: what is told of these comes from the second look alone, so that
+        no luck of the first is in it."""
+        begin = time.monotonic()
+        photos = self.plan.captures
+        again = max(_LEAST_AGAIN, round(_AGAIN * len(self.places)))
+        again = min(again, len(self.places))
+        work = _PHOTO_SPP * len(photos) + _FIRST_SPP * len(self.places) + _SECOND_SPP * again
+        done = 0
+
+        def step(text: str) -> Step:
+            return Step(done / work, text)
+
+        there: list[Information] = []
+        relative = 0.0
+        for capture in photos:
+            yield step(f"photo of {capture.camera}")
+            relative += self._relative_error(capture) / len(photos)
+            done += _PHOTO_SPP
+        relative = math.sqrt(relative)
+        for capture in photos:
+            there.append(self._of_photo(capture, relative))
+        base = there[0]
+        for one in there[1:]:
+            base = base + one
+        before = information.errors(base, self._ranges)
+        self.errors, self.known = before * self._slope, information.determined(before, self._ranges)
+        twice = information.errors(base + there[0], self._ranges)
+        self.repeated = information.gain(before, twice, self._ranges, self.groups)
+
+        def row(place: Candidate, spp: int, look: int) -> Row:
+            seen = base + self._of_place(place, relative, spp, look)
+            after = information.errors(seen, self._ranges)
+            gained = information.gain(before, after, self._ranges, self.groups)
+            known = information.determined(after, self._ranges)
+            return Row(place, gained, after * self._slope, known)
+
+        first = []
+        for index, place in enumerate(self.places):
+            yield step(f"place {index + 1} of {len(self.places)}")
+            first.append(row(place, _FIRST_SPP, 2))
+            done += _FIRST_SPP
+        first.sort(key=lambda item: -item.gain)
+        second = []
+        for index, item in enumerate(first[:again]):
+            yield step(f"second look {index + 1} of {again}")
+            second.append(row(item.candidate, _SECOND_SPP, 3))
+            done += _SECOND_SPP
+        second.sort(key=lambda item: -item.gain)
+        self.rows = second + first[again:]
+        self.seconds = time.monotonic() - begin
+        yield Step(1.0, "")
+
+    def _look(self, camera: str, spp: int, look: int) -> dict[str, Any]:
+        settings = self.plan.request.settings
+        seen: dict[str, Any] = native.core().look(
+            self._scene, self._asked, camera, *self._size, spp,
+            seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
+            threads=settings.threads, progress=self._token,
+        )  # fmt: skip
+        return seen
+
+    def _relative_error(self, capture: Capture) -> float:
+        """Mean square of what a photo differs by, relative to its brightness, beyond the noise of
+        the render: noise of the photo, and what no unknown explains. Kept within _RELATIVE."""
+        height, width = capture.reference.shape[:2]
+        settings = self.plan.request.settings
+        film = native.core().render(
+            self._scene, capture.camera, width, height, _RESIDUAL_SPP,
+            seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
+            progress=self._token,
+        )  # fmt: skip
+        level = information.brightness(capture.reference, capture.weight)
+        product = (film.half_a - capture.reference) * (film.half_b - capture.reference)
+        mean = np.average((product / level**2).mean(axis=2), weights=capture.weight)
+        low, high = _RELATIVE
+        return float(np.clip(mean, low**2, high**2))
+
+    def _of_photo(self, capture: Capture, relative: float) -> Information:
+        counts = capture.weight[..., None]
+        planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
+        small = native.image().resize(np.ascontiguousarray(planes), *self._size)
+        weight = np.maximum(small[..., 3], 0.0)
+        picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
+        seen = self._look(capture.camera, _PHOTO_SPP, 1)
+        return self._information(seen, picture, weight, _PHOTO_SPP, self._noise(relative))
+
+    def _of_place(self, place: Candidate, relative: float, spp: int, look: int) -> Information:
+        seen = self._look(place.camera.name, spp, look)
+        weight = np.ones(self._size[::-1], np.float32)
+        return self._information(seen, seen["image"], weight, spp, self._noise(relative))
+
+    def _noise(self, relative: float) -> Noise:
+        """Photos to come are compared at the size of those that are there."""
+        settings = self.plan.request.settings
+        pixels = float(np.mean([item.weight.size for item in self.plan.captures]))
+        spp = max(_VERIFIED_LEAST, settings.iterations * settings.spp)
+        return Noise(spp, relative, pixels / (self._size[0] * self._size[1]))
+
+    def _information(
+        self, seen: dict[str, Any], picture: np.ndarray, weight: np.ndarray, spp: int, noise: Noise
+    ) -> Information:
+        halves = (seen["jacobian_a"], seen["jacobian_b"])
+        for index, name in enumerate(self.names):
+            if not (np.isfinite(halves[0][index]).all() and np.isfinite(halves[1][index]).all()):
+                raise BadInput(
+                    Problem(
+                        f"Parameter '{name}'",
+                        "its derivative is not finite",
+                        "narrow its bounds, or report this scene",
+                    )
+                )
+        return information.information(halves, seen["variance"] * spp, picture, weight, noise)
+
+
+class SuggestionJob:
+    """A suggestion in a thread of its own: start, progress, cancel, join. Blender is not touched
+    from there."""
+
+    def __init__(self, suggestion: Suggestion) -> None:
+        self.suggestion = suggestion
+        self._step = Step(0.0, "")
+        self._error: Exception | None = None
+        self._cancelled = False
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def start(self) -> None:
+        """Returns at once."""
+        self._thread.start()
+
+    def progress(self) -> tuple[bool, Step]:
+        """Whether it runs, and how far it has come."""
+        return self._thread.is_alive(), self._step
+
+    def cancel(self) -> None:
+        """Asks the thread to stop; it does within a tile."""
+        self._cancelled = True
+        self.suggestion.cancel()
+
+    def join(self) -> bool:
+        """Waits for the end; False if it was cancelled. Raises what went wrong."""
+        self._thread.join()
+        if self._cancelled:
+            return False
+        if self._error is not None:
+            raise self._error
+        return True
+
+    def _run(self) -> None:
+        try:
+            for self._step in self.suggestion.steps():
+                if self._cancelled:
+                    return
+        except Exception as error:  # told by `join`, in the thread that asked
+            self._error = error
+
+
+def suggestion_of(
+    values: SceneValues,
+    request: RunRequest,
+    packed: Mapping[str, bytes],
+    changes: Mapping[tuple[str, str], Values] | None = None,
+) -> Suggestion:
+    """From a request to a suggestion that can start. The values are the starts of the request, and
+    `changes` for what is not fitted. Raises BadInput with all problems, and NativeUnavailable."""
+    plan = prepare(values, replace(request, stages=()), packed)
+    problems = [
+        Problem(
+            f"Parameter '{item.name}'",
+            "a grid has too many values to tell what a photo adds",
+            "leave it out, and name the others with --fit or the ticks of the panel",
+        )
+        for item in plan.fields
+    ]
+    count = sum(item.parameter.width for item in plan.unknowns)
+    if count > _MOST_UNKNOWNS:
+        cause = f"{count} numbers are unknown, a suggestion is made for up to {_MOST_UNKNOWNS}"
+        problems.append(Problem("Fit", cause, "fit fewer parameters"))
+    if problems:
+        raise BadInput(problems)
+    body = body_of(values, {item.owner for item in plan.unknowns})
+    photographed = [item.camera for item in plan.captures]
+    places = candidates(values, plan.scene, photographed, body)
+    idle = [item.camera for item in places if not item.existing]
+    starts = {(item.owner, item.parameter.name): item.start for item in plan.unknowns}
+    scene = build_scene(replace(values, cameras=[*values.cameras, *idle]))
+    scene = scene.with_values({**(changes or {}), **starts})
+    return Suggestion(plan, scene, body, places)
+
