@@ -15,6 +15,7 @@ import numpy as np
 
 # As in native/fit: weights.cpp, gauss_newton.cpp, uncertainty.cpp.
 _DIM_SHARE, _BLUR_RADIUS, _BLACK = 0.3, 2, 1e-6
+_CLIP_QUANTILE, _INSTRUMENT_RADIUS = 0.998, 1
 _FINAL_SAMPLES, _MODEL_ERROR = 64, 0.05
 _RESOLVED, _PRIOR, _UNDETERMINED, _DECADES = 3.0, 0.29, 0.1, 4.6
 #: Errors well below this share of the range count as known: halving them is no gain.
@@ -26,9 +27,9 @@ class Information:
     """Of one or several photos. With J = d picture / d coordinates, w the fit's weights and V the
     variance of a residual, each summed over pixels and channels:
 
-    normal (n, n): J^T w J, without the bias of noise in J. doubt (n, n): variance of its entries.
-    spread (n, n): J^T w V w J. low, high: bounds of w V, between which spread lies in units of
-    normal.
+    normal (n, n): Z^T w J, without the bias of noise in J. doubt (n, n): variance of its entries.
+    spread (n, n): Z^T w V w Z. low, high: bounds of w V, between which spread lies in units of
+    normal. Z: J clipped and blurred, the instruments of a fit; they keep most of the noise out.
     """
 
     normal: np.ndarray
@@ -46,6 +47,24 @@ class Information:
             min(self.low, other.low),
             max(self.high, other.high),
         )
+
+    def mean(self, other: Information, share: float) -> Information:
+        """Of two looks at the same picture, the other one having that share of the samples."""
+        rest = 1 - share
+        return Information(
+            rest * self.normal + share * other.normal,
+            rest**2 * self.doubt + share**2 * other.doubt,
+            rest * self.spread + share * other.spread,
+            min(self.low, other.low),
+            max(self.high, other.high),
+        )
+
+    def relative_doubt(self) -> float:
+        """Of the information about the single components the largest error, as a share of it;
+        infinite where there is none but noise."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.sqrt(np.diag(self.doubt)) / np.maximum(np.diag(self.normal), 0.0)
+        return float(np.max(np.nan_to_num(shares, nan=0.0, posinf=np.inf)))
 
 
 @dataclass(frozen=True)
@@ -75,20 +94,23 @@ def information(
 ) -> Information:
     """halves: independent estimates of J, (n, h, w, 3). sample_variance: of one sample, (h, w, 3).
     picture: the photo or a render in its place. weight: (h, w), 0 where a pixel does not count."""
+    counts = weight > 0
+    instruments = [_instruments(half, counts) for half in halves]
     a, b = (half.reshape(len(half), -1).astype(np.float64) for half in halves)
+    za, zb = (half.reshape(len(half), -1) for half in instruments)
     level = brightness(picture, weight)
     variance = blurred(np.maximum(sample_variance, 0.0), _BLUR_RADIUS)
     share = np.repeat(weight[..., None], 3, axis=2) / (3 * weight.sum())
     w = share / (variance / _FINAL_SAMPLES + (_MODEL_ERROR * level) ** 2)
     v = (variance / noise.spp + (noise.relative * level) ** 2) / noise.pixels
-    ratio = (w * v)[weight > 0]
+    ratio = (w * v)[counts]
     w, v = w.ravel(), v.ravel()
-    size, uncertain = (a**2 + b**2) / 2, (a - b) ** 2 / 2
+    size, uncertain = (za**2 + zb**2) / 2, (a - b) ** 2 / 2
     mixed = (size * w**2) @ uncertain.T
     return Information(
-        normal=_symmetric((a * w) @ b.T),
+        normal=_symmetric((za * w) @ b.T + (zb * w) @ a.T) / 2,
         doubt=mixed + mixed.T,
-        spread=_symmetric((a * (w**2 * v)) @ b.T),
+        spread=_symmetric((za * (w**2 * v)) @ zb.T),
         low=float(ratio.min()),
         high=float(ratio.max()),
     )
@@ -157,6 +179,18 @@ def blurred(picture: np.ndarray, radius: int) -> np.ndarray:
         result = (np.take(sums, last, axis) - np.take(sums, first, axis)) / (last - first).reshape(
             shape
         )
+    return result
+
+
+def _instruments(half: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """(n, h, w, 3): each picture cut at a quantile of its absolute values, so that no single path
+    rules it, and blurred. A channel that a component never shows in takes no part."""
+    result = np.empty(half.shape)
+    for index, picture in enumerate(half):
+        sizes = np.abs(picture[counts])
+        sizes = sizes[:, sizes.any(axis=0)]
+        limit = np.quantile(sizes, _CLIP_QUANTILE) if sizes.size else 0.0
+        result[index] = blurred(np.clip(picture, -limit, limit), _INSTRUMENT_RADIUS)
     return result
 
 

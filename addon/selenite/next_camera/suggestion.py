@@ -25,10 +25,13 @@ from .information import Information, Noise
 
 #: Pixels of a look, whatever its aspect.
 _PIXELS = 64 * 64
-#: Samples of a look: at a photo's camera, from every place, and again from the best of them.
-_PHOTO_SPP, _FIRST_SPP, _SECOND_SPP = 64, 32, 96
+#: Samples of a first look at a photo's camera, and bounds of those of all others.
+_PHOTO_SPP, _LEAST_SPP, _MOST_SPP = 64, 16, 256
+#: Permitted error of what a place adds, as a share of what the photos say: in the first look from
+#: every place, and in the second from the best of them.
+_FIRST_DOUBT, _SECOND_DOUBT = 0.25, 0.1
 #: The best share of the places is looked at again.
-_AGAIN, _LEAST_AGAIN = 0.25, 4
+_AGAIN, _LEAST_AGAIN = 0.15, 4
 #: A residual's relative size beyond noise is believed between these; samples to measure it with.
 _RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 8
 #: As in native/fit/settings.cpp: least samples of the verification.
@@ -105,27 +108,27 @@ class Suggestion:
         more samples from the best: what is told of these comes from the second look alone, so that
         no luck of the first is in it."""
         begin = time.monotonic()
-        photos = self.plan.captures
-        again = max(_LEAST_AGAIN, round(_AGAIN * len(self.places)))
-        again = min(again, len(self.places))
-        work = _PHOTO_SPP * len(photos) + _FIRST_SPP * len(self.places) + _SECOND_SPP * again
-        done = 0
-
-        def step(text: str) -> Step:
-            return Step(done / work, text)
-
-        there: list[Information] = []
+        photos, places = self.plan.captures, self.places
         relative = 0.0
-        for capture in photos:
-            yield step(f"photo of {capture.camera}")
+        for index, capture in enumerate(photos):
+            yield Step(0.02 * index / len(photos), f"photo of {capture.camera}")
             relative += self._relative_error(capture) / len(photos)
-            done += _PHOTO_SPP
         relative = math.sqrt(relative)
-        for capture in photos:
+        there = []
+        for index, capture in enumerate(photos):
+            yield Step(0.02 + 0.08 * index / len(photos), f"photo of {capture.camera}")
             there.append(self._of_photo(capture, relative))
-        base = there[0]
-        for one in there[1:]:
-            base = base + one
+        base = _sum(there)
+        # Places that are as noisy need as many samples; the error falls as the samples rise.
+        doubt = base.relative_doubt() * _PHOTO_SPP
+        first_spp = int(np.clip(doubt / _FIRST_DOUBT, _LEAST_SPP, _MOST_SPP / 4))
+        second_spp = int(np.clip(doubt / _SECOND_DOUBT, _PHOTO_SPP, _MOST_SPP))
+        for index, capture in enumerate(photos):
+            if second_spp > _PHOTO_SPP:
+                yield Step(0.1, f"photo of {capture.camera}, second look")
+                more = self._of_photo(capture, relative, second_spp - _PHOTO_SPP, 2)
+                there[index] = there[index].mean(more, 1 - _PHOTO_SPP / second_spp)
+        base = _sum(there)
         before = information.errors(base, self._ranges)
         self.errors, self.known = before * self._slope, information.determined(before, self._ranges)
         twice = information.errors(base + there[0], self._ranges)
@@ -138,17 +141,19 @@ class Suggestion:
             known = information.determined(after, self._ranges)
             return Row(place, gained, after * self._slope, known)
 
+        again = min(max(_LEAST_AGAIN, round(_AGAIN * len(places))), len(places))
+        work, done = len(places) * first_spp + again * second_spp, 0
         first = []
-        for index, place in enumerate(self.places):
-            yield step(f"place {index + 1} of {len(self.places)}")
-            first.append(row(place, _FIRST_SPP, 2))
-            done += _FIRST_SPP
+        for index, place in enumerate(places):
+            yield Step(0.1 + 0.9 * done / work, f"place {index + 1} of {len(places)}")
+            first.append(row(place, first_spp, 3))
+            done += first_spp
         first.sort(key=lambda item: -item.gain)
         second = []
         for index, item in enumerate(first[:again]):
-            yield step(f"second look {index + 1} of {again}")
-            second.append(row(item.candidate, _SECOND_SPP, 3))
-            done += _SECOND_SPP
+            yield Step(0.1 + 0.9 * done / work, f"second look {index + 1} of {again}")
+            second.append(row(item.candidate, second_spp, 4))
+            done += second_spp
         second.sort(key=lambda item: -item.gain)
         self.rows = second + first[again:]
         self.seconds = time.monotonic() - begin
@@ -179,14 +184,16 @@ class Suggestion:
         low, high = _RELATIVE
         return float(np.clip(mean, low**2, high**2))
 
-    def _of_photo(self, capture: Capture, relative: float) -> Information:
+    def _of_photo(
+        self, capture: Capture, relative: float, spp: int = _PHOTO_SPP, look: int = 1
+    ) -> Information:
         counts = capture.weight[..., None]
         planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
         small = native.image().resize(np.ascontiguousarray(planes), *self._size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        seen = self._look(capture.camera, _PHOTO_SPP, 1)
-        return self._information(seen, picture, weight, _PHOTO_SPP, self._noise(relative))
+        seen = self._look(capture.camera, spp, look)
+        return self._information(seen, picture, weight, spp, self._noise(relative))
 
     def _of_place(self, place: Candidate, relative: float, spp: int, look: int) -> Information:
         seen = self._look(place.camera.name, spp, look)
@@ -214,6 +221,13 @@ class Suggestion:
                     )
                 )
         return information.information(halves, seen["variance"] * spp, picture, weight, noise)
+
+
+def _sum(parts: list[Information]) -> Information:
+    total = parts[0]
+    for part in parts[1:]:
+        total = total + part
+    return total
 
 
 class SuggestionJob:
