@@ -114,6 +114,7 @@ def _changes(
         if complaint:
             title = f"Parameter '{join_name(owner_name, name)}'"
             problems.append(Problem(title, complaint, "give a value inside"))
+            continue
         found[owner.name, name] = numbers
     return found
 

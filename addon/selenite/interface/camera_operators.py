@@ -164,6 +164,7 @@ def _show(scene: bpy.types.Scene, found: Suggestion) -> str:
         first = found.plan.captures[0].camera
         camera = add_camera(scene, report.NEW_CAMERA, first, place.camera)
     layer = bpy.context.view_layer
+    layer.update()  # it does not know a new object before
     if camera.name in layer.objects:
         for item in layer.objects:
             item.select_set(item == camera)

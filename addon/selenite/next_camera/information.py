@@ -18,13 +18,11 @@ _DIM_SHARE, _BLUR_RADIUS, _BLACK = 0.3, 2, 1e-6
 _CLIP_QUANTILE, _INSTRUMENT_RADIUS = 0.998, 1
 _FINAL_SAMPLES, _MODEL_ERROR = 64, 0.05
 _RESOLVED, _PRIOR, _UNDETERMINED, _DECADES = 3.0, 0.29, 0.1, 4.6
-#: Errors well below this share of the range count as known: halving them is no gain.
-_KNOWN = 0.01
 
 
 @dataclass(frozen=True)
 class Information:
-    """Of one or several photos. With J = d picture / d coordinates, w the fit's weights and V the
+    """Of one photo. With J = d picture / d coordinates, w the fit's weights and V the
     variance of a residual, each summed over pixels and channels:
 
     normal (n, n): Z^T w J, without the bias of noise in J. doubt (n, n): variance of its entries.
@@ -37,16 +35,6 @@ class Information:
     spread: np.ndarray
     low: float
     high: float
-
-    def __add__(self, other: Information) -> Information:
-        """Of both together: photos are independent."""
-        return Information(
-            self.normal + other.normal,
-            self.doubt + other.doubt,
-            self.spread + other.spread,
-            min(self.low, other.low),
-            max(self.high, other.high),
-        )
 
     def mean(self, other: Information, share: float) -> Information:
         """Of two looks at the same picture, the other one having that share of the samples."""
@@ -116,35 +104,40 @@ def information(
     )
 
 
-def covariance(found: Information, ranges: np.ndarray) -> np.ndarray:
-    """(n, n), of what a fit would find. `ranges` (n,): between the bounds.
+def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
+    """(n, n), positive semidefinite: inverse covariance of what a fit to the photo would find.
 
-    Directions whose information is not more than its own noise are left as wide as the bounds
-    leave them; a negative eigenvalue is one of them.
+    Directions whose information is not more than `resolved` standard deviations of its own noise,
+    a negative one among them, count as not seen. So another photo never makes anything less known.
     """
+    result = np.zeros_like(found.normal)
+    seen = np.diag(found.normal) > resolved * np.sqrt(np.diag(found.doubt))
+    if not seen.any():
+        return result
+    part = np.ix_(seen, seen)
+    scale = np.sqrt(np.diag(found.normal)[seen])
+    values, basis = np.linalg.eigh(found.normal[part] / np.outer(scale, scale))
+    square = basis**2
+    noise = found.doubt[part] / np.outer(scale, scale) ** 2
+    good = values > resolved * np.sqrt(np.einsum("ij,ik,kj->j", square, noise, square))
+    # H S^-1 H, with S in units of H: that keeps noise in S inside what it can be.
+    root = scale[:, None] * basis[:, good] * np.sqrt(values[good])
+    across = basis[:, good] / (scale[:, None] * np.sqrt(values[good]))
+    ratios, axes = np.linalg.eigh(across.T @ found.spread[part] @ across)
+    root = root @ axes
+    result[part] = (root / np.clip(ratios, found.low, found.high)) @ root.T
+    return result
+
+
+def errors(photos: Sequence[np.ndarray], ranges: np.ndarray) -> np.ndarray:
+    """(n,): standard error of each coordinate, those of the others being unknown too, from the
+    `precision` of each photo. What no photo shows is as wide as its bounds, `ranges` (n,) apart,
+    leave it."""
     width = _PRIOR * np.minimum(ranges, _DECADES)
-    precision = np.diag(1 / width**2)
-    seen = np.diag(found.normal) > _RESOLVED * np.sqrt(np.diag(found.doubt))
-    if seen.any():
-        part = np.ix_(seen, seen)
-        scale = np.sqrt(np.diag(found.normal)[seen])
-        values, basis = np.linalg.eigh(found.normal[part] / np.outer(scale, scale))
-        square = basis**2
-        doubt = found.doubt[part] / np.outer(scale, scale) ** 2
-        noise = np.sqrt(np.einsum("ij,ik,kj->j", square, doubt, square))
-        good = values > _RESOLVED * noise
-        # H S^-1 H, with S in units of H: that keeps noise in S inside what it can be.
-        root = scale[:, None] * basis[:, good] * np.sqrt(values[good])
-        across = basis[:, good] / (scale[:, None] * np.sqrt(values[good]))
-        ratios, axes = np.linalg.eigh(across.T @ found.spread[part] @ across)
-        root = root @ axes
-        precision[part] += (root / np.clip(ratios, found.low, found.high)) @ root.T
-    return np.linalg.inv(precision)
-
-
-def errors(found: Information, ranges: np.ndarray) -> np.ndarray:
-    """(n,): standard error of each coordinate, those of the others being unknown too."""
-    return np.sqrt(np.diag(covariance(found, ranges)))
+    total = sum(photos, np.diag(1 / width**2))
+    # Scaled to a diagonal of 1: precisions differ by many orders of magnitude.
+    scale = np.sqrt(np.diag(total))
+    return np.sqrt(np.diag(np.linalg.inv(total / np.outer(scale, scale)))) / scale
 
 
 def determined(error: np.ndarray, ranges: np.ndarray) -> np.ndarray:
@@ -153,15 +146,11 @@ def determined(error: np.ndarray, ranges: np.ndarray) -> np.ndarray:
     return known
 
 
-def gain(
-    before: np.ndarray, after: np.ndarray, ranges: np.ndarray, groups: Sequence[Sequence[int]]
-) -> float:
+def gain(before: np.ndarray, after: np.ndarray, groups: Sequence[Sequence[int]]) -> float:
     """Logarithm of the factor by which errors shrink, the mean over `groups` (the components of
-    each parameter: a colour counts as much as a number). 0: nothing is gained.
-
-    It does not change with the units of a parameter. What is known well enough counts no more."""
-    enough = (_KNOWN * np.minimum(ranges, _DECADES)) ** 2
-    parts = np.log((before**2 + enough) / (after**2 + enough)) / 2
+    each parameter: a colour counts as much as a number). 0: nothing is gained. It does not change
+    with the units of a parameter, and what becomes known at all counts most."""
+    parts = np.log(before / after)
     return float(np.mean([np.mean(parts[list(group)]) for group in groups]))
 
 

@@ -63,6 +63,8 @@ def advice(found: Suggestion) -> list[str]:
         ]
     else:
         lines = [f"Next photo: {place}; it {', '.join(changes(found, best)) or 'helps a little'}"]
+    if found.well_known:
+        lines.append("All values are known within a hundredth of their range already")
     if best.gain <= found.repeated:
         lines.append(f"Another photo from '{first}' itself would tell as much")
     left = [

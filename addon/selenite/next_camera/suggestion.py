@@ -30,12 +30,17 @@ _PHOTO_SPP, _LEAST_SPP, _MOST_SPP = 64, 16, 256
 #: Permitted error of what a place adds, as a share of what the photos say: in the first look from
 #: every place, and in the second from the best of them.
 _FIRST_DOUBT, _SECOND_DOUBT = 0.25, 0.1
+#: Standard deviations of noise that information has to exceed; a false alarm of the first look costs
+#: a second one and no more.
+_FIRST_RESOLVED, _SECOND_RESOLVED = 2.0, 3.0
 #: The best share of the places is looked at again.
 _AGAIN, _LEAST_AGAIN = 0.15, 4
 #: A residual's relative size beyond noise is believed between these; samples to measure it with.
 _RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 8
 #: As in native/fit/settings.cpp: least samples of the verification.
 _VERIFIED_LEAST = 64
+#: An error so much smaller than the range needs no further photo.
+_WELL = 0.01
 #: Slots of one render.
 _MOST_UNKNOWNS = 24
 #: Seeds that no fit and no photo of ours uses.
@@ -95,6 +100,8 @@ class Suggestion:
         self.groups = [list(range(a, b)) for a, b in zip(widths, widths[1:], strict=False)]
         #: Standard errors with the photos there are, (n,), and which are determined.
         self.errors = self.known = np.zeros(len(self.names))
+        #: Whether all are known within a hundredth of their range.
+        self.well_known = False
         #: Gain of another photo like the first one, from the same place.
         self.repeated = 0.0
         self._token = native.core().ProgressToken()
@@ -118,9 +125,8 @@ class Suggestion:
         for index, capture in enumerate(photos):
             yield Step(0.02 + 0.08 * index / len(photos), f"photo of {capture.camera}")
             there.append(self._of_photo(capture, relative))
-        base = _sum(there)
         # Places that are as noisy need as many samples; the error falls as the samples rise.
-        doubt = base.relative_doubt() * _PHOTO_SPP
+        doubt = max(one.relative_doubt() for one in there) * _PHOTO_SPP
         first_spp = int(np.clip(doubt / _FIRST_DOUBT, _LEAST_SPP, _MOST_SPP / 4))
         second_spp = int(np.clip(doubt / _SECOND_DOUBT, _PHOTO_SPP, _MOST_SPP))
         for index, capture in enumerate(photos):
@@ -128,16 +134,18 @@ class Suggestion:
                 yield Step(0.1, f"photo of {capture.camera}, second look")
                 more = self._of_photo(capture, relative, second_spp - _PHOTO_SPP, 2)
                 there[index] = there[index].mean(more, 1 - _PHOTO_SPP / second_spp)
-        base = _sum(there)
+        base = [information.precision(one) for one in there]
         before = information.errors(base, self._ranges)
         self.errors, self.known = before * self._slope, information.determined(before, self._ranges)
-        twice = information.errors(base + there[0], self._ranges)
-        self.repeated = information.gain(before, twice, self._ranges, self.groups)
+        self.well_known = bool((before < _WELL * self._ranges).all())
+        twice = information.errors([*base, base[0]], self._ranges)
+        self.repeated = information.gain(before, twice, self.groups)
 
-        def row(place: Candidate, spp: int, look: int) -> Row:
-            seen = base + self._of_place(place, relative, spp, look)
-            after = information.errors(seen, self._ranges)
-            gained = information.gain(before, after, self._ranges, self.groups)
+        def row(place: Candidate, spp: int, look: int, resolved: float) -> Row:
+            seen = self._of_place(place, relative, spp, look)
+            added = information.precision(seen, resolved)
+            after = information.errors([*base, added], self._ranges)
+            gained = information.gain(before, after, self.groups)
             known = information.determined(after, self._ranges)
             return Row(place, gained, after * self._slope, known)
 
@@ -146,13 +154,13 @@ class Suggestion:
         first = []
         for index, place in enumerate(places):
             yield Step(0.1 + 0.9 * done / work, f"place {index + 1} of {len(places)}")
-            first.append(row(place, first_spp, 3))
+            first.append(row(place, first_spp, 3, _FIRST_RESOLVED))
             done += first_spp
         first.sort(key=lambda item: -item.gain)
         second = []
         for index, item in enumerate(first[:again]):
             yield Step(0.1 + 0.9 * done / work, f"second look {index + 1} of {again}")
-            second.append(row(item.candidate, second_spp, 4))
+            second.append(row(item.candidate, second_spp, 4, _SECOND_RESOLVED))
             done += second_spp
         second.sort(key=lambda item: -item.gain)
         self.rows = second + first[again:]
@@ -221,13 +229,6 @@ class Suggestion:
                     )
                 )
         return information.information(halves, seen["variance"] * spp, picture, weight, noise)
-
-
-def _sum(parts: list[Information]) -> Information:
-    total = parts[0]
-    for part in parts[1:]:
-        total = total + part
-    return total
 
 
 class SuggestionJob:
