@@ -141,7 +141,9 @@ def test_a_camera_without_a_photo_takes_part_and_is_named(scene, tmp_path, capsy
     assert len(named) == 1
     assert named[0]["where"] == "camera 'Rear'"
     assert named[0]["parameters"]["Back:base_color"]["determined"]
-    assert abs(named[0]["azimuth"]) == pytest.approx(180 - math.degrees(math.atan2(0.5, 3)), abs=0.1)
+    assert abs(named[0]["azimuth"]) == pytest.approx(
+        180 - math.degrees(math.atan2(0.5, 3)), abs=0.1
+    )
 
 
 def test_fitted_values_of_a_result_folder_are_where_it_looks(scene, tmp_path, capsys):
@@ -158,7 +160,9 @@ def test_fitted_values_of_a_result_folder_are_where_it_looks(scene, tmp_path, ca
     told = np.array(fitted["parameters"]["Front:base_color"]["standard_error"])
     expected = np.array(found["parameters"]["Front:base_color"]["standard_error"])
     assert (expected / told < 3).all() and (expected / told > 1 / 3).all()
-    status, found, _ = command(capsys, "next-camera", fitted["folder"], "--set=Front:base_color=0.5")
+    status, found, _ = command(
+        capsys, "next-camera", fitted["folder"], "--set=Front:base_color=0.5"
+    )
     assert found["parameters"]["Front:base_color"]["value"] == [0.5] * 3
 
 
@@ -284,9 +288,7 @@ def test_looks_are_the_same_whatever_the_number_of_threads():
     for key in ("image", "half_a", "half_b", "variance", "jacobian_a", "jacobian_b"):
         assert (one[key] == two[key]).all(), key
     same = native_scene.with_values({("Body", "base_color"): [0.5] * 3})
-    film = core.render(
-        same, "Camera", 20, 16, 8, seed=3, parameters=[("Body", "base_color")]
-    )
+    film = core.render(same, "Camera", 20, 16, 8, seed=3, parameters=[("Body", "base_color")])
     both = (one["jacobian_a"] + one["jacobian_b"]) / 2
     found = core.coordinates(native_scene, asked)
     assert found["names"][0] == "Body:base_color[0]"

@@ -231,7 +231,9 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
-    add("--save", metavar="OUT.blend", help="saves a copy of the scene with the camera 'Next photo'")
+    add(
+        "--save", metavar="OUT.blend", help="saves a copy of the scene with the camera 'Next photo'"
+    )
 
 
 def _add_trade(commands: argparse._SubParsersAction) -> None:

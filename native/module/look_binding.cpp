@@ -29,9 +29,8 @@ py::array_t<double> vector_array(const Vector& v) {
 
 /// (n, height, width, 3)
 py::array_t<float> jacobian_array(const Jacobian& jacobian, const Film& film) {
-  py::array_t<float> out(
-      {static_cast<py::ssize_t>(jacobian.cols()), py::ssize_t{film.height}, py::ssize_t{film.width},
-       py::ssize_t{3}});
+  py::array_t<float> out({static_cast<py::ssize_t>(jacobian.cols()), py::ssize_t{film.height},
+                          py::ssize_t{film.width}, py::ssize_t{3}});
   std::memcpy(out.mutable_data(), jacobian.data(),
               static_cast<std::size_t>(jacobian.size()) * sizeof(float));
   return out;
@@ -42,8 +41,7 @@ py::dict coordinates_dict(const Scene& scene, const std::vector<Asked>& asked) {
   const Coordinates coordinates(unknowns);
   py::list names;
   for (const Component& component : unknowns.components()) names.append(component.name);
-  return py::dict("names"_a = names,
-                  "slope"_a = vector_array(coordinates.slope(unknowns.start())),
+  return py::dict("names"_a = names, "slope"_a = vector_array(coordinates.slope(unknowns.start())),
                   "range"_a = vector_array(coordinates.maximum() - coordinates.minimum()));
 }
 
@@ -59,7 +57,8 @@ py::dict look_dict(const Scene& scene, const std::vector<Asked>& asked, const st
   }
   const Film& film = seen.film;
   Picture half_b(film.size());
-  for (std::size_t i = 0; i < film.size(); ++i) half_b[i] = film.half_b(film.mean[i], film.half_a[i]);
+  for (std::size_t i = 0; i < film.size(); ++i)
+    half_b[i] = film.half_b(film.mean[i], film.half_a[i]);
   const auto picture = [&](const Picture& p) { return picture_array(p, width, height); };
   return py::dict("image"_a = picture(film.mean), "half_a"_a = picture(film.half_a),
                   "half_b"_a = picture(half_b), "variance"_a = picture(film.variance),

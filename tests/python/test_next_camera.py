@@ -50,10 +50,7 @@ def test_a_photo_with_a_blind_spot_is_helped_by_one_without() -> None:
     assert information.determined(before, UNIT).tolist() == [True, False]
     assert before[1] == pytest.approx(0.29)  # as wide as the bounds leave it
     groups = [[0], [1]]
-    gains = [
-        information.gain(before, errors(front, other), groups)
-        for other in (front, back)
-    ]
+    gains = [information.gain(before, errors(front, other), groups) for other in (front, back)]
     assert gains[0] == pytest.approx(np.log(2) / 4, rel=1e-3)
     assert gains[1] == pytest.approx(np.log(0.29 / 0.001) / 2, rel=1e-3)
 

@@ -87,7 +87,7 @@ class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
         job, NEXT.job = NEXT.job, None
-        scene = bpy.data.scenes.get(NEXT.scene_name)
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(NEXT.scene_name)
         try:
             done = job.join()
         except (BadInput, ValueError, RuntimeError) as error:

@@ -87,7 +87,9 @@ def body_of(values: SceneValues, owners: Collection[str]) -> Body:
     return Body(low, high, tuple(chosen), listed(names))
 
 
-def candidates(values: SceneValues, scene: Any, photographed: Sequence[str], body: Body) -> list[Candidate]:  # noqa: ANN401
+def candidates(
+    values: SceneValues, scene: Any, photographed: Sequence[str], body: Body
+) -> list[Candidate]:  # noqa: ANN401
     """Places from which the body can be seen, and cameras of the scene without a photo.
 
     A place has the lens of the first photo's camera and the distance of the photos' cameras. It has
@@ -101,7 +103,8 @@ def candidates(values: SceneValues, scene: Any, photographed: Sequence[str], bod
     distance = max(float(np.median(distances)), _LEAST_RADII * body.radius)
     front = _front(first, body.centre)
     ground = _ground(values, body)
-    found, blockers = [], set()
+    found: list[Candidate] = []
+    blockers: set[str] = set()
     for elevation, count in _RINGS:
         for step in range(count):
             # Every other ring half a step on, so that no place stands below another one.
@@ -122,7 +125,8 @@ def candidates(values: SceneValues, scene: Any, photographed: Sequence[str], bod
         if item.name not in photographed:
             found.append(_existing(item, body.centre, front))
     if not found:
-        cause = f"no place at distance {distance:.3g} around it sees it; in the way: {listed(sorted(blockers))}"
+        names = listed(sorted(blockers))
+        cause = f"no place at distance {distance:.3g} around it sees it; in the way: {names}"
         cure = "hide what is in the way from camera rays, or put cameras where photos can be taken"
         raise BadInput(Problem(f"Object {body.names}", cause, cure))
     return found

@@ -47,7 +47,7 @@ def changes(found: Suggestion, row: Row) -> list[str]:
         if will and not was:
             lines.append(f"determines {item.name}")
         elif factor <= _WORTH:
-            lines.append(f"{_shrinks(factor)} of {item.name}")
+            lines.append(_shrinks(item.name, factor))
     return lines
 
 
@@ -62,7 +62,9 @@ def advice(found: Suggestion) -> list[str]:
             "for a parameter that others make up for"
         ]
     else:
-        lines = [f"Next photo: {place}; it {', '.join(changes(found, best)) or 'helps a little'}"]
+        lines = [
+            f"Next photo: {place}; it {', '.join(changes(found, best)) or 'helps all a little'}"
+        ]
     if found.well_known:
         lines.append("All values are known within a hundredth of their range already")
     if best.gain <= found.repeated:
@@ -142,10 +144,10 @@ def _factor(found: Suggestion, row: Row, group: Sequence[int]) -> float:
     return float(np.exp(np.mean(np.log(ratios))))
 
 
-def _shrinks(factor: float) -> str:
+def _shrinks(name: str, factor: float) -> str:
     if 0.45 <= factor <= 0.55:
-        return "halves the uncertainty"
-    return f"shrinks the uncertainty to {100 * factor:.0f} %"
+        return f"halves the uncertainty of {name}"
+    return f"shrinks the uncertainty of {name} to {100 * factor:.0f} %"
 
 
 def _errors(found: Suggestion, errors: np.ndarray, known: np.ndarray) -> list[str]:

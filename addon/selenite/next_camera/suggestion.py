@@ -30,8 +30,8 @@ _PHOTO_SPP, _LEAST_SPP, _MOST_SPP = 64, 16, 256
 #: Permitted error of what a place adds, as a share of what the photos say: in the first look from
 #: every place, and in the second from the best of them.
 _FIRST_DOUBT, _SECOND_DOUBT = 0.25, 0.1
-#: Standard deviations of noise that information has to exceed; a false alarm of the first look costs
-#: a second one and no more.
+#: Standard deviations of noise that information has to exceed; a false alarm of the first look
+#: costs a second one and no more.
 _FIRST_RESOLVED, _SECOND_RESOLVED = 2.0, 3.0
 #: The best share of the places is looked at again.
 _AGAIN, _LEAST_AGAIN = 0.15, 4
@@ -266,7 +266,8 @@ class SuggestionJob:
 
     def _run(self) -> None:
         try:
-            for self._step in self.suggestion.steps():
+            for step in self.suggestion.steps():
+                self._step = step
                 if self._cancelled:
                     return
         except Exception as error:  # told by `join`, in the thread that asked
@@ -304,4 +305,3 @@ def suggestion_of(
     scene = build_scene(replace(values, cameras=[*values.cameras, *idle]))
     scene = scene.with_values({**(changes or {}), **starts})
     return Suggestion(plan, scene, body, places)
-
