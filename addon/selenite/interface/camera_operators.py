@@ -101,11 +101,11 @@ class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
         if not done or scene is None:
             NEXT.lines = ["Cancelled; nothing was changed"]
             return {"CANCELLED"}
-        try:
-            name = _show(scene, job.suggestion)
-        except KeyError as error:
-            self.report({"ERROR"}, f"Camera {error} is gone: suggest again")
+        like = _like(job.suggestion)
+        if like not in scene.objects:  # deleted or renamed meanwhile
+            self.report({"ERROR"}, f"Camera '{like}' is gone; suggest again")
             return {"CANCELLED"}
+        name = _show(scene, job.suggestion)
         NEXT.lines = report.advice(job.suggestion)
         self.report({"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
         return {"FINISHED"}
@@ -155,14 +155,19 @@ def _at(request: RunRequest, known: dict[tuple[str, str], Values]) -> RunRequest
     return replace(request, unknowns=tuple(map(moved, request.unknowns)))
 
 
+def _like(found: Suggestion) -> str:
+    """The camera that stands at the best place, or whose lens a new one there gets."""
+    place = found.rows[0].candidate
+    return place.camera.name if place.existing else found.plan.captures[0].camera
+
+
 def _show(scene: bpy.types.Scene, found: Suggestion) -> str:
     """Adds the camera, or takes the one that stands there; it becomes the active object."""
-    place = found.rows[0].candidate
+    place, like = found.rows[0].candidate, _like(found)
     if place.existing:
-        camera = scene.objects[place.camera.name]
+        camera = scene.objects[like]
     else:
-        first = found.plan.captures[0].camera
-        camera = add_camera(scene, report.NEW_CAMERA, first, place.camera)
+        camera = add_camera(scene, report.NEW_CAMERA, like, place.camera)
     layer = bpy.context.view_layer
     layer.update()  # it does not know a new object before
     if camera.name in layer.objects:
