@@ -133,9 +133,15 @@ def test_information_is_that_of_the_formula() -> None:
     v = 0.5 / 100 + (0.02 * 1.3) ** 2
     w = 1 / (0.5 / 64 + (0.05 * 1.3) ** 2)
     assert found.normal[0, 0] == pytest.approx(4 * w)
-    assert found.spread[0, 0] == pytest.approx(4 * w**2 * v / (4 * 3 * 150))
+    # A slope in all channels, whose noise goes together: three channels are no more than one.
+    assert found.spread[0, 0] == pytest.approx(4 * w**2 * v / (4 * 150))
     error = information.errors([information.precision(found)], np.array([4.0]))[0]
-    assert error == pytest.approx(np.sqrt(v / (4 * 4 * 3 * 150)), rel=1e-3)
+    assert error == pytest.approx(np.sqrt(v / (4 * 4 * 150)), rel=1e-3)
+    red = halves * [1.0, 0.0, 0.0]
+    found = information.information((red, red), variance, picture, weight, noise)
+    assert information.errors([information.precision(found)], np.array([4.0]))[0] == pytest.approx(
+        error, rel=1e-3
+    )
 
 
 def test_looks_at_one_picture_are_weighed_by_their_samples() -> None:

@@ -26,8 +26,9 @@ class Information:
     variance of a residual, each summed over pixels and channels:
 
     normal (n, n): Z^T w J, without the bias of noise in J. doubt (n, n): variance of its entries.
-    spread (n, n): Z^T w V w Z. low, high: bounds of w V, between which spread lies in units of
-    normal. Z: J clipped and blurred, the instruments of a fit; they keep most of the noise out.
+    spread (n, n): Z^T w V w Z, the channels of a pixel varying together, as most noise of light
+    does. low, high: what spread can be in units of normal; w V with channels apart, and three times
+    that. Z: J clipped and blurred, the instruments of a fit; they keep most of the noise out.
     """
 
     normal: np.ndarray
@@ -92,15 +93,17 @@ def information(
     w = share / (variance / _FINAL_SAMPLES + (_MODEL_ERROR * level) ** 2)
     v = (variance / noise.spp + (noise.relative * level) ** 2) / noise.pixels
     ratio = (w * v)[counts]
-    w, v = w.ravel(), v.ravel()
+    together = (len(a), -1, 3)
+    noisy = [(half * (w * np.sqrt(v)).ravel()).reshape(together).sum(axis=2) for half in (za, zb)]
+    w = w.ravel()
     size, uncertain = (za**2 + zb**2) / 2, (a - b) ** 2 / 2
     mixed = (size * w**2) @ uncertain.T
     return Information(
         normal=_symmetric((za * w) @ b.T + (zb * w) @ a.T) / 2,
         doubt=mixed + mixed.T,
-        spread=_symmetric((za * (w**2 * v)) @ zb.T),
+        spread=_symmetric(noisy[0] @ noisy[1].T),
         low=float(ratio.min()),
-        high=float(ratio.max()),
+        high=3 * float(ratio.max()),
     )
 
 
