@@ -18,7 +18,8 @@ OWNERS = {
     "light": "Lights",
     "world": "World (named `World`)",
 }
-STEPS = {"linear": "value", "log": "logarithm", "log_excess": "log(value - 1)"}
+STEPS = {"linear": "value", "log": "logarithm", "log_excess": "log(value - 1)",
+    "reflectance": "reflectance of a half-space"}
 
 
 def page(table: list[dict[str, Any]]) -> str:

@@ -16,22 +16,81 @@ constexpr double kLeastExcess = 0.05;
 /// Shift of log(x + shift), as a share of the upper bound, where the lower bound is 0.
 constexpr double kShiftAtZero = 1e-3;
 
+/// At albedo 1 the slope dx/du is 0, and a step from there could never be seen to help.
+constexpr double kLeastRoot = 0.01;
+// (1 - s) (1 - a s) / (1 + b s) with s = sqrt(1 - albedo)
+constexpr double kHulstA = 0.139, kHulstB = 1.17;
+
 }  // namespace
+
+double Coordinates::reflectance(double albedo) {
+  const double s = std::sqrt(1 - albedo);
+  return (1 - s) * (1 - kHulstA * s) / (1 + kHulstB * s);
+}
+
+double Coordinates::albedo_of(double reflectance) {
+  // The smaller root of a s^2 - b s + c = 0, without cancellation.
+  const double b = 1 + kHulstA + kHulstB * reflectance, c = 1 - reflectance;
+  const double s = 2 * c / (b + std::sqrt(b * b - 4 * kHulstA * c));
+  return 1 - s * s;
+}
+
+double Coordinates::Axis::from_value(double x) const {
+  switch (kind) {
+    case Kind::kLogarithm:
+      return std::log(x + shift);
+    case Kind::kReflectance:
+      return reflectance(x);
+    default:
+      return x;
+  }
+}
+
+double Coordinates::Axis::to_value(double u) const {
+  switch (kind) {
+    case Kind::kLogarithm:
+      return std::exp(u) - shift;
+    case Kind::kReflectance:
+      return albedo_of(u);
+    default:
+      return u;
+  }
+}
+
+double Coordinates::Axis::slope(double x) const {
+  switch (kind) {
+    case Kind::kLogarithm:
+      return x + shift;
+    case Kind::kReflectance: {
+      const double s = std::max(std::sqrt(1 - x), kLeastRoot), below = 1 + kHulstB * s;
+      const double above = (1 - s) * (1 - kHulstA * s);
+      const double above_by_s = -(1 + kHulstA) + 2 * kHulstA * s;
+      // du/ds, and dx/ds = -2 s
+      return -2 * s / ((above_by_s - above * kHulstB / below) / below);
+    }
+    default:
+      return 1;
+  }
+}
 
 Coordinates::Coordinates(const Unknowns& unknowns) : cap_(unknowns.size()) {
   for (int k = 0; k < unknowns.size(); ++k) {
     const double minimum = unknowns.minimum()[k], maximum = unknowns.maximum()[k];
     switch (unknowns.description_of(k).coordinate) {
       case Coordinate::kLog:
-        axes_.push_back({true, minimum > 0 ? 0 : kShiftAtZero * maximum - minimum});
+        axes_.push_back({Axis::Kind::kLogarithm, minimum > 0 ? 0 : kShiftAtZero * maximum - minimum});
         cap_[k] = kCapLog;
         break;
       case Coordinate::kLogExcess:
-        axes_.push_back({true, std::max(kLeastExcess - minimum, -1.0)});
+        axes_.push_back({Axis::Kind::kLogarithm, std::max(kLeastExcess - minimum, -1.0)});
         cap_[k] = kCapLogExcess;
         break;
+      case Coordinate::kReflectance:
+        axes_.push_back({Axis::Kind::kReflectance});
+        cap_[k] = kCapLinear * (reflectance(maximum) - reflectance(minimum));
+        break;
       default:
-        axes_.push_back({false, 0});
+        axes_.push_back({Axis::Kind::kLinear});
         cap_[k] = kCapLinear * (maximum - minimum);
     }
   }
@@ -39,28 +98,23 @@ Coordinates::Coordinates(const Unknowns& unknowns) : cap_(unknowns.size()) {
   maximum_ = from_values(unknowns.maximum());
 }
 
+template <class F>
+Vector Coordinates::each(const Vector& in, F&& f) const {
+  Vector out(in.size());
+  for (Eigen::Index k = 0; k < in.size(); ++k) out[k] = f(axes_[static_cast<std::size_t>(k)], in[k]);
+  return out;
+}
+
 Vector Coordinates::from_values(const Vector& x) const {
-  Vector u = x;
-  for (std::size_t k = 0; k < axes_.size(); ++k)
-    if (axes_[k].logarithmic)
-      u[static_cast<Eigen::Index>(k)] = std::log(x[static_cast<Eigen::Index>(k)] + axes_[k].shift);
-  return u;
+  return each(x, [](const Axis& axis, double value) { return axis.from_value(value); });
 }
 
 Vector Coordinates::to_values(const Vector& u) const {
-  Vector x = u;
-  for (std::size_t k = 0; k < axes_.size(); ++k)
-    if (axes_[k].logarithmic)
-      x[static_cast<Eigen::Index>(k)] = std::exp(u[static_cast<Eigen::Index>(k)]) - axes_[k].shift;
-  return x;
+  return each(u, [](const Axis& axis, double value) { return axis.to_value(value); });
 }
 
 Vector Coordinates::slope(const Vector& x) const {
-  Vector slope = Vector::Ones(x.size());
-  for (std::size_t k = 0; k < axes_.size(); ++k)
-    if (axes_[k].logarithmic)
-      slope[static_cast<Eigen::Index>(k)] = x[static_cast<Eigen::Index>(k)] + axes_[k].shift;
-  return slope;
+  return each(x, [](const Axis& axis, double value) { return axis.slope(value); });
 }
 
 }  // namespace selenite

@@ -9,7 +9,7 @@ namespace selenite {
 
 /// Coordinates in which the picture is closest to linear, as the table says
 /// (Parameter::coordinate): x, log x or log(x - 1), the logarithms shifted where the bounds reach
-/// their pole.
+/// their pole, or the diffuse reflectance of a half-space with albedo x.
 class Coordinates {
  public:
   explicit Coordinates(const Unknowns& unknowns);
@@ -24,11 +24,24 @@ class Coordinates {
   /// Farthest that one step may go, per component: what the linear model is trusted for.
   const Vector& cap() const { return cap_; }
 
+  /// Diffuse reflectance of a half-space that scatters evenly with that albedo, in [0, 1]: 0 at 0,
+  /// 1 at 1, where its slope is infinite. Source: van de Hulst 1980, "Multiple Light Scattering",
+  /// similarity form; facts sheet "estimators", Q2, step 1.
+  static double reflectance(double albedo);
+  static double albedo_of(double reflectance);
+
  private:
   struct Axis {
-    bool logarithmic;
-    double shift;  ///< u = log(x + shift)
+    enum class Kind { kLinear, kLogarithm, kReflectance } kind;
+    double shift = 0;  ///< of a logarithm: u = log(x + shift)
+
+    double from_value(double x) const;
+    double to_value(double u) const;
+    double slope(double x) const;
   };
+  template <class F>
+  Vector each(const Vector& in, F&& f) const;
+
   std::vector<Axis> axes_;
   Vector minimum_, maximum_, cap_;
 };

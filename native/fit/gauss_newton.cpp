@@ -32,6 +32,8 @@ constexpr std::size_t kAveraged = 8;
 constexpr int kVarianceBlur = 2;
 constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
 constexpr double kModelError = 0.05;       ///< of a pixel's brightness
+/// Channels of an extinction differ by about that factor (its logarithm), unless the photos say more.
+constexpr double kUnlikeness = 0.5;
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
 
 /// a^T diag(w) b, in double and in fixed order.
@@ -211,18 +213,44 @@ GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation
   return {residual_halves(residual, capture), std::move(z), view.weight};
 }
 
+/// What is known before any photo, as another term of the normal matrix: the channels of an
+/// extinction are about alike. In units of the sums' noise, so that it gives way to what is seen.
+/// Without it a channel that little light comes back from wanders off, and takes its albedo along.
+GaussNewton::Matrix GaussNewton::prior() const {
+  Matrix prior = Matrix::Zero(normal_.rows(), normal_.cols());
+  const auto& components = problem_->unknowns.components();
+  for (Eigen::Index k = 0; k + 2 < prior.rows(); ++k) {
+    const Component& first = components[static_cast<std::size_t>(k)];
+    const bool colour = components[static_cast<std::size_t>(k) + 2].parameter == first.parameter;
+    const Parameter& about = problem_->unknowns.description_of(static_cast<int>(k));
+    if (first.index != 0 || !colour || about.coordinate != Coordinate::kLog || about.effect != Effect::kVolume)
+      continue;
+    const double seen = normal_.diagonal()
+                            .segment<3>(k)
+                            .cwiseMax(kLeastStrength * strength_.segment<3>(k))
+                            .cwiseMax(0)
+                            .sum();
+    if (!(seen > 0)) continue;
+    const double noise = covariance_.diagonal().segment<3>(k).sum() / seen;
+    prior.block<3, 3>(k, k) = (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3)) *
+                              (noise / (kUnlikeness * kUnlikeness));
+  }
+  return prior;
+}
+
 /// Step within the caps and the bounds. Components that would leave at a bound are held, and the
 /// others solved again without them.
 Vector GaussNewton::bounded_step(const Vector& u) const {
-  const Vector residual = right_ - normal_ * u;
+  const Matrix normal = normal_ + prior();
+  const Vector residual = right_ - normal * u;
   const Vector scale =
-      normal_.diagonal().cwiseMax(kLeastStrength * strength_).cwiseMax(0).cwiseSqrt();
+      normal.diagonal().cwiseMax(kLeastStrength * strength_).cwiseMax(0).cwiseSqrt();
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < u.size(); ++k)
     if (scale[k] > 0) free.push_back(k);  // else: not in any picture
   Vector step = Vector::Zero(u.size());
   while (!free.empty()) {
-    step = free_step(free, residual, scale);
+    step = free_step(free, normal, residual, scale);
     const auto leaves = [&](Eigen::Index k) {
       return (u[k] <= coordinates_.minimum()[k] && step[k] < 0) ||
              (u[k] >= coordinates_.maximum()[k] && step[k] > 0);
@@ -237,10 +265,10 @@ Vector GaussNewton::bounded_step(const Vector& u) const {
 }
 
 /// Damped step in the eigenbasis of the scaled normal matrix, shrunk where it is noise.
-Vector GaussNewton::free_step(const std::vector<Eigen::Index>& free, const Vector& residual,
-                              const Vector& scale) const {
+Vector GaussNewton::free_step(const std::vector<Eigen::Index>& free, const Matrix& normal,
+                              const Vector& residual, const Vector& scale) const {
   const Vector inverse = scale(free).cwiseInverse();
-  const Matrix scaled = inverse.asDiagonal() * normal_(free, free) * inverse.asDiagonal();
+  const Matrix scaled = inverse.asDiagonal() * normal(free, free) * inverse.asDiagonal();
   const Matrix noise = inverse.asDiagonal() * covariance_(free, free) * inverse.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled);
   const Matrix& basis = solver.eigenvectors();

@@ -70,9 +70,10 @@ class GaussNewton final : public Optimiser {
   bool worse_than_best(const NoisyLoss& loss) const;
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
                       double keep);
+  Matrix prior() const;
   Vector bounded_step(const Vector& u) const;
-  Vector free_step(const std::vector<Eigen::Index>& free, const Vector& residual,
-                   const Vector& scale) const;
+  Vector free_step(const std::vector<Eigen::Index>& free, const Matrix& normal,
+                   const Vector& residual, const Vector& scale) const;
   double least_damping() const;
 
   const Problem* problem_;

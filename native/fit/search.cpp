@@ -125,6 +125,10 @@ double Search::point_in_range(int component, double at) const {
     low = std::max(low, start / kReach);
     high = std::min(high, start * kReach);
   }
+  if (description.coordinate == Coordinate::kReflectance) {
+    low = Coordinates::reflectance(low);
+    return Coordinates::albedo_of(low + at * (Coordinates::reflectance(high) - low));
+  }
   if (description.coordinate == Coordinate::kLog && low > 0) return low * std::pow(high / low, at);
   return low + at * (high - low);
 }

@@ -37,6 +37,7 @@ struct Medium {
                     .fit_lower = 0.001,
                     .fit_upper = 0.9999,
                     .initial = 0.8,
+                    .coordinate = Coordinate::kReflectance,
                     .effect = Effect::kVolume,
                     .help = "Share of what meets the medium that is scattered, not absorbed"},
           m.albedo);

@@ -12,7 +12,12 @@ enum class Effect { kSurface, kEmission, kVolume, kVisibility };
 enum class Versions { kBoth, k1, k2 };
 
 /// Coordinate in which an optimiser should step: the picture is closest to linear in it.
-enum class Coordinate { kLinear, kLog, kLogExcess };  // kLogExcess: log(x - 1), for IOR
+enum class Coordinate {
+  kLinear,
+  kLog,
+  kLogExcess,    ///< log(x - 1), for an index of refraction
+  kReflectance,  ///< what a half-space of that single-scattering albedo reflects
+};
 
 /// The one description of a parameter. It stands beside the member that a lobe computes with
 /// (`fields` of the model) and everything else follows from it: the Python table, panel rows, box

@@ -34,6 +34,7 @@ TEST(Coordinates, GoBackAndForthAndHaveTheRightSlope) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "base_color", {0.2, 0.2, 0.2}, 0, 1, 0.03},
                                               {"Body", "roughness", {0.6}, 0, 1, 0.03},
                                               {"Body", "ior", {1.7}, 1, 2.5, 0.03},
+                                              {"Body", "albedo", {0.7, 0.7, 0.7}, 0, 0.999, 0.03},
                                               {"World", "strength", {2}, 0, 100, 0.03}});
   const Coordinates coordinates(unknowns);
   for (const Vector& x : {unknowns.minimum(), unknowns.maximum(), unknowns.start()}) {
@@ -49,6 +50,36 @@ TEST(Coordinates, GoBackAndForthAndHaveTheRightSlope) {
               1e-6 * x.maxCoeff() + 1e-8);
   }
   EXPECT_LT(coordinates.minimum()[3], -5) << "roughness is logarithmic";
+}
+
+TEST(Coordinates, ReflectanceHasTheRightSlopeAndEnds) {
+  EXPECT_EQ(Coordinates::reflectance(0), 0);
+  EXPECT_EQ(Coordinates::reflectance(1), 1);
+  for (const double albedo : {0.0, 1e-3, 0.3, 0.8, 0.99, 0.999}) {
+    const double u = Coordinates::reflectance(albedo);
+    EXPECT_NEAR(Coordinates::albedo_of(u), albedo, 1e-12);
+  }
+}
+
+/// 1 - 2 sqrt(1 - a) (first moment of the H function); Chandrasekhar 1960, "Radiative Transfer",
+/// chapter V.
+double exact_reflectance(double albedo) {
+  constexpr int kNodes = 400;
+  const double root = std::sqrt(1 - albedo);
+  Eigen::ArrayXd mu(kNodes), h = Eigen::ArrayXd::Ones(kNodes);
+  for (int i = 0; i < kNodes; ++i) mu[i] = (i + 0.5) / kNodes;
+  for (int pass = 0; pass < 200; ++pass) {
+    Eigen::ArrayXd next(kNodes);
+    for (int i = 0; i < kNodes; ++i)
+      next[i] = 1 / (root + albedo / 2 * (mu * h / (mu + mu[i])).mean());
+    h = next;
+  }
+  return 1 - 2 * root * (h * mu).mean();
+}
+
+TEST(Coordinates, ReflectanceIsThatOfAHalfSpace) {
+  for (const double albedo : {0.3, 0.6, 0.9, 0.99})
+    EXPECT_NEAR(Coordinates::reflectance(albedo), exact_reflectance(albedo), 0.003) << albedo;
 }
 
 TEST(BoxBlur, IsTheMeanOfWhatLiesInside) {
