@@ -88,6 +88,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_gradient(commands)
     _add_probe(commands)
     _add_fit(commands)
+    _add_next_camera(commands)
     _add_trade(commands)
     _add_demo(commands)
     return parser
@@ -102,6 +103,7 @@ def _command(
         "gradient": "renders a picture with its derivatives",
         "probe": "evaluates the BSDF for each row of a table",
         "fit": "fits parameters to photos",
+        "next-camera": "tells from where another photo would tell most",
         "trade": "measures time against error on a scene",
         "demo": "fits the demo scene",
     }[name]
@@ -213,6 +215,29 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
     add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
+
+
+def _add_next_camera(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "next-camera", ".commands.next_camera")
+    parser.set_defaults(start=[], grid=[])  # --set says at which values to look
+    add = parser.add_argument
+    scene = "a .blend file, or the folder or run.json of a fit: then at its fitted values"
+    add("scene", metavar="SCENE", help=scene)
+    many = {"action": "append", "default": []}
+    add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what is unknown")
+    add("--photo", **many, metavar="CAMERA=FILE", help="default: the captures of the scene")
+    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
+    value = "a value to look at; default: the fitted one, or the scene's"
+    add("--set", **many, metavar="OWNER:PARAM=V[,V,V]", help=value)
+    add("--height", type=int, help="pixels of the pictures that a fit would compare")
+    add("--depth", type=int, help="bounces; 0: unlimited")
+    add("--seed", type=int)
+    add("--threads", type=int, help="0: all")
+    add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
+    add(
+        "--save", metavar="OUT.blend", help="saves a copy of the scene with the camera 'Next photo'"
+    )
 
 
 def _add_trade(commands: argparse._SubParsersAction) -> None:

@@ -52,6 +52,7 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_scene(m);
   selenite::bind_render(m);
   selenite::bind_fit(m);
+  selenite::bind_look(m);
   selenite::bind_probe(m);
   selenite::self_test();
 }

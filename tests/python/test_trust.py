@@ -88,6 +88,14 @@ def test_what_can_make_up_for_it_is_named() -> None:
     assert "Body:ior can make up for it" in text
 
 
+def test_what_is_not_determined_is_told_with_where_to_find_the_next_photo() -> None:
+    assert "selenite next-camera RESULT_FOLDER" in said(result())
+    assert "Suggest Next Camera" in said(result())
+    all_known = result()
+    all_known["report"]["parameters"]["Body:base_color"]["determined"] = [True] * 3
+    assert "next-camera" not in said(all_known)
+
+
 def test_a_bound_is_named_with_its_cure() -> None:
     assert "Body:ior: at its maximum 0.999: widen the bound" in said(result())
     assert trust.entries(IOR, result())["at_bound"] == "maximum"

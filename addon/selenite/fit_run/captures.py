@@ -16,6 +16,9 @@ from .. import native
 from ..problems import Problem, listed
 from ..scene_read.values import PACKED, CameraValues, CaptureRequest, SceneValues
 
+#: How the warning begins that names them.
+LEFT_OUT = "Cameras without a photo are left out"
+
 
 @dataclass(frozen=True)
 class Capture:
@@ -70,7 +73,7 @@ def read_captures(
             captures += [capture] if capture is not None else []
     left_out = [name for name in cameras if name not in {item.camera for item in requests}]
     if requests and left_out:
-        warnings.append(f"Cameras without a photo are left out: {listed(left_out)}")
+        warnings.append(f"{LEFT_OUT}: {listed(left_out)}")
     return captures
 
 

@@ -88,6 +88,11 @@ def _undetermined(unknown: Unknown, told: dict[str, Any]) -> str:
 def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     """All of it for the terminal and the log, a line each."""
     lines = [f"{item.name}: {text}" for item in plan.unknowns for text in words(item, result)]
+    if any("not determined" in line for line in lines):
+        lines.append(
+            "Where another photo would tell most: selenite next-camera RESULT_FOLDER, or "
+            "Suggest Next Camera in the panel"
+        )
     left = misfit(result)
     if left is not None and not result["report"]["parameters"]:
         lines.append("No intervals: those of media do not hold yet")

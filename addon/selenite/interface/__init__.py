@@ -7,6 +7,7 @@ import bpy
 
 from . import (
     apply_operators,
+    camera_operators,
     check_operators,
     fit_operators,
     panels,
@@ -24,6 +25,7 @@ _MODULES = (
     apply_operators,
     check_operators,
     time_operators,
+    camera_operators,
     panels,
     stages,
 )
@@ -46,6 +48,7 @@ def unregister() -> None:
     global _command
     state.CHECK.stop()
     state.TRADE.stop()
+    state.NEXT.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

@@ -193,6 +193,8 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         for name in (*names, "search", "physical_refraction"):
             column.prop(context.scene.selenite, name)
         column.operator("selenite.resume", icon="RECOVER_LAST")
+        if not len(context.scene.selenite.results):  # else it stands below them
+            _next_camera(column)
         column.prop(context.scene.selenite, "trade_budget")
         column.operator("selenite.trade", icon="GRAPH")
         if state.TRADE.step is not None:
@@ -222,6 +224,7 @@ class SELENITE_PT_result(bpy.types.Panel):
         buttons = layout.row(align=True)
         buttons.operator("selenite.apply", icon="CHECKMARK")
         buttons.operator("selenite.restore", text="Restore", icon="LOOP_BACK")
+        _next_camera(layout)
         layout.prop(settings, "output")
         layout.operator("selenite.save_result", icon="FILE_TICK")
 
@@ -258,6 +261,20 @@ class SELENITE_PT_cycles(bpy.types.Panel):
             box.label(text=f"{item.name}: {item.value}", icon="ERROR" if item.spoils else "INFO")
             for part in _wrapped(item.cost):
                 box.label(text=part)
+
+
+def _next_camera(layout: bpy.types.UILayout) -> None:
+    """The button, how far it has come, and what was found."""
+    found = state.NEXT
+    if found.job is None:
+        layout.operator("selenite.suggest_camera", icon="OUTLINER_OB_CAMERA")
+    else:
+        step = found.step
+        _bar(layout, step.fraction if step else 0.0, step.text if step else "Starting")
+        layout.operator("selenite.cancel_suggestion", icon="X")
+    for line in found.lines:
+        for part in _wrapped(line):
+            layout.label(text=part)
 
 
 def _bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:

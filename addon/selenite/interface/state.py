@@ -16,6 +16,8 @@ from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..fit_run.staging.job import StagedJob
+from ..next_camera.suggestion import Step as Look
+from ..next_camera.suggestion import SuggestionJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 
@@ -112,9 +114,32 @@ class Measurement:
         self.trade = self.steps = self.step = None
 
 
+@dataclass
+class NextCamera:
+    """At most one search for the next camera at a time. `lines` stay after its end."""
+
+    job: SuggestionJob | None = None
+    scene_name: str = ""
+    step: Look | None = None
+    lines: list[str] = field(default_factory=list)
+
+    def start(self, job: SuggestionJob, scene_name: str) -> None:
+        """Starts the thread."""
+        self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
+        job.start()
+
+    def stop(self) -> None:
+        """Waits for the thread and forgets it."""
+        job, self.job, self.step = self.job, None, None
+        if job is not None:
+            job.cancel()
+            job.join()
+
+
 RUN = Run()
 CHECK = Check()
 TRADE = Measurement()
+NEXT = NextCamera()
 #: Scene name -> preset -> expected seconds of a fit, when they were last estimated.
 SECONDS: dict[str, dict[str, float]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
@@ -122,8 +147,8 @@ SHAPES: dict[str, list[str]] = {}
 
 
 def is_idle() -> bool:
-    """Neither a fit nor a check nor a measurement runs."""
-    return RUN.job is None and CHECK.job is None and TRADE.trade is None
+    """Neither a fit nor a check nor a measurement nor a search for a camera runs."""
+    return RUN.job is None and CHECK.job is None and TRADE.trade is None and NEXT.job is None
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:

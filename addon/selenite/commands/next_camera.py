@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite next-camera`: where the next photo would tell most."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..fit_run.captures import LEFT_OUT
+from ..fit_run.request import RunRequest, UnknownRequest, read_run
+from ..fit_run.settings import FitSettings, with_overrides
+from ..next_camera import report
+from ..next_camera.suggestion import Suggestion, suggestion_of
+from ..parameters import Values, join_name
+from ..problems import BadInput, Problem
+from ..scene_read.values import SceneValues
+from . import arguments
+from .fit import captures_from, unknowns_of
+from .scene import find_constant, open_scene
+from .terminal import bar, say, table
+
+_SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Ranks the places and, with --save, puts a camera at the best one. SCENE may be a run.json or
+    a result folder: then its fitted values count."""
+    problems: list[Problem] = []
+    save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
+    base, fitted = _asked(Path(args.scene).expanduser())
+    settings = FitSettings()
+    try:
+        settings = with_overrides(base.settings, {name: getattr(args, name) for name in _SETTINGS})
+    except BadInput as error:
+        problems += error.problems
+    scene, values = open_scene(base.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    unknowns = unknowns_of(args, base, values, (), problems)
+    changes = _changes(args, values, problems)
+    request = RunRequest(
+        scene=str(Path(base.scene).expanduser().resolve()),
+        unknowns=tuple(_at(item, {**fitted, **changes}) for item in unknowns),
+        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
+        settings=settings,
+    )
+    try:
+        found = suggestion_of(values, request, packed_photos(), changes)
+    except BadInput as error:
+        problems += error.problems
+    arguments.stop_if(problems)
+    for text in found.plan.warnings:
+        if not text.startswith(LEFT_OUT):  # they are places here
+            say(f"warning: {text}")
+    if any(item.parameter.effect == "volume" for item in found.plan.unknowns):
+        say("warning: errors of media are not to be trusted; compare places by them, no more")
+    with bar("looking") as shown:
+        for step in found.steps():
+            shown.update(step.fraction, note=step.text)
+    content = report.as_json(found)
+    table(*report.table_rows(found))
+    for line in content["advice"]:
+        say(line)
+    if save is not None:
+        content["saved"] = _save(scene, found, str(save))
+    return content
+
+
+def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
+    """What was asked for, and the values that were found, none for a scene. Raises BadInput."""
+    if path.is_dir():
+        path = path / "run.json"
+    if path.suffix != ".json":
+        return RunRequest(str(path)), {}
+    request = read_run(path)
+    result = path.with_name("result.json")
+    if not result.is_file():
+        return request, {}
+    try:
+        rows = json.loads(result.read_text(encoding="utf-8"))["parameters"]
+        found = {}
+        for item in request.unknowns:
+            value = rows[join_name(item.owner, item.parameter)]["value"]
+            numbers = value if isinstance(value, list) else [value]
+            found[item.owner, item.parameter] = tuple(float(x) for x in numbers)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        title, cause = f"File '{result}'", f"it has no fitted values ({error!r})"
+        cure = "give the folder of a fit that has ended, or the scene with --set"
+        raise BadInput(Problem(title, cause, cure)) from error
+    return request, found
+
+
+def _at(item: UnknownRequest, known: dict[tuple[str, str], Values]) -> UnknownRequest:
+    """The request with the value to look at, where one is known."""
+    return replace(item, start=known.get((item.owner, item.parameter), item.start))
+
+
+def _changes(
+    args: argparse.Namespace, values: SceneValues, problems: list[Problem]
+) -> dict[tuple[str, str], Values]:
+    """--set, checked."""
+    found = {}
+    for (owner_name, name), numbers in arguments.assignments(args.set, problems).items():
+        known = find_constant(values, owner_name, name, problems)
+        if known is None:
+            continue
+        owner, parameter = known
+        numbers = parameter.broadcast(numbers)
+        complaint = parameter.complaint(numbers)
+        if complaint:
+            title = f"Parameter '{join_name(owner_name, name)}'"
+            problems.append(Problem(title, complaint, "give a value inside"))
+            continue
+        found[owner.name, name] = numbers
+    return found
+
+
+def _save(scene: Any, found: Suggestion, path: str) -> str:  # noqa: ANN401 - a bpy scene
+    """A copy of the file with the camera in it; where the best place has one, that one is the
+    scene's camera."""
+    from .. import write_back
+    from ..write_back.cameras import add_camera
+
+    place = found.rows[0].candidate
+    if place.existing:
+        scene.camera = scene.objects[place.camera.name]
+        made = place.camera.name
+    else:
+        first = found.plan.captures[0].camera
+        made = add_camera(scene, report.NEW_CAMERA, first, place.camera).name
+    write_back.save_copy(path)
+    say(f"wrote {path} with camera '{made}'")
+    return path

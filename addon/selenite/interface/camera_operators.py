@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Suggest Next Camera: looks from many places, and puts a camera where a photo would tell most."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ..fit_run.request import RunRequest, UnknownRequest
+from ..native import NativeUnavailable
+from ..next_camera import report
+from ..next_camera.suggestion import Suggestion, SuggestionJob, suggestion_of
+from ..parameters import Values
+from ..problems import BadInput
+from ..scene_read.photos import packed_photos
+from ..scene_read.scene import read_scene
+from ..scene_read.values import SceneValues
+from ..write_back.cameras import add_camera
+from . import grid_rows
+from .request import run_request
+from .row_operators import report_problems
+from .state import NEXT, is_idle
+from .ticking import Ticking, redraw
+
+
+class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
+    """Look from many places around the object, and add a camera where another photo would tell most
+    about the ticked parameters, at the fitted values or else the scene's. Esc cancels"""
+
+    bl_idname = "selenite.suggest_camera"
+    bl_label = "Suggest Next Camera"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """Nothing runs that would slow it down."""
+        cls.poll_message_set("A fit or a check is running")
+        return is_idle()
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Starts the thread; a timer looks at it."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        return self._add_timer(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Without a window: waits for the end."""
+        return self._finish(context) if self._start(context) else {"CANCELLED"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Everything but Esc passes through, so that Blender stays usable."""
+        if NEXT.job is None:  # cancelled from elsewhere
+            self._remove_timer(context)
+            redraw(context)
+            return {"CANCELLED"}
+        if event.type == "ESC" and event.value == "PRESS":
+            NEXT.job.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        running, NEXT.step = NEXT.job.progress()
+        redraw(context)
+        return {"PASS_THROUGH"} if running else self._finish(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender quits or loads another file: the thread must end first."""
+        NEXT.stop()
+        self._remove_timer(context)
+
+    def _start(self, context: bpy.types.Context) -> bool:
+        scene = context.scene
+        try:
+            values = read_scene(scene, context.evaluated_depsgraph_get())
+            known = _known(scene, values)
+            request = _at(run_request(scene, values), known)
+            found = suggestion_of(values, request, packed_photos(), known)
+        except BadInput as error:
+            report_problems(self, error)
+            return False
+        except NativeUnavailable as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        NEXT.start(SuggestionJob(found), scene.name)
+        return True
+
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        self._remove_timer(context)
+        job, NEXT.job = NEXT.job, None
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(NEXT.scene_name)
+        try:
+            done = job.join()
+        except (BadInput, ValueError, RuntimeError) as error:
+            if isinstance(error, BadInput):
+                report_problems(self, error)
+            else:
+                self.report({"ERROR"}, f"No camera is suggested: {error}")
+            return {"CANCELLED"}
+        finally:
+            redraw(context)
+        if not done or scene is None:
+            NEXT.lines = ["Cancelled; nothing was changed"]
+            return {"CANCELLED"}
+        like = _like(job.suggestion)
+        if like not in scene.objects:  # deleted or renamed meanwhile
+            self.report({"ERROR"}, f"Camera '{like}' is gone; suggest again")
+            return {"CANCELLED"}
+        name = _show(scene, job.suggestion)
+        NEXT.lines = report.advice(job.suggestion)
+        self.report({"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
+        return {"FINISHED"}
+
+
+class SELENITE_OT_cancel_suggestion(bpy.types.Operator):
+    """Stop looking; nothing is changed"""
+
+    bl_idname = "selenite.cancel_suggestion"
+    bl_label = "Cancel"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """It is looking."""
+        return NEXT.job is not None
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        """The thread ends within a tile; the operator that waits for it sees that."""
+        NEXT.job.cancel()
+        return {"FINISHED"}
+
+
+def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str], Values]:
+    """The fitted values of what the scene still has; none once they are applied, for then they are
+    the scene's."""
+    rows = () if scene.selenite.applied else scene.selenite.results
+    return {
+        (row.owner, row.parameter): tuple(row.value[: row.width])
+        for row in rows
+        if not grid_rows.is_grid(row)
+        and row.owner in values.owners
+        and row.parameter in values.owners[row.owner].values
+    }
+
+
+def _at(request: RunRequest, known: dict[tuple[str, str], Values]) -> RunRequest:
+    """The request with the fitted values for its starts, inside its bounds."""
+
+    def moved(item: UnknownRequest) -> UnknownRequest:
+        value = known.get((item.owner, item.parameter))
+        if value is None:
+            return item
+        low = item.minimum if item.minimum is not None else min(value)
+        high = item.maximum if item.maximum is not None else max(value)
+        return replace(item, start=tuple(min(max(x, low), high) for x in value))
+
+    return replace(request, unknowns=tuple(map(moved, request.unknowns)))
+
+
+def _like(found: Suggestion) -> str:
+    """The camera that stands at the best place, or whose lens a new one there gets."""
+    place = found.rows[0].candidate
+    return place.camera.name if place.existing else found.plan.captures[0].camera
+
+
+def _show(scene: bpy.types.Scene, found: Suggestion) -> str:
+    """Adds the camera, or takes the one that stands there; it becomes the active object."""
+    place, like = found.rows[0].candidate, _like(found)
+    if place.existing:
+        camera = scene.objects[like]
+    else:
+        camera = add_camera(scene, report.NEW_CAMERA, like, place.camera)
+    layer = bpy.context.view_layer
+    layer.update()  # it does not know a new object before
+    if camera.name in layer.objects:
+        for item in layer.objects:
+            item.select_set(item == camera)
+        layer.objects.active = camera
+    return str(camera.name)
+
+
+CLASSES = (SELENITE_OT_suggest_camera, SELENITE_OT_cancel_suggestion)

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/look.h"
+
+#include "fit/secants.h"
+#include "math/error.h"
+
+namespace selenite {
+
+Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camera,
+          const RenderSettings& settings, Progress* progress) {
+  if (settings.spp < 2)
+    throw InvalidArgument("A look of " + std::to_string(settings.spp) +
+                          " samples a pixel has no second half; give spp of at least 2");
+  const SlotLayout layout(scene, unknowns.parameters());
+  const Coordinates coordinates(unknowns);
+  Capture black;  // residuals are not asked for
+  black.camera = camera;
+  black.width = settings.width;
+  black.height = settings.height;
+  black.reference.resize(static_cast<std::size_t>(settings.width) * settings.height);
+  const std::vector<Capture> captures{black};
+  const Problem problem{unknowns, layout, captures, losses()[0], 1};
+  const auto picture = [&](const Vector& x, const SlotLayout& slots) {
+    const Scene at = unknowns.scene_with(scene, x);
+    return render(at, at.camera(camera), slots, settings, progress);
+  };
+  const Vector& x = unknowns.start();
+  Observation seen{0, picture(x, layout), {}};
+  take_secants(
+      problem, coordinates, x, Side::kUp,
+      [&](const Vector& at) { return picture(at, SlotLayout()); }, seen.film);
+  Halves halves = split_halves(problem, seen, coordinates.slope(x));
+  return {std::move(seen.film), std::move(halves.jacobian_a), std::move(halves.jacobian_b)};
+}
+
+}  // namespace selenite

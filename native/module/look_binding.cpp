@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/stl.h>
+
+#include <cstring>
+
+#include "fit/look.h"
+#include "module/arrays.h"
+#include "module/bindings.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+/// (owner, parameter, values, minimum, maximum)
+using Asked = std::tuple<std::string, std::string, std::vector<double>, double, double>;
+
+Unknowns unknowns_of(const Scene& scene, const std::vector<Asked>& asked) {
+  std::vector<UnknownParameter> wanted;
+  for (const auto& [owner, parameter, values, minimum, maximum] : asked)
+    wanted.push_back({owner, parameter, values, minimum, maximum});
+  return {scene, wanted};
+}
+
+py::array_t<double> vector_array(const Vector& v) {
+  return py::array_t<double>(static_cast<py::ssize_t>(v.size()), v.data());
+}
+
+/// (n, height, width, 3)
+py::array_t<float> jacobian_array(const Jacobian& jacobian, const Film& film) {
+  py::array_t<float> out({static_cast<py::ssize_t>(jacobian.cols()), py::ssize_t{film.height},
+                          py::ssize_t{film.width}, py::ssize_t{3}});
+  std::memcpy(out.mutable_data(), jacobian.data(),
+              static_cast<std::size_t>(jacobian.size()) * sizeof(float));
+  return out;
+}
+
+py::dict coordinates_dict(const Scene& scene, const std::vector<Asked>& asked) {
+  const Unknowns unknowns = unknowns_of(scene, asked);
+  const Coordinates coordinates(unknowns);
+  py::list names;
+  for (const Component& component : unknowns.components()) names.append(component.name);
+  return py::dict("names"_a = names, "slope"_a = vector_array(coordinates.slope(unknowns.start())),
+                  "range"_a = vector_array(coordinates.maximum() - coordinates.minimum()));
+}
+
+py::dict look_dict(const Scene& scene, const std::vector<Asked>& asked, const std::string& camera,
+                   int width, int height, int spp, std::uint64_t seed, int depth, int threads,
+                   Progress* progress) {
+  const Unknowns unknowns = unknowns_of(scene, asked);
+  const RenderSettings settings{width, height, spp, seed, depth, threads};
+  Look seen;
+  {
+    py::gil_scoped_release release;
+    seen = look(scene, unknowns, camera, settings, progress);
+  }
+  const Film& film = seen.film;
+  Picture half_b(film.size());
+  for (std::size_t i = 0; i < film.size(); ++i)
+    half_b[i] = film.half_b(film.mean[i], film.half_a[i]);
+  const auto picture = [&](const Picture& p) { return picture_array(p, width, height); };
+  return py::dict("image"_a = picture(film.mean), "half_a"_a = picture(film.half_a),
+                  "half_b"_a = picture(half_b), "variance"_a = picture(film.variance),
+                  "jacobian_a"_a = jacobian_array(seen.a, film),
+                  "jacobian_b"_a = jacobian_array(seen.b, film), "dropped"_a = film.dropped);
+}
+
+py::array_t<int> first_hits(const Scene& scene, const Array<double>& starts,
+                            const Array<double>& ends) {
+  const auto from = rows<Vec3d>(starts, "starts"), to = rows<Vec3d>(ends, "ends");
+  if (from.size() != to.size())
+    throw InvalidArgument("first_hits: " + std::to_string(from.size()) + " starts and " +
+                          std::to_string(to.size()) + " ends; give as many of both");
+  py::array_t<int> found(static_cast<py::ssize_t>(from.size()));
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vec3d way = to[i] - from[i];
+    const double distance = length(way);
+    if (!(distance > 0) || !std::isfinite(distance))
+      throw InvalidArgument("first_hits: start and end " + std::to_string(i) +
+                            " are not two different finite points");
+    const Ray ray{Vec3f(from[i] - scene.geometry->origin()), Vec3f(way / distance), 0,
+                  static_cast<float>(distance)};
+    const std::optional<Hit> hit = scene.geometry->intersect(ray, true);
+    found.mutable_at(static_cast<py::ssize_t>(i)) = hit ? hit->instance : -1;
+  }
+  return found;
+}
+
+}  // namespace
+
+void bind_look(py::module_& m) {
+  m.def("first_hits", &first_hits, "scene"_a, "starts"_a, "ends"_a,
+        R"((n, 3) and (n, 3) world points -> (n,) int: the object, counted as in Scene.objects, that
+a camera at the start sees first before the end; -1: none. ValueError: a start is its end, or the
+shapes differ.)");
+  m.def("coordinates", &coordinates_dict, "scene"_a, "unknowns"_a,
+        R"(The coordinates in which a fit steps: dict of {names: ["Body:ior"], slope: d value / d
+coordinate at the values, range: between the bounds}, each by component.
+
+unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
+  m.def("look", &look_dict, "scene"_a, "unknowns"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
+        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "progress"_a = py::none(),
+        R"(What a camera shows of the unknowns at their values: dict of image, half_a, half_b,
+variance (of image), each (height, width, 3), and jacobian_a, jacobian_b, (n, height, width, 3),
+d picture / d coordinate by component over even and odd samples; dropped.
+
+unknowns: as for `coordinates`. Raises ValueError (spp below 2, more than 32 slots), KeyError,
+Cancelled.)");
+}
+
+}  // namespace selenite
