@@ -22,7 +22,7 @@ from .scenes import OWNER
 
 #: Distance of the two pictures by coordinate; the logarithmic ones are those of
 #: native/fit/secants.cpp, which has none for linear parameters.
-STEPS = {"log": 0.3, "log_excess": 0.2, "linear": 0.06}
+STEPS = {"log": 0.3, "blur": 0.3, "log_excess": 0.2, "linear": 0.06, "reflectance": 0.06}
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ DETACHED = "detached"
 
 
 class Coordinate:
-    """u = log(x - shift), or x."""
+    """u = log(x - shift), or x (of an albedo too: its differences are short)."""
 
     def __init__(self, name: str) -> None:
         kind = parameters.table()["material", name].coordinate
         self.step = STEPS[kind]
-        self.shift = {"log": 0.0, "log_excess": 1.0}.get(kind)
+        self.shift = {"log": 0.0, "blur": 0.0, "log_excess": 1.0}.get(kind)
 
     def moved(self, value: Any, by: float) -> Any:  # noqa: ANN401
         """The value (or list of components) after `by` in u."""

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <future>
 #include <thread>
 #include <vector>
 
@@ -59,6 +60,11 @@ AlbedoTables::AlbedoTables() {
   // The rows with the most work come first.
   on_all_cores(kCoarse + kFine,
                [this](int row) { row < kCoarse ? fill_coarse(row) : fill_fine(row - kCoarse); });
+}
+
+void AlbedoTables::prepare() {
+  // The future's destructor waits at the end of the process: nothing runs after the statics are gone.
+  static const std::future<void> building = std::async(std::launch::async, [] { get(); });
 }
 
 void AlbedoTables::fill_fine(int i) {

@@ -21,6 +21,9 @@ class AlbedoTables {
   /// Built on the first call (well under a second), then shared; thread-safe.
   static const AlbedoTables& get();
 
+  /// Begins to build them in a thread of its own, so that a render that follows need not wait.
+  static void prepare();
+
   /// Reflection lobe with reflectance 1.
   template <class T>
   T mirror(const T& roughness, scalar_t<T> c) const {

@@ -2,6 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "math/error.h"
+#include "model/albedo_tables.h"
 #include "module/bindings.h"
 #include "scene/geometry.h"
 
@@ -48,6 +49,8 @@ PYBIND11_MODULE(_core, m) {
     }
   });
   py::register_exception<selenite::Cancelled>(m, "Cancelled", PyExc_RuntimeError);
+  m.def("prepare", &selenite::AlbedoTables::prepare,
+        "Begins what a first render waits for (half a second of tables), in a thread of its own.");
   selenite::bind_parameters(m);
   selenite::bind_scene(m);
   selenite::bind_render(m);

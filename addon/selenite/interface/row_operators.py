@@ -34,6 +34,7 @@ class SELENITE_OT_refresh_rows(bpy.types.Operator):
         except NativeUnavailable as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
+        native.core().prepare()  # while the user ticks
         request.refresh_rows(context.scene, values)
         remember_shapes(context.scene.name, values)
         CHECK.contents[context.scene.name] = contents_of(context.scene)
