@@ -18,9 +18,13 @@ OWNERS = {
     "light": "Lights",
     "world": "World (named `World`)",
 }
-STEPS = {"linear": "value", "log": "logarithm", "log_excess": "log(value - 1)",
-    "blur": "value",
-    "reflectance": "reflectance of a half-space"}
+STEPS = {
+    "linear": "value",
+    "log": "logarithm",
+    "log_excess": "log(value - 1)",
+    "blur": "log(value + 0.1)",
+    "reflectance": "reflectance of a half-space",
+}
 
 
 def page(table: list[dict[str, Any]]) -> str:

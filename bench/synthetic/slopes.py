@@ -20,8 +20,7 @@ from selenite import native, parameters
 
 from .scenes import OWNER
 
-#: Distance of the two pictures by coordinate; the logarithmic ones are those of
-#: native/fit/secants.cpp, which has none for linear parameters.
+#: h, the unit of the distances, by coordinate.
 STEPS = {"log": 0.3, "blur": 0.3, "log_excess": 0.2, "linear": 0.06, "reflectance": 0.06}
 
 

@@ -79,7 +79,8 @@ Coordinates::Coordinates(const Unknowns& unknowns) : cap_(unknowns.size()) {
     const double minimum = unknowns.minimum()[k], maximum = unknowns.maximum()[k];
     switch (unknowns.description_of(k).coordinate) {
       case Coordinate::kLog:
-        axes_.push_back({Axis::Kind::kLogarithm, minimum > 0 ? 0 : kShiftAtZero * maximum - minimum});
+        axes_.push_back(
+            {Axis::Kind::kLogarithm, minimum > 0 ? 0 : kShiftAtZero * maximum - minimum});
         cap_[k] = kCapLog;
         break;
       case Coordinate::kLogExcess:
@@ -106,7 +107,8 @@ Coordinates::Coordinates(const Unknowns& unknowns) : cap_(unknowns.size()) {
 template <class F>
 Vector Coordinates::each(const Vector& in, F&& f) const {
   Vector out(in.size());
-  for (Eigen::Index k = 0; k < in.size(); ++k) out[k] = f(axes_[static_cast<std::size_t>(k)], in[k]);
+  for (Eigen::Index k = 0; k < in.size(); ++k)
+    out[k] = f(axes_[static_cast<std::size_t>(k)], in[k]);
   return out;
 }
 

@@ -9,7 +9,7 @@ namespace selenite {
 
 /// Coordinates in which the picture is closest to linear, as the table says
 /// (Parameter::coordinate): x, log x or log(x - 1), the logarithms shifted where the bounds reach
-/// their pole, or the diffuse reflectance of a half-space with albedo x.
+/// their pole, log(x + 0.1) of a roughness, or the diffuse reflectance of a half-space with albedo x.
 class Coordinates {
  public:
   explicit Coordinates(const Unknowns& unknowns);

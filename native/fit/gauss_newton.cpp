@@ -30,8 +30,8 @@ constexpr int kMostRejections = 3;
 constexpr double kWorseBy = 0.1, kWorseSigmas = 2;
 constexpr std::size_t kAveraged = 8;
 constexpr int kVarianceBlur = 2;
-constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
-constexpr double kModelError = 0.05;       ///< of a pixel's brightness
+constexpr double kFinalSamples = 64;  ///< samples a pixel will have seen in the end
+constexpr double kModelError = 0.05;  ///< of a pixel's brightness
 /// Channels of an extinction differ by about that factor (its logarithm), unless the photos say more.
 constexpr double kUnlikeness = 0.5;
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double

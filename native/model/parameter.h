@@ -16,7 +16,7 @@ enum class Coordinate {
   kLinear,
   kLog,
   kLogExcess,    ///< log(x - 1), for an index of refraction
-  kBlur,         ///< x, for a roughness: how far a reflection is blurred
+  kBlur,         ///< log(x + 0.1), for a roughness: how far a reflection is blurred
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
 };
 

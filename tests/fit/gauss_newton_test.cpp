@@ -49,7 +49,7 @@ TEST(Coordinates, GoBackAndForthAndHaveTheRightSlope) {
     EXPECT_LT((coordinates.slope(x) - difference).cwiseAbs().maxCoeff(),
               1e-6 * x.maxCoeff() + 1e-8);
   }
-  EXPECT_LT(coordinates.minimum()[3], -5) << "roughness is logarithmic";
+  EXPECT_DOUBLE_EQ(coordinates.minimum()[3], std::log(0.1)) << "roughness: log(x + 0.1)";
 }
 
 TEST(Coordinates, ReflectanceHasTheRightSlopeAndEnds) {
@@ -80,6 +80,61 @@ double exact_reflectance(double albedo) {
 TEST(Coordinates, ReflectanceIsThatOfAHalfSpace) {
   for (const double albedo : {0.3, 0.6, 0.9, 0.99})
     EXPECT_NEAR(Coordinates::reflectance(albedo), exact_reflectance(albedo), 0.003) << albedo;
+}
+
+constexpr std::size_t kDepths = kSyntheticSize * kSyntheticSize;
+double depth_at(std::size_t i) {
+  return 0.2 + static_cast<double>(i) / static_cast<double>(kDepths);
+}
+double light_through(const Scene& scene, std::size_t i, int channel) {
+  return std::exp(-depth_at(i) * scene.appearance.materials[0].values.extinction[channel]);
+}
+
+/// What comes through a medium of growing depth, with noise, and no blue at all.
+Film absorption(const Scene& scene, const Camera&, const SlotLayout& layout,
+                const RenderSettings& settings, Progress*) {
+  Film film;
+  film.width = settings.width;
+  film.height = settings.height;
+  film.spp = settings.spp;
+  film.slots.resize(layout.slots.size());
+  for (Picture* picture : {&film.mean, &film.half_a, &film.variance}) picture->resize(kDepths);
+  for (SlotFilm& slot : film.slots)
+    for (Picture* picture : {&slot.mean, &slot.half_a, &slot.variance, &slot.covariance})
+      picture->resize(kDepths);
+  for (std::size_t i = 0; i < kDepths; ++i)
+    for (int c = 0; c < 2; ++c) {
+      const double light = light_through(scene, i, c);
+      const Random random(settings.seed, static_cast<std::uint32_t>(i), 0);
+      const double even = 0.2 * (random.uniform(2 * c) - 0.5);
+      const double odd = 0.2 * (random.uniform(2 * c + 1) - 0.5);
+      film.half_a[i][c] = static_cast<float>(light * (1 + even));
+      film.mean[i][c] = static_cast<float>(light * (1 + (even + odd) / 2));
+      film.variance[i][c] = static_cast<float>(square(light * 0.2) / 24);
+      for (SlotFilm& slot : film.slots) {
+        slot.half_a[i][c] = static_cast<float>(-depth_at(i)) * film.half_a[i][c];
+        slot.mean[i][c] = static_cast<float>(-depth_at(i)) * film.mean[i][c];
+      }
+    }
+  return film;
+}
+
+TEST(GaussNewton, ChannelsOfAnExtinctionAreAlikeWhereNothingElseIsSeen) {
+  Scene scene = synthetic_scene();
+  scene.appearance.materials[0].values.extinction = {1, 3, 1};
+  Capture capture = synthetic_capture(scene, "Left");
+  for (std::size_t i = 0; i < kDepths; ++i)
+    for (int c = 0; c < 3; ++c)
+      capture.reference[i][c] = c < 2 ? static_cast<float>(light_through(scene, i, c)) : 0.f;
+  FitSettings settings = gauss_newton_settings({});
+  settings.renderer = absorption;
+  Fit fit(scene, {capture}, {{"Body", "extinction", {8, 8, 8}, 0.01, 100, 0.03}}, settings);
+  while (fit.step()) {
+  }
+  const Vector& found = fit.result().best;
+  EXPECT_NEAR(found[0], 1, 0.03) << "what is seen is not pulled";
+  EXPECT_NEAR(found[1], 3, 0.09);
+  EXPECT_NEAR(found[2], std::sqrt(3.0), 0.3) << "the one that nothing is seen of";
 }
 
 TEST(BoxBlur, IsTheMeanOfWhatLiesInside) {
