@@ -6,6 +6,7 @@ from pathlib import PurePath
 import bpy
 from bpy.props import CollectionProperty, StringProperty
 
+from .. import native
 from ..cycles_check.render_settings import contents_of
 from ..native import NativeUnavailable
 from ..problems import BadInput
