@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "math/error.h"
-#include "model/albedo_tables.h"
 
 namespace selenite {
 namespace {
@@ -28,7 +27,6 @@ std::string count_of(std::size_t n) { return std::to_string(n); }
 }  // namespace
 
 int SceneBuilder::add_material(Material material) {
-  AlbedoTables::prepare();
   require_new_name(appearance.materials, material.name, "Material");
   struct Check {
     const std::string& owner;
