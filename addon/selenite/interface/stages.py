@@ -77,17 +77,21 @@ class SELENITE_OT_add_stage(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_take_ticked(bpy.types.Operator):
-    """Let the active stage fit the parameters that are ticked now"""
-
-    bl_idname = "selenite.take_ticked"
-    bl_label = "Take Ticked Parameters"
-    bl_options = {"REGISTER", "UNDO"}
+class _OnActiveStage:
+    """Base of the operators that need one."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is an active stage."""
         return _active(context.scene.selenite) is not None
+
+
+class SELENITE_OT_take_ticked(_OnActiveStage, bpy.types.Operator):
+    """Let the active stage fit the parameters that are ticked now"""
+
+    bl_idname = "selenite.take_ticked"
+    bl_label = "Take Ticked Parameters"
+    bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """In place of those that it had."""
@@ -100,17 +104,12 @@ class SELENITE_OT_take_ticked(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_remove_stage(bpy.types.Operator):
+class SELENITE_OT_remove_stage(_OnActiveStage, bpy.types.Operator):
     """Remove the active stage"""
 
     bl_idname = "selenite.remove_stage"
     bl_label = "Remove Stage"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There is an active stage."""
-        return _active(context.scene.selenite) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """The one before it becomes active."""
@@ -120,7 +119,7 @@ class SELENITE_OT_remove_stage(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_move_stage(bpy.types.Operator):
+class SELENITE_OT_move_stage(_OnActiveStage, bpy.types.Operator):
     """Move the active stage in the list"""
 
     bl_idname = "selenite.move_stage"
@@ -128,11 +127,6 @@ class SELENITE_OT_move_stage(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     direction: EnumProperty(items=(("UP", "Up", "", 0), ("DOWN", "Down", "", 1)))
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """There is an active stage."""
-        return _active(context.scene.selenite) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Stays in the list at its ends."""
