@@ -20,7 +20,7 @@ from ..write_back.cameras import add_camera
 from . import grid_rows
 from .request import run_request
 from .row_operators import report_problems
-from .state import NEXT, is_idle
+from .state import NEXT
 from .ticking import Ticking, redraw
 
 
@@ -31,12 +31,6 @@ class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
     bl_idname = "selenite.suggest_camera"
     bl_label = "Suggest Next Camera"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """Nothing runs that would slow it down."""
-        cls.poll_message_set("A fit or a check is running")
-        return is_idle()
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the thread; a timer looks at it."""

@@ -40,12 +40,6 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         description="An unfinished run's folder",
     )
 
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """One fit at a time."""
-        cls.poll_message_set("A fit or a check is running")
-        return is_idle()
-
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer looks at it."""
         if not self._start(context, self.resume):

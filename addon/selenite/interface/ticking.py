@@ -7,12 +7,20 @@ from typing import cast
 
 import bpy
 
+from .state import is_idle
+
 
 class Ticking:
-    """Base of a modal operator that looks at something at each tick of a timer."""
+    """Base of a modal operator that looks at something at each tick of a timer; one at a time."""
 
     tick = 0.2  # seconds
     _timer: bpy.types.Timer | None = None
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """Nothing runs that would slow it down."""
+        cast("type[bpy.types.Operator]", cls).poll_message_set("A fit or a check is running")
+        return is_idle()
 
     def _add_timer(self, context: bpy.types.Context) -> set[str]:
         """What `invoke` returns."""

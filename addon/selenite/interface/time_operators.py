@@ -74,12 +74,6 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
     bl_idname = "selenite.trade"
     bl_label = "Measure Time against Error"
 
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """Nothing runs that would slow it down."""
-        cls.poll_message_set("A fit or a check is running")
-        return is_idle()
-
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Goes on at each tick of a timer."""
         if not self._start(context):
