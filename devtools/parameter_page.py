@@ -22,7 +22,7 @@ STEPS = {
     "linear": "value",
     "log": "logarithm",
     "log_excess": "log(value - 1)",
-    "blur": "log(value + 0.1)",
+    "blur": "log(value² + 0.1²) / 2",
     "reflectance": "reflectance of a half-space",
 }
 

@@ -8,10 +8,12 @@ namespace selenite {
 namespace {
 
 constexpr double kCapLog = 0.25, kCapLogExcess = 0.2, kCapLinear = 0.3;
-/// Shift of log(x + shift) of a roughness. Below it pictures change in proportion to x, and always in
-/// the same way: in plain log x a step from 0.2 towards 0.02 falls short again and again, and what was
-/// seen at 0.2, where that slope is large, outweighs in the sums what is seen on the way.
+/// Of log(x^2 + shift^2) / 2 of a roughness. Highlights are x^2 wide, so below the shift pictures are
+/// linear in x^2, not in log x: there a step from 0.2 towards 0.02 falls short again and again, and
+/// what was seen at 0.2, where the slope is large, outweighs in the sums what is seen on the way.
 constexpr double kBlurShift = 0.1;
+/// At roughness 0 the slope dx/du is infinite; derivatives by u vanish there.
+constexpr double kLeastBlur = 0.01;
 /// Smallest argument of log(x - 1 + shift): closer to 1 an index of refraction shows in nothing.
 constexpr double kLeastExcess = 0.05;
 /// Shift of log(x + shift), as a share of the upper bound, where the lower bound is 0.
@@ -40,6 +42,8 @@ double Coordinates::Axis::from_value(double x) const {
   switch (kind) {
     case Kind::kLogarithm:
       return std::log(x + shift);
+    case Kind::kBlur:
+      return std::log(x * x + shift * shift) / 2;
     case Kind::kReflectance:
       return reflectance(x);
     default:
@@ -51,6 +55,8 @@ double Coordinates::Axis::to_value(double u) const {
   switch (kind) {
     case Kind::kLogarithm:
       return std::exp(u) - shift;
+    case Kind::kBlur:
+      return std::sqrt(std::max(std::exp(2 * u) - shift * shift, 0.0));
     case Kind::kReflectance:
       return albedo_of(u);
     default:
@@ -62,6 +68,8 @@ double Coordinates::Axis::slope(double x) const {
   switch (kind) {
     case Kind::kLogarithm:
       return x + shift;
+    case Kind::kBlur:
+      return (x * x + shift * shift) / std::max(x, kLeastBlur);
     case Kind::kReflectance: {
       const double s = std::max(std::sqrt(1 - x), kLeastRoot), below = 1 + kHulstB * s;
       const double above = (1 - s) * (1 - kHulstA * s);
@@ -92,7 +100,7 @@ Coordinates::Coordinates(const Unknowns& unknowns) : cap_(unknowns.size()) {
         cap_[k] = kCapLinear * (reflectance(maximum) - reflectance(minimum));
         break;
       case Coordinate::kBlur:
-        axes_.push_back({Axis::Kind::kLogarithm, kBlurShift});
+        axes_.push_back({Axis::Kind::kBlur, kBlurShift});
         cap_[k] = kCapLog;
         break;
       default:

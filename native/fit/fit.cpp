@@ -15,6 +15,8 @@ namespace {
 constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 /// More samples than this share left out: the derivatives describe another picture.
 constexpr double kTooManyDropped = 1e-3;
+/// Iterations of scalars, then of fields, where they take turns.
+constexpr int kTurn = 5;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -91,16 +93,21 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
       x_(unknowns_.start()),
       field_values_(fields_.start()),
       previews_(captures_.size()) {
-  // What other optimisers gather over iterations would be about fields that have moved since.
-  if (!fields_.empty() && settings_.optimiser == "auto") settings_.optimiser = "adam";
-  if (!fields_.empty() && settings_.optimiser != "adam")
-    throw InvalidArgument("optimiser = '" + settings_.optimiser +
-                          "' cannot fit a grid; choose optimiser = 'adam' or 'auto'");
+  if (!fields_.empty() && unknowns_.size() == 0) {
+    if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
+      throw InvalidArgument("optimiser = '" + settings_.optimiser +
+                            "' cannot fit a grid, and nothing else is fitted; choose optimiser = "
+                            "'adam' or 'auto'");
+    settings_.optimiser = "adam";
+  }
   const OptimiserKind& kind = choose_optimiser(settings_.optimiser, unknowns_.size(), loss_,
                                                settings_.spp, settings_.accumulate);
   optimiser_name_ = kind.name;
   optimiser_ = kind.make(problem_);
   purpose_ = kind.purpose;
+  // What Gauss-Newton gathers over iterations would be about fields that have moved since.
+  in_turns_ = !fields_.empty() && kind.few_unknowns;
+  if (in_turns_) problem_.iterations = (settings_.iterations + 1) / 2;
   if (settings_.secants) secants_ = std::make_unique<Coordinates>(unknowns_);
   const bool few = fields_.empty() && unknowns_.size() <= kFewUnknowns;
   if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns && few)) {
@@ -152,7 +159,14 @@ Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings 
   return film;
 }
 
-Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture,
+Fit::Turn Fit::turn() const {
+  if (!in_turns_) return {true, !fields_.empty(), false};
+  // Scalars first: a field starts best at the one value that suits the whole object.
+  const bool scalars = result_.iterations / kTurn % 2 == 0;
+  return {scalars, !scalars, result_.iterations % kTurn == 0};
+}
+
+Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                          std::vector<std::vector<double>>& gradients, Progress* progress) {
   const Scene scene = scene_at(x, fields);
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
@@ -162,7 +176,7 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
   seen.capture = capture;
   const Camera& camera = scene.camera(photo.camera);
   const RenderSettings settings = render_settings(photo, settings_.spp, seed);
-  if (!fields_.empty()) {
+  if (turn.fields) {
     FieldGradient found =
         loss_field_gradient(scene, camera, fields_, photo, loss_, settings, progress);
     count(found.film);
@@ -174,7 +188,7 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     }
     seen.film = std::move(found.film);
   }
-  if (fields_.empty() || unknowns_.size() > 0) {
+  if (turn.scalars && (fields_.empty() || unknowns_.size() > 0)) {
     seen.film = render_slots(scene, camera, settings, progress);
     add_secants(x, fields, camera, settings, purpose_, side_of(purpose_, result_.iterations),
                 seen.film, progress);
@@ -286,11 +300,12 @@ bool Fit::iterate(Progress* progress) {
   FieldValues next_fields = field_values_;
   FieldAdam field_adam = field_adam_;
   std::vector<std::vector<double>> gradients;
+  const Turn now = turn();
   // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
   std::vector<Observation> seen;
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
-    seen.push_back(observe(next, next_fields, i, gradients, progress));
+    seen.push_back(observe(next, next_fields, i, now, gradients, progress));
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
     if (settings_.accumulate) continue;
@@ -300,8 +315,9 @@ bool Fit::iterate(Progress* progress) {
     gradients.clear();
   }
   if (settings_.accumulate) {
-    next = optimiser_->step(next, seen);
-    field_adam.step(next_fields, gradients);
+    if (now.scalars && now.first) optimiser_->start_afresh();
+    if (now.scalars) next = optimiser_->step(next, seen);
+    if (now.fields) field_adam.step(next_fields, gradients);
   } else {
     optimiser_ = std::move(copy);
   }

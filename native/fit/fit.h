@@ -113,8 +113,14 @@ class Fit {
   void add_secants(const Vector& x, const FieldValues& fields, const Camera& camera,
                    const RenderSettings& settings, Purpose purpose, Side side, Film& film,
                    Progress* progress);
-  /// Adds the gradient by the fields to `gradients`, if there are fields.
-  Observation observe(const Vector& x, const FieldValues& fields, int capture,
+  /// What moves in an iteration: scalars and fields together, or in turns.
+  struct Turn {
+    bool scalars, fields;
+    bool first;  ///< of its kind since the others moved
+  };
+  Turn turn() const;
+  /// Adds the gradient by the fields to `gradients`, if it is their turn.
+  Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                       std::vector<std::vector<double>>& gradients, Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
@@ -151,6 +157,7 @@ class Fit {
   std::unique_ptr<Search> search_;              ///< until it is over
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
   FieldAdam field_adam_;
+  bool in_turns_ = false;
   Vector x_;
   FieldValues field_values_;
   FitResult result_;

@@ -137,7 +137,8 @@ GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
   for (std::size_t v = 0; v < seen.size(); ++v) {
     const Capture& capture = problem_->captures[static_cast<std::size_t>(seen[v].capture)];
     View& view = views_[static_cast<std::size_t>(seen[v].capture)];
-    const JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves[v], keep);
+    const JacobianSums::Set z =
+        view.jacobians.add(*problem_, capture, halves[v], view.weight, keep);
     const Eigen::VectorXf& w = view.weight;
     const Matrix cross =
         weighted_product(z.only_a, w, z.plain_b) + weighted_product(z.only_b, w, z.plain_a);
@@ -209,8 +210,21 @@ GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation
   View& view = views_[index];
   const Capture& capture = problem_->captures[index];
   const Halves halves = split_halves(*problem_, derivatives, coordinates_.slope(x));
-  JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves, 1, weight);
+  JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves, view.weight, 1, weight);
   return {residual_halves(residual, capture), std::move(z), view.weight};
+}
+
+/// The instruments serve on: what is wrong about them slows the way and leaves its end.
+void GaussNewton::start_afresh() {
+  normal_.setZero();
+  covariance_.setZero();
+  right_.setZero();
+  strength_.setZero();
+  damping_ = kFirstDamping;
+  last_move_ = 0;
+  rejected_ = 0;
+  has_best_ = false;
+  accepted_.clear();
 }
 
 /// What is known before any photo, as another term of the normal matrix: the channels of an

@@ -25,6 +25,7 @@ class GaussNewton final : public Optimiser {
   explicit GaussNewton(const Problem& problem);
   Vector step(const Vector& x, std::span<const Observation> seen) override;
   Vector answer(const Vector& x) const override;
+  void start_afresh() override;
   bool averages() const override { return true; }
 
   /// For a look at frozen values: what one photo says about them, in the weights and with the

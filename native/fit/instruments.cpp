@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/band_gains.h"
 #include "fit/saved_state.h"
 #include "fit/weights.h"
 
@@ -12,7 +13,7 @@ namespace {
 
 // Source: facts sheet "estimators", Q2, step 4.
 constexpr double kClipQuantile = 0.998;
-constexpr int kBlurRadius = 1;
+constexpr int kBlurRadius = 1;  ///< of the first ones, of which nothing is known yet
 /// Every so many entries are looked at for the quantile: it need not be exact.
 constexpr Eigen::Index kQuantileStride = 5;
 
@@ -54,12 +55,9 @@ void clip(Eigen::Ref<Eigen::VectorXf> column, const Capture& capture, int channe
   column = column.cwiseMax(-*at).cwiseMin(*at);
 }
 
-Jacobian instrument(const Problem& problem, const Capture& capture, Jacobian sum) {
-  for (Eigen::Index k = 0; k < sum.cols(); ++k) {
-    clip(sum.col(k), capture, problem.layout.rows[static_cast<std::size_t>(k)].channel);
-    sum.col(k) = box_blur(sum.col(k), capture.width, capture.height, kBlurRadius);
-  }
-  return sum;
+Eigen::VectorXf clipped(Eigen::VectorXf column, const Capture& capture, int channel) {
+  clip(column, capture, channel);
+  return column;
 }
 
 }  // namespace
@@ -93,9 +91,11 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
 void JacobianSums::members(SavedState& state) { state(sum_a_, sum_b_, weight_); }
 
 JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& capture,
-                                    const Halves& halves, double keep, double weight) {
+                                    const Halves& halves, const Eigen::VectorXf& importance,
+                                    double keep, double weight) {
+  const bool first = weight_ == 0;
   const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
-  if (weight_ == 0) {
+  if (first) {
     sum_a_ = sum_b_ = Jacobian::Zero(halves.jacobian_a.rows(), halves.jacobian_a.cols());
   } else {
     sum_a_ *= kept;
@@ -106,15 +106,31 @@ JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& captu
   Set set;
   set.for_a = (sum_a_ + sum_b_ + fresh * halves.jacobian_b) / (before + after);
   set.for_b = (sum_a_ + sum_b_ + fresh * halves.jacobian_a) / (before + after);
+  set.plain_a = (sum_a_ + fresh * halves.jacobian_a) / after;
+  set.plain_b = (sum_b_ + fresh * halves.jacobian_b) / after;
+  set.only_a = set.plain_a;
+  set.only_b = set.plain_b;
+  for (Eigen::Index k = 0; k < set.for_a.cols(); ++k) {
+    const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
+    for (Jacobian* one : {&set.for_a, &set.for_b, &set.only_a, &set.only_b})
+      clip(one->col(k), capture, channel);
+    if (first) {
+      for (Jacobian* one : {&set.for_a, &set.for_b, &set.only_a, &set.only_b})
+        one->col(k) = box_blur(one->col(k), capture.width, capture.height, kBlurRadius);
+      continue;
+    }
+    // By what was seen before: the gains share no sample with this iteration's residuals either.
+    const BandGains gains(clipped(sum_a_.col(k) / before, capture, channel),
+                          clipped(sum_b_.col(k) / before, capture, channel), importance,
+                          capture.width, capture.height);
+    for (Jacobian* one : {&set.only_a, &set.only_b})
+      one->col(k) = gains.filter(one->col(k), before / after);
+    for (Jacobian* one : {&set.for_a, &set.for_b})
+      one->col(k) = gains.filter(one->col(k), before / (before + after));
+  }
   sum_a_ += fresh * halves.jacobian_a;
   sum_b_ += fresh * halves.jacobian_b;
   weight_ += weight;
-  set.plain_a = sum_a_ / after;
-  set.plain_b = sum_b_ / after;
-  set.only_a = instrument(problem, capture, set.plain_a);
-  set.only_b = instrument(problem, capture, set.plain_b);
-  set.for_a = instrument(problem, capture, std::move(set.for_a));
-  set.for_b = instrument(problem, capture, std::move(set.for_b));
   return set;
 }
 

@@ -29,13 +29,14 @@ class JacobianSums {
   /// Instruments for one iteration. No column shares a seed with what it will be multiplied with.
   struct Set {
     Jacobian for_a, for_b;      ///< for the residual of half A, B: all other buffers
-    Jacobian only_a, only_b;    ///< clipped and blurred sums of the A, B buffers
+    Jacobian only_a, only_b;    ///< clipped and filtered sums of the A, B buffers
     Jacobian plain_a, plain_b;  ///< the same as they are
   };
-  /// Forgets, adds the halves of this iteration, and returns the instruments for it. `weight`:
-  /// samples of these halves in units of those of a usual iteration.
-  Set add(const Problem& problem, const Capture& capture, const Halves& halves, double keep,
-          double weight = 1);
+  /// Forgets, adds the halves of this iteration, and returns the instruments for it. `importance`
+  /// of the rows, as in the sums that they will be part of; `weight`: samples of these halves in
+  /// units of those of a usual iteration.
+  Set add(const Problem& problem, const Capture& capture, const Halves& halves,
+          const Eigen::VectorXf& importance, double keep, double weight = 1);
   void members(SavedState& state);
 
  private:

@@ -43,6 +43,8 @@ class Optimiser {
   virtual Vector step(const Vector& x, std::span<const Observation> seen) = 0;
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
   virtual Vector answer(const Vector& x) const { return x; }
+  /// Something else in the scene has moved: what earlier residuals told is no longer true.
+  virtual void start_afresh() {}
   /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
   virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;

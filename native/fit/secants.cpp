@@ -11,7 +11,7 @@ namespace {
 /// with the length (`./dev bench estimators`), and up and down in turns the differences are central.
 /// With 0.9 a low roughness no longer freezes on its way down. Measured on fits of three media with
 /// two seeds each: mean error 0.29 with the short ones, 0.10 with these.
-constexpr double kStepLog = 0.5, kStepBlur = 0.9, kStepLogExcess = 0.4;
+constexpr double kStepLog = 0.5, kStepLogExcess = 0.4;
 /// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
 /// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are
 /// worse than the derivative there; those by roughness are better where it is low, but the other
@@ -51,7 +51,7 @@ double step_for_instrument(const Parameter& description) {
     case Coordinate::kLog:
       return kStepLog;
     case Coordinate::kBlur:
-      return kStepBlur;
+      return kBlurSecant;
     case Coordinate::kLogExcess:
       return kStepLogExcess;
     default:

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fit/secants.h"
 #include "fit/streams.h"
 #include "fit/weights.h"
 
@@ -173,9 +174,30 @@ std::array<double, 2> values_between(const Coordinates& coordinates, const Vecto
   return {value(low), value(high)};
 }
 
+/// Slopes by a roughness are differences over a long way (`take_secants`). Where it is low, pictures
+/// are no straight line over that way: highlights widen with its fourth power (3.6, measured from
+/// 0.01 to 0.07 and 0.23 on the thesis' bunny), so that next to 0 they change far less than the slope
+/// says. The interval reaches as far as that curve does.
+void widen_where_sharp(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                       Eigen::Index k, double reach, Confidence& one) {
+  constexpr double kSharp = 0.25;
+  const double at = coordinates.to_values(u)[k];
+  if (unknowns.description_of(static_cast<int>(k)).coordinate != Coordinate::kBlur || at > kSharp)
+    return;
+  Vector far = u;
+  far[k] += kBlurSecant;
+  const auto fourth = [](double x) { return x * x * x * x; };
+  const double middle = fourth(at);
+  const double wide = reach / kBlurSecant * (fourth(coordinates.to_values(far)[k]) - middle);
+  const double low = std::pow(std::max(middle - wide, 0.0), 0.25);
+  const double high = std::pow(middle + wide, 0.25);
+  one.interval[0] = std::max(std::min(one.interval[0], low), unknowns.minimum()[k]);
+  one.interval[1] = std::min(std::max(one.interval[1], high), unknowns.maximum()[k]);
+}
+
 /// What the solution says about component k, the `at`-th of those solved for.
-Confidence confidence(const Coordinates& coordinates, const Vector& u, const Solution& solution,
-                      Eigen::Index at, Eigen::Index k) {
+Confidence confidence(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                      const Solution& solution, Eigen::Index at, Eigen::Index k) {
   Confidence one;
   const double error = std::sqrt(solution.covariance(at, at)), step = solution.step[at];
   const double to = u[k] + step;
@@ -183,6 +205,7 @@ Confidence confidence(const Coordinates& coordinates, const Vector& u, const Sol
       values_between(coordinates, u, k, step - kQuantile90 * error, step + kQuantile90 * error);
   Vector end = u;
   end[k] = std::clamp(to, coordinates.minimum()[k], coordinates.maximum()[k]);
+  widen_where_sharp(unknowns, coordinates, end, k, kQuantile90 * error, one);
   one.standard_error = error * coordinates.slope(coordinates.to_values(end))[k];
   one.determined = error < kUndetermined * range_of(coordinates, k);
   if (to <= coordinates.minimum()[k]) one.at_bound = AtBound::kMinimum;
@@ -229,7 +252,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       const auto at = static_cast<Eigen::Index>(i);
       const Eigen::Index k = free[i];
       Confidence& one = result.components[static_cast<std::size_t>(k)];
-      one = confidence(coordinates, u, solution, at, k);
+      one = confidence(unknowns, coordinates, u, solution, at, k);
       one.correlated_with = strongest_partner(solution.covariance, at, free);
       result.step[k] = solution.step[at];
       if (one.at_bound == AtBound::kNo) {
@@ -246,17 +269,6 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   }
   return result;
 }
-
-namespace {
-
-/// Parameters of media: in `./dev bench fit` none of their intervals held the truth (0 of 9), as the
-/// fits had not arrived. No interval is better than that.
-bool intervals_hold(const Unknowns& unknowns) {
-  return std::none_of(unknowns.descriptions().begin(), unknowns.descriptions().end(),
-                      [](const Parameter& p) { return p.effect == Effect::kVolume; });
-}
-
-}  // namespace
 
 Verification::Verification(const Problem& problem, const Optimiser& optimiser, Vector x,
                            std::uint64_t seed, int spp, int iteration_spp)
@@ -313,7 +325,6 @@ bool Verification::step(const RenderAt& render) {
   over_ = now.surprise <= kSurprise || report_.passes == kMostPasses;
   if (over_ && now.surprise > kSurprise)  // still on its way: no interval would hold
     for (Confidence& one : report_.components) one.determined = false;
-  if (!intervals_hold(problem_->unknowns)) report_.components.clear();
   return !over_;
 }
 

@@ -38,20 +38,24 @@ Eigen::VectorXf relative_weights(const Capture& capture, std::size_t captures) {
 }
 
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
-  // Separable; at the border the mean is over what lies inside.
+  // Separable, with running sums; at the border the mean is over what lies inside.
   const auto pass = [radius](const Eigen::VectorXf& in, int lines, Eigen::Index line_step,
                              int count, Eigen::Index step) {
     Eigen::VectorXf out(in.size());
-    for (int line = 0; line < lines; ++line)
+    for (int line = 0; line < lines; ++line) {
+      const auto at = [&](int i) { return 3 * (line * line_step + i * step); };
+      Color<double> sum;
+      const auto add = [&](int i, double sign) {
+        for (int c = 0; c < 3; ++c) sum[c] += sign * static_cast<double>(in[at(i) + c]);
+      };
+      for (int i = 0; i < std::min(radius, count); ++i) add(i, 1);
       for (int i = 0; i < count; ++i) {
-        const int first = std::max(i - radius, 0), last = std::min(i + radius, count - 1);
-        const Eigen::Index at = line * line_step;
-        for (Eigen::Index c = 0; c < 3; ++c) {
-          float sum = 0;
-          for (int j = first; j <= last; ++j) sum += in[3 * (at + j * step) + c];
-          out[3 * (at + i * step) + c] = sum / static_cast<float>(last - first + 1);
-        }
+        if (i + radius < count) add(i + radius, 1);
+        if (i - radius > 0) add(i - radius - 1, -1);
+        const int inside = std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
+        for (int c = 0; c < 3; ++c) out[at(i) + c] = static_cast<float>(sum[c] / inside);
       }
+    }
     return out;
   };
   return pass(pass(column, height, width, width, 1), width, 1, height, width);

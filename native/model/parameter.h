@@ -16,7 +16,7 @@ enum class Coordinate {
   kLinear,
   kLog,
   kLogExcess,    ///< log(x - 1), for an index of refraction
-  kBlur,         ///< log(x + 0.1), for a roughness: how far a reflection is blurred
+  kBlur,         ///< log(x^2 + 0.1^2) / 2, for a roughness: highlights are x^2 wide
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
 };
 

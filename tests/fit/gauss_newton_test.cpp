@@ -32,7 +32,7 @@ double worst_error(const Vector& x) { return (x - synthetic_truth()).cwiseAbs().
 
 TEST(Coordinates, GoBackAndForthAndHaveTheRightSlope) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "base_color", {0.2, 0.2, 0.2}, 0, 1, 0.03},
-                                              {"Body", "roughness", {0.6}, 0, 1, 0.03},
+                                              {"Body", "roughness", {0.6}, 0.02, 1, 0.03},
                                               {"Body", "ior", {1.7}, 1, 2.5, 0.03},
                                               {"Body", "albedo", {0.7, 0.7, 0.7}, 0, 0.999, 0.03},
                                               {"World", "strength", {2}, 0, 100, 0.03}});
@@ -49,7 +49,14 @@ TEST(Coordinates, GoBackAndForthAndHaveTheRightSlope) {
     EXPECT_LT((coordinates.slope(x) - difference).cwiseAbs().maxCoeff(),
               1e-6 * x.maxCoeff() + 1e-8);
   }
-  EXPECT_DOUBLE_EQ(coordinates.minimum()[3], std::log(0.1)) << "roughness: log(x + 0.1)";
+  EXPECT_DOUBLE_EQ(coordinates.minimum()[3], std::log(0.02 * 0.02 + 0.01) / 2) << "roughness";
+}
+
+TEST(Coordinates, RoughnessReachesZero) {
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {0}, 0, 1, 0.03}});
+  const Coordinates coordinates(unknowns);
+  EXPECT_LT(coordinates.to_values(coordinates.minimum())[0], 1e-8);
+  EXPECT_TRUE(std::isfinite(coordinates.slope(unknowns.minimum())[0]));
 }
 
 TEST(Coordinates, ReflectanceHasTheRightSlopeAndEnds) {
@@ -161,15 +168,23 @@ TEST(Instruments, ShareNoSeedWithTheirResidual) {
     h.jacobian_b = Jacobian::Constant(12, 1, b);
     return h;
   };
+  const Eigen::VectorXf importance = Eigen::VectorXf::Ones(12);
   JacobianSums sums;
-  const auto first = sums.add(problem, captures[0], halves(1, 10), 1);
+  const auto first = sums.add(problem, captures[0], halves(1, 10), importance, 1);
   EXPECT_FLOAT_EQ(first.for_b(0, 0), 1);
   EXPECT_FLOAT_EQ(first.for_a(0, 0), 10);
-  const auto second = sums.add(problem, captures[0], halves(100, 1000), 1);
-  EXPECT_FLOAT_EQ(second.for_b(0, 0), (1 + 10 + 100) / 3.f);
-  EXPECT_FLOAT_EQ(second.for_a(0, 0), (1 + 10 + 1000) / 3.f);
-  EXPECT_FLOAT_EQ(second.only_a(0, 0), (1 + 100) / 2.f);
-  EXPECT_FLOAT_EQ(second.plain_b(0, 0), (10 + 1000) / 2.f);
+  const auto second = [&](float a, float b) {
+    JacobianSums copy = sums;
+    return copy.add(problem, captures[0], halves(a, b), importance, 1);
+  };
+  EXPECT_FLOAT_EQ(second(100, 1000).plain_a(0, 0), (1 + 100) / 2.f);
+  EXPECT_FLOAT_EQ(second(100, 1000).plain_b(0, 0), (10 + 1000) / 2.f);
+  EXPECT_EQ(second(100, 1000).for_a, second(-7, 1000).for_a);
+  EXPECT_EQ(second(100, 1000).for_b, second(100, -7).for_b);
+  EXPECT_EQ(second(100, 1000).only_a, second(100, -7).only_a);
+  EXPECT_EQ(second(100, 1000).only_b, second(-7, 1000).only_b);
+  EXPECT_NE(second(100, 1000).for_a, second(100, -7).for_a);
+  EXPECT_NE(second(100, 1000).only_a, second(-7, 1000).only_a);
 }
 
 TEST(GaussNewton, FindsTheTruthWithoutNoise) {

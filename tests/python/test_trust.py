@@ -116,14 +116,6 @@ def test_the_search_says_whether_it_left_the_start() -> None:
     assert "kept the start" in said(found)
 
 
-def test_media_get_a_misfit_but_no_intervals() -> None:
-    found = result()
-    found["report"]["parameters"] = {}
-    assert trust.entries(ROUGHNESS, found) == trust.UNKNOWN
-    assert "No intervals: those of media" in said(found)
-    assert "Misfit: " in said(found)
-
-
 def test_nothing_is_said_where_nothing_was_verified() -> None:
     empty: dict[str, Any] = {
         "report": {"parameters": {}, "passes": 0, "misfit": {}},

@@ -94,8 +94,6 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             "Suggest Next Camera in the panel"
         )
     left = misfit(result)
-    if left is not None and not result["report"]["parameters"]:
-        lines.append("No intervals: those of media do not hold yet")
     if left is not None:
         share = max(left["value"], 0.0) ** 0.5
         if left["explained"]:
