@@ -15,7 +15,7 @@ namespace {
 constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 /// More samples than this share left out: the derivatives describe another picture.
 constexpr double kTooManyDropped = 1e-3;
-/// Iterations of scalars, then of fields, where they take turns.
+/// Iterations of scalars, then of fields, where they take turns; fewer in a short fit.
 constexpr int kTurn = 5;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
@@ -162,8 +162,9 @@ Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings 
 Fit::Turn Fit::turn() const {
   if (!in_turns_) return {true, !fields_.empty(), false};
   // Scalars first: a field starts best at the one value that suits the whole object.
-  const bool scalars = result_.iterations / kTurn % 2 == 0;
-  return {scalars, !scalars, result_.iterations % kTurn == 0};
+  const int length = std::clamp(settings_.iterations / 2, 1, kTurn);
+  const bool scalars = result_.iterations / length % 2 == 0;
+  return {scalars, !scalars, result_.iterations % length == 0};
 }
 
 Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
