@@ -38,27 +38,33 @@ Eigen::VectorXf relative_weights(const Capture& capture, std::size_t captures) {
 }
 
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
-  // Separable, with running sums; at the border the mean is over what lies inside.
-  const auto pass = [radius](const Eigen::VectorXf& in, int lines, Eigen::Index line_step,
-                             int count, Eigen::Index step) {
-    Eigen::VectorXf out(in.size());
-    for (int line = 0; line < lines; ++line) {
-      const auto at = [&](int i) { return 3 * (line * line_step + i * step); };
-      Color<double> sum;
-      const auto add = [&](int i, double sign) {
-        for (int c = 0; c < 3; ++c) sum[c] += sign * static_cast<double>(in[at(i) + c]);
-      };
-      for (int i = 0; i < std::min(radius, count); ++i) add(i, 1);
-      for (int i = 0; i < count; ++i) {
-        if (i + radius < count) add(i + radius, 1);
-        if (i - radius > 0) add(i - radius - 1, -1);
-        const int inside = std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
-        for (int c = 0; c < 3; ++c) out[at(i) + c] = static_cast<float>(sum[c] / inside);
-      }
-    }
-    return out;
+  // Separable, with running sums over columns of pixels, then of rows (whole lines at a time);
+  // at the border the mean is over what lies inside.
+  const auto inside = [radius](int i, int count) {
+    return std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
   };
-  return pass(pass(column, height, width, width, 1), width, 1, height, width);
+  const Eigen::Index line = 3 * static_cast<Eigen::Index>(width);
+  Eigen::VectorXf rows(column.size()), out(column.size());
+  for (int y = 0; y < height; ++y) {
+    const auto at = [&](int x) { return line * y + 3 * x; };
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
+    const auto pixel = [&](int x) { return column.segment<3>(at(x)).array().cast<double>(); };
+    for (int x = 0; x < std::min(radius, width); ++x) sum += pixel(x);
+    for (int x = 0; x < width; ++x) {
+      if (x + radius < width) sum += pixel(x + radius);
+      if (x - radius > 0) sum -= pixel(x - radius - 1);
+      rows.segment<3>(at(x)) = (sum / inside(x, width)).cast<float>();
+    }
+  }
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(line);
+  const auto row = [&](int y) { return rows.segment(line * y, line).array().cast<double>(); };
+  for (int y = 0; y < std::min(radius, height); ++y) sum += row(y);
+  for (int y = 0; y < height; ++y) {
+    if (y + radius < height) sum += row(y + radius);
+    if (y - radius > 0) sum -= row(y - radius - 1);
+    out.segment(line * y, line) = (sum / inside(y, height)).cast<float>();
+  }
+  return out;
 }
 
 }  // namespace selenite
