@@ -109,6 +109,11 @@ def _random_medium(random: np.random.Generator) -> dict[str, tuple[float, ...]]:
     }
 
 
+def seen(name: str, value: Any) -> Any:  # noqa: ANN401
+    """Number or array, roughness from where it is visible."""
+    return np.maximum(value, VISIBLE_ROUGHNESS) if name == "roughness" else value
+
+
 def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:
     """Relative error by scalar: |x - x*| / max(x*, 0.1), of an IOR to its excess over 1, of an
     extinction the mean of its channels. The IOR of an opaque body is that of its gloss."""
@@ -117,8 +122,7 @@ def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:
         value, true = np.asarray(answer[name], float), np.asarray(truth, float)
         if name == "ior":
             value, true = value - 1, true - 1
-        if name == "roughness":
-            value, true = np.maximum(value, VISIBLE_ROUGHNESS), np.maximum(true, VISIBLE_ROUGHNESS)
+        value, true = seen(name, value), seen(name, true)
         relative = np.abs(value - true) / np.maximum(true, 0.1)
         if name == "extinction" or len(true) == 1:
             found[name] = float(relative.mean())

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .cases import VISIBLE_ROUGHNESS, Case, errors
+from .cases import Case, errors, seen
 
 LEVELS = (0.1, 0.05, 0.02)
 SCALARS = (
@@ -62,8 +62,7 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
                 continue
             low, high = entry["interval_90"][i]
             intervals += 1
-            seen = max(true, VISIBLE_ROUGHNESS) if name == "roughness" else true
-            covered += low <= seen <= high
+            covered += seen(name, low) <= seen(name, true) <= seen(name, high)
             error = max(entry["standard_error"][i], 1e-12)
             z.append(f"{label}={(np.ravel(answer[name])[i] - true) / error:.2f}")
     misfit = told["misfit"]
