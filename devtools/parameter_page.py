@@ -22,7 +22,7 @@ STEPS = {
     "linear": "value",
     "log": "logarithm",
     "log_excess": "log(value - 1)",
-    "blur": "log(value² + 0.1²) / 2",
+    "blur": "log(value³ + 0.15³) / 3",
     "reflectance": "reflectance of a half-space",
 }
 

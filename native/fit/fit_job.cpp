@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/fit_job.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -25,6 +26,7 @@ void FitJob::start() {
     throw InvalidArgument("Fit.start: this fit has been started before; make a new Fit");
   started_ = true;
   begin_ = Clock::now();
+  enter_phase();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -72,10 +74,28 @@ void FitJob::publish(bool over) {
   const std::scoped_lock lock(mutex_);
   published_ = std::move(result);
   previews_ = fit_.previews();
+  if (published_->phase != phase_) enter_phase();
   if (!over) return;
   if (published_->stopped == StopReason::kError) error_ = published_->message;
   end_ = Clock::now();
   over_ = true;
+}
+
+void FitJob::enter_phase() {
+  phase_ = published_->phase;
+  phase_begin_ = Clock::now();
+  phase_from_ = published_->iterations;
+}
+
+double FitJob::seconds_left() const {
+  const FitResult& result = *published_;
+  const double done = phase_ == Phase::kFitting
+                          ? static_cast<double>(result.iterations - phase_from_) /
+                                (fit_.settings().iterations - phase_from_)
+                          : result.phase_fraction;
+  if (!(done > 0)) return std::numeric_limits<double>::quiet_NaN();
+  const std::chrono::duration<double> taken = Clock::now() - phase_begin_;
+  return taken.count() * std::max(1 - done, 0.0) / done;
 }
 
 double FitJob::seconds() const {
@@ -109,9 +129,7 @@ FitState FitJob::state() const {
     state.validation = row.validation;
     state.validation_standard_error = row.validation_standard_error;
   }
-  state.seconds_left = over_ ? 0 : kNone;
-  if (state.running && result.iterations > 0)
-    state.seconds_left = state.seconds / result.iterations * (state.iterations - result.iterations);
+  state.seconds_left = over_ ? 0 : started_ ? seconds_left() : kNone;
   state.values = result.last;
   return state;
 }

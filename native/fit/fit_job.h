@@ -22,7 +22,8 @@ struct FitState {
   double phase_fraction = 0;    ///< of the search or the verification
   int iteration = 0, iterations = 0;
   double loss = 0, validation = 0, validation_standard_error = 0;  ///< newest; NaN: none yet
-  double seconds = 0, seconds_left = 0;
+  double seconds = 0;
+  double seconds_left = 0;  ///< of the phase, from its own pace; NaN: not known yet
   Vector values;
 };
 
@@ -65,6 +66,8 @@ class FitJob {
   using Clock = std::chrono::steady_clock;
   void run();
   void publish(bool over);
+  void enter_phase();
+  double seconds_left() const;
 
   Fit fit_;  ///< touched by the thread alone once it runs; readers see what it has published
   Progress progress_;
@@ -73,6 +76,9 @@ class FitJob {
   bool started_ = false, over_ = false;
   Clock::time_point begin_, end_;
   double seconds_before_ = 0;  ///< of the fit that this one goes on with
+  Phase phase_ = Phase::kFitting;
+  Clock::time_point phase_begin_;
+  int phase_from_ = 0;  ///< iterations before the phase began
   std::shared_ptr<const std::string> saved_;
   std::shared_ptr<const FitResult> published_;
   std::vector<std::shared_ptr<const Picture>> previews_;

@@ -6,11 +6,11 @@
 namespace selenite {
 namespace {
 
-/// Distance of the two pictures in log x (extinction), in the coordinate of a roughness and in
-/// log(x - 1) (IOR). Longer than those of facts sheet "estimators", Q2 (0.3, 0.3, 0.2): noise falls
-/// with the length (`./dev bench estimators`), and up and down in turns the differences are central.
-/// With 0.9 a low roughness no longer freezes on its way down. Measured on fits of three media with
-/// two seeds each: mean error 0.29 with the short ones, 0.10 with these.
+/// Distance of the two pictures in log x (extinction), in log(x - 1) (IOR) and in the coordinate of a
+/// roughness. Longer than those of facts sheet "estimators", Q2 (0.3, 0.2, 0.3): noise falls with the
+/// length (`./dev bench estimators`), and up and down in turns the differences are central. Fits of
+/// three media with two seeds each: mean error 0.29 with the short ones, 0.10 with these. Beyond 0.4
+/// of a roughness the difference no longer goes with the slope: see `Coordinates`.
 constexpr double kStepLog = 0.5, kStepLogExcess = 0.4;
 /// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
 /// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are

@@ -12,7 +12,7 @@ namespace selenite {
 enum class Side { kUp, kDown, kBoth };
 
 /// Distance of the two pictures in the coordinate of a roughness.
-inline constexpr double kBlurSecant = 0.9;
+inline constexpr double kBlurSecant = 0.4;
 
 /// Picture of the capture in question at other values, with the seed of `film`.
 using PictureAt = std::function<Film(const Vector& x)>;

@@ -17,6 +17,8 @@ constexpr double kQuantile90 = 1.6449;
 constexpr int kMostPasses = 3;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 constexpr int kWarmUp = 100;     ///< purpose of their seeds
+/// The first pass takes a share of the samples, unless that are too few to step by.
+constexpr int kFirstShare = 4, kFirstLeast = 64;
 /// Residuals take most of the samples: the Jacobians of the iterations serve on.
 constexpr int kDerivativeShare = 8;
 constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
@@ -37,6 +39,8 @@ double range_of(const Coordinates& coordinates, Eigen::Index k) {
   constexpr double kDecades = 4.6;
   return std::min(coordinates.maximum()[k] - coordinates.minimum()[k], kDecades);
 }
+
+int derivative_spp(int spp) { return std::max(spp / kDerivativeShare, 2); }
 
 }  // namespace
 
@@ -174,10 +178,10 @@ std::array<double, 2> values_between(const Coordinates& coordinates, const Vecto
   return {value(low), value(high)};
 }
 
-/// Slopes by a roughness are differences over a long way (`take_secants`). Where it is low, pictures
-/// are no straight line over that way: they change with its fourth power (3.6, measured from 0.01 to
-/// 0.07 and 0.23 on the thesis' bunny), next to 0 far less than the slope says. The interval reaches
-/// as far as log(x^4 + s^4) / 4 does, which is the coordinate of the steps again where x is high.
+/// The slope by a low roughness is a difference with a picture above it (`take_secants`): below there
+/// is no room. Down to the bound pictures change by far less than it says: with the fourth power of
+/// roughness (3.6, measured from 0.01 to 0.07 and 0.23 on the thesis' bunny). The interval reaches as
+/// far as log(x^4 + s^4) / 4 does, which is the coordinate of the steps again where x is high.
 void follow_the_blur(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                      Eigen::Index k, double reach, Confidence& one) {
   if (unknowns.description_of(static_cast<int>(k)).coordinate != Coordinate::kBlur) return;
@@ -277,59 +281,78 @@ Verification::Verification(const Problem& problem, const Optimiser& optimiser, V
                     ? dynamic_cast<const GaussNewton&>(optimiser)
                     : GaussNewton(problem)),
       has_instruments_(dynamic_cast<const GaussNewton*>(&optimiser) != nullptr),
+      found_(x.size()),
       x_(std::move(x)),
       seed_(seed),
       spp_(spp),
-      derivative_spp_(std::max(spp / kDerivativeShare, 2)),
-      iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp_) {}
+      iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp(spp)) {}
+
+int Verification::first_spp() const {
+  return std::min(spp_, std::max(spp_ / kFirstShare, kFirstLeast));
+}
+
+int Verification::pass_spp() const { return report_.passes == 0 ? first_spp() : spp_; }
 
 Observation Verification::derivatives(int purpose, std::size_t capture,
                                       const RenderAt& render) const {
   return {static_cast<int>(capture),
-          render(x_, problem_->captures[capture], derivative_spp_,
+          render(x_, problem_->captures[capture], derivative_spp(pass_spp()),
                  seed_of(seed_, purpose, static_cast<int>(capture)), Side::kBoth),
           {}};
 }
 
+/// Steps of its own are not taken: only what they have seen counts.
+void Verification::gather_instruments(const RenderAt& render) {
+  for (int i = 0; i < kWarmUps; ++i) {
+    std::vector<Observation> seen;
+    for (std::size_t v = 0; v < problem_->captures.size(); ++v)
+      seen.push_back(derivatives(kWarmUp + i, v, render));
+    (void)evidence_.step(x_, seen);
+  }
+  has_instruments_ = true;
+}
+
 bool Verification::step(const RenderAt& render) {
   if (over_) return false;
+  if (!has_instruments_) gather_instruments(render);
   const std::size_t captures = problem_->captures.size();
-  if (!has_instruments_) {  // its steps are not taken: only what it has seen counts
-    for (int i = 0; i < kWarmUps; ++i) {
-      std::vector<Observation> seen;
-      for (std::size_t v = 0; v < captures; ++v)
-        seen.push_back(derivatives(kWarmUp + i, v, render));
-      (void)evidence_.step(x_, seen);
-    }
-    has_instruments_ = true;
-  }
-  const Coordinates& coordinates = evidence_.coordinates();
-  const double weight = static_cast<double>(derivative_spp_) / iteration_spp_;
-  Evidence found(x_.size());
-  for (std::size_t v = 0; v < captures; ++v) {
-    const Capture& photo = problem_->captures[v];
-    const Film film = render(x_, photo, spp_,
-                             seed_of(seed_, 2 * report_.passes, static_cast<int>(v)), std::nullopt);
-    const Observation slopes = derivatives(2 * report_.passes + 1, v, render);
-    found.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
-  }
-  const Vector u = coordinates.from_values(x_);
-  const Estimate now = estimate(problem_->unknowns, coordinates, u, found);
-  ++report_.passes;
-  report_.components = now.components;
-  report_.misfit.value = found.misfit;
-  report_.misfit.standard_error = std::sqrt(found.misfit_variance);
-  report_.misfit.explained = found.misfit <= kMisfitSigmas * report_.misfit.standard_error;
-  const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
-  x_ = problem_->unknowns.project(coordinates.to_values(u + now.step / std::max(1.0, reach)));
-  over_ = now.surprise <= kSurprise || report_.passes == kMostPasses;
-  if (over_ && now.surprise > kSurprise)  // still on its way: no interval would hold
-    for (Confidence& one : report_.components) one.determined = false;
+  const Capture& photo = problem_->captures[capture_];
+  const double weight = static_cast<double>(derivative_spp(pass_spp())) / iteration_spp_;
+  const Film film =
+      render(x_, photo, pass_spp(), seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)),
+             std::nullopt);
+  const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
+  found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
+  if (++capture_ == captures) end_pass();
   return !over_;
 }
 
+void Verification::end_pass() {
+  const Coordinates& coordinates = evidence_.coordinates();
+  const Vector u = coordinates.from_values(x_);
+  const Estimate now = estimate(problem_->unknowns, coordinates, u, found_);
+  ++report_.passes;
+  report_.components = now.components;
+  report_.misfit.value = found_.misfit;
+  report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
+  report_.misfit.explained = found_.misfit <= kMisfitSigmas * report_.misfit.standard_error;
+  const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
+  x_ = problem_->unknowns.project(coordinates.to_values(u + now.step / std::max(1.0, reach)));
+  over_ = (now.surprise <= kSurprise && report_.passes > 1) || report_.passes == kMostPasses;
+  if (over_ && now.surprise > kSurprise)  // still on its way: no interval would hold
+    for (Confidence& one : report_.components) one.determined = false;
+  found_ = Evidence(x_.size());
+  capture_ = 0;
+}
+
 double Verification::fraction() const {
-  return over_ ? 1 : static_cast<double>(report_.passes) / kMostPasses;
+  if (over_) return 1;
+  const double part =
+      static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
+  // In units of a pass with all samples.
+  const double first = static_cast<double>(first_spp()) / spp_;
+  const double done = report_.passes == 0 ? first * part : first + report_.passes - 1 + part;
+  return done / (first + kMostPasses - 1);
 }
 
 }  // namespace selenite

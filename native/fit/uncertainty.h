@@ -66,13 +66,14 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
 /// All samples of a look are for the same values, so its step and its covariance
 /// H^-1 Cov(g) H^-1 need no assumption about the way that led there. Cov(g) is summed from the
 /// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
-/// answer moves by that step; where it is more than noise the look is repeated from there.
+/// answer moves by that step; where it is more than noise the look is repeated from there. The first
+/// look takes few samples: it is the way to where the next one begins, which is then mostly the last.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.
   Verification(const Problem& problem, const Optimiser& optimiser, Vector x, std::uint64_t seed,
                int spp, int iteration_spp);
-  /// The next pass; false when it was the last.
+  /// The next photo of a pass; false when it was the last of the last.
   bool step(const RenderAt& render);
   double fraction() const;
   const Vector& values() const { return x_; }
@@ -80,13 +81,19 @@ class Verification {
 
  private:
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
+  void gather_instruments(const RenderAt& render);
+  void end_pass();
+  int first_spp() const;
+  int pass_spp() const;
 
   const Problem* problem_;
   GaussNewton evidence_;
   bool has_instruments_;
+  Evidence found_;           ///< of this pass so far
+  std::size_t capture_ = 0;  ///< the next of this pass
   Vector x_;
   std::uint64_t seed_;
-  int spp_, derivative_spp_, iteration_spp_;
+  int spp_, iteration_spp_;
   bool over_ = false;
   TrustReport report_;
 };

@@ -16,7 +16,7 @@ enum class Coordinate {
   kLinear,
   kLog,
   kLogExcess,    ///< log(x - 1), for an index of refraction
-  kBlur,         ///< log(x^2 + 0.1^2) / 2, for a roughness: highlights are x^2 wide
+  kBlur,         ///< log(x^3 + 0.15^3) / 3, for a roughness: low ones hardly show
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
 };
 

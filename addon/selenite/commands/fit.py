@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -231,8 +232,10 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
     try:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
-                note = f"{state.iteration}/{state.iterations}  loss {state.loss:.3g}"
-                note = note if state.phase == "fitting" else state.phase
+                note = state.phase
+                if state.phase == "fitting":
+                    note = f"{state.iteration}/{state.iterations}"
+                    note += "" if math.isnan(state.loss) else f"  loss {state.loss:.3g}"
                 if state.stage != stage:
                     stage = state.stage
                     say(f"stage {stage}")

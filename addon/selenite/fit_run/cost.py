@@ -22,8 +22,9 @@ _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
 _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
-# Of the verification: least samples, and the share of them that have derivatives.
-_VERIFICATION_LEAST, _VERIFICATION_SHARE = 64, 8
+# Of the verification: least samples, the share of them that have derivatives, and its first pass
+# with a quarter of them before a whole one, which is mostly the last.
+_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 8, 1.25
 
 
 def pixels_at(captures: Sequence[Capture], height: int) -> int:
@@ -52,7 +53,8 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     if few:
         verified = max(_VERIFICATION_LEAST, iterations * spp)
         slopes = _DERIVATIVES + 2 * differences
-        per_pixel += validation + verified * (1 + slopes / _VERIFICATION_SHARE)
+        per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
+        per_pixel += validation + _VERIFICATION_PASSES * per_pass
     total = pixels_at(plan.captures, settings.height) * per_pixel
     if settings.search == "on" or (settings.search == "auto" and steps_by_least_squares):
         small = pixels_at(plan.captures, min(settings.height, _SEARCH_SIDE))

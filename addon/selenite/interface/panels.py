@@ -161,10 +161,10 @@ class SELENITE_PT_fit(bpy.types.Panel):
             layout.label(text="Starting")
         else:
             left = progress.seconds_left
-            text = f"{progress.iteration} of {progress.iterations}"
+            text = progress.phase.capitalize()
+            if progress.phase == "fitting":
+                text = f"{progress.iteration} of {progress.iterations}"
             text += "" if math.isnan(left) else f", {left:.0f} s left"
-            if progress.phase != "fitting":
-                text = progress.phase.capitalize()
             _bar(layout, progress.fraction, text)
             if progress.stage:
                 layout.label(text=f"Stage {progress.stage}")
