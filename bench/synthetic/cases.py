@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .scenes import LIGHTINGS, MESHES
+from .stage import LIGHTINGS, MESHES
 
 #: Nobody sees the difference below; Blender squares the value, so alpha is 0.001.
 VISIBLE_ROUGHNESS = 0.0316
@@ -129,3 +129,8 @@ def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:
         else:
             found |= {f"{name}[{i}]": float(error) for i, error in enumerate(relative)}
     return found
+
+
+def mean_error(case: Case, answer: dict[str, Any]) -> float:
+    """Over the scalars of a case."""
+    return float(np.mean(list(errors(case, answer).values())))

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .cases import Case, errors, seen
+from .cases import Case, errors, mean_error, seen
+from .fits import answer_of
 
 LEVELS = (0.1, 0.05, 0.02)
 SCALARS = (
@@ -26,7 +27,7 @@ COLUMNS = (
 
 def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> dict[str, Any]:
     """One fit as a row of the table."""
-    answer = {name.partition(":")[2]: value for name, value in result["values_best"].items()}
+    answer = answer_of(result["values_best"])
     found = errors(case, answer)
     line = {name: "" for name in COLUMNS} | {
         "label": label,
@@ -36,7 +37,7 @@ def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> d
         "lighting": case.lighting,
         "cameras": case.cameras,
         "seed": case.seed,
-        "mean_error": float(np.mean(list(found.values()))),
+        "mean_error": mean_error(case, answer),
         "cpu_seconds": cpu_seconds,
         "samples": result["samples"],
         "validation": result["best_validation"],
