@@ -62,7 +62,8 @@ def _number(text):
 def parse():
     parser = argparse.ArgumentParser(prog="./dev bench fit", description=__doc__)
     add = parser.add_argument
-    add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all)")
+    failures = ", ".join(cases.FAILURES)
+    add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all of these), {failures}")
     add("--seeds", type=int, default=20, help="per kind (%(default)s)")
     add("--first-seed", type=int, default=0)
     add("--label", help="name of the recipe in the table (default; 'default, cycles')")
@@ -80,9 +81,10 @@ def parse():
     add("--report-only", action="store_true", help="tables and plot of what has been done")
     add("--out", type=Path, default=ROOT / "build" / "bench-fit", help="(%(default)s)")
     options = parser.parse_args()
-    wrong = [kind for kind in options.kind if kind not in cases.KINDS]
+    known = (*cases.KINDS, *cases.FAILURES)
+    wrong = [kind for kind in options.kind if kind not in known]
     if wrong:
-        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(cases.KINDS)}")
+        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(known)}")
     if options.label is None:
         options.label = "default" if options.photos == "selenite" else f"default, {options.photos}"
     return options

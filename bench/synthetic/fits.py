@@ -10,13 +10,22 @@ import numpy as np
 from selenite import native, parameters
 
 from . import scenes
-from .cases import Case
+from .cases import GRID_START, Case
 
 
 def scene_of(case: Case) -> Any:  # noqa: ANN401
     """Native scene at the start of the fit."""
     values = {n: list(v) if len(v) > 1 else v[0] for n, v in case.start.items()} | case.fixed
-    return scenes.make(case.mesh, case.lighting, values, case.cameras)
+    grid = None if case.albedo_grid is None else np.full_like(case.albedo_grid, GRID_START)
+    return scenes.make(case.mesh, case.lighting, values, case.cameras, grid)
+
+
+def at_target(case: Case, scene: Any) -> Any:  # noqa: ANN401
+    """The scene with the true values."""
+    true = scene.with_values({(scenes.OWNER, name): v for name, v in case.target.items()})
+    if case.albedo_grid is None:
+        return true
+    return true.with_grid(scenes.OWNER, "albedo", case.albedo_grid)
 
 
 def bounds_of(case: Case) -> dict[str, tuple[float, float]]:
@@ -38,6 +47,9 @@ def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any
         }
         for name, (low, high) in bounds_of(case).items()
     ]
+    if case.albedo_grid is not None:
+        grid = {"owner": scenes.OWNER, "parameter": "albedo_grid", "minimum": 0.0, "maximum": 1.0}
+        unknowns.append(grid)
     captures = [
         {"camera": camera, "reference": picture}
         for camera, picture in zip(scene.cameras, pictures, strict=True)

@@ -14,7 +14,7 @@ import numpy as np
 from selenite import native
 from selenite.cycles_check.compare import Estimate, Verdict, judge
 
-from . import cycles_photos, scenes
+from . import cycles_photos, fits, scenes
 from .cases import Case
 
 SOURCES = ("selenite", "cycles")
@@ -41,12 +41,14 @@ def take(case: Case, scene: Any, wanted: Wanted, folder: Path) -> np.ndarray:  #
     """(cameras, h, w, 3) linear radiance at the target; `scene`: native, at any values.
 
     Photos by Cycles have no more noise than ours; how they agree with ours is printed and added to
-    equality.csv.
+    equality.csv. Raises ValueError for a grid: Cycles has none in a mesh.
     """
+    if wanted.source == "cycles" and case.albedo_grid is not None:
+        raise ValueError(f"{case.name}: Cycles does not render a grid in a mesh")
     path = folder / f"{wanted.key(case)}.npy"
     if path.exists():
         return np.load(path)
-    true = scene.with_values({(scenes.OWNER, name): v for name, v in case.target.items()})
+    true = fits.at_target(case, scene)
     ours = [
         Estimate.of_film(
             native.core().render(

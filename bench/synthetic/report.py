@@ -21,7 +21,7 @@ COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
     "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
     "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
-    "answer", "zscores",
+    "answer", "zscores", "optimiser", "grid_error",
 )  # fmt: skip
 
 
@@ -43,8 +43,12 @@ def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> d
         "validation": result["best_validation"],
         "validation_standard_error": result["best_validation_standard_error"],
         "best_iteration": result["best_iteration"],
+        "optimiser": result["optimiser"],
         "answer": " ".join(f"{x:.5g}" for value in answer.values() for x in np.ravel(value)),
     }
+    if case.albedo_grid is not None:
+        voxels = result["fields_best"]["Body:albedo_grid"]
+        line["grid_error"] = float(np.abs(voxels - case.albedo_grid).mean())
     return line | found | trust(case, answer, result.get("report"))
 
 
@@ -87,14 +91,15 @@ def read(path: Path) -> list[dict[str, str]]:
 
 
 def append(path: Path, line: dict[str, Any]) -> None:
-    """Adds a row to the file."""
+    """Adds a row to the file; rows of an older version get the columns that they lack."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    new = not path.exists()
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if new:
-            writer.writeheader()
-        writer.writerow(line)
+    rows = [*read(path), line]
+    partial = path.with_suffix(".partial.csv")
+    with partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, restval="")
+        writer.writeheader()
+        writer.writerows(rows)
+    partial.replace(path)
 
 
 def line(found: dict[str, Any]) -> str:
@@ -105,6 +110,8 @@ def line(found: dict[str, Any]) -> str:
     if found["intervals"] != "":
         text += f", {found['covered']} of {found['intervals']} intervals hold"
         text += f", not determined: {found['undetermined'] or 'none'}"
+    if found["grid_error"] != "":
+        text += f", voxels off by {found['grid_error']:.3f}"
     return text
 
 

@@ -25,17 +25,30 @@ def _add_mesh(builder: Any, name: str, mesh: stage.Mesh) -> int:  # noqa: ANN401
     )
 
 
-def make(mesh: str, lighting: str, values: dict[str, Any], cameras: int) -> Any:  # noqa: ANN401
-    """Native scene with the object as material `Body` of the given values, cameras `Camera 1`.."""
-    return build(stage.make(mesh, lighting, cameras), values)
+def make(
+    mesh: str, lighting: str, values: dict[str, Any], cameras: int,
+    albedo_grid: np.ndarray | None = None,
+) -> Any:  # noqa: ANN401  # fmt: skip
+    """Native scene with the object as material `Body` of the given values, cameras `Camera 1`..
+
+    albedo_grid: (nz, ny, nx, 3) over the box around the object.
+    """
+    return build(stage.make(mesh, lighting, cameras), values, albedo_grid=albedo_grid)
 
 
 def build(
-    described: stage.Stage, values: dict[str, Any], tile: dict[str, Any] | None = None
+    described: stage.Stage,
+    values: dict[str, Any],
+    tile: dict[str, Any] | None = None,
+    albedo_grid: np.ndarray | None = None,
 ) -> Any:  # noqa: ANN401
     """The same; `tile`: values of both kinds of tiles in place of their own."""
     builder = native.core().SceneBuilder()
-    body = builder.add_material(OWNER, values)
+    grids = {}
+    if albedo_grid is not None:
+        to_unit = _to_unit(described.body.positions)
+        grids["albedo"] = {"name": "albedo", "values": albedo_grid, "to_unit": to_unit}
+    body = builder.add_material(OWNER, values, grids=grids)
     tiles = [
         builder.add_material(f"Tile {i}", tile or {"base_color": [level] * 3, "roughness": 1.0})
         for i, level in enumerate(stage.TILE_COLOURS)
@@ -53,6 +66,14 @@ def build(
             *stage.CLIP,
         )  # fmt: skip
     return builder.build()
+
+
+def _to_unit(positions: np.ndarray) -> np.ndarray:
+    """(4, 4): the box around the points to the unit cube."""
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    matrix = np.diag([*(1 / (high - low)), 1.0])
+    matrix[:3, 3] = -low / (high - low)
+    return matrix
 
 
 def coverage(mesh: str, lighting: str, cameras: int, size: int) -> np.ndarray:
