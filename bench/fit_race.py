@@ -7,8 +7,9 @@ and target, in turns on the same machine with one thread each, and each fits a p
 rendered itself: what the models differ in does not count. Time is that of the process, without
 loading the scene. The answer of a fit that is stopped is what it would return: Selenite's best
 values by its own validation; Mitsuba's last values, and beside them those of its smallest loss.
-Mitsuba stops at --times as long as Selenite took to get there, or half as long again after it got
-there itself. What is in the table is not done again.
+It has arrived when it stays within 5 % until the run ends: on its way a fit may pass the truth.
+Mitsuba stops at --times as long as Selenite took to arrive, or when it has stayed for half as long
+again. What is in the table is not done again.
 """
 
 from __future__ import annotations
@@ -113,8 +114,8 @@ def run(case, options, rows):
 
     own = found.get(race_report.OURS) or add(race_report.OURS, ours(case, options))
     budget = options.cap
-    if own["reached"]:
-        budget = min(budget, options.times * float(own["reached"]))
+    if own["settled"]:
+        budget = min(budget, options.times * float(own["settled"]))
     for spp in options.peer_spp or [4]:
         recipe = f"Mitsuba 2x{spp}"
         if recipe not in found:

@@ -3,7 +3,8 @@
 
 `python mitsuba_fit.py photo|fit REQUEST.json` leaves REQUEST's `photo` (.npy, (h, w, 3)), or its
 `curve` (.json): CPU seconds since the first iteration began, loss and error of the values after
-each. It ends at the `budget` of seconds, or half as long again after the error fell below `level`.
+each. It ends at the `budget` of seconds, or when the error has stayed below `level` for half as
+long again as it took to get there.
 
 The recipe: Adam with a constant learning rate of 0.03 for all unknowns, clamped after each step;
 the dual-buffer loss mean((a - photo)(b - photo)) of two renders with seeds of their own, each of
@@ -230,7 +231,7 @@ def fit(request, case):
     dr.set_thread_count(1)
     seconds, errors, losses = [], [], []
     start_error = cases.mean_error(case, unknowns.to_values(optimiser))
-    until = request["budget"]
+    until, inside_since = request["budget"], None
     begin = time.process_time()
     while not seconds or seconds[-1] < until:
         unknowns.put(optimiser)
@@ -250,8 +251,12 @@ def fit(request, case):
             until += seconds[0]  # nearly all of it is compilation
         losses.append(float(loss.numpy().item()))
         errors.append(cases.mean_error(case, answer))
-        if errors[-1] < request["level"]:
-            until = min(until, 1.5 * seconds[-1])
+        if errors[-1] >= request["level"]:
+            inside_since = None
+        elif inside_since is None:
+            inside_since = seconds[-1]
+        elif seconds[-1] >= 1.5 * inside_since:
+            break
     steady = np.diff(seconds)[:_STEADY]
     compiling = max(0.0, seconds[0] - float(np.median(steady))) if len(steady) else 0.0
     found = {"seconds": seconds, "errors": errors, "losses": losses, "compiling": compiling}

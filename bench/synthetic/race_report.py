@@ -18,13 +18,16 @@ LEVEL = 0.05
 OURS = "Selenite"
 COLUMNS = (
     "case", "kind", "seed", "recipe", "reached", "settled", "best_error", "last_error",
-    "last_error_smallest_loss", "reached_smallest_loss", "cpu_seconds", "iterations", "compiling",
+    "last_error_smallest_loss", "settled_smallest_loss", "cpu_seconds", "iterations", "compiling",
     "curve",
 )  # fmt: skip
 
 
 def row(case: Case, recipe: str, curve: dict[str, Any], path: Path) -> dict[str, Any]:
-    """One fit; seconds without compilation, which is told beside them. "" for never."""
+    """One fit; seconds without compilation, which is told beside them. "" for never.
+
+    A fit has arrived where it settles; `reached` is the first time that it touches the level.
+    """
     compiling = curve.get("compiling", 0.0)
     run = Curve(np.array(curve["seconds"]) - compiling, np.array(curve["errors"]))
     line = {
@@ -47,7 +50,7 @@ def row(case: Case, recipe: str, curve: dict[str, Any], path: Path) -> dict[str,
         other = Curve(run.seconds, at_smallest(before, np.array(curve["losses"])))
         line |= {
             "last_error_smallest_loss": float(other.errors[-1]),
-            "reached_smallest_loss": _number(other.reached(LEVEL)),
+            "settled_smallest_loss": _number(other.settled(LEVEL)),
         }
     return {name: line.get(name, "") for name in COLUMNS}
 
@@ -74,7 +77,7 @@ def append(path: Path, line: dict[str, Any]) -> None:
         writer.writerow(line)
 
 
-def _seconds(one: dict[str, Any], column: str = "reached", extra: float = 0.0) -> str:
+def _seconds(one: dict[str, Any], column: str = "settled", extra: float = 0.0) -> str:
     return f"{float(one[column]) + extra:.1f}" if one[column] != "" else "not reached"
 
 
@@ -91,7 +94,7 @@ def show(rows: list[dict[str, Any]], folder: Path) -> None:
     """Table on stdout and in summary.md, and plot.png."""
     level = f"{100 * LEVEL:g} %"
     lines = [
-        f"| case | fit | CPU s to {level} | with compilation | stays from | whole run, CPU s "
+        f"| case | fit | CPU s to {level} | with compilation | first touched | whole run, CPU s "
         "| error: least, last | of the smallest loss | times Selenite's |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
@@ -100,7 +103,7 @@ def show(rows: list[dict[str, Any]], folder: Path) -> None:
         smallest = one["last_error_smallest_loss"]
         lines.append(
             f"| {one['case']} | {one['recipe']} | {_seconds(one)} "
-            f"| {_seconds(one, extra=float(one['compiling']))} | {_seconds(one, 'settled')} "
+            f"| {_seconds(one, extra=float(one['compiling']))} | {_seconds(one, 'reached')} "
             f"| {float(one['cpu_seconds']):.0f} "
             f"| {float(one['best_error']):.3f}, {float(one['last_error']):.3f} "
             f"| {f'{float(smallest):.3f}' if smallest != '' else '-'} "
@@ -115,11 +118,11 @@ def show(rows: list[dict[str, Any]], folder: Path) -> None:
 
 def _times(one: dict[str, Any], own: dict[str, Any] | None) -> str:
     """How many times as long as Selenite; a bound where it did not arrive."""
-    if own is None or own is one or own["reached"] == "":
+    if own is None or own is one or own["settled"] == "":
         return "-"
-    if one["reached"] == "":
-        return f"more than {float(one['cpu_seconds']) / float(own['reached']):.0f}"
-    return f"{float(one['reached']) / float(own['reached']):.1f}"
+    if one["settled"] == "":
+        return f"more than {float(one['cpu_seconds']) / float(own['settled']):.0f}"
+    return f"{float(one['settled']) / float(own['settled']):.1f}"
 
 
 def plot(rows: list[dict[str, Any]], folder: Path) -> None:
