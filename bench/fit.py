@@ -18,7 +18,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
-from synthetic import cases, fits, photos, report  # noqa: E402
+from synthetic import cases, fits, photos, report, table  # noqa: E402
 
 from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
 
@@ -92,8 +92,8 @@ def parse():
 
 def main():
     options = parse()
-    table = options.out / "runs.csv"
-    rows = report.read(table)
+    path = options.out / "runs.csv"
+    rows = table.read(path)
     done = {(row["label"], row["case"]) for row in rows}
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     for seed in () if options.report_only else seeds:
@@ -102,7 +102,7 @@ def main():
             if (options.label, case.name) in done:
                 continue
             found = fit(case, options, options.out)
-            report.append(table, found)
+            table.append(path, found, report.COLUMNS)
             rows.append({name: str(value) for name, value in found.items()})
             print(report.line(found), file=sys.stderr, flush=True)
     report.show(rows, options.out)

@@ -7,9 +7,10 @@ and target, in turns on the same machine with one thread each, and each fits a p
 rendered itself: what the models differ in does not count. Time is that of the process, without
 loading the scene. The answer of a fit that is stopped is what it would return: Selenite's best
 values by its own validation; Mitsuba's last values, and beside them those of its smallest loss.
-It has arrived when it stays within 5 % until the run ends: on its way a fit may pass the truth.
-Mitsuba stops at --times as long as Selenite took to arrive, or when it has stayed for half as long
-again. What is in the table is not done again.
+A fit has arrived when it stays within 5 % until the run ends, and Mitsuba, whose run is cut off,
+for at least a quarter as long again: on its way a fit may pass the truth. Mitsuba stops at --times
+as long as Selenite took to arrive, or when it has stayed for half as long again. What is in the
+table is not done again.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
-from synthetic import cases, fits, photos, race_report  # noqa: E402
+from synthetic import cases, fits, photos, race_report, table  # noqa: E402
 
 from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
 
@@ -99,7 +100,7 @@ def theirs(case, spp, budget, options):
 
 def run(case, options, rows):
     """Adds what is lacking of a case to the table."""
-    table, keep = options.out / "race.csv", options.out / "curves"
+    keep = options.out / "curves"
     keep.mkdir(parents=True, exist_ok=True)
     found = {row["recipe"]: row for row in rows if row["case"] == case.name}
 
@@ -107,7 +108,7 @@ def run(case, options, rows):
         path = keep / f"{case.photos}-{recipe.replace(' ', '-')}.json"
         path.write_text(json.dumps(curve), encoding="utf-8")
         row = race_report.row(case, recipe, curve, path.relative_to(options.out))
-        race_report.append(table, row)
+        table.append(options.out / "race.csv", row, race_report.COLUMNS)
         rows.append(row)
         print(race_report.line(row), file=sys.stderr, flush=True)
         return row
@@ -149,13 +150,13 @@ def parse():
 
 def main():
     options = parse()
-    rows = race_report.read(options.out / "race.csv")
+    rows = table.read(options.out / "race.csv")
     # Every fourth case has four cameras; the recipe's loop over cameras is not part of this.
     seeds = [seed for seed in range(2 * options.seeds) if seed % 4 != 3][: options.seeds]
     for seed in () if options.report_only else seeds:
         for kind in options.kind:
             run(cases.make(kind, seed), options, rows)
-    race_report.show(race_report.read(options.out / "race.csv"), options.out)
+    race_report.show(table.read(options.out / "race.csv"), options.out)
     return 0
 
 

@@ -3,8 +3,8 @@
 
 `python mitsuba_fit.py photo|fit REQUEST.json` leaves REQUEST's `photo` (.npy, (h, w, 3)), or its
 `curve` (.json): CPU seconds since the first iteration began, loss and error of the values after
-each. It ends at the `budget` of seconds, or when the error has stayed below `level` for half as
-long again as it took to get there.
+each. It ends at the `budget` of seconds, when the error has stayed below `level` for half as long
+again as it took to get there, or when it is told to (SIGTERM), and leaves what it has.
 
 The recipe: Adam with a constant learning rate of 0.03 for all unknowns, clamped after each step;
 the dual-buffer loss mean((a - photo)(b - photo)) of two renders with seeds of their own, each of
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import time
 from pathlib import Path
@@ -232,8 +233,10 @@ def fit(request, case):
     seconds, errors, losses = [], [], []
     start_error = cases.mean_error(case, unknowns.to_values(optimiser))
     until, inside_since = request["budget"], None
+    ended = []
+    signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
     begin = time.process_time()
-    while not seconds or seconds[-1] < until:
+    while not seconds or (seconds[-1] < until and not ended):
         unknowns.put(optimiser)
         seed = 2 * len(seconds) + 1_000_000 * case.seed
         a, b = (

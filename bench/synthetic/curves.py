@@ -27,12 +27,19 @@ class Curve:
         inside = np.flatnonzero(self.errors < level)
         return float(self.seconds[inside[0]]) if len(inside) else None
 
-    def settled(self, level: float) -> float | None:
-        """Seconds from which on every answer is within `level`; None: not the last one."""
+    def settled(self, level: float, hold: float = 0.0) -> float | None:
+        """Seconds from which on every answer is within `level`; None: not the last one, or the
+        answers after it cover less than `hold` times those seconds, which may be chance."""
         if not self.errors[-1] < level:
             return None
         outside = np.flatnonzero(~(self.errors < level))
-        return float(self.seconds[outside[-1] + 1 if len(outside) else 0])
+        since = float(self.seconds[outside[-1] + 1 if len(outside) else 0])
+        return since if self.seconds[-1] - since >= hold * since else None
+
+    def late_share(self, level: float) -> float:
+        """Share of the answers of the last quarter of the time that are within `level`."""
+        late = self.errors[self.seconds >= 0.75 * self.seconds[-1]]
+        return float(np.mean(late < level))
 
 
 def at_smallest(errors: np.ndarray, losses: np.ndarray) -> np.ndarray:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 from selenite import native
 from selenite.cycles_check.compare import Estimate, Verdict, judge
 
-from . import cycles_photos, fits, scenes
+from . import cycles_photos, fits, scenes, table
 from .cases import Case
 
 SOURCES = ("selenite", "cycles")
@@ -98,12 +97,7 @@ def _tell(
         "noise_ratio": f"{ratio:.2f}",
         "equal": int(passed),
     }
-    new = not path.exists()
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(row))
-        if new:
-            writer.writeheader()
-        writer.writerow(row)
+    table.append(path, row, list(row))
     bias = " ".join(f"{100 * value:+.2f}" for value in verdict.bias)
     print(
         f"{key}, {camera}: Selenite / Cycles - 1 over the object {bias} % "

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
@@ -80,26 +79,6 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
         "explained": int(misfit["explained"]),
         "zscores": " ".join(z),
     }
-
-
-def read(path: Path) -> list[dict[str, str]]:
-    """Rows of earlier runs."""
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def append(path: Path, line: dict[str, Any]) -> None:
-    """Adds a row to the file; rows of an older version get the columns that they lack."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    rows = [*read(path), line]
-    partial = path.with_suffix(".partial.csv")
-    with partial.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, restval="")
-        writer.writeheader()
-        writer.writerows(rows)
-    partial.replace(path)
 
 
 def line(found: dict[str, Any]) -> str:

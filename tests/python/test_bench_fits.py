@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
-from synthetic import cases, report  # noqa: E402
+from synthetic import cases, report, table  # noqa: E402
 
 
 @pytest.mark.parametrize("kind", [*cases.KINDS, *cases.FAILURES])
@@ -46,8 +46,8 @@ def test_an_older_table_gets_the_columns_that_it_lacks(tmp_path: Path) -> None:
         writer = csv.DictWriter(file, ["label", "case"])
         writer.writeheader()
         writer.writerow({"label": "old", "case": "glass/dents/lamp/1/0"})
-    report.append(path, {name: "" for name in report.COLUMNS} | {"label": "new", "ior": 0.01})
-    rows = report.read(path)
+    table.append(path, {"label": "new", "ior": 0.01}, report.COLUMNS)
+    rows = table.read(path)
     assert [row["label"] for row in rows] == ["old", "new"]
     assert set(rows[0]) == set(report.COLUMNS)
     assert rows[0]["ior"] == ""
