@@ -137,6 +137,7 @@ def plot(rows: list[dict[str, Any]], folder: Path) -> None:
             axis.step(seconds, curve["errors"], where="post", label=one["recipe"], **style)
         axis.axhline(LEVEL, color="0.7", zorder=0)
         axis.set(xscale="log", yscale="log", xlabel="CPU seconds")
+        axis.set_xlim(left=0.1)
         axis.set_title(name, fontsize=9)
     axes[0][0].set_ylabel("mean relative error")
     axes[0][0].legend(fontsize=7)
