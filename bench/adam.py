@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 import numpy as np  # noqa: E402
-from synthetic import scenes  # noqa: E402
+from synthetic import scenes, stage  # noqa: E402
 
 from selenite import native, parameters  # noqa: E402
 
@@ -83,7 +83,7 @@ def main():
     add("--size", type=int, default=64, help="pixels, square (%(default)s)")
     add("--spp", type=int, default=4, help="of an iteration (%(default)s)")
     add("--photo-spp", type=int, default=512, help="(%(default)s)")
-    add("--mesh", choices=scenes.MESHES, default="bunny_6598", help="(%(default)s)")
+    add("--mesh", choices=stage.MESHES, default="bunny_6598", help="(%(default)s)")
     options = parser.parse_args()
     for roughness in options.roughness:
         for secants in (True, False):

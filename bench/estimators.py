@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 import numpy as np  # noqa: E402
-from synthetic import scenes  # noqa: E402
+from synthetic import scenes, stage  # noqa: E402
 from synthetic.slopes import (  # noqa: E402
     DETACHED,
     PAIRS,
@@ -161,8 +161,8 @@ def parse():
     add("material", nargs="*", help=f"of {', '.join(MATERIALS)} (all)")
     add("--roughness", type=float, nargs="*", default=ROUGHNESSES, help="(%(default)s)")
     add("--only", nargs="*", help="parameters to differentiate (all)")
-    add("--mesh", choices=scenes.MESHES, default="bunny_6598", help="(%(default)s)")
-    add("--lighting", choices=scenes.LIGHTINGS, default="lamp", help="(%(default)s)")
+    add("--mesh", choices=stage.MESHES, default="bunny_6598", help="(%(default)s)")
+    add("--lighting", choices=stage.LIGHTINGS, default="lamp", help="(%(default)s)")
     add("--size", type=int, default=64, help="pixels, square (%(default)s)")
     add("--spp", type=int, default=4, help="samples a pixel, even (%(default)s)")
     add("--seeds", type=int, default=16, help="(%(default)s)")

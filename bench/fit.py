@@ -2,8 +2,9 @@
 """`./dev bench fit`: fits whose truth is known, many of them.
 
 Random targets and starts (half of the starts dark and opaque) on several shapes, lights and numbers
-of cameras; photos rendered by ourselves with other seeds. What has been done before, by the table
-in the output folder, is not done again: a run can be stopped and taken up.
+of cameras; photos rendered by ourselves with other seeds, or by Cycles (--photos cycles), which
+shares no line of code with the fit. What has been done before, by the table in the output folder,
+is not done again: a run can be stopped and taken up.
 """
 
 from __future__ import annotations
@@ -17,61 +18,17 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
-import numpy as np  # noqa: E402
-from synthetic import cases, report, scenes  # noqa: E402
+from synthetic import cases, fits, photos, report, table  # noqa: E402
 
-from selenite import native, parameters  # noqa: E402
 from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
-
-PHOTO_SEED = 987654321
-
-
-def photos_of(case, scene, options, folder):
-    """(h, w, 3) per camera; kept on disk."""
-    path = folder / f"{case.photos}-{options.size}-{options.photo_spp}.npy"
-    if path.exists():
-        return np.load(path)
-    true = scene.with_values({(scenes.OWNER, name): v for name, v in case.target.items()})
-    pictures = np.stack([
-        native.core().render(
-            true, camera, options.size, options.size, options.photo_spp, seed=PHOTO_SEED + i,
-            threads=options.threads,
-        ).image
-        for i, camera in enumerate(scene.cameras)
-    ])  # fmt: skip
-    folder.mkdir(parents=True, exist_ok=True)
-    partial = path.with_suffix(".partial.npy")
-    np.save(partial, pictures)
-    partial.rename(path)
-    return pictures
-
-
-def unknowns_of(case):
-    table = parameters.table()
-    return [
-        {
-            "owner": scenes.OWNER,
-            "parameter": name,
-            "start": list(start),
-            "minimum": table["material", name].fit_lower,
-            "maximum": table["material", name].fit_upper,
-        }
-        for name, start in case.start.items()
-    ]
 
 
 def fit(case, options, folder):
     """A row of the table."""
-    values = {n: list(v) if len(v) > 1 else v[0] for n, v in case.start.items()} | case.fixed
-    scene = scenes.make(case.mesh, case.lighting, values, case.cameras)
-    pictures = photos_of(case, scene, options, folder / "photos")
-    settings = settings_of(case, options)
-    job = native.core().Fit(
-        scene,
-        [{"camera": c, "reference": p} for c, p in zip(scene.cameras, pictures, strict=True)],
-        unknowns_of(case),
-        settings,
-    )
+    scene = fits.scene_of(case)
+    wanted = photos.Wanted(options.size, options.photo_spp, options.photos, options.threads)
+    pictures = photos.take(case, scene, wanted, folder / "photos")
+    job = fits.job_of(case, scene, pictures, settings_of(case, options))
     begin = time.process_time()
     job.start()
     job.join()
@@ -105,12 +62,14 @@ def _number(text):
 def parse():
     parser = argparse.ArgumentParser(prog="./dev bench fit", description=__doc__)
     add = parser.add_argument
-    add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all)")
+    failures = ", ".join(cases.FAILURES)
+    add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all of these), {failures}")
     add("--seeds", type=int, default=20, help="per kind (%(default)s)")
     add("--first-seed", type=int, default=0)
-    add("--label", default="default", help="name of the recipe in the table (%(default)s)")
+    add("--label", help="name of the recipe in the table (default; 'default, cycles')")
     add("--size", type=int, default=128, help="pixels, square (%(default)s)")
     add("--photo-spp", type=int, default=256, help="samples of a photo (%(default)s)")
+    add("--photos", choices=photos.SOURCES, default="selenite", help="by whom (%(default)s)")
     add("--preset", choices=PRESETS, default="balanced")
     add("--iterations", type=int)
     add("--spp", type=int, help="samples of a step")
@@ -122,16 +81,19 @@ def parse():
     add("--report-only", action="store_true", help="tables and plot of what has been done")
     add("--out", type=Path, default=ROOT / "build" / "bench-fit", help="(%(default)s)")
     options = parser.parse_args()
-    wrong = [kind for kind in options.kind if kind not in cases.KINDS]
+    known = (*cases.KINDS, *cases.FAILURES)
+    wrong = [kind for kind in options.kind if kind not in known]
     if wrong:
-        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(cases.KINDS)}")
+        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(known)}")
+    if options.label is None:
+        options.label = "default" if options.photos == "selenite" else f"default, {options.photos}"
     return options
 
 
 def main():
     options = parse()
-    table = options.out / "runs.csv"
-    rows = report.read(table)
+    path = options.out / "runs.csv"
+    rows = table.read(path)
     done = {(row["label"], row["case"]) for row in rows}
     seeds = range(options.first_seed, options.first_seed + options.seeds)
     for seed in () if options.report_only else seeds:
@@ -140,7 +102,7 @@ def main():
             if (options.label, case.name) in done:
                 continue
             found = fit(case, options, options.out)
-            report.append(table, found)
+            table.append(path, found, report.COLUMNS)
             rows.append({name: str(value) for name, value in found.items()})
             print(report.line(found), file=sys.stderr, flush=True)
     report.show(rows, options.out)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench NAME` runs bench/NAME.py, or the program built from bench/NAME.cpp."""
+"""`./dev bench NAME` runs bench/NAME.py (- for _), or the program built from bench/NAME.cpp."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import environment
 from process import BUILD, PYTHON, ROOT, Failed
 
 # These race or compare with Mitsuba, which has an environment of its own; `./dev` knows them too.
-WITH_MITSUBA = ("equivalence", "race")
+WITH_MITSUBA = ("equivalence", "fit-race", "race")
 
 
 def run_bench(arguments: list[str]) -> int:
     """Without a name, lists what can be measured."""
-    scripts = {path.stem: path for path in sorted((ROOT / "bench").glob("*.py"))}
+    scripts = {path.stem.replace("_", "-"): path for path in sorted((ROOT / "bench").glob("*.py"))}
     programs = {path.name[6:]: path for path in sorted((BUILD / "release/bench").glob("bench_*"))}
     if not arguments:
         print("\n".join(f"./dev bench {name}" for name in sorted({*scripts, *programs})))

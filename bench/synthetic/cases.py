@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .scenes import LIGHTINGS, MESHES
+from .stage import LIGHTINGS, MESHES
 
 #: Nobody sees the difference below; Blender squares the value, so alpha is 0.001.
 VISIBLE_ROUGHNESS = 0.0316
@@ -18,6 +18,12 @@ THESIS_EXTINCTION = 10.0
 _COLOUR = (0.412, 0.824, 0.999)
 _DARK = {"roughness": 0.5, "ior": 1.54}
 KINDS = ("opaque", "glass", "half", "medium", "thesis", "thesis-medium")
+#: With what the thesis' recipe failed on a dragon: one camera, which left transmission at 0.001 and
+#: the IOR at 1.8; a medium with an albedo grid in a single stage, which took the IOR to 2.2. (Its
+#: third, plain L2 on the bunny, is the case `thesis` with the loss mse.)
+FAILURES = ("thesis-camera", "thesis-grid")
+#: Albedo of every voxel at the start.
+GRID_START = 0.5
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,8 @@ class Case:
     fixed: dict[str, Any] = field(repr=False)
     target: dict[str, tuple[float, ...]] = field(repr=False)
     start: dict[str, tuple[float, ...]] = field(repr=False)
+    #: True albedos over the box around the object, (nz, ny, nx, 3), unknown all; or None.
+    albedo_grid: np.ndarray | None = field(default=None, repr=False)
 
     @property
     def name(self) -> str:
@@ -47,14 +55,17 @@ class Case:
 
 def make(kind: str, seed: int) -> Case:
     """The seed draws target, start, mesh and light; every fourth has four cameras."""
-    random = np.random.default_rng((KINDS.index(kind), seed))
+    random = np.random.default_rng(((*KINDS, *FAILURES).index(kind), seed))
     mesh = MESHES[seed % len(MESHES)]
     lighting = LIGHTINGS[(seed // len(MESHES) + seed) % len(LIGHTINGS)]
     cameras = 4 if seed % 4 == 3 else 1
     fixed: dict[str, Any] = {}
+    grid = None
     if kind.startswith("thesis"):
         # One scene, as there; seeds differ in the random numbers of the fit.
         mesh, lighting, cameras = "bunny_6598", "lamp", 1
+    if kind in FAILURES:
+        mesh, cameras = "armadillo_29170", 1 if kind == "thesis-camera" else 4
     if kind == "thesis":
         target = {"base_color": _COLOUR, "roughness": (0.01,), "transmission": (0.9,)}
         target |= {"ior": (1.49,)}
@@ -64,6 +75,20 @@ def make(kind: str, seed: int) -> Case:
         target |= {"extinction": (0.4 * THESIS_EXTINCTION,) * 3}
         start = {"albedo": (0.01,) * 3, "extinction": (0.98 * THESIS_EXTINCTION,) * 3}
         start |= _values(_DARK | {"ior": 1.544})
+    elif kind == "thesis-camera":
+        target = {"base_color": _COLOUR, "roughness": (0.001,), "transmission": (1.0,)}
+        target |= {"ior": (1.49,)}
+        start = {"base_color": (0.5,) * 3, "transmission": (0.1,)}
+        start |= _values({"roughness": 0.7, "ior": 1.64})
+    elif kind == "thesis-grid":
+        grid = _chequered(_COLOUR, (0.95, 0.6, 0.3))
+        target = {
+            "roughness": (0.01,),
+            "ior": (1.49,),
+            "extinction": (0.4 * THESIS_EXTINCTION,) * 3,
+        }
+        start = {"extinction": (0.98 * THESIS_EXTINCTION,) * 3}
+        start |= _values({"roughness": 0.7, "ior": 1.544})
     elif kind == "medium":
         target = _random_medium(random)
         start = _random_medium(random)
@@ -75,14 +100,20 @@ def make(kind: str, seed: int) -> Case:
         start = _random_surface(random, (0.02, 0.98))
         if seed % 2 == 0:
             start = {"base_color": (0.01,) * 3, "transmission": (0.02,)} | _values(_DARK)
-    if "medium" in kind:
+    if "extinction" in target:
         fixed = {"base_color": [1.0] * 3, "transmission": 1.0}
     order = [name for name in ("base_color", "albedo", "extinction") if name in target]
     order += [name for name in ("roughness", "transmission", "ior") if name in target]
     return Case(
         kind, mesh, lighting, cameras, seed, fixed,
-        {name: target[name] for name in order}, {name: start[name] for name in order},
+        {name: target[name] for name in order}, {name: start[name] for name in order}, grid,
     )  # fmt: skip
+
+
+def _chequered(*colours: tuple[float, ...], voxels: int = 8) -> np.ndarray:
+    """(voxels, voxels, voxels, 3): cubes of 2 voxels a side, of two colours by turns."""
+    place = np.indices((voxels,) * 3) // 2
+    return np.array(colours, np.float32)[place.sum(axis=0) % 2]
 
 
 def _values(plain: dict[str, float]) -> dict[str, tuple[float, ...]]:
@@ -129,3 +160,8 @@ def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:
         else:
             found |= {f"{name}[{i}]": float(error) for i, error in enumerate(relative)}
     return found
+
+
+def mean_error(case: Case, answer: dict[str, Any]) -> float:
+    """Over the scalars of a case."""
+    return float(np.mean(list(errors(case, answer).values())))

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .cases import Case, errors, seen
+from .cases import Case, errors, mean_error, seen
+from .fits import answer_of
 
 LEVELS = (0.1, 0.05, 0.02)
 SCALARS = (
@@ -20,13 +20,13 @@ COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
     "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
     "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
-    "answer", "zscores",
+    "answer", "zscores", "optimiser", "grid_error",
 )  # fmt: skip
 
 
 def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> dict[str, Any]:
     """One fit as a row of the table."""
-    answer = {name.partition(":")[2]: value for name, value in result["values_best"].items()}
+    answer = answer_of(result["values_best"])
     found = errors(case, answer)
     line = {name: "" for name in COLUMNS} | {
         "label": label,
@@ -36,14 +36,18 @@ def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> d
         "lighting": case.lighting,
         "cameras": case.cameras,
         "seed": case.seed,
-        "mean_error": float(np.mean(list(found.values()))),
+        "mean_error": mean_error(case, answer),
         "cpu_seconds": cpu_seconds,
         "samples": result["samples"],
         "validation": result["best_validation"],
         "validation_standard_error": result["best_validation_standard_error"],
         "best_iteration": result["best_iteration"],
+        "optimiser": result["optimiser"],
         "answer": " ".join(f"{x:.5g}" for value in answer.values() for x in np.ravel(value)),
     }
+    if case.albedo_grid is not None:
+        voxels = result["fields_best"]["Body:albedo_grid"]
+        line["grid_error"] = float(np.abs(voxels - case.albedo_grid).mean())
     return line | found | trust(case, answer, result.get("report"))
 
 
@@ -77,25 +81,6 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
     }
 
 
-def read(path: Path) -> list[dict[str, str]]:
-    """Rows of earlier runs."""
-    if not path.exists():
-        return []
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def append(path: Path, line: dict[str, Any]) -> None:
-    """Adds a row to the file."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    new = not path.exists()
-    with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if new:
-            writer.writeheader()
-        writer.writerow(line)
-
-
 def line(found: dict[str, Any]) -> str:
     """One fit for the terminal."""
     parts = " ".join(f"{name.partition('_')[0]}{name[-3:] if '[' in name else ''} {found[name]:.3f}"
@@ -104,6 +89,8 @@ def line(found: dict[str, Any]) -> str:
     if found["intervals"] != "":
         text += f", {found['covered']} of {found['intervals']} intervals hold"
         text += f", not determined: {found['undetermined'] or 'none'}"
+    if found["grid_error"] != "":
+        text += f", voxels off by {found['grid_error']:.3f}"
     return text
 
 

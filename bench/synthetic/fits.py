@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A case as a native scene and as a native fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from selenite import native, parameters
+
+from . import scenes
+from .cases import GRID_START, Case
+
+
+def scene_of(case: Case) -> Any:  # noqa: ANN401
+    """Native scene at the start of the fit."""
+    values = {n: list(v) if len(v) > 1 else v[0] for n, v in case.start.items()} | case.fixed
+    grid = None if case.albedo_grid is None else np.full_like(case.albedo_grid, GRID_START)
+    return scenes.make(case.mesh, case.lighting, values, case.cameras, grid)
+
+
+def at_target(case: Case, scene: Any) -> Any:  # noqa: ANN401
+    """The scene with the true values."""
+    true = scene.with_values({(scenes.OWNER, name): v for name, v in case.target.items()})
+    if case.albedo_grid is None:
+        return true
+    return true.with_grid(scenes.OWNER, "albedo", case.albedo_grid)
+
+
+def bounds_of(case: Case) -> dict[str, tuple[float, float]]:
+    """Parameter -> box constraint of every component: those of the product."""
+    table = parameters.table()
+    rows = {name: table["material", name] for name in case.start}
+    return {name: (row.fit_lower, row.fit_upper) for name, row in rows.items()}
+
+
+def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any]) -> Any:  # noqa: ANN401
+    """A native Fit, not started. pictures: (cameras, h, w, 3); settings: of the native fit."""
+    unknowns = [
+        {
+            "owner": scenes.OWNER,
+            "parameter": name,
+            "start": list(case.start[name]),
+            "minimum": low,
+            "maximum": high,
+        }
+        for name, (low, high) in bounds_of(case).items()
+    ]
+    if case.albedo_grid is not None:
+        grid = {"owner": scenes.OWNER, "parameter": "albedo_grid", "minimum": 0.0, "maximum": 1.0}
+        unknowns.append(grid)
+    captures = [
+        {"camera": camera, "reference": picture}
+        for camera, picture in zip(scene.cameras, pictures, strict=True)
+    ]
+    return native.core().Fit(scene, captures, unknowns, settings)
+
+
+def answer_of(values: dict[str, Any]) -> dict[str, Any]:
+    """What a native result calls `Body:name`, by parameter name."""
+    return {name.partition(":")[2]: value for name, value in values.items()}

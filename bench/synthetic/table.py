@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A CSV file that grows by a row per run, so that a bench can be stopped and taken up."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """Rows of earlier runs; none if there is no file."""
+    if not path.exists():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def append(path: Path, line: dict[str, Any], columns: Sequence[str]) -> None:
+    """Adds a row; rows of an older version get the columns that they lack."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    rows = [*read(path), line]
+    partial = path.with_suffix(".partial.csv")
+    with partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns, restval="", extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
+    partial.replace(path)
