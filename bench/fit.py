@@ -68,7 +68,7 @@ def parse():
     add("--first-seed", type=int, default=0)
     add("--label", help="name of the recipe in the table (default; 'default, cycles')")
     add("--size", type=int, default=128, help="pixels, square (%(default)s)")
-    add("--photo-spp", type=int, default=256, help="samples of a photo (%(default)s)")
+    add("--photo-spp", type=int, default=1024, help="samples of a photo (%(default)s)")
     add("--photos", choices=photos.SOURCES, default="selenite", help="by whom (%(default)s)")
     add("--preset", choices=PRESETS, default="balanced")
     add("--iterations", type=int)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from .cases import Case, errors, mean_error, seen
 from .fits import answer_of
 
 LEVELS = (0.1, 0.05, 0.02)
+#: A fit is wrong above the one mean error, right below the other.
+WRONG, RIGHT = 0.1, 0.05
 SCALARS = (
     "base_color[0]", "base_color[1]", "base_color[2]", "albedo[0]", "albedo[1]", "albedo[2]",
     "extinction", "roughness", "transmission", "ior",
@@ -98,8 +101,9 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
     """Table on stdout and in summary.md, and plot.png."""
     lines = [
         "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % "
-        "| the same without roughness | intervals that hold | not determined | CPU s | Msamples |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| the same without roughness | intervals that hold | not determined | wrong ones told "
+        "| right ones doubted | CPU s | Msamples |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str], list[dict[str, str]]] = {}
     for one in rows:
@@ -116,6 +120,7 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
         lines.append(
             f"| {label} | {kind} | {len(some)} | {np.median(error):.3f}, {error.max():.3f} "
             f"| {under} | {_under(_without_roughness(some))} | {share} | {lost} "
+            f"| {_told(some, WRONG, math.inf)} | {_told(some, 0, RIGHT)} "
             f"| {cpu:.0f} | {samples:.0f} |"
         )
     text = "\n".join(lines) + "\n"
@@ -129,6 +134,17 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
 def _under(error: np.ndarray) -> str:
     """Percent of the runs below each level."""
     return " / ".join(f"{100 * np.mean(error < level):.0f}" for level in LEVELS)
+
+
+def is_told(one: dict[str, str]) -> bool:
+    """Whether the report of a fit warns of it: a misfit, or a value that is not determined."""
+    return one["explained"] == "0" or bool(one["undetermined"])
+
+
+def _told(some: list[dict[str, str]], low: float, high: float) -> str:
+    """How many of the verified runs with an error in between are warned of."""
+    between = [one for one in some if one["explained"] and low <= float(one["mean_error"]) < high]
+    return f"{sum(map(is_told, between))} of {len(between)}"
 
 
 def _without_roughness(some: list[dict[str, str]]) -> np.ndarray:

@@ -52,3 +52,10 @@ def test_an_older_table_gets_the_columns_that_it_lacks(tmp_path: Path) -> None:
     assert set(rows[0]) == set(report.COLUMNS)
     assert rows[0]["ior"] == ""
     assert rows[1]["ior"] == "0.01"
+
+
+def test_a_wrong_fit_counts_as_told_where_its_report_warns() -> None:
+    row = {"explained": "1", "undetermined": ""}
+    assert not report.is_told(row)
+    assert report.is_told(row | {"explained": "0"})
+    assert report.is_told(row | {"undetermined": "ior"})

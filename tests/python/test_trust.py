@@ -58,8 +58,8 @@ def result(**changes: Any) -> dict[str, Any]:
     return {"report": report, "search": search}
 
 
-def said(found: dict[str, Any]) -> str:
-    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR])
+def said(found: dict[str, Any], fields: tuple[str, ...] = ()) -> str:
+    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR], fields=fields)
     return "\n".join(trust.sentences(plan, found))
 
 
@@ -124,3 +124,10 @@ def test_nothing_is_said_where_nothing_was_verified() -> None:
     assert trust.entries(ROUGHNESS, empty) == trust.UNKNOWN
     assert trust.misfit(empty) is None
     assert said(empty) == ""
+
+
+def test_beside_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
+    assert "How sure these values are is not known" not in said(result())
+    told = said({"report": None}, fields=("Body:albedo_grid",))
+    assert "How sure these values are is not known" in told
+    assert "90 %" not in told

@@ -93,6 +93,11 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             "Where another photo would tell most: selenite next-camera RESULT_FOLDER, or "
             "Suggest Next Camera in the panel"
         )
+    if plan.fields:
+        lines.append(
+            "How sure these values are is not known: with a grid, few photos leave open what is "
+            "its doing and what theirs. Compare fits from other starts or to other photos"
+        )
     left = misfit(result)
     if left is not None:
         share = max(left["value"], 0.0) ** 0.5
