@@ -44,7 +44,7 @@ class PathTracer {
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       float drawn = kInfinity;
-      const bool sealed = media.sealed();
+      const bool sealed = path.sealed || media.sealed();
       if (!media.empty())
         drawn = media.draw(random.uniform(kFreeChannel), random.uniform(kFreePath), beta);
       // Nothing but the boundary is met in there: no need to look beyond the end of the flight.
@@ -183,6 +183,7 @@ class PathTracer {
     path.camera_ray = false;
     path.from = surface.position;
     path.travelled = 0;
+    path.sealed = material.sealed && dot(sample->wo, surface.ng) < 0;
     media.leave(surface, sample->wo);
     path.ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
     return true;
@@ -380,7 +381,7 @@ class PathTracer {
     if (!(density > 0) || !(heuristic > 0)) return;
     MediaStack<L> beyond = media;
     scatterer.cross(beyond, direction);
-    if (beyond.sealed()) return;
+    if (scatterer.seals(direction) || beyond.sealed()) return;
 
     Color<typename Scatterer::Number> value;
     float bsdf_density = 0;

@@ -127,7 +127,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   prepare_materials(layout, fields);
   prepare_emitters();
   prepare_choice();
-  if (any_medium) prepare_seals();
+  prepare_seals();
   if (L > 0) prepare_plain();
 }
 
@@ -300,7 +300,7 @@ void Prepared<L>::prepare_seals() {
       lights.push_back(geometry.bounds(static_cast<int>(i)));
   for (std::size_t m = 0; m < materials.size(); ++m) {
     PreparedMaterial<L>& material = materials[m];
-    if (!material.has_medium || material.transparent) continue;
+    if (material.transparent) continue;
     material.sealed = true;
     for (std::size_t i = 0; i < instances.size(); ++i) {
       if (!has(i, [&](const auto& other) { return &other == &material; })) continue;

@@ -40,8 +40,8 @@ struct PreparedMaterial {
   /// Of an unknown density: free paths are drawn as if it were at least `least_density`, for where
   /// it is 0 its derivative is not; a shift counts in `density_unit`.
   float least_density = 0, density_unit = 0;
-  /// No light can be seen from inside of it: its surface lets no shadow ray pass, and every light is
-  /// outside of the boxes around its objects.
+  /// No light can be seen from inside of it: its surface is closed and faces outwards, lets no shadow
+  /// ray pass, and every light is outside of the boxes around its objects.
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;

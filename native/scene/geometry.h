@@ -87,7 +87,7 @@ class Geometry {
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
   Colorf color(const Hit& hit, const std::string& name) const;
-  /// Whether every edge of an instance's mesh has one face on each side.
+  /// Whether an instance has an inside; see `encloses`.
   bool closed(int instance) const { return closed_[instances_[instance].mesh]; }
   /// Of an instance, in world space.
   const Box& bounds(int instance) const { return bounds_[instance]; }
