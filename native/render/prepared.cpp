@@ -128,6 +128,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   prepare_emitters();
   prepare_choice();
   prepare_seals();
+  prepare_media_bounds();
   if (L > 0) prepare_plain();
 }
 
@@ -311,6 +312,17 @@ void Prepared<L>::prepare_seals() {
                                    [&](const Box& light) { return light.overlaps(box); });
       if (window || lit || !geometry.closed(static_cast<int>(i))) material.sealed = false;
     }
+  }
+}
+
+template <int L>
+void Prepared<L>::prepare_media_bounds() {
+  for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
+    const auto& own = geometry.instances()[i].materials;
+    if (!std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))
+      continue;
+    media_bounds_.push_back(geometry.bounds(i));
+    if (!geometry.closed(i)) boundless_medium_ = true;
   }
 }
 

@@ -183,6 +183,18 @@ std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
   return Hit{found->item, found->triangle, found->b1, found->b2, found->t};
 }
 
+void Geometry::intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const {
+  static_assert(kTogether <= Accelerator::kTogether);
+  std::array<std::optional<Accelerator::Found>, kTogether> found;
+  accelerator_->intersect_camera_rays(rays, found.data());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    hits[i].reset();
+    if (!found[i]) continue;
+    prefetch(faces_[instances_[found[i]->item].mesh][found[i]->triangle]);
+    hits[i] = Hit{found[i]->item, found[i]->triangle, found[i]->b1, found[i]->b2, found[i]->t};
+  }
+}
+
 std::optional<Hit> Geometry::intersect_inside(int instance, const Ray& ray) const {
   const auto found = accelerator_->intersect_item(instance, ray);
   if (!found) return std::nullopt;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,9 @@ class Geometry {
   Geometry& operator=(const Geometry&) = delete;
 
   std::optional<Hit> intersect(const Ray& ray, bool camera_ray) const;
+  /// The same for camera rays that run close together, kTogether at most.
+  static constexpr int kTogether = 8;
+  void intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const;
   bool occluded(const Ray& ray) const;
   /// The first hit with one instance, as if it were alone in the scene: for walks inside it. Needs a
   /// hierarchy of its own, which `prepare_inside` makes; that may be called from any thread.
