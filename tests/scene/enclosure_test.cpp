@@ -24,7 +24,7 @@ Mesh joined(Mesh mesh, const Mesh& other) {
     mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
   return mesh;
 }
-bool encloses(const Mesh& mesh) { return encloses(mesh.positions, mesh.triangles); }
+bool encloses(const Mesh& mesh) { return selenite::encloses(mesh.positions, mesh.triangles); }
 
 TEST(Enclosure, ClosedBodiesHaveAnInside) {
   EXPECT_TRUE(encloses(box_mesh(1, 2, 3)));
@@ -34,7 +34,7 @@ TEST(Enclosure, ClosedBodiesHaveAnInside) {
 }
 
 TEST(Enclosure, OpenBodiesHaveNone) {
-  EXPECT_FALSE(encloses({}, {}));
+  EXPECT_FALSE(encloses(Mesh{}));
   EXPECT_FALSE(encloses(quad_mesh(1)));
   Mesh box = box_mesh(1, 1, 1);
   box.triangles.pop_back();
