@@ -29,15 +29,13 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
   std::vector<Colorf> samples(n);
 
   for (int y = tile.y0; y < tile.y1; ++y) {
+    CameraSamples camera_samples(prepared, camera, settings, y, tile.x0, tile.x1);
     for (int x = tile.x0; x < tile.x1; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
       PixelSums image;
       for (int i = 0; i < n; ++i) {
-        Random random(settings.seed, static_cast<std::uint32_t>(pixel),
-                      static_cast<std::uint32_t>(i));
-        const Ray ray = camera.ray(static_cast<float>(x) + random.uniform(0),
-                                   static_cast<float>(y) + random.uniform(1));
-        const Radiance<kTaped> radiance = tracer.trace(ray, random);
+        auto& [random, ray, hit] = camera_samples.next();
+        const Radiance<kTaped> radiance = tracer.trace(ray, hit, random);
         report.truncated += tracer.truncated;
         std::swap(tapes[i], tracer.tape);
         samples[i] = radiance.value;

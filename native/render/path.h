@@ -20,6 +20,7 @@ struct Path {
   float travelled = 0;        ///< from there to the ray's origin, through transparent surfaces
   int scatterings = 0;
   bool after_diffuse = false;
+  bool sealed = false;  ///< the ray starts inside a body from where no light is seen
 };
 
 }  // namespace selenite

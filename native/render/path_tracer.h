@@ -23,17 +23,13 @@ class PathTracer {
  public:
   PathTracer(const Prepared<L>& prepared, int depth) : p_(prepared), depth_(depth) {}
 
-  /// One sample of the radiance that arrives along a camera ray.
-  Radiance<L> trace(const Ray& ray, Random& random) {
+  /// One sample of the radiance that arrives along a camera ray, which meets `first`.
+  Radiance<L> trace(const Ray& ray, const std::optional<Hit>& first, Random& random) {
     Radiance<L> radiance(p_.slot_room);
     Throughput<L> beta(p_.slot_room);
     Path path{.ray = ray};
     MediaStack<L> media(p_);
-    if (p_.any_medium) {
-      // Before the near clip plane there is no medium either, as in Cycles.
-      path.ray = {ray.origin + ray.direction * ray.t_min, ray.direction, 0, ray.t_max - ray.t_min};
-      media.locate(path.ray.origin);
-    }
+    if (p_.any_medium) media.locate(path.ray.origin);
     truncated = false;
     if constexpr (L == kTaped) {
       tape.clear();
@@ -44,12 +40,13 @@ class PathTracer {
     for (std::uint32_t vertex = 0;; ++vertex) {
       random.start_bounce(vertex + 1);
       float drawn = kInfinity;
-      const bool sealed = media.sealed();
+      const bool sealed = path.sealed || media.sealed();
       if (!media.empty())
         drawn = media.draw(random.uniform(kFreeChannel), random.uniform(kFreePath), beta);
       // Nothing but the boundary is met in there: no need to look beyond the end of the flight.
       if (sealed) path.ray.t_max = std::min(path.ray.t_max, drawn);
-      const auto hit = p_.geometry.intersect(path.ray, path.camera_ray);
+      auto hit = vertex == 0 ? first : p_.geometry.intersect(path.ray, path.camera_ray);
+      if (vertex == 0 && hit && hit->t > path.ray.t_max) hit.reset();
       const float reach = hit ? path.travelled + hit->t : kInfinity;
       if (!path.camera_ray && !sealed)
         add_lamps(path.from, path.ray.direction, path.travelled, reach, path.density,
@@ -183,6 +180,7 @@ class PathTracer {
     path.camera_ray = false;
     path.from = surface.position;
     path.travelled = 0;
+    path.sealed = material.sealed && dot(sample->wo, surface.ng) < 0;
     media.leave(surface, sample->wo);
     path.ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
     return true;
@@ -380,7 +378,7 @@ class PathTracer {
     if (!(density > 0) || !(heuristic > 0)) return;
     MediaStack<L> beyond = media;
     scatterer.cross(beyond, direction);
-    if (beyond.sealed()) return;
+    if (scatterer.seals(direction) || beyond.sealed()) return;
 
     Color<typename Scatterer::Number> value;
     float bsdf_density = 0;

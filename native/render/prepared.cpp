@@ -127,7 +127,8 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   prepare_materials(layout, fields);
   prepare_emitters();
   prepare_choice();
-  if (any_medium) prepare_seals();
+  prepare_seals();
+  prepare_media_bounds();
   if (L > 0) prepare_plain();
 }
 
@@ -300,7 +301,7 @@ void Prepared<L>::prepare_seals() {
       lights.push_back(geometry.bounds(static_cast<int>(i)));
   for (std::size_t m = 0; m < materials.size(); ++m) {
     PreparedMaterial<L>& material = materials[m];
-    if (!material.has_medium || material.transparent) continue;
+    if (material.transparent) continue;
     material.sealed = true;
     for (std::size_t i = 0; i < instances.size(); ++i) {
       if (!has(i, [&](const auto& other) { return &other == &material; })) continue;
@@ -311,6 +312,17 @@ void Prepared<L>::prepare_seals() {
                                    [&](const Box& light) { return light.overlaps(box); });
       if (window || lit || !geometry.closed(static_cast<int>(i))) material.sealed = false;
     }
+  }
+}
+
+template <int L>
+void Prepared<L>::prepare_media_bounds() {
+  for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
+    const auto& own = geometry.instances()[i].materials;
+    if (!std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))
+      continue;
+    media_bounds_.push_back(geometry.bounds(i));
+    if (!geometry.closed(i)) boundless_medium_ = true;
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -40,8 +41,8 @@ struct PreparedMaterial {
   /// Of an unknown density: free paths are drawn as if it were at least `least_density`, for where
   /// it is 0 its derivative is not; a shift counts in `density_unit`.
   float least_density = 0, density_unit = 0;
-  /// No light can be seen from inside of it: its surface lets no shadow ray pass, and every light is
-  /// outside of the boxes around its objects.
+  /// No light can be seen from inside of it: its surface is closed and faces outwards, lets no shadow
+  /// ray pass, and every light is outside of the boxes around its objects.
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
@@ -151,6 +152,12 @@ class Prepared {
                : 0;
   }
 
+  /// False where there is no medium for sure: outside of the boxes around the bodies that hold one.
+  bool media_around(const Vec3f& point) const {
+    return boundless_medium_ || std::any_of(media_bounds_.begin(), media_bounds_.end(),
+                                            [&](const Box& box) { return box.contains(point); });
+  }
+
   struct EmissiveTriangle {
     int instance, triangle, material;
   };
@@ -178,9 +185,12 @@ class Prepared {
   void prepare_medium(const Material& source, PreparedMaterial<L>& material);
   void prepare_emitters();
   void prepare_seals();
+  void prepare_media_bounds();
   void prepare_plain();
   void prepare_choice();
 
+  std::vector<Box> media_bounds_;
+  bool boundless_medium_ = false;  // a mesh that is open has no box to be outside of
   std::vector<OwnerSlots> lamp_slots_;
   OwnerSlots world_slots_;
   std::vector<float> probability_, cycles_probability_, cdf_;  ///< lamps, meshes, world

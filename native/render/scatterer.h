@@ -20,6 +20,10 @@ struct SurfaceScatterer {
   void cross(MediaStack<L>& media, const Vec3f& direction) const {
     media.cross(hit, surface, direction);
   }
+  /// Towards the inside of a body from where no light is seen.
+  bool seals(const Vec3f& direction) const {
+    return material.sealed && dot(direction, surface.ng) < 0;
+  }
   bool refracts(const Vec3f& direction) const { return bsdf.transmits(direction); }
   float share(const Light&) const { return 1; }
   void evaluate(const Vec3f& direction, Color<X>& value, float& density) const {
@@ -40,6 +44,7 @@ struct PhaseScatterer {
 
   Vec3f origin(const Vec3f&) const { return position; }
   void cross(MediaStack<L>&, const Vec3f&) const {}
+  bool seals(const Vec3f&) const { return false; }
   bool refracts(const Vec3f&) const { return false; }
   /// MIS weight of the position, which `add_lamp_along` could have drawn too.
   float share(const Light& lamp) const {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "render/camera_samples.h"
 #include "render/kernel.h"
 #include "render/path_tracer.h"
 
@@ -42,17 +43,15 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
   std::vector<Colorf> products(slots);
 
   for (int y = tile.y0; y < tile.y1; ++y) {
+    CameraSamples samples(prepared, camera, settings, y, tile.x0, tile.x1);
     for (int x = tile.x0; x < tile.x1; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
       PixelSums image;
       std::fill(slot_sums.begin(), slot_sums.end(), PixelSums{});
       std::fill(products.begin(), products.end(), Colorf{});
       for (int i = 0; i < n; ++i) {
-        Random random(settings.seed, static_cast<std::uint32_t>(pixel),
-                      static_cast<std::uint32_t>(i));
-        const Ray ray = camera.ray(static_cast<float>(x) + random.uniform(0),
-                                   static_cast<float>(y) + random.uniform(1));
-        const Radiance<L> radiance = tracer.trace(ray, random);
+        auto& [random, ray, hit] = samples.next();
+        const Radiance<L> radiance = tracer.trace(ray, hit, random);
         report.truncated += tracer.truncated;
 
         int bad = is_finite(radiance.value) ? -1 : slots;

@@ -34,6 +34,7 @@ class Accelerator {
     if (rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION) / 10000 != RTC_VERSION_MAJOR)
       throw InvalidArgument("Embree: the library in this process is of another version than " +
                             std::string(RTC_VERSION_STRING) + ", which this module was built for");
+    packets_ = rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
     scene_ = new_scene();
   }
   ~Accelerator() {
@@ -86,7 +87,45 @@ class Accelerator {
   std::optional<Found> intersect(const Ray& ray, bool camera_ray) const {
     return intersect(scene_, ray, camera_ray);
   }
-  /// The same as if there were no other item; needs `build_item`.
+  /// Rays in one go.
+  static constexpr int kTogether = 8;
+  /// The same for up to that many camera rays that run close together: they share their way down the
+  /// hierarchy, which takes a third of the time.
+  void intersect_camera_rays(std::span<const Ray> rays, std::optional<Found>* found) const {
+    if (!packets_) {
+      for (const Ray& ray : rays) *found++ = intersect(ray, true);
+      return;
+    }
+    alignas(32) std::array<int, kTogether> valid{};
+    RTCRayHit8 query;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const auto& [origin, direction, t_min, t_max] = rays[i];
+      valid[i] = -1;
+      query.ray.org_x[i] = origin.x, query.ray.org_y[i] = origin.y, query.ray.org_z[i] = origin.z;
+      query.ray.dir_x[i] = direction.x, query.ray.dir_y[i] = direction.y;
+      query.ray.dir_z[i] = direction.z, query.ray.time[i] = 0;
+      query.ray.tnear[i] = t_min, query.ray.tfar[i] = t_max;
+      query.ray.mask[i] = kCameraMask;
+      query.ray.id[i] = query.ray.flags[i] = 0;
+      query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+#if RTC_VERSION_MAJOR >= 4
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect8(valid.data(), scene_, &query, &arguments);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect8(valid.data(), scene_, &context, &query);
+#endif
+    const auto& hit = query.hit;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      found[i] = found_of(hit.geomID[i], hit.instID[0][i], hit.primID[i], hit.u[i], hit.v[i],
+                          query.ray.tfar[i]);
+  }
+  /// As `intersect`, as if there were no other item; needs `build_item`.
   std::optional<Found> intersect_item(int item, const Ray& ray) const {
     auto found = intersect(alone_[item], ray, false);
     if (found) found->item = item;
@@ -120,11 +159,14 @@ class Accelerator {
     rtcInitIntersectContext(&context);
     rtcIntersect1(scene, &context, &query);
 #endif
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    const unsigned item =
-        query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
-    return Found{static_cast<int>(item), static_cast<int>(query.hit.primID), query.hit.u,
-                 query.hit.v, query.ray.tfar};
+    const RTCHit& hit = query.hit;
+    return found_of(hit.geomID, hit.instID[0], hit.primID, hit.u, hit.v, query.ray.tfar);
+  }
+  static std::optional<Found> found_of(unsigned geometry, unsigned instance, unsigned triangle,
+                                       float b1, float b2, float t) {
+    if (geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    const unsigned item = instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry;
+    return Found{static_cast<int>(item), static_cast<int>(triangle), b1, b2, t};
   }
 
   RTCScene new_scene() {
@@ -175,6 +217,7 @@ class Accelerator {
   }
 
   RTCDevice device_;
+  bool packets_ = false;  // an Embree built without them refuses rtcIntersect8
   RTCScene scene_;
   std::vector<RTCScene> children_, alone_;
   std::size_t count_ = 0;

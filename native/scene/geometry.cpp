@@ -2,10 +2,10 @@
 #include "scene/geometry.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <limits>
 
 #include "scene/accelerator.h"
+#include "scene/enclosure.h"
 
 namespace selenite {
 namespace {
@@ -94,21 +94,6 @@ void to_world_space(Mesh& mesh, const Transform& transform) {
   }
 }
 
-/// Every edge is run along once in either direction.
-bool is_closed(const Mesh& mesh) {
-  std::vector<std::uint64_t> there, back;
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const auto a = static_cast<std::uint64_t>(t[k]),
-                 b = static_cast<std::uint64_t>(t[(k + 1) % 3]);
-      there.push_back(a << 32 | b);
-      back.push_back(b << 32 | a);
-    }
-  std::sort(there.begin(), there.end());
-  std::sort(back.begin(), back.end());
-  return there == back && std::adjacent_find(there.begin(), there.end()) == there.end();
-}
-
 }  // namespace
 
 Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
@@ -121,7 +106,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
     mend_normals(mesh);
   }
 
-  for (const Mesh& mesh : meshes_) closed_.push_back(is_closed(mesh));
+  for (const Mesh& mesh : meshes_) closed_.push_back(encloses(mesh.positions, mesh.triangles));
 
   std::vector<int> uses(meshes_.size(), 0);
   Vec3d low(1e300, 1e300, 1e300), high = -low;
@@ -196,6 +181,18 @@ std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
   if (!found) return std::nullopt;
   prefetch(faces_[instances_[found->item].mesh][found->triangle]);
   return Hit{found->item, found->triangle, found->b1, found->b2, found->t};
+}
+
+void Geometry::intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const {
+  static_assert(kTogether <= Accelerator::kTogether);
+  std::array<std::optional<Accelerator::Found>, kTogether> found;
+  accelerator_->intersect_camera_rays(rays, found.data());
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    hits[i].reset();
+    if (!found[i]) continue;
+    prefetch(faces_[instances_[found[i]->item].mesh][found[i]->triangle]);
+    hits[i] = Hit{found[i]->item, found[i]->triangle, found[i]->b1, found[i]->b2, found[i]->t};
+  }
 }
 
 std::optional<Hit> Geometry::intersect_inside(int instance, const Ray& ray) const {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,9 @@ class Geometry {
   Geometry& operator=(const Geometry&) = delete;
 
   std::optional<Hit> intersect(const Ray& ray, bool camera_ray) const;
+  /// The same for camera rays that run close together, kTogether at most.
+  static constexpr int kTogether = 8;
+  void intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const;
   bool occluded(const Ray& ray) const;
   /// The first hit with one instance, as if it were alone in the scene: for walks inside it. Needs a
   /// hierarchy of its own, which `prepare_inside` makes; that may be called from any thread.
@@ -87,7 +91,7 @@ class Geometry {
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
   Colorf color(const Hit& hit, const std::string& name) const;
-  /// Whether every edge of an instance's mesh has one face on each side.
+  /// Whether an instance has an inside; see `encloses`.
   bool closed(int instance) const { return closed_[instances_[instance].mesh]; }
   /// Of an instance, in world space.
   const Box& bounds(int instance) const { return bounds_[instance]; }

@@ -55,11 +55,12 @@ def survey(positions: np.ndarray, triangles: np.ndarray) -> Closedness:
 
     Units and place do not matter. Triangles with two corners at one place are left out, as the
     renderer does. A mirroring matrix need not be applied: Cycles and the renderer turn the winding
-    with the determinant. 0.15 to 0.3 s for 70,000 triangles.
+    with the determinant. 0.03 s of CPU time for 60,000 triangles.
     """
     places = _places(positions)
     corners = places[triangles].astype(np.int64)
-    real = (corners != corners[:, [1, 2, 0]]).all(axis=1)
+    a, b, c = corners.T
+    real = (a != b) & (b != c) & (c != a)
     corners, points = corners[real], positions[triangles[real]].astype(np.float64)
     count = len(corners)
     if count == 0:
@@ -78,7 +79,7 @@ def survey(positions: np.ndarray, triangles: np.ndarray) -> Closedness:
         crowded_edges=int(crowded.sum()),
         loose_crowded_edges=int((crowded & (edges.balance != 0)).sum()),
         disagreeing_faces=disagreeing,
-        doubled_faces=count - _distinct(np.sort(corners, axis=1)),
+        doubled_faces=count - _distinct(corners, len(places)),
         inside_out=inside_out,
         nested=nested,
     )
@@ -87,19 +88,29 @@ def survey(positions: np.ndarray, triangles: np.ndarray) -> Closedness:
 def _places(positions: np.ndarray) -> np.ndarray:
     """Vertex -> number of its place (n,)."""
     points = positions.astype(np.float32) + np.float32(0)  # -0 and 0 are one place
-    order = np.lexsort(points.T)
-    ordered = points[order]
+    # As whole numbers, two of them in one: sorts in half the time.
+    x, y, z = points.view(np.uint32).T.astype(np.uint64)
+    xy = x << np.uint64(32) | y
+    order = np.lexsort((z, xy))
+    xy, z = xy[order], z[order]
     new = np.ones(len(points), bool)
-    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    new[1:] = (xy[1:] != xy[:-1]) | (z[1:] != z[:-1])
     places = np.empty(len(points), np.int64)
     places[order] = np.cumsum(new) - 1
     return places
 
 
-def _distinct(rows: np.ndarray) -> int:
-    """How many different rows there are."""
-    ordered = rows[np.lexsort(rows.T)]
-    return 1 + int((ordered[1:] != ordered[:-1]).any(axis=1).sum())
+def _distinct(corners: np.ndarray, vertices: int) -> int:
+    """How many different triples there are, whatever their order."""
+    a, b, c = corners.T
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    pair, last = low * vertices + high, a + b + c - low - high
+    if vertices < 1 << 21:  # all three fit into one number
+        key = np.sort(pair * vertices + last)
+        return 1 + int((key[1:] != key[:-1]).sum())
+    order = np.lexsort((last, pair))
+    pair, last = pair[order], last[order]
+    return 1 + int(((pair[1:] != pair[:-1]) | (last[1:] != last[:-1])).sum())
 
 
 class _Edges:
@@ -113,7 +124,7 @@ class _Edges:
     def __init__(self, corners: np.ndarray, vertices: int) -> None:
         start, end = corners.ravel(), corners[:, [1, 2, 0]].ravel()
         key = np.minimum(start, end) * vertices + np.maximum(start, end)
-        order = np.argsort(key, kind="stable")
+        order = np.argsort(key)
         key, sign = key[order], np.where(start < end, 1, -1)[order]
         self.faces = order // 3
         new = np.concatenate([[True], key[1:] != key[:-1]])
@@ -175,8 +186,8 @@ def _disagreeing_faces(count: int, edges: _Edges) -> int:
 
 def _orientation(points: np.ndarray, body: np.ndarray, open_bodies: np.ndarray) -> tuple[int, int]:
     """Bodies turned inside out and bodies nested in another, of points (m, 3, 3)."""
-    centre = (points.min(axis=(0, 1)) + points.max(axis=(0, 1))) / 2
-    points = points - centre
+    axes = points.reshape(-1, 3).T
+    points = points - np.array([(axis.min() + axis.max()) / 2 for axis in axes])
     names, first, body = np.unique(body, return_index=True, return_inverse=True)
     volumes = np.bincount(
         body, np.einsum("ij,ij->i", points[:, 0], np.cross(points[:, 1], points[:, 2]))
