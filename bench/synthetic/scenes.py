@@ -97,7 +97,7 @@ def _normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return vertex[triangles].reshape(-1, 3)
 
 
-def _add_mesh(builder: Any, name: str, mesh: tuple[np.ndarray, np.ndarray], slots: Any) -> int:  # noqa: ANN401
+def add_mesh(builder: Any, name: str, mesh: tuple[np.ndarray, np.ndarray], slots: Any) -> int:  # noqa: ANN401
     positions, triangles = mesh
     return builder.add_mesh(
         name,
@@ -122,7 +122,7 @@ def _floor() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return positions, np.array(triangles), np.array(slots)
 
 
-def _looking(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
+def looking(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Matrix of a camera or lamp at `eye`, its -z axis to `target`."""
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross((0, 0, 1), back)
@@ -156,13 +156,13 @@ def make(mesh: str, lighting: str, values: dict[str, Any], cameras: int) -> Any:
         for i, level in enumerate((0.2, 0.6))
     ]
     shape = _body(mesh)
-    index = _add_mesh(builder, "Body", shape, np.zeros(len(shape[1])))
+    index = add_mesh(builder, "Body", shape, np.zeros(len(shape[1])))
     builder.add_object("Body", index, np.eye(4), [body])
     *plane, slots = _floor()
-    builder.add_object("Floor", _add_mesh(builder, "Floor", tuple(plane), slots), np.eye(4), tiles)
+    builder.add_object("Floor", add_mesh(builder, "Floor", tuple(plane), slots), np.eye(4), tiles)
     centre = np.array((0, 0, 0.85))
     if lighting == "lamp":
-        lamp = _looking(np.array((2.5, -2.0, 3.5)), centre)
+        lamp = looking(np.array((2.5, -2.0, 3.5)), centre)
         builder.add_area_light("Lamp", lamp, 250.0, (1, 1, 1), "SQUARE", 2.5, 2.5, np.pi)
         builder.set_world((0.25, 0.28, 0.32), 1.0)
     else:
@@ -171,6 +171,6 @@ def make(mesh: str, lighting: str, values: dict[str, Any], cameras: int) -> Any:
         angle = 2 * np.pi * i / cameras - 1.8
         eye = centre + 5.2 * np.array((np.cos(angle), np.sin(angle), 0.35))
         builder.add_camera(
-            f"Camera {i + 1}", _looking(eye, centre), "PERSP", 70, 36, 24, "AUTO", 0, 0, 1, 0.01, 99
+            f"Camera {i + 1}", looking(eye, centre), "PERSP", 70, 36, 24, "AUTO", 0, 0, 1, 0.01, 99
         )  # fmt: skip
     return builder.build()
