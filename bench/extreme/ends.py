@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from selenite import parameters
 
+from .known import CUT
 from .measure import Settings, Slope, slope_of
 from .scenes import Values, lit
 
@@ -58,8 +59,6 @@ BASES = {
 _WIDE = 100.0
 _SHARE = 0.2
 _STEP = 0.16
-#: Roughness at which the mirror ends: its width's square is the singular cut of 2e-10.
-CUT = (2e-10) ** 0.25
 _CLOSE = 0.1 * CUT
 #: Shorter steps where the model bends on a shorter scale: cuts of Cycles (sheen from 0.001 on,
 #: anisotropy under the surface up to 0.9, index of skin from 1.01 to 3.8), tables over the root of

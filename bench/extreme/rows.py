@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from . import paper, scenes
-from .ends import CUT, FOG, GLASS, LAYERED, METAL, PLASTIC
+from .ends import FOG, GLASS, LAYERED, METAL, PLASTIC
+from .known import CUT
 from .measure import Settings, mean_of, render
 from .scenes import Values
 
