@@ -6,7 +6,7 @@ Two tables, as Markdown. Extremes: a row for each setting with what is finite, t
 picture against one-sided differences of pictures, and the limit that paper gives. Ends: every
 parameter of a material at both ends of its range, at both ends of a fit's range and where its model
 changes. Writes extremes.csv and ends.csv; status 1 if a row fails that is not explained in
-bench/extreme/known.py. Takes about ten minutes of one core.
+bench/extreme/known.py. Takes about four minutes of one core.
 """
 
 from __future__ import annotations

@@ -70,7 +70,7 @@ _STEPS = {
     ("sheen_roughness", 1): 0.01,
     ("sheen_roughness", 0.999): 0.01,
     ("sheen_roughness", 0.1): 0.01,
-    ("coat_ior", 1): 1e-3,
+    ("coat_ior", 1): 4e-3,
     ("ior", 1e-5): 4e-4,
     ("subsurface_ior", 1): 4e-3,
     ("subsurface_anisotropy", 0): 0.01,
@@ -149,7 +149,7 @@ def _special() -> Iterator[End]:
     yield End("subsurface_anisotropy", 0.9, -0.004, "wax", WAX)
     for base, values in (("filled glass", FILLED), ("dense fog", FOG | {"extinction": 20})):
         yield End("albedo", 0, _STEP, base, values)
-        yield End("albedo", 1, -_STEP / 4, base, values)
+        yield End("albedo", 1, -0.008, base, values)
         yield End("anisotropy", 0, _STEP, base, values)
     yield End("extinction", 0, _STEP, "filled glass", FILLED)
 

@@ -39,7 +39,7 @@ class Settings:
 
     size: int = 8
     spp: int = 256
-    seeds: int = 32
+    seeds: int = 16
     #: Seeds that every row has.
     first: int = 4
 
