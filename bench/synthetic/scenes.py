@@ -15,7 +15,7 @@ from . import stage
 OWNER = "Body"
 
 
-def _add_mesh(builder: Any, name: str, mesh: stage.Mesh) -> int:  # noqa: ANN401
+def add_mesh(builder: Any, name: str, mesh: stage.Mesh) -> int:  # noqa: ANN401
     return builder.add_mesh(
         name,
         np.ascontiguousarray(mesh.positions, np.float32),
@@ -54,7 +54,7 @@ def build(
         for i, level in enumerate(stage.TILE_COLOURS)
     ]
     for name, mesh, slots in (("Body", described.body, [body]), ("Floor", described.floor, tiles)):
-        builder.add_object(name, _add_mesh(builder, name, mesh), np.eye(4), slots)
+        builder.add_object(name, add_mesh(builder, name, mesh), np.eye(4), slots)
     lamp = described.lamp
     if lamp is not None:
         size = (lamp.side, lamp.side)

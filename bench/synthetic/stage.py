@@ -67,15 +67,15 @@ def make(mesh: str, lighting: str, cameras: int) -> Stage:
         angle = 2 * np.pi * i / cameras - 1.8
         eyes.append(centre + 5.2 * np.array((np.cos(angle), np.sin(angle), 0.35)))
     lit = lighting == "lamp"
-    lamp = Lamp(_looking(np.array((2.5, -2.0, 3.5)), centre), 250.0, 2.5)
+    lamp = Lamp(looking(np.array((2.5, -2.0, 3.5)), centre), 250.0, 2.5)
     shape = _body(mesh)
     return Stage(
-        Mesh(*shape, _normals(*shape), np.zeros(len(shape[1]), int)),
+        Mesh(*shape, normals(*shape), np.zeros(len(shape[1]), int)),
         _floor(),
         lamp if lit else None,
         (0.25, 0.28, 0.32) if lit else (1.0, 1.0, 1.0),
         None if lit else _sky(),
-        tuple(_looking(eye, centre) for eye in eyes),
+        tuple(looking(eye, centre) for eye in eyes),
     )
 
 
@@ -147,7 +147,7 @@ def _body(name: str) -> tuple[np.ndarray, np.ndarray]:
     return positions, triangles
 
 
-def _normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Of the vertices, weighted with the areas of the triangles around them."""
     a, b, c = positions[triangles].transpose(1, 0, 2)
     face = np.cross(b - a, c - a)
@@ -169,10 +169,10 @@ def _floor() -> Mesh:
             triangles += [(a, b, c), (a, c, d)]
             slots += [(i + j) % 2] * 2
     faces = np.array(triangles)
-    return Mesh(positions, faces, _normals(positions, faces), np.array(slots))
+    return Mesh(positions, faces, normals(positions, faces), np.array(slots))
 
 
-def _looking(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
+def looking(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Matrix of a camera or lamp at `eye`, its -z axis to `target`."""
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross((0, 0, 1), back)

@@ -31,9 +31,11 @@ T fresnel_normal(const T& e) {
 }
 
 /// How far a reflectance has risen from its value at normal incidence f0 to 1, in [0, 1]. The
-/// Principled lobes replace f0 by a tinted one and keep the rise.
+/// Principled lobes replace f0 by a tinted one and keep the rise. Where f0 is 1 (in float, below an
+/// index of 2e-4) all but light at exactly normal incidence is reflected: there the rise is over.
 template <class T>
 T fresnel_rise(const T& reflectance, const T& f0) {
+  if (!(value_of(f0) < 1)) return T(value_of(reflectance) < value_of(f0) ? 0 : 1);
   return clamp01((reflectance - f0) / (T(1) - f0));
 }
 

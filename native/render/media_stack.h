@@ -114,14 +114,14 @@ class MediaStack {
       if (material(i).sealed) return true;
     return false;
   }
-  /// Draws the length of a free flight along a ray that starts here: for one channel. Where media
-  /// vary, `fly` draws it.
+  /// Draws the length of a free flight from the surface that the ray has left, or from its origin: for
+  /// one channel. Where media vary, `fly` draws it.
   float draw(float u_channel, float u_length, const Throughput<L>& beta) const {
     if (vary()) return std::numeric_limits<float>::infinity();
     const Colorf rate = rates(), share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
     if (!(rate[channel] > 0)) return std::numeric_limits<float>::infinity();
-    return std::max(-std::log1p(-u_length) / rate[channel] - beside_, 0.0f);
+    return -std::log1p(-u_length) / rate[channel];
   }
   /// Flies the length that was drawn, at most `distance`, and multiplies `beta` by what it carries:
   /// weighted for all channels (balance heuristic), or by null collisions from `dimension` of the
@@ -131,10 +131,11 @@ class MediaStack {
     if (vary())
       return fly_by_nulls(ray, distance + beside_, u_medium, random.branch(dimension), beta);
     Flight flight;
-    const bool scatters = drawn < distance;
-    flight.length = std::min(drawn, distance);
+    const bool scatters = drawn < distance + beside_;
+    const float flown = std::min(drawn, distance + beside_);
+    // A flight that ends before the ray's origin has no place of its own: it takes the origin.
+    flight.length = std::max(flown - beside_, 0.0f);
     const Colorf rate = rates(), share = channel_shares(beta.value);
-    const float flown = flight.length + beside_;
     float density = 0;
     for (int c = 0; c < 3; ++c) {
       if (!(share[c] > 0)) continue;

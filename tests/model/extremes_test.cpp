@@ -100,7 +100,8 @@ TEST_P(Extremes, AreFiniteInFloat) {
   const std::string lobe = GetParam();
   int seed = 0;
   for (const float roughness : {0.f, 0.001f, 0.0037f, 0.0038f, 0.01f, 0.1f, 1.f}) {
-    for (const float ior : {0.4f, 0.99999f, 1.f, 1.0000001f, 1.0001f, 1.001f, 1.5f, 2.5f, 10.f}) {
+    for (const float ior :
+         {1e-5f, 0.4f, 0.99999f, 1.f, 1.0000001f, 1.0001f, 1.001f, 1.5f, 2.5f, 10.f}) {
       for (const float cosine : {1e-6f, 1e-4f, 0.01f, 0.5f, 1.f}) {
         for (const float base : {0.f, 0.5f, 1.f}) {
           Principled<float> m;

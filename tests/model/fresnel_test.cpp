@@ -45,6 +45,14 @@ TEST(Fresnel, IsTotalBeyondTheCriticalAngle) {
   EXPECT_LT(fresnel_dielectric(critical * 1.001, eta * eta - 1), 1);
 }
 
+TEST(Fresnel, RiseIsOverWhereFloatsLeaveNoTransmission) {
+  for (const float eta : {1e-5f, 1e-4f}) {  // eta^2 - 1 rounds to -1
+    const float e = (eta - 1) * (eta + 1);
+    for (const float c : {1e-6f, 0.5f, 0.99f}) EXPECT_EQ(dielectric_rise(c, e), 1);
+  }
+  EXPECT_EQ(fresnel_rise(0.997f, 1.f), 0);  // the mean reflectance is a fit and lies below
+}
+
 TEST(Fresnel, IsTheSameFromBothSides) {
   for (const double eta : {1.1, 1.5, 2.5}) {
     for (double c = 0.05; c < 1; c += 0.05) {

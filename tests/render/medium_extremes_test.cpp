@@ -184,6 +184,16 @@ std::vector<Dense> dense() {
 }
 INSTANTIATE_TEST_SUITE_P(Depths, DenseMedium, testing::ValuesIn(dense()));
 
+class DenserThanFloats : public testing::TestWithParam<double> {};
+
+TEST_P(DenserThanFloats, IsFinite) {
+  // Free paths are shorter than what floats tell apart of the surface: too dark, but harmless.
+  const Film film = render_view(ball(fog(Color<double>(GetParam()), 0.9)), settings_of(8, 50));
+  expect_sound(film);
+  EXPECT_LT(mean_of(film).mean, 1);
+}
+INSTANTIATE_TEST_SUITE_P(Depths, DenserThanFloats, testing::Values(1e6, 1e7, 1e8));
+
 // ---------------------------------------------------------------- colours far apart
 
 class ColouredMedium : public testing::TestWithParam<double> {};
