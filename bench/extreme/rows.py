@@ -126,7 +126,7 @@ def _ior() -> Iterator[Row]:
             limit=seen(scenes.plate(smooth), paper.plate(ior), EXACT),
         )  # fmt: skip
     # Compensation is interpolated in Cycles' tables. They begin at an index of 1, where nothing is
-    # lost: in the first cell, up to 1.009, it is too weak, and in the next ones a little too strong.
+    # lost: in the first cell, up to 1.009, it is too weak, in the next ones a little too strong.
     for ior in (1.0, 1.0002, 1.001, 1.02, 2.5):
         rough = GLASS | {"ior": ior, "roughness": 0.8}
         name = f"glass of roughness 0.8, {ior:g}"
