@@ -129,7 +129,8 @@ def _special() -> Iterator[End]:
         yield End("roughness", 1.01 * CUT, _CLOSE, base, values)
         yield End("roughness", 0.02, 0.02, base, values, True)
         yield End("roughness", 1, -_STEP, base, values)
-        yield End("base_color", 0, _STEP, base, values)
+        # Towards the slope of glass differences come as the root of the distance.
+        yield End("base_color", 0, 0.01 if base == "glass" else _STEP, base, values)
         yield End("base_color", 1, -_STEP, base, values)
         yield End("specular_tint", 0, _STEP, base, values)
         yield End("specular_tint", 1, -_STEP, base, values)

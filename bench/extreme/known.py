@@ -36,7 +36,7 @@ def _matched(at: float, step: float, values: Values) -> bool:
 #: (parameter, where, verdicts, reason)
 _PLACES: tuple[tuple[str, Where, tuple[str, ...], str], ...] = (
     ("base_color", lambda at, step, v: at == 0 and _glass(v), ("no limit", "dead"),
-     "light through glass takes the root of the colour"),
+     "light that passes one face takes the root of the colour"),
     ("specular_level", lambda at, step, v: at == 0, ("no limit", "dead"),
      "energy tables run over its fourth root"),
     ("coat_tint", lambda at, step, v: at == 0, ("dead",),
@@ -44,7 +44,7 @@ _PLACES: tuple[tuple[str, Where, tuple[str, ...], str], ...] = (
     ("ior", lambda at, step, v: _matched(at, step, v) and not _glass(v), ("no limit", "dead"),
      "energy tables run over the root of the excess"),
     ("ior", lambda at, step, v: _matched(at, step, v) and _glass(v), ("no limit", "dead"),
-     "light goes straight through: its direction carries no derivative"),
+     "the picture jumps where refraction becomes straight, within 1e-4 of 1"),
     ("ior", lambda at, step, v: _glass(v) and _smooth(v), ("dead",),
      "the direction of a smooth refraction carries no derivative"),
     ("subsurface_radius", lambda at, step, v: at == 0, ("no limit", "dead"),

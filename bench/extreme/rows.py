@@ -49,6 +49,8 @@ class Row:
     white: Values | None = None
     lossless: bool = False
     limit: Callable[[Settings], Limit] | None = field(default=None, repr=False)
+    #: What the white furnace may be above 1.
+    gain: float = 1e-3
     #: Beside `Settings.spp`: walks through dense white media are long.
     thrift: int = 1
 
@@ -123,6 +125,12 @@ def _ior() -> Iterator[Row]:
             slope=("ior", ior, 0.04 * way), white={"base_color": 1, "roughness": 0}, lossless=True,
             limit=seen(scenes.plate(smooth), paper.plate(ior), EXACT),
         )  # fmt: skip
+    # Compensation is interpolated in Cycles' tables. They begin at an index of 1, where nothing is
+    # lost: in the first cell, up to 1.009, it is too weak, in the next ones a little too strong.
+    for ior in (1.0, 1.0002, 1.001, 1.02, 2.5):
+        rough = GLASS | {"ior": ior, "roughness": 0.8}
+        name = f"glass of roughness 0.8, {ior:g}"
+        yield Row("IOR", name, rough, white={"base_color": 1}, gain=5e-3)
     unseen = {"base_color": 1, "transmission": 1, "ior": 1.0, "roughness": 0}
     yield Row(
         "IOR", "1 against an empty place", unseen,
