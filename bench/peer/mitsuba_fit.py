@@ -17,7 +17,6 @@ has no derivative by it; paths end by Russian roulette instead of after 6 bounce
 from __future__ import annotations
 
 import json
-import os
 import signal
 import sys
 import time
@@ -25,16 +24,11 @@ from pathlib import Path
 
 import numpy as np
 
-# Mitsuba itself finds LLVM 15 first, which cannot compile for AVX-512.
-os.environ.setdefault("DRJIT_LIBLLVM_PATH", "/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1")
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from mitsuba_side import film, mi, rgb  # noqa: E402,I001 - chooses LLVM before drjit looks for it
 import drjit as dr  # noqa: E402
-import mitsuba as mi  # noqa: E402
 from synthetic import cases, stage  # noqa: E402
-
-mi.set_variant("llvm_ad_rgb")
-mi.set_log_level(mi.LogLevel.Error)
 
 RATE = 0.03
 #: sigma_t is so many times its unknown, as in the thesis: a step suits values of about 1.
@@ -44,10 +38,6 @@ LEAST_ROUGHNESS = 0.04
 _PHOTO_SEED = 987654321
 _PART = 64  # samples of a photo at a time
 _STEADY = 5  # iterations after the first: what one costs without compilation
-
-
-def rgb(value):
-    return {"type": "rgb", "value": [float(x) for x in value]}
 
 
 def write_ply(path, mesh, faces):
@@ -68,14 +58,7 @@ def sensor_of(matrix, size):
         "fov": float(np.degrees(2 * np.arctan(stage.SENSOR_MM[0] / 2 / stage.LENS_MM))),
         "fov_axis": "x",
         "to_world": mi.ScalarTransform4f(matrix @ np.diag([-1.0, 1.0, -1.0, 1.0])),
-        "film": {
-            "type": "hdrfilm",
-            "width": size,
-            "height": size,
-            "rfilter": {"type": "box"},
-            "pixel_format": "rgb",
-            "component_format": "float32",
-        },
+        "film": film(size),
         "sampler": {"type": "independent"},
     }
 

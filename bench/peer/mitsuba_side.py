@@ -22,7 +22,7 @@ mi.set_log_level(mi.LogLevel.Error)
 
 
 def rgb(value):
-    return {"type": "rgb", "value": list(value)}
+    return {"type": "rgb", "value": [float(x) for x in value]}
 
 
 def mesh(path, bsdf):
@@ -50,11 +50,9 @@ def body_of(values):
     return body
 
 
-def load(scene):
-    """(scene, mask) of a description."""
-    transform = mi.ScalarTransform4f()
-    size, camera, lamp = scene["size"], scene["camera"], scene["lamp"]
-    film = {
+def film(size):
+    """Square, a box filter: a sample stays in its pixel."""
+    return {
         "type": "hdrfilm",
         "width": size,
         "height": size,
@@ -62,6 +60,12 @@ def load(scene):
         "pixel_format": "rgb",
         "component_format": "float32",
     }
+
+
+def load(scene):
+    """(scene, mask) of a description."""
+    transform = mi.ScalarTransform4f()
+    size, camera, lamp = scene["size"], scene["camera"], scene["lamp"]
     items = {
         "type": "scene",
         "sensor": {
@@ -69,7 +73,7 @@ def load(scene):
             "fov": camera["fov"],
             "fov_axis": "x",
             "to_world": transform.look_at(camera["origin"], camera["target"], [0, 0, 1]),
-            "film": film,
+            "film": film(size),
             "sampler": {"type": "independent"},
         },
         "body": body_of(scene["body"]),

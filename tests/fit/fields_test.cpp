@@ -108,15 +108,20 @@ TEST_P(FieldsLoss, GradientAddsUpToThatOfOneAlbedo) {
 }
 INSTANTIATE_TEST_SUITE_P(Losses, FieldsLoss, testing::Range(0, static_cast<int>(losses().size())));
 
-TEST(FieldsFit, FindsTheGridFromTwoPhotos) {
-  const std::vector<float> truth = {0.9f, 0.2f, 0.8f, 0.3f, 0.7f, 0.1f, 0.95f, 0.4f};
-  const Scene start = smoke(std::vector<float>(8, 0.5f));
+FitSettings settings_of(int iterations, int spp) {
   FitSettings settings;
-  settings.iterations = 60;
-  settings.spp = 8;
+  settings.iterations = iterations;
+  settings.spp = spp;
   settings.tolerance = 0;
   settings.threads = 1;
   settings.validation_interval = 20;
+  return settings;
+}
+
+TEST(FieldsFit, FindsTheGridFromTwoPhotos) {
+  const std::vector<float> truth = {0.9f, 0.2f, 0.8f, 0.3f, 0.7f, 0.1f, 0.95f, 0.4f};
+  const Scene start = smoke(std::vector<float>(8, 0.5f));
+  FitSettings settings = settings_of(60, 8);
   Fit fit(start, photos_of(smoke(truth)), {grid_unknown()}, settings);
   EXPECT_EQ(fit.optimiser_name(), "adam");
   while (fit.step()) {
@@ -136,12 +141,7 @@ TEST(FieldsFit, FindsTheDensitiesFromTwoPhotos) {
   const std::vector<float> truth = {1.5f, 0.2f, 0.8f, 0, 1, 0.3f, 0, 1.2f};
   // From fog everywhere, and from nothing at all: an empty voxel is free to fill.
   for (const float start : {0.6f, 0.0f}) {
-    FitSettings settings;
-    settings.iterations = 100;
-    settings.spp = 16;
-    settings.tolerance = 0;
-    settings.threads = 1;
-    settings.validation_interval = 20;
+    const FitSettings settings = settings_of(100, 16);
     Fit fit(cloud(std::vector<float>(8, start)), photos_of(cloud(truth)), {density_unknown()},
             settings);
     while (fit.step()) {
@@ -169,12 +169,7 @@ TEST(FieldsFit, BothGridsOfAMaterialAreFittedTogether) {
   const GridRef albedo{0, GridKind::kAlbedo}, density{0, GridKind::kDensity};
   const Scene start = truth.with_grid(albedo, std::vector<float>(8, 0.5f))
                           .with_grid(density, std::vector<float>(8, 0.8f));
-  FitSettings settings;
-  settings.iterations = 60;
-  settings.spp = 16;
-  settings.tolerance = 0;
-  settings.threads = 1;
-  settings.validation_interval = 20;
+  FitSettings settings = settings_of(60, 16);
   Fit fit(start, photos_of(truth), {grid_unknown(), density_unknown()}, settings);
   EXPECT_EQ(fit.fields().names(),
             (std::vector<std::string>{"Smoke:albedo_grid", "Smoke:density_grid"}));
@@ -193,12 +188,7 @@ TEST(FieldsFit, BothGridsOfAMaterialAreFittedTogether) {
 
 /// Both grid and extinction unknown, from 3 times the extinction.
 FitResult fit_both(const char* optimiser, const std::vector<float>& truth) {
-  FitSettings settings;
-  settings.iterations = 60;
-  settings.spp = 8;
-  settings.tolerance = 0;
-  settings.threads = 1;
-  settings.validation_interval = 20;
+  FitSettings settings = settings_of(60, 8);
   settings.optimiser = optimiser;
   Fit fit(smoke(std::vector<float>(8, 0.5f)), photos_of(smoke(truth)),
           {{"Smoke", "extinction", {6, 6, 6}, 0.1, 20, 0.03}, grid_unknown()}, settings);
