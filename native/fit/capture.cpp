@@ -45,6 +45,11 @@ std::string problem_of(Capture& capture) {
     return who + std::to_string(not_finite) +
            " pixels are not finite; give them weight 0 in the mask";
   if (total == 0) return who + "its mask leaves no pixel; enlarge it or leave the photo out";
+  try {
+    capture.frame.check();
+  } catch (const InvalidArgument& error) {
+    return who + error.what();
+  }
   capture.total_weight = total;
   return {};
 }

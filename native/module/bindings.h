@@ -3,7 +3,17 @@
 
 #include <pybind11/pybind11.h>
 
+#include <tuple>
+
+#include "scene/camera.h"
+
 namespace selenite {
+
+/// A photo's frame as Python gives it: (aspect, width, height).
+using FrameTuple = std::tuple<double, int, int>;
+inline PhotoFrame frame_of(const FrameTuple& t) {
+  return {std::get<0>(t), std::get<1>(t), std::get<2>(t)};
+}
 
 void bind_parameters(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);

@@ -50,7 +50,7 @@ py::array_t<float> jacobian(const NamedFilm& f, Select&& select) {
 
 std::unique_ptr<NamedFilm> render_named(
     const Scene& scene, const std::string& camera, int width, int height, int spp,
-    std::uint64_t seed, int depth, int threads,
+    std::uint64_t seed, int depth, int threads, const FrameTuple& frame,
     const std::vector<std::pair<std::string, std::string>>& parameters, Progress* progress) {
   auto out = std::make_unique<NamedFilm>();
   std::vector<ParameterRef> refs;
@@ -61,8 +61,8 @@ std::unique_ptr<NamedFilm> render_named(
       out->unknowns.emplace_back(parameters[i].first, parameters[i].second, c);
   const Camera& from = scene.camera(camera);
   py::gil_scoped_release release;
-  out->film =
-      render(scene, from, out->layout, {width, height, spp, seed, depth, threads}, progress);
+  out->film = render(scene, from, out->layout,
+                     {width, height, spp, seed, depth, threads, frame_of(frame)}, progress);
   return out;
 }
 
@@ -119,12 +119,15 @@ void bind_render(py::module_& m) {
       .def_property_readonly("cpu_seconds", [](const NamedFilm& f) { return f.film.cpu_seconds; });
 
   m.def("render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
-        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0,
+        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
         "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
         "progress"_a = py::none(),
         "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
         "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"
-        "number of threads. Raises ValueError, KeyError, Cancelled.");
+        "number of threads. frame: (aspect, width, height) where the picture is\n"
+        "compared with a photo of so many pixels that was brought to its size by an area filter;\n"
+        "aspect is that of what the camera takes, width / height; 0: no photo. Raises ValueError, "
+        "KeyError, Cancelled.");
 }
 
 }  // namespace selenite

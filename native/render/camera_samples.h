@@ -48,8 +48,11 @@ class CameraSamples {
       const Random random(settings_.seed, static_cast<std::uint32_t>(pixel),
                           static_cast<std::uint32_t>(sample_));
       Ray& ray = rays[count_];
-      ray = camera_.ray(static_cast<float>(x_) + random.uniform(0),
-                        static_cast<float>(y_) + random.uniform(1));
+      Vec2<float> at{static_cast<float>(x_) + random.uniform(0),
+                     static_cast<float>(y_) + random.uniform(1)};
+      if (camera_.cuts_photo())
+        at = camera_.in_photo(at.x, at.y, random.uniform(2), random.uniform(3));
+      ray = camera_.ray(at.x, at.y);
       // Before the near clip plane there is no medium either, as in Cycles.
       if (any_medium_)
         ray = {ray.origin + ray.direction * ray.t_min, ray.direction, 0, ray.t_max - ray.t_min};

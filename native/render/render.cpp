@@ -24,7 +24,7 @@ template <int L>
 void render_all(const Scene& scene, const Camera& camera, const SlotLayout& layout,
                 const RenderSettings& settings, Progress* progress, Film& film) {
   const Prepared<L> prepared(scene, layout);
-  const PixelCamera pixels(camera, settings.width, settings.height);
+  const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
   std::vector<TileReport> reports(tile_count(settings));
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {
     reports[i] = render_tile<L>(prepared, pixels, settings, tile, film);
@@ -53,6 +53,7 @@ void RenderSettings::check() const {
   require(spp >= 1 && spp <= 1 << 20, "samples per pixel", spp, "1 to 1048576");
   require(depth >= 0, "depth", depth, "0 (no limit) or more");
   require(threads >= 0 && threads <= 1024, "threads", threads, "0 (all) to 1024");
+  frame.check();
 }
 
 Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,

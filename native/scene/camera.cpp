@@ -14,6 +14,11 @@ void require(bool good, const Camera& camera, const char* what, double value, co
                           " is not permitted; set it to " + range);
 }
 
+/// Pixels of a photo in one of a picture where that is no whole number, else 0.
+float cut_pixels(int photo, int picture) {
+  return photo % picture == 0 ? 0 : static_cast<float>(photo) / static_cast<float>(picture);
+}
+
 }  // namespace
 
 void Camera::check() {
@@ -41,9 +46,22 @@ void Camera::check() {
   }
 }
 
-PixelCamera::PixelCamera(const Camera& camera, int width, int height)
+void PhotoFrame::check() const {
+  if (!(aspect >= 0) || !std::isfinite(aspect))
+    throw InvalidArgument("Photo frame: aspect = " + std::to_string(aspect) +
+                          " is not permitted; set it to width / height, or 0 (no photo)");
+  if (width < 0 || height < 0)
+    throw InvalidArgument("Photo frame: photo of " + std::to_string(width) + " x " +
+                          std::to_string(height) +
+                          " pixels is not permitted; set both to at least 1, or 0 (no photo)");
+}
+
+PixelCamera::PixelCamera(const Camera& camera, int width, int height, const PhotoFrame& frame)
     : camera_(camera),
-      width_(width * camera.pixel_aspect_x),
+      photo_across_(cut_pixels(frame.width, width)),
+      photo_down_(cut_pixels(frame.height, height)),
+      aspect_x_(camera.pixel_aspect_x * (frame.aspect > 0 ? frame.aspect * height / width : 1)),
+      width_(width * aspect_x_),
       height_(height * camera.pixel_aspect_y) {
   const bool vertical = camera.sensor_fit == SensorFit::kVertical;
   const bool horizontal = camera.sensor_fit == SensorFit::kHorizontal;
@@ -59,7 +77,7 @@ PixelCamera::PixelCamera(const Camera& camera, int width, int height)
 
 Ray PixelCamera::ray(float px, float py) const {
   const Camera& c = camera_;
-  const double x = px * c.pixel_aspect_x * unit_ + left_;
+  const double x = px * aspect_x_ * unit_ + left_;
   const double y = top_ - py * c.pixel_aspect_y * unit_;
   if (c.orthographic)
     return {Vec3f(c.to_world.point({x, y, 0})), Vec3f(-c.to_world.column(2)),
@@ -79,7 +97,7 @@ Vec2<double> PixelCamera::project(const Vec3d& point) const {
   if (!c.orthographic && !(depth > 0))
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   const double divisor = c.orthographic ? 1 : depth;
-  return {(width_ / 2 + focal_ * x / divisor - c.shift_x * fit_) / c.pixel_aspect_x,
+  return {(width_ / 2 + focal_ * x / divisor - c.shift_x * fit_) / aspect_x_,
           (height_ / 2 - (focal_ * y / divisor - c.shift_y * fit_)) / c.pixel_aspect_y};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
 #include <string>
 
 #include "math/vec.h"
@@ -35,23 +36,49 @@ struct Camera {
   void check();
 };
 
+/// The photo that a picture is a smaller form of, which a render of the picture's size then equals:
+/// widths and heights are whole, so the shapes differ by up to half a pixel, and where one pixel of
+/// the photo lies in two of the picture, both have their share of all of it. Default: no photo.
+struct PhotoFrame {
+  double aspect = 0;          ///< of what the camera takes, width / height in pixels
+  int width = 0, height = 0;  ///< of the photo
+
+  /// Throws InvalidArgument.
+  void check() const;
+};
+
 /// A camera for one picture size: continuous pixel position -> ray.
 class PixelCamera {
  public:
-  PixelCamera(const Camera& camera, int width, int height);
+  PixelCamera(const Camera& camera, int width, int height, const PhotoFrame& frame = {});
   /// (px, py) in pixels from the top left corner; pixel i spans [i, i + 1).
   Ray ray(float px, float py) const;
+  /// A point uniform in the photo's pixel that holds (px, py); u, v in [0, 1). Of a point that is
+  /// uniform in a pixel of the picture it makes one whose mean radiance is what an area filter
+  /// leaves of the photo there.
+  Vec2<float> in_photo(float px, float py, float u, float v) const {
+    return {in_photo(px, photo_across_, u), in_photo(py, photo_down_, v)};
+  }
+  /// Whether `in_photo` does anything: where every pixel of the photo lies in one of the picture, it
+  /// need not be asked.
+  bool cuts_photo() const { return photo_across_ > 0 || photo_down_ > 0; }
   /// Inverse of `ray`: where a world point appears, in pixels. Behind the camera: NaN.
   Vec2<double> project(const Vec3d& point) const;
 
  private:
+  static float in_photo(float p, float scale, float u) {
+    return scale > 0 ? (std::floor(p * scale) + u) / scale : p;
+  }
+
   const Camera& camera_;
-  double width_, height_;  ///< aspect-corrected
-  double fit_;             ///< fitted dimension, aspect-corrected pixels
-  double focal_;           ///< pixels per unit slope (perspective) or per world unit (orthographic)
-  double unit_;            ///< 1 / focal
-  double left_, top_;      ///< edges of the picture, in the units of `unit`
-  Vec3f eye_;              ///< where perspective rays start
+  float photo_across_ = 0, photo_down_ = 0;  ///< the photo's pixels a pixel; 0: a whole number
+  double aspect_x_;                          ///< of a pixel
+  double width_, height_;                    ///< aspect-corrected
+  double fit_;                               ///< fitted dimension, aspect-corrected pixels
+  double focal_;       ///< pixels per unit slope (perspective) or per world unit (orthographic)
+  double unit_;        ///< 1 / focal
+  double left_, top_;  ///< edges of the picture, in the units of `unit`
+  Vec3f eye_;          ///< where perspective rays start
 };
 
 }  // namespace selenite

@@ -120,6 +120,26 @@ TEST_P(CameraView, ClipPlanesArePerpendicularToTheAxis) {
     EXPECT_NEAR(depth(ray.t_max), 40, 1e-4);
   }
 }
+
+TEST_P(CameraView, RoundedPicturesShowTheSameFrame) {
+  const View& v = GetParam();
+  const Camera c = camera();
+  const double aspect = static_cast<double>(v.width) / v.height;
+  const PixelCamera whole(c, v.width, v.height);
+  for (const auto& [w, h] : {std::pair{21, 16}, {1, 1}, {7, 90}}) {
+    const PixelCamera rounded(c, w, h, {aspect, 0, 0});
+    for (const float fx : {0.0f, 0.37f, 1.0f})
+      for (const float fy : {0.0f, 0.81f, 1.0f}) {
+        const Ray expected = whole.ray(fx * v.width, fy * v.height),
+                  got = rounded.ray(fx * w, fy * h);
+        EXPECT_LT(length(got.direction - expected.direction), 1e-5);
+        EXPECT_LT(length(got.origin - expected.origin), 1e-4);
+        const Vec2<double> back = rounded.project(Vec3d(got.origin) + Vec3d(got.direction) * 3.0);
+        EXPECT_NEAR(back.x, fx * w, 1e-3);
+        EXPECT_NEAR(back.y, fy * h, 1e-3);
+      }
+  }
+}
 INSTANTIATE_TEST_SUITE_P(All, CameraView, testing::ValuesIn(all_views()));
 
 TEST(Camera, CentreAndCornersOfTheDefaultCamera) {

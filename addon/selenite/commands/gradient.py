@@ -13,7 +13,7 @@ import numpy as np
 from .. import native, parameters
 from ..problems import BadInput, Problem
 from . import arguments
-from .scene import camera_of, find_constant, native_scene, open_scene, picture_size
+from .scene import camera_of, find_constant, native_scene, open_scene, picture_frame, picture_size
 from .terminal import bar, say
 
 
@@ -44,6 +44,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             seed=seed,
             depth=args.depth,
             threads=args.threads,
+            frame=picture_frame(camera, args.width, args.height),
             parameters=wanted,
         )
 

@@ -9,7 +9,7 @@ from typing import Any
 from .. import native
 from ..problems import BadInput, Problem
 from . import arguments
-from .scene import camera_of, native_scene, open_scene, picture_size
+from .scene import camera_of, native_scene, open_scene, picture_frame, picture_size
 from .terminal import say
 
 
@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         seed=args.seed,
         depth=args.depth,
         threads=args.threads,
+        frame=picture_frame(camera, args.width, args.height),
     )
     image = native.image()
     (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), film.image)

@@ -53,7 +53,7 @@ def camera_of(
 def picture_size(
     camera: CameraValues | None, width: int | None, height: int | None, problems: list[Problem]
 ) -> tuple[int, int]:
-    """The given size; a side that is not given follows the scene's aspect."""
+    """The given size; a side that is not given follows the scene's aspect: see `picture_frame`."""
     for side, value in (("width", width), ("height", height)):
         if value is not None and not 1 <= value <= 65536:
             problems.append(Problem(f"Argument --{side}", f"it is {value}", "give 1 to 65536"))
@@ -66,6 +66,16 @@ def picture_size(
     if width is None:
         return max(1, round(height * camera.width / camera.height)), height
     return width, height
+
+
+def picture_frame(
+    camera: CameraValues, width: int | None, height: int | None
+) -> tuple[float, int, int]:
+    """`frame` of a native render. Of two given sides it is what Blender renders at this resolution;
+    where one follows from the other and is rounded, the picture still shows all that the camera
+    takes, as a photo of it brought to that size does."""
+    one = (width is None) != (height is None)
+    return (camera.width / camera.height if one else 0.0, 0, 0)
 
 
 def find_constant(

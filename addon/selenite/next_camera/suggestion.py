@@ -172,7 +172,7 @@ class Suggestion:
         seen: dict[str, Any] = native.core().look(
             self._scene, self._asked, camera, *self._size, spp,
             seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
-            threads=settings.threads, progress=self._token,
+            threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,
         )  # fmt: skip
         return seen
 
@@ -184,7 +184,7 @@ class Suggestion:
         film = native.core().render(
             self._scene, capture.camera, width, height, _RESIDUAL_SPP,
             seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
-            progress=self._token,
+            frame=capture.frame, progress=self._token,
         )  # fmt: skip
         level = information.brightness(capture.reference, capture.weight)
         product = (film.half_a - capture.reference) * (film.half_b - capture.reference)

@@ -127,7 +127,9 @@ class Trade:
             for capture, photo in zip(self._weights(height), self._photos, strict=True):
                 rows, columns = capture.reference.shape[:2]
                 small = native.image().resize(photo, columns, rows)
-                made.append(replace(capture, reference=np.ascontiguousarray(small, np.float32)))
+                size = photo.shape[1], photo.shape[0]
+                pixels = np.ascontiguousarray(small, np.float32)
+                made.append(replace(capture, reference=pixels, photo_size=size))
             self._captures[height] = made
         return self._captures[height]
 
@@ -142,6 +144,7 @@ class Trade:
                     self.plan.scene, capture.camera, width, height, _PHOTO_CHUNK,
                     seed=_PHOTO_SEED + settings.seed + (self.photo_spp << 20),
                     depth=settings.depth, threads=settings.threads,
+                    frame=(capture.aspect, 0, 0),
                 )  # fmt: skip
                 before = sums[index]
                 image = film.image.astype(np.float64)
