@@ -41,6 +41,7 @@ def main():
     add("--check", type=Path, default=CHECK, help="(%(default)s)")
     add("--size", type=int, action="append", default=[], help="pixels, may be repeated (256)")
     add("--spp", default="4", help="samples per pixel, with commas (%(default)s)")
+    add("--threads", type=int, default=1, help="of both (%(default)s)")
     add("--rounds", type=int, default=5, help="turns of both (%(default)s)")
     add("--require", type=float, default=0.0, help="the least Mitsuba / Selenite (%(default)s)")
     add("--out", type=Path, default=ROOT / "build" / "race", help="(%(default)s)")
@@ -57,6 +58,7 @@ def main():
         command = [options.peer_python, options.check / "race.py", "--dir", out, "--json", report]
         command += ["--selenite", SELENITE, "--kinds", ",".join(options.kinds), "--size", size]
         command += ["--spp", options.spp, "--rounds", options.rounds]
+        command += ["--threads", options.threads]
         # Both folders may be read-only: no compiled copies of what is imported there.
         environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
         subprocess.run([str(word) for word in command], check=True, env=environment)

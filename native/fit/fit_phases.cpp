@@ -79,12 +79,9 @@ bool Fit::verify(Progress* progress) {
   result_.phase_fraction = verification_->fraction();
   if (too_many_dropped()) return false;
   if (more) return true;
-  const bool agreed = settle(verification_->values(), progress);
+  // Where the validation finds its values worse, the linear step to them went too far.
+  if (!settle(verification_->values(), progress)) verification_->settle_for(result_.best);
   result_.report = verification_->report();
-  // Intervals are about these values. Where the validation finds them worse, the linear step that
-  // they come from went astray.
-  if (!agreed)
-    for (Confidence& one : result_.report.components) one.determined = false;
   return stop(StopReason::kIterations);
 }
 

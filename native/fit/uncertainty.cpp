@@ -115,7 +115,8 @@ struct Solution {
 /// whose eigenvalue is noise do not move and are as wide as the clamps leave them; so are the
 /// components `unseen`, and the others make up for them where the two are seen to be coupled.
 Solution solve(const Evidence& evidence, const Coordinates& coordinates,
-               const std::vector<Eigen::Index>& free, const std::vector<Eigen::Index>& unseen) {
+               const std::vector<Eigen::Index>& free, const std::vector<Eigen::Index>& unseen,
+               const Vector& unsure) {
   const Vector inverse = evidence.normal.diagonal()(free).cwiseSqrt().cwiseInverse();
   const auto scaled = [&](const Matrix& m) -> Matrix {
     return inverse.asDiagonal() * m(free, free) * inverse.asDiagonal();
@@ -164,6 +165,7 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
             basis * reciprocal.cwiseProduct(basis.transpose() * inverse.cwiseProduct(coupling)));
     solution.covariance += answer * answer.transpose();
   }
+  if (unsure.size() > 0) solution.covariance += unsure(free) * unsure(free).transpose();
   return solution;
 }
 
@@ -234,7 +236,7 @@ int strongest_partner(const Matrix& covariance, Eigen::Index at,
 }  // namespace
 
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence) {
+                  const Evidence& evidence, const Vector& unsure) {
   const Eigen::Index n = u.size();
   Estimate result;
   result.step = Vector::Zero(n);
@@ -249,7 +251,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   }
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
-    const Solution solution = solve(evidence, coordinates, free, unseen);
+    const Solution solution = solve(evidence, coordinates, free, unseen, unsure);
     result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
     for (std::size_t i = 0; i < free.size(); ++i) {
@@ -329,20 +331,30 @@ bool Verification::step(const RenderAt& render) {
 
 void Verification::end_pass() {
   const Coordinates& coordinates = evidence_.coordinates();
-  const Vector u = coordinates.from_values(x_);
-  const Estimate now = estimate(problem_->unknowns, coordinates, u, found_);
+  u_ = coordinates.from_values(x_);
+  const Estimate now = estimate(problem_->unknowns, coordinates, u_, found_);
   ++report_.passes;
   report_.components = now.components;
   report_.misfit.value = found_.misfit;
   report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
   report_.misfit.explained = found_.misfit <= kMisfitSigmas * report_.misfit.standard_error;
   const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
-  x_ = problem_->unknowns.project(coordinates.to_values(u + now.step / std::max(1.0, reach)));
+  x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
   over_ = (now.surprise <= kSurprise && report_.passes > 1) || report_.passes == kMostPasses;
-  if (over_ && now.surprise > kSurprise)  // still on its way: no interval would hold
-    for (Confidence& one : report_.components) one.determined = false;
+  if (over_) {
+    if (now.surprise > kSurprise)
+      report_.components =
+          estimate(problem_->unknowns, coordinates, u_, found_, now.step).components;
+    return;
+  }
   found_ = Evidence(x_.size());
   capture_ = 0;
+}
+
+void Verification::settle_for(const Vector& x) {
+  const Coordinates& coordinates = evidence_.coordinates();
+  const Vector apart = coordinates.from_values(x_) - coordinates.from_values(x);
+  report_.components = estimate(problem_->unknowns, coordinates, u_, found_, apart).components;
 }
 
 double Verification::fraction() const {

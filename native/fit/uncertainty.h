@@ -58,16 +58,19 @@ struct Estimate {
   double surprise = 0;  ///< largest component of it along a direction, in standard deviations
   std::vector<Confidence> components;
 };
+/// `unsure`: a way that counts as one standard error more; empty: none.
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence);
+                  const Evidence& evidence, const Vector& unsure = {});
 
 /// Looks again at the answer of a fit, with fresh seeds and frozen values, and says how sure it is.
 ///
 /// All samples of a look are for the same values, so its step and its covariance
 /// H^-1 Cov(g) H^-1 need no assumption about the way that led there. Cov(g) is summed from the
 /// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
-/// answer moves by that step; where it is more than noise the look is repeated from there. The first
-/// look takes few samples: it is the way to where the next one begins, which is then mostly the last.
+/// answer moves by that step; where it is more than noise the look is repeated from there, and if the
+/// last step still is, its length is an error beside the noise: it may have gone too far, or half of
+/// the way. The first look takes few samples: it is the way to where the next one begins, which is
+/// then mostly the last.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.
@@ -77,6 +80,9 @@ class Verification {
   bool step(const RenderAt& render);
   double fraction() const;
   const Vector& values() const { return x_; }
+  /// After the last step: the answer is not `values` but `x`, for what they were found by does not
+  /// hold that far. How far they are apart is an error beside the noise.
+  void settle_for(const Vector& x);
   const TrustReport& report() const { return report_; }
 
  private:
@@ -90,6 +96,7 @@ class Verification {
   GaussNewton evidence_;
   bool has_instruments_;
   Evidence found_;           ///< of this pass so far
+  Vector u_;                 ///< of the last pass, in `Coordinates`
   std::size_t capture_ = 0;  ///< the next of this pass
   Vector x_;
   std::uint64_t seed_;

@@ -134,6 +134,30 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
 }
 
 // The second parameter is lost in noise, but what it does looks like half of the first.
+// Two that are known well; one of them was still far on its way.
+TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
+                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const Coordinates coordinates(unknowns);
+  Evidence evidence(2);
+  evidence.normal << 1, 0.2, 0.2, 1;
+  evidence.normal_variance.setConstant(1e-12);
+  evidence.spread = 1e-4 * evidence.normal;
+  const auto found = [&](double way, double other) {
+    return estimate(unknowns, coordinates, unknowns.start(), evidence, Vector{{way, other}})
+        .components;
+  };
+  const double noise = 0.01 / std::sqrt(1 - 0.2 * 0.2);
+  const auto still = found(0, 0), near = found(0.03, 0.001), far = found(0.2, 0.001);
+  EXPECT_NEAR(still[0].standard_error, noise, 1e-9);
+  EXPECT_NEAR(near[0].standard_error, std::hypot(noise, 0.03), 1e-9);
+  EXPECT_NEAR(near[0].interval[1], 0.5 + 1.6449 * std::hypot(noise, 0.03), 1e-6);
+  EXPECT_NEAR(near[1].standard_error, std::hypot(noise, 0.001), 1e-9);
+  EXPECT_TRUE(near[0].determined);
+  EXPECT_FALSE(far[0].determined);
+  EXPECT_TRUE(far[1].determined) << "it hardly moved";
+}
+
 TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
                                               {"Body", "metallic", {0.5}, 0, 1, 0.03}});

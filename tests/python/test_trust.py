@@ -74,6 +74,11 @@ def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
 
 
+def test_intervals_promise_nothing_beside_a_misfit() -> None:
+    words = trust.words(ROUGHNESS, result(explained=False))
+    assert words == ["noise alone would allow: 0.280 to 0.320"]
+
+
 def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
     entry = trust.entries(COLOUR, result())
     assert entry["determined"] is False

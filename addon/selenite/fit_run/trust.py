@@ -60,7 +60,10 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
         for (low, high), ok in zip(told["interval_90"], told["determined"], strict=True)
     ]
     if any(told["determined"]):
-        lines.append(f"90 %: {'; '.join(intervals)}")
+        left = misfit(result)
+        # An interval knows of noise only: it holds nine times of ten if nothing else is wrong.
+        sure = "90 %" if left is None or left["explained"] else "noise alone would allow"
+        lines.append(f"{sure}: {'; '.join(intervals)}")
     if not all(told["determined"]):
         lines.append(_undetermined(unknown, told))
     bounds = {side for side in told["at_bound"] if side}
