@@ -57,7 +57,8 @@ def _without_photos(values: SceneValues) -> Callable[[int], list[Capture]]:
             black = np.zeros((rows, columns, 3), np.float32)
             weight = np.ones((rows, columns), np.float32)
             size = (camera.width, camera.height)
-            found.append(Capture(camera.name, "", size, black, weight))
+            aspect = camera.width / camera.height
+            found.append(Capture(camera.name, "", size, black, weight, aspect))
         return found
 
     return captures
