@@ -45,9 +45,6 @@ std::string problem_of(Capture& capture) {
     return who + std::to_string(not_finite) +
            " pixels are not finite; give them weight 0 in the mask";
   if (total == 0) return who + "its mask leaves no pixel; enlarge it or leave the photo out";
-  if (!(capture.frame_aspect >= 0) || !std::isfinite(capture.frame_aspect))
-    return who + "its frame aspect is " + std::to_string(capture.frame_aspect) +
-           "; give width / height, or 0";
   capture.total_weight = total;
   return {};
 }

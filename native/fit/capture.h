@@ -13,7 +13,6 @@ namespace selenite {
 struct Capture {
   std::string camera;
   int width = 0, height = 0;
-  double frame_aspect = 0;    ///< of `PixelCamera`
   Picture reference;          ///< linear radiance, row 0 at the top
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
 

@@ -131,7 +131,6 @@ RenderSettings Fit::render_settings(const Capture& photo, int spp, std::uint64_t
   settings.seed = seed;
   settings.depth = settings_.depth;
   settings.threads = settings_.threads;
-  settings.frame_aspect = photo.frame_aspect;
   return settings;
 }
 

@@ -56,9 +56,6 @@ Capture shrunk(const Capture& capture, int size) {
   small.camera = capture.camera;
   small.width = std::max(1, static_cast<int>(std::lround(capture.width * scale)));
   small.height = std::max(1, static_cast<int>(std::lround(capture.height * scale)));
-  small.frame_aspect = capture.frame_aspect > 0
-                           ? capture.frame_aspect
-                           : static_cast<double>(capture.width) / capture.height;
   const double step_x = static_cast<double>(capture.width) / small.width;
   const double step_y = static_cast<double>(capture.height) / small.height;
   const auto covered = [](int i, double low, double high) {

@@ -62,10 +62,9 @@ class Named {
 
 Capture capture_of(const py::handle& object, std::size_t index) {
   const std::string what = "captures[" + std::to_string(index) + "]";
-  const Named named(object, what, {"camera", "reference", "weight", "frame_aspect"});
+  const Named named(object, what, {"camera", "reference", "weight"});
   Capture capture;
   capture.camera = named.as<std::string>("camera");
-  named.take("frame_aspect", capture.frame_aspect);
   const FloatArray reference = float_array(named.get("reference"), what + ": reference");
   if (reference.ndim() != 3 || reference.shape(2) != 3)
     throw py::value_error(what + ": reference has shape " + shape_text(reference) +
@@ -297,8 +296,7 @@ void bind_fit(py::module_& m) {
 Args:
     scene: copied; later changes of the argument do not matter.
     captures: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
-        top, weight: (h, w) float32 >= 0 or None, frame_aspect (0: w / h): as for `render`}. Pixels
-        that are not finite must have weight 0.
+        top, weight: (h, w) float32 >= 0 or None}. Pixels that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; the bounds hold for every component. The parameters "albedo_grid" and
         "density_grid" of a material are every value of that grid: they start at the scene's,

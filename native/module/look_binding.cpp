@@ -47,9 +47,9 @@ py::dict coordinates_dict(const Scene& scene, const std::vector<Asked>& asked) {
 
 py::dict look_dict(const Scene& scene, const std::vector<Asked>& asked, const std::string& camera,
                    int width, int height, int spp, std::uint64_t seed, int depth, int threads,
-                   double frame_aspect, Progress* progress) {
+                   Progress* progress) {
   const Unknowns unknowns = unknowns_of(scene, asked);
-  const RenderSettings settings{width, height, spp, seed, depth, threads, frame_aspect};
+  const RenderSettings settings{width, height, spp, seed, depth, threads};
   Look seen;
   {
     py::gil_scoped_release release;
@@ -100,13 +100,12 @@ coordinate at the values, range: between the bounds}, each by component.
 
 unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
   m.def("look", &look_dict, "scene"_a, "unknowns"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
-        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame_aspect"_a = 0.0,
-        "progress"_a = py::none(),
+        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "progress"_a = py::none(),
         R"(What a camera shows of the unknowns at their values: dict of image, half_a, half_b,
 variance (of image), each (height, width, 3), and jacobian_a, jacobian_b, (n, height, width, 3),
 d picture / d coordinate by component over even and odd samples; dropped.
 
-unknowns: as for `coordinates`; frame_aspect: as for `render`. Raises ValueError (spp below 2, more than 32 slots), KeyError,
+unknowns: as for `coordinates`. Raises ValueError (spp below 2, more than 32 slots), KeyError,
 Cancelled.)");
 }
 

@@ -50,7 +50,7 @@ py::array_t<float> jacobian(const NamedFilm& f, Select&& select) {
 
 std::unique_ptr<NamedFilm> render_named(
     const Scene& scene, const std::string& camera, int width, int height, int spp,
-    std::uint64_t seed, int depth, int threads, double frame_aspect,
+    std::uint64_t seed, int depth, int threads,
     const std::vector<std::pair<std::string, std::string>>& parameters, Progress* progress) {
   auto out = std::make_unique<NamedFilm>();
   std::vector<ParameterRef> refs;
@@ -62,7 +62,7 @@ std::unique_ptr<NamedFilm> render_named(
   const Camera& from = scene.camera(camera);
   py::gil_scoped_release release;
   out->film =
-      render(scene, from, out->layout, {width, height, spp, seed, depth, threads, frame_aspect}, progress);
+      render(scene, from, out->layout, {width, height, spp, seed, depth, threads}, progress);
   return out;
 }
 
@@ -119,13 +119,12 @@ void bind_render(py::module_& m) {
       .def_property_readonly("cpu_seconds", [](const NamedFilm& f) { return f.film.cpu_seconds; });
 
   m.def("render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
-        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame_aspect"_a = 0.0,
+        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0,
         "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
         "progress"_a = py::none(),
         "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
         "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"
-        "number of threads. frame_aspect: width / height of the frame that is shown, for pictures whose\n"
-        "rounded size has another; 0: width / height. Raises ValueError, KeyError, Cancelled.");
+        "number of threads. Raises ValueError, KeyError, Cancelled.");
 }
 
 }  // namespace selenite

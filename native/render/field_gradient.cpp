@@ -70,7 +70,7 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
     result.fields.emplace_back(loss ? placed->grid->values().size() : 0);
 
   const Prepared<kTaped> prepared(scene, {}, unknown);
-  const PixelCamera pixels(camera, settings.width, settings.height, settings.frame_aspect);
+  const PixelCamera pixels(camera, settings.width, settings.height);
   std::vector<TileReport> reports(tile_count(settings));
   OrderedSum sum(grids, result.fields);
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {

@@ -2,7 +2,6 @@
 #include "render/render.h"
 
 #include <chrono>
-#include <cmath>
 #include <ctime>
 
 #include "math/error.h"
@@ -25,7 +24,7 @@ template <int L>
 void render_all(const Scene& scene, const Camera& camera, const SlotLayout& layout,
                 const RenderSettings& settings, Progress* progress, Film& film) {
   const Prepared<L> prepared(scene, layout);
-  const PixelCamera pixels(camera, settings.width, settings.height, settings.frame_aspect);
+  const PixelCamera pixels(camera, settings.width, settings.height);
   std::vector<TileReport> reports(tile_count(settings));
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {
     reports[i] = render_tile<L>(prepared, pixels, settings, tile, film);
@@ -54,9 +53,6 @@ void RenderSettings::check() const {
   require(spp >= 1 && spp <= 1 << 20, "samples per pixel", spp, "1 to 1048576");
   require(depth >= 0, "depth", depth, "0 (no limit) or more");
   require(threads >= 0 && threads <= 1024, "threads", threads, "0 (all) to 1024");
-  if (!(frame_aspect >= 0) || !std::isfinite(frame_aspect))
-    throw InvalidArgument("Render: frame aspect = " + std::to_string(frame_aspect) +
-                          " is not permitted; set it to 0 (width / height) or more");
 }
 
 Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,

@@ -16,7 +16,6 @@ struct RenderSettings {
   std::uint64_t seed = 0;
   int depth = 0;    ///< largest number of bounces; 0 = no limit (Russian roulette ends the paths)
   int threads = 0;  ///< 0 = one per core
-  double frame_aspect = 0;  ///< of `PixelCamera`
   void check() const;
 };
 

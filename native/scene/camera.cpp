@@ -41,10 +41,9 @@ void Camera::check() {
   }
 }
 
-PixelCamera::PixelCamera(const Camera& camera, int width, int height, double frame_aspect)
+PixelCamera::PixelCamera(const Camera& camera, int width, int height)
     : camera_(camera),
-      aspect_x_(camera.pixel_aspect_x * (frame_aspect > 0 ? frame_aspect * height / width : 1)),
-      width_(width * aspect_x_),
+      width_(width * camera.pixel_aspect_x),
       height_(height * camera.pixel_aspect_y) {
   const bool vertical = camera.sensor_fit == SensorFit::kVertical;
   const bool horizontal = camera.sensor_fit == SensorFit::kHorizontal;
@@ -60,7 +59,7 @@ PixelCamera::PixelCamera(const Camera& camera, int width, int height, double fra
 
 Ray PixelCamera::ray(float px, float py) const {
   const Camera& c = camera_;
-  const double x = px * aspect_x_ * unit_ + left_;
+  const double x = px * c.pixel_aspect_x * unit_ + left_;
   const double y = top_ - py * c.pixel_aspect_y * unit_;
   if (c.orthographic)
     return {Vec3f(c.to_world.point({x, y, 0})), Vec3f(-c.to_world.column(2)),
@@ -80,7 +79,7 @@ Vec2<double> PixelCamera::project(const Vec3d& point) const {
   if (!c.orthographic && !(depth > 0))
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   const double divisor = c.orthographic ? 1 : depth;
-  return {(width_ / 2 + focal_ * x / divisor - c.shift_x * fit_) / aspect_x_,
+  return {(width_ / 2 + focal_ * x / divisor - c.shift_x * fit_) / c.pixel_aspect_x,
           (height_ / 2 - (focal_ * y / divisor - c.shift_y * fit_)) / c.pixel_aspect_y};
 }
 

@@ -38,10 +38,7 @@ struct Camera {
 /// A camera for one picture size: continuous pixel position -> ray.
 class PixelCamera {
  public:
-  /// `frame_aspect`: width / height in pixels of the picture whose whole frame is shown. Widths and
-  /// heights are whole, so a picture scaled down has rarely the shape of the one that it is made
-  /// from; its pixels are then that much narrower or wider. 0: that of width and height.
-  PixelCamera(const Camera& camera, int width, int height, double frame_aspect = 0);
+  PixelCamera(const Camera& camera, int width, int height);
   /// (px, py) in pixels from the top left corner; pixel i spans [i, i + 1).
   Ray ray(float px, float py) const;
   /// Inverse of `ray`: where a world point appears, in pixels. Behind the camera: NaN.
@@ -49,7 +46,6 @@ class PixelCamera {
 
  private:
   const Camera& camera_;
-  double aspect_x_;        ///< of a pixel
   double width_, height_;  ///< aspect-corrected
   double fit_;             ///< fitted dimension, aspect-corrected pixels
   double focal_;           ///< pixels per unit slope (perspective) or per world unit (orthographic)

@@ -37,26 +37,17 @@ def without_words() -> Iterator[None]:
 
 
 def render(
-    scene: bpy.types.Scene,
-    camera: str,
-    size: tuple[int, int],
-    samples: int,
-    seed: int,
-    path: Path,
-    pixel_aspect: float | None = None,
+    scene: bpy.types.Scene, camera: str, size: tuple[int, int], samples: int, seed: int, path: Path
 ) -> np.ndarray:
     """One render in comparison settings as (h, w, 3) float32, linear; left in `path` (OpenEXR).
 
-    size: (width, height). pixel_aspect: width / height of a pixel; None: the scene's.
+    size: (width, height).
     """
     set_comparison(scene, samples, seed)
     for marker in scene.timeline_markers:  # a camera bound to a marker would win
         marker.camera = None
     scene.camera = scene.objects[camera]
     scene.render.resolution_x, scene.render.resolution_y = size
-    if pixel_aspect is not None:  # both sides are at least 1 in Blender
-        scene.render.pixel_aspect_x = max(pixel_aspect, 1)
-        scene.render.pixel_aspect_y = max(1 / pixel_aspect, 1)
     image = scene.render.image_settings
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGB", "32"
     scene.render.use_file_extension = False
@@ -75,12 +66,11 @@ def estimate(
     seeds: range,
     path: Path,
     progress: Callable[[float], None] = lambda _fraction: None,
-    pixel_aspect: float | None = None,
 ) -> Estimate:
     """Mean of several seeds with `samples` each, and its variance from their differences."""
     pictures = []
     for index, seed in enumerate(seeds):
         progress(index / len(seeds))
-        pictures.append(render(scene, camera, size, samples, seed, path, pixel_aspect))
+        pictures.append(render(scene, camera, size, samples, seed, path))
     path.unlink()
     return Estimate.of_seeds(pictures)

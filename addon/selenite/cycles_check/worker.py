@@ -58,16 +58,14 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     native_scene = build_scene(with_grids(read, grids))
     shown = [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
-    cameras = {camera.name: camera for camera in read.cameras}
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
 
         def tell(text: str, share: float, done: int = index, name: str = capture.camera) -> None:
             _tell(folder, (done + share) / len(captures), f"{text} of {name}")
 
-        pixel_aspect = capture.pixel_aspect(cameras[capture.camera])
         rows[capture.camera], pictures[capture.camera] = _check(
-            folder, scene, native_scene, capture, pixel_aspect, wanted.settings, samples, tell
+            folder, scene, native_scene, capture, wanted.settings, samples, tell
         )
     sheet.write(folder / "out" / "cycles_check.png", pictures, LARGEST_ERROR)
     return {
@@ -106,7 +104,6 @@ def _check(
     scene: Any,
     native_scene: Any,
     capture: Any,
-    pixel_aspect: float,
     settings: Any,
     samples: int,
     tell: Callable[[str, float], None],
@@ -130,7 +127,6 @@ def _check(
         seed=settings.seed,
         depth=settings.depth,
         threads=settings.threads,
-        frame_aspect=capture.frame_aspect,
     )
     ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
     cycles = estimate(
@@ -141,7 +137,6 @@ def _check(
         range(settings.seed, settings.seed + SEEDS),
         folder / "cycles.exr",
         lambda fraction: tell("Cycles' picture", 0.2 + 0.8 * fraction),
-        pixel_aspect,
     )
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean

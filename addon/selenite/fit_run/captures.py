@@ -23,29 +23,17 @@ LEFT_OUT = "Cameras without a photo are left out"
 @dataclass(frozen=True)
 class Capture:
     """A camera and its photo: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
-    photo_size is (width, height) of the file. frame_aspect is width / height of the picture that the
-    camera takes: that of the reference is near it, for its width is a whole number."""
+    photo_size is (width, height) of the file."""
 
     camera: str
     photo: str
     photo_size: tuple[int, int]
     reference: np.ndarray
     weight: np.ndarray
-    frame_aspect: float
-
-    def pixel_aspect(self, camera: CameraValues) -> float:
-        """Width / height of a pixel with which the reference holds all that its camera takes."""
-        height, width = self.reference.shape[:2]
-        return self.frame_aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
 
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
-        return {
-            "camera": self.camera,
-            "reference": self.reference,
-            "weight": self.weight,
-            "frame_aspect": self.frame_aspect,
-        }
+        return {"camera": self.camera, "reference": self.reference, "weight": self.weight}
 
 
 def read_captures(
@@ -137,8 +125,7 @@ def _read(
     clipped = info.get("clipped")
     if clipped is not None and clipped.mean() > 0.001:
         warnings.append(f"{title}: {clipped.mean():.1%} of its pixels are clipped and do not count")
-    aspect = camera.width / camera.height
-    return Capture(camera.name, request.photo, size, reference, weight, aspect)
+    return Capture(camera.name, request.photo, size, reference, weight)
 
 
 def _at_working_size(

@@ -180,7 +180,6 @@ def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa:
         seed=settings.seed,
         depth=settings.depth,
         threads=settings.threads,
-        frame_aspect=capture.frame_aspect,
     )
     return film.image
 

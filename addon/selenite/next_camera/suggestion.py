@@ -87,7 +87,6 @@ class Suggestion:
         height, width = plan.captures[0].reference.shape[:2]
         scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
         self._size = max(1, round(width * scale)), max(1, round(height * scale))
-        self._frame_aspect = plan.captures[0].frame_aspect
         self._asked = [
             (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
             for item in plan.unknowns
@@ -173,7 +172,7 @@ class Suggestion:
         seen: dict[str, Any] = native.core().look(
             self._scene, self._asked, camera, *self._size, spp,
             seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
-            threads=settings.threads, frame_aspect=self._frame_aspect, progress=self._token,
+            threads=settings.threads, progress=self._token,
         )  # fmt: skip
         return seen
 
@@ -185,7 +184,7 @@ class Suggestion:
         film = native.core().render(
             self._scene, capture.camera, width, height, _RESIDUAL_SPP,
             seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
-            frame_aspect=capture.frame_aspect, progress=self._token,
+            progress=self._token,
         )  # fmt: skip
         level = information.brightness(capture.reference, capture.weight)
         product = (film.half_a - capture.reference) * (film.half_b - capture.reference)

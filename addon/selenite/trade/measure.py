@@ -142,7 +142,6 @@ class Trade:
                     self.plan.scene, capture.camera, width, height, _PHOTO_CHUNK,
                     seed=_PHOTO_SEED + settings.seed + (self.photo_spp << 20),
                     depth=settings.depth, threads=settings.threads,
-                    frame_aspect=capture.frame_aspect,
                 )  # fmt: skip
                 before = sums[index]
                 image = film.image.astype(np.float64)
