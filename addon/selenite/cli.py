@@ -257,7 +257,11 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
-    add("--out", required=True, metavar="DIR", help="gets trade.csv, trade.json and trade.png")
+    add("--out", metavar="DIR", help="gets trade.csv, trade.json and trade.png")
+    expected = (
+        "tells the seconds and errors to expect of each preset, from one look; writes nothing"
+    )
+    add("--expected", action="store_true", help=expected)
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

@@ -14,9 +14,10 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.next_camera import information, report  # noqa: E402
+from selenite.looks import information  # noqa: E402
+from selenite.looks.information import Information, Noise  # noqa: E402
+from selenite.next_camera import report  # noqa: E402
 from selenite.next_camera.candidates import Candidate, looking_at  # noqa: E402
-from selenite.next_camera.information import Information, Noise  # noqa: E402
 
 UNIT = np.ones(2)
 

@@ -10,7 +10,6 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from . import grid_rows, state
-from .time_operators import seconds_text
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 
@@ -146,9 +145,9 @@ class SELENITE_PT_fit(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         if state.RUN.job is None:
             layout.prop(settings, "preset")
-            for name, seconds in state.SECONDS.get(context.scene.name, {}).items():
-                layout.label(text=f"{name.capitalize()}: {seconds_text(seconds)}")
-            layout.operator("selenite.estimate", icon="TIME")
+            _look(layout, state.ESTIMATE, "selenite.estimate", "TIME", "selenite.cancel_estimate")
+            for line in state.EXPECTED.get(context.scene.name, ()):
+                _text(layout, line)
             layout.prop(settings, "stage_mode")
             layout.operator("selenite.start", icon="PLAY")
             if state.RUN.message:
@@ -265,16 +264,29 @@ class SELENITE_PT_cycles(bpy.types.Panel):
 
 def _next_camera(layout: bpy.types.UILayout) -> None:
     """The button, how far it has come, and what was found."""
-    found = state.NEXT
+    cancel = "selenite.cancel_suggestion"
+    _look(layout, state.NEXT, "selenite.suggest_camera", "OUTLINER_OB_CAMERA", cancel)
+    for line in state.NEXT.lines:
+        _text(layout, line)
+
+
+def _look(
+    layout: bpy.types.UILayout, found: state.Looking, name: str, icon: str, cancel: str
+) -> None:
+    """The button that starts a look, or how far it has come and the button that ends it."""
     if found.job is None:
-        layout.operator("selenite.suggest_camera", icon="OUTLINER_OB_CAMERA")
+        layout.operator(name, icon=icon)
     else:
         step = found.step
         _bar(layout, step.fraction if step else 0.0, step.text if step else "Starting")
-        layout.operator("selenite.cancel_suggestion", icon="X")
-    for line in found.lines:
-        for part in _wrapped(line):
-            layout.label(text=part)
+        layout.operator(cancel, icon="X")
+
+
+def _text(layout: bpy.types.UILayout, text: str) -> None:
+    """A sentence, in lines close together."""
+    column = layout.column(align=True)
+    for part in _wrapped(text):
+        column.label(text=part)
 
 
 def _bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
