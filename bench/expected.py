@@ -86,7 +86,7 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
     truth = plan_at(scene, owner, true, captures, settings)
     begin = time.process_time()
     looks = Looks(truth, truth.scene)
-    for _ in looks.at_photos(0.1, 192):
+    for _ in looks.at_photos():
         pass
     took = time.process_time() - begin
     expected = errors_of(looks, settings)
@@ -120,7 +120,7 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
         print(
             f"  {item.parameter.name:14} expected {shown_error:>14}  told {many:>8} "
             f"({len(told[item.name])})  measured {np.sqrt(np.mean(errors**2)):.5f}  "
-            f"worst {errors.max():.5f}",
+            f"worst {errors.max(initial=0):.5f}",
             flush=True,
         )
 

@@ -22,10 +22,12 @@ from .job import Step
 
 #: Samples of a first look at a photo's camera.
 PHOTO_SPP = 64
+#: Usual bounds of a look, see `Looks.at_photos`.
+_DOUBT, _MOST_SPP, _WEAKEST = 0.1, 192, 6.0
 #: Pixels of a look, whatever its aspect.
 _PIXELS = 64 * 64
 #: A residual's relative size beyond noise is believed between these; samples to measure it with.
-RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 8
+RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 32
 #: Seeds that no fit and no photo of ours uses.
 _SEED = 1 << 41
 
@@ -81,11 +83,14 @@ class Looks:
         """From any thread: a look ends within a tile, raising the native Cancelled."""
         self._token.cancel()
 
-    def at_photos(self, doubt: float, most_spp: int) -> Iterator[Step]:
+    def at_photos(
+        self, doubt: float = _DOUBT, most_spp: int = _MOST_SPP, weakest: float = _WEAKEST
+    ) -> Iterator[Step]:
         """A look at each photo's camera; where that leaves more doubt than is permitted, as a share
-        of the information, a second one, with at most `most_spp` samples in all. A capture without
-        a photo counts as if its photo were the render. Raises BadInput for derivatives that are not
-        finite, and the native Cancelled."""
+        of the information, a second one, with at most `most_spp` samples in all; with so many where
+        a direction has less than `weakest` (as information.weakest). A capture without a photo
+        counts as if its photo were the render. Raises BadInput for derivatives that are not finite,
+        and the native Cancelled."""
         photos = self.plan.captures
         square = 0.0
         for index, capture in enumerate(photos):
@@ -98,7 +103,8 @@ class Looks:
         settings = self.plan.request.settings
         there = self.informations(settings)
         self.doubt = PHOTO_SPP * max(one.relative_doubt() for one in there)
-        spp = int(np.clip(self.doubt / doubt, PHOTO_SPP, most_spp)) - PHOTO_SPP
+        wanted = most_spp if information.weakest(there) < weakest else self.doubt / doubt
+        spp = int(np.clip(wanted, PHOTO_SPP, most_spp)) - PHOTO_SPP
         for index, capture in enumerate(photos if spp > 0 else ()):
             yield Step(0.6 + 0.4 * index / len(photos), f"photo of {capture.camera}, second look")
             self._seen[index].append((spp, self._at_photo(capture, spp, 2)))
@@ -158,10 +164,10 @@ class Looks:
             seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
             progress=self._token,
         )  # fmt: skip
-        level = information.brightness(capture.reference, capture.weight)
-        product = (film.half_a - capture.reference) * (film.half_b - capture.reference)
-        mean = np.average((product / level**2).mean(axis=2), weights=capture.weight)
-        return float(np.clip(mean, low**2, high**2))
+        halves = (film.half_a, film.half_b)
+        variance = film.standard_error.astype(np.float64) ** 2 * _RESIDUAL_SPP
+        found = information.relative_square(halves, variance, capture.reference, capture.weight)
+        return float(np.clip(found, low**2, high**2))
 
     def _at(
         self, camera: str, spp: int, look: int, picture: np.ndarray | None, weight: np.ndarray

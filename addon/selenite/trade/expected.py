@@ -13,13 +13,11 @@ from ..fit_run import cost
 from ..fit_run.job import FitJob
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import PRESETS, FitSettings
-from ..fit_run.unknowns import Unknown
+from ..fit_run.unknowns import Unknown, labels
 from ..looks.job import Step
 from ..looks.photos import RELATIVE, Looks
 from . import choices
 
-#: Permitted error of the information, as a share, and samples of a pixel to get there with.
-_DOUBT, _MOST_SPP = 0.1, 192
 #: Share of the time that the short fit has in the progress.
 _TIMING = 0.4
 
@@ -51,13 +49,13 @@ class Expected:
     def text(self) -> str:
         """As in "about 95 s, error 0.02 (worst: IOR 0.06; not determined: Transmission)"."""
         text = seconds_text(self.seconds)
-        found = self._determined()
+        found, words = self._determined(), labels(self.unknowns)
         remarks = []
         if len(found) > 1:
             worst, size = max(found, key=lambda pair: pair[1])
-            remarks.append(f"worst: {self._label(worst)} {size:.2g}")
+            remarks.append(f"worst: {words[worst.name]} {size:.2g}")
         if self.left_open:
-            names = ", ".join(self._label(item) for item in self.left_open)
+            names = ", ".join(words[item.name] for item in self.left_open)
             remarks.append(f"not determined: {names}")
         if found:
             text += f", error {self.error:.2g}"
@@ -76,12 +74,6 @@ class Expected:
     def _determined(self) -> list[tuple[Unknown, float]]:
         pairs = zip(self.unknowns, self.errors, strict=True)
         return [(item, error) for item, error in pairs if error is not None]
-
-    def _label(self, unknown: Unknown) -> str:
-        """The parameter in words, with its owner where another one has it too."""
-        label = unknown.parameter.label
-        alike = sum(item.parameter.label == label for item in self.unknowns)
-        return label if alike == 1 else f"{label} of {unknown.owner}"
 
 
 def seconds_text(seconds: float) -> str:
@@ -127,7 +119,7 @@ class Estimate:
         if self._cancelled:
             return
         if self._looks is not None:
-            for step in self._looks.at_photos(_DOUBT, _MOST_SPP):
+            for step in self._looks.at_photos():
                 yield replace(step, fraction=_TIMING + (1 - _TIMING) * step.fraction)
             if self._looks.relative >= RELATIVE[1]:
                 self.remark = (
