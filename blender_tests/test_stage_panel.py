@@ -9,7 +9,7 @@ import made_scenes as made
 import pytest
 from test_interface import FakeLayout, draw, prepare_fit
 
-from selenite.fit_run.staging.request import PRESETS
+from selenite.fit_run.staging.request import AUTO, PRESETS
 from selenite.interface import panels, properties, request, stages, state
 from selenite.problems import BadInput
 
@@ -31,8 +31,9 @@ def asked():
 
 
 def test_presets_of_the_panel_are_those_of_the_command_line():
-    assert [item[0] for item in properties.STAGE_ITEMS[1:-1]] == list(PRESETS)
-    assert [item[3] for item in properties.STAGE_ITEMS] == list(range(4))
+    named = [item[0] for item in properties.STAGE_ITEMS]
+    assert named == ["none", *PRESETS, "own", AUTO]
+    assert [item[3] for item in properties.STAGE_ITEMS] == list(range(5))
 
 
 def test_a_preset_splits_the_ticked_parameters(tmp_path):

@@ -203,7 +203,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--learning-rate", type=float)
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
-    stages = "ior-last, colours-first, or a JSON file: what is fitted first and what later"
+    stages = "what is fitted first: ior-last, colours-first, auto (by a look), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")

@@ -143,6 +143,11 @@ class SELENITE_PT_fit(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Quality and Start; while a fit runs its progress, Stop and Cancel."""
         settings, layout = context.scene.selenite, self.layout
+        if state.STAGES.job is not None:
+            step = state.STAGES.step
+            _bar(layout, step.fraction if step else 0.0, "Choosing stages")
+            layout.operator("selenite.cancel", icon="X")
+            return
         if state.RUN.job is None:
             layout.prop(settings, "preset")
             _look(layout, state.ESTIMATE, "selenite.estimate", "TIME", "selenite.cancel_estimate")
@@ -153,6 +158,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             if state.RUN.message:
                 for line in _wrapped(state.RUN.message):
                     layout.label(text=line)
+            _staging(layout)
             _notes(layout, state.RUN.result["notes"] if state.RUN.result else ())
             return
         progress = state.RUN.progress
@@ -167,6 +173,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             _bar(layout, progress.fraction, text)
             if progress.stage:
                 layout.label(text=f"Stage {progress.stage}")
+            _staging(layout)
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
@@ -280,6 +287,12 @@ def _look(
         step = found.step
         _bar(layout, step.fraction if step else 0.0, step.text if step else "Starting")
         layout.operator(cancel, icon="X")
+
+
+def _staging(layout: bpy.types.UILayout) -> None:
+    """What a look chose for the run, and why."""
+    if state.RUN.plan is not None and state.RUN.plan.request.staging:
+        _text(layout, f"Stages: {state.RUN.plan.request.staging}")
 
 
 def _text(layout: bpy.types.UILayout, text: str) -> None:

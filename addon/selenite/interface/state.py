@@ -141,6 +141,7 @@ CHECK = Check()
 TRADE = Measurement()
 NEXT = Looking()
 ESTIMATE = Looking()
+STAGES = Looking()
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
@@ -149,7 +150,7 @@ SHAPES: dict[str, list[str]] = {}
 
 def is_idle() -> bool:
     """Neither a fit nor a check nor a measurement nor a look runs."""
-    jobs = (RUN.job, CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job)
+    jobs = (RUN.job, CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job)
     return all(item is None for item in jobs)
 
 
