@@ -25,7 +25,7 @@ from .state import NEXT
 from .ticking import CancelsLook, LooksInThread, redraw
 
 
-class SELENITE_OT_suggest_camera(LooksInThread, bpy.types.Operator):
+class SELENITE_OT_suggest_camera(LooksInThread):
     """Look from many places around the object, and add a camera where another photo would tell most
     about the ticked parameters, at the fitted values or else the scene's. Esc cancels"""
 
@@ -78,7 +78,7 @@ class SELENITE_OT_suggest_camera(LooksInThread, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_suggestion(CancelsLook, bpy.types.Operator):
+class SELENITE_OT_cancel_suggestion(CancelsLook):
     """Stop looking; nothing is changed"""
 
     bl_idname = "selenite.cancel_suggestion"

@@ -144,13 +144,13 @@ class SELENITE_PT_fit(bpy.types.Panel):
         """Quality and Start; while a fit runs its progress, Stop and Cancel."""
         settings, layout = context.scene.selenite, self.layout
         if state.STAGES.job is not None:
-            step = state.STAGES.step
-            _bar(layout, step.fraction if step else 0.0, "Choosing stages")
-            layout.operator("selenite.cancel", icon="X")
+            layout.label(text="Choosing stages")
+            _looking(layout, state.STAGES, "selenite.cancel")
             return
         if state.RUN.job is None:
             layout.prop(settings, "preset")
-            _look(layout, state.ESTIMATE, "selenite.estimate", "TIME", "selenite.cancel_estimate")
+            if not _looking(layout, state.ESTIMATE, "selenite.cancel_estimate"):
+                layout.operator("selenite.estimate", icon="TIME")
             for line in state.EXPECTED.get(context.scene.name, ()):
                 _text(layout, line)
             layout.prop(settings, "stage_mode")
@@ -271,22 +271,23 @@ class SELENITE_PT_cycles(bpy.types.Panel):
 
 def _next_camera(layout: bpy.types.UILayout) -> None:
     """The button, how far it has come, and what was found."""
-    cancel = "selenite.cancel_suggestion"
-    _look(layout, state.NEXT, "selenite.suggest_camera", "OUTLINER_OB_CAMERA", cancel)
+    if not _looking(layout, state.NEXT, "selenite.cancel_suggestion"):
+        layout.operator("selenite.suggest_camera", icon="OUTLINER_OB_CAMERA")
     for line in state.NEXT.lines:
         _text(layout, line)
 
 
-def _look(
-    layout: bpy.types.UILayout, found: state.Looking, name: str, icon: str, cancel: str
-) -> None:
-    """The button that starts a look, or how far it has come and the button that ends it."""
-    if found.job is None:
-        layout.operator(name, icon=icon)
-    else:
-        step = found.step
-        _bar(layout, step.fraction if step else 0.0, step.text if step else "Starting")
-        layout.operator(cancel, icon="X")
+def _looking(layout: bpy.types.UILayout, look: state.Looking, cancel: str) -> bool:
+    """Whether it runs: then how far it has come, and the button that ends it."""
+    if look.job is None:
+        return False
+    _bar(
+        layout,
+        look.step.fraction if look.step else 0.0,
+        look.step.text if look.step else "Starting",
+    )
+    layout.operator(cancel, icon="X")
+    return True
 
 
 def _staging(layout: bpy.types.UILayout) -> None:

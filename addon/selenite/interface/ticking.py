@@ -35,7 +35,7 @@ class Ticking:
             self._timer = None
 
 
-class LooksInThread(Ticking):
+class LooksInThread(Ticking, bpy.types.Operator):
     """Base of an operator that waits for a look in a thread. Esc cancels it."""
 
     looking: Looking
@@ -79,7 +79,7 @@ class LooksInThread(Ticking):
         raise NotImplementedError
 
 
-class CancelsLook:
+class CancelsLook(bpy.types.Operator):
     """Base of an operator that ends a look."""
 
     looking: Looking

@@ -23,7 +23,7 @@ from .state import ESTIMATE, EXPECTED, TRADE
 from .ticking import CancelsLook, LooksInThread, Ticking, redraw
 
 
-class SELENITE_OT_estimate(LooksInThread, bpy.types.Operator):
+class SELENITE_OT_estimate(LooksInThread):
     """Time two iterations and look at the photos once: how long each preset will take, and how far
     off the ticked parameters will be. Holds near the values that the fit starts from: where they
     are far from the right ones, apply the fit and estimate again. Esc cancels"""
@@ -66,7 +66,7 @@ class SELENITE_OT_estimate(LooksInThread, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_estimate(CancelsLook, bpy.types.Operator):
+class SELENITE_OT_cancel_estimate(CancelsLook):
     """Stop looking; nothing is told"""
 
     bl_idname = "selenite.cancel_estimate"

@@ -149,8 +149,8 @@ def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
 def weakest(photos: Sequence[Information]) -> float:
     """Of all directions the least information of the photos together, in standard deviations of its
     noise; 0 where a component is not seen."""
-    normal = sum(one.normal for one in photos)
-    doubt = sum(one.doubt for one in photos)
+    normal = np.sum([one.normal for one in photos], axis=0)
+    doubt = np.sum([one.doubt for one in photos], axis=0)
     if not (np.diag(normal) > 0).all():
         return 0.0
     _, values, _, noise = _directions(normal, doubt)

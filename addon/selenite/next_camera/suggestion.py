@@ -84,7 +84,7 @@ class Suggestion:
         no luck of the first is in it."""
         begin = time.monotonic()
         places = self.places
-        for step in self._looks.at_photos(_SECOND_DOUBT, _MOST_SPP, weakest=0.0):
+        for step in self._looks.at_photos(_SECOND_DOUBT, _MOST_SPP):
             yield replace(step, fraction=0.1 * step.fraction)
         # Places that are as noisy need as many samples; the error falls as the samples rise.
         first_spp = int(np.clip(self._looks.doubt / _FIRST_DOUBT, _LEAST_SPP, _MOST_SPP / 4))
