@@ -9,7 +9,7 @@ import made_scenes as made
 import pytest
 from test_interface import FakeLayout, draw, prepare_fit
 
-from selenite.fit_run.staging.request import PRESETS
+from selenite.fit_run.staging.request import AUTO, PRESETS
 from selenite.interface import panels, properties, request, stages, state
 from selenite.problems import BadInput
 
@@ -31,8 +31,9 @@ def asked():
 
 
 def test_presets_of_the_panel_are_those_of_the_command_line():
-    assert [item[0] for item in properties.STAGE_ITEMS[1:-1]] == list(PRESETS)
-    assert [item[3] for item in properties.STAGE_ITEMS] == list(range(4))
+    named = [item[0] for item in properties.STAGE_ITEMS]
+    assert named == ["none", *PRESETS, "own", AUTO]
+    assert [item[3] for item in properties.STAGE_ITEMS] == list(range(5))
 
 
 def test_a_preset_splits_the_ticked_parameters(tmp_path):
@@ -123,8 +124,7 @@ def test_the_panel_tells_how_long_each_preset_will_take(tmp_path):
     drawn = draw(panels.SELENITE_PT_fit).splitlines()
     told = [line for line in drawn if "about" in line]
     assert [line.partition(":")[0] for line in told] == ["Draft", "Balanced", "Accurate"]
-    seconds = state.SECONDS[bpy.context.scene.name]
-    assert 0 < seconds["draft"] < seconds["balanced"] < seconds["accurate"]
+    assert all(", error 0.0" in line for line in state.EXPECTED[bpy.context.scene.name][:3])
     assert len(settings.results) == 0
     tick(settings)
     with pytest.raises(RuntimeError, match="no parameter is ticked"):

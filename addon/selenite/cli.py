@@ -203,7 +203,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--learning-rate", type=float)
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
-    stages = "ior-last, colours-first, or a JSON file: what is fitted first and what later"
+    stages = "what is fitted first: ior-last, colours-first, auto (by a look), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
@@ -257,7 +257,11 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
-    add("--out", required=True, metavar="DIR", help="gets trade.csv, trade.json and trade.png")
+    add("--out", metavar="DIR", help="gets trade.csv, trade.json and trade.png")
+    expected = (
+        "tells the seconds and errors to expect of each preset, from one look; writes nothing"
+    )
+    add("--expected", action="store_true", help=expected)
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

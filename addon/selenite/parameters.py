@@ -38,6 +38,11 @@ class Parameter:
     versions: tuple[str, ...]
     help: str
 
+    @property
+    def label(self) -> str:
+        """In words, as in "Coat IOR"."""
+        return " ".join("IOR" if word == "ior" else word.title() for word in self.name.split("_"))
+
     def find(self, node: Any) -> Any | None:  # noqa: ANN401 - a bpy node, and bpy is not imported here
         """The input of `node` that holds this parameter under any of its names, or None."""
         for name in self.sockets:

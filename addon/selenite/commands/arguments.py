@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .. import parameters
-from ..fit_run.staging.request import PRESETS, StageRequest, read_stages
+from ..fit_run.staging.request import AUTO, PRESETS, StageRequest, read_stages
 from ..parameters import Values
 from ..problems import BadInput, Problem
 
@@ -72,8 +72,8 @@ def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
 
 
 def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...]:
-    """The stages of a file; none for the name of a preset, or without the argument."""
-    if text is None or text in PRESETS:
+    """The stages of a file; none for a name, or without the argument."""
+    if text is None or text in (*PRESETS, AUTO):
         return ()
     try:
         return read_stages(Path(text).expanduser())

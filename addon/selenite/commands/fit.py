@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,9 +19,10 @@ from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import new_folder, result_json, summary, write_results
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.job import StagedJob, make_job
+from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
-from ..fit_run.staging.request import StageRequest, stages_by_name
 from ..fit_run.unknowns import usual_requests
+from ..looks.conditioning import StageChoice
 from ..parameters import join_name
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest, SceneValues
@@ -68,6 +69,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
+    if plan.request.staging:
+        say(f"stages: {plan.request.staging}")
     if args.resume:
         unfinished = Path(args.resume).expanduser().resolve()
         out = out if args.out else unfinished.parent
@@ -163,14 +166,28 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         unknowns=unknowns,
         captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
         settings=settings,
-        stages=stages or _preset_stages(args.stages, names, settings, problems) or base.stages,
+        stages=stages or _preset_stages(args.stages, names, settings, problems),
     )
+    if args.stages is None:
+        request = replace(request, stages=base.stages, staging=base.staging)
+    packed = packed_photos()
     try:
-        plan = prepare(values, request, packed_photos())
+        plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
+    if args.stages == AUTO:
+        plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
     return scene, values, plan, Unfinished(plan.request, [])
+
+
+def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
+    """The plan with the stages of a look at its start."""
+    choice = StageChoice(plan, plan_of)
+    with bar("looking") as shown:
+        for step in choice.steps():
+            shown.update(step.fraction, note=step.text)
+    return choice.plan
 
 
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:

@@ -13,8 +13,9 @@ from ..fit_run.request import RunRequest
 from ..fit_run.settings import FitSettings, with_overrides
 from ..problems import BadInput, Problem
 from ..trade import report
+from ..trade.expected import Estimate
 from ..trade.measure import Trade
-from ..trade.start import trade_of
+from ..trade.start import estimate_of, trade_of
 from . import arguments
 from .fit import captures_from, unknowns_of
 from .scene import open_scene
@@ -24,9 +25,13 @@ _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Measures within --budget and writes the table and the plot into --out."""
+    """Measures within --budget and writes the table and the plot into --out; with --expected tells
+    what the presets should take, and writes nothing."""
     problems: list[Problem] = []
-    out = arguments.output_folder(args.out, problems)
+    if args.out is None and not args.expected:
+        cause, cure = "there is no folder for the table", "add --out DIR, or --expected"
+        problems.append(Problem("Argument --out", cause, cure))
+    out = arguments.output_folder(args.out or ".", problems)
     if not (math.isfinite(args.budget) and args.budget > 0):
         cause, cure = f"it is {args.budget:g}", "give seconds above 0"
         problems.append(Problem("Argument --budget", cause, cure))
@@ -46,10 +51,15 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         settings=settings,
     )
     try:
-        trade = trade_of(values, request, packed_photos(), args.budget)
+        if args.expected:
+            estimate = estimate_of(values, request, packed_photos(), without_photos=True)
+        else:
+            trade = trade_of(values, request, packed_photos(), args.budget)
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
+    if args.expected:
+        return _expect(estimate)
     plan = trade.plan
     for text in plan.warnings:
         say(f"warning: {text}")
@@ -61,6 +71,19 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     _show(content, plan)
     say(f"wrote {', '.join(path for path in files.values() if path)}")
     return content | {"folder": str(out), "files": files}
+
+
+def _expect(estimate: Estimate) -> dict[str, Any]:
+    """Seconds and errors of the presets, line by line."""
+    for text in estimate.warnings:
+        say(f"warning: {text}")
+    with bar("looking") as shown:
+        for step in estimate.steps():
+            shown.update(step.fraction, note=step.text)
+    for line in estimate.lines():
+        say(line)
+    presets = {name: item.as_json() for name, item in estimate.presets.items()}
+    return {"error_is": report.ERROR_IS, "presets": presets, "remark": estimate.remark or None}
 
 
 def _measure(trade: Trade) -> None:

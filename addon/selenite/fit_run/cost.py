@@ -15,7 +15,7 @@ from .unknowns import Unknown
 #: Height at which a fit is timed, its iterations, and seconds that are enough to believe.
 _TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
 #: Unknowns up to which a fit is verified, and steps by least squares unless told otherwise.
-_FEW = 12
+FEW = 12
 #: A path with derivatives costs about so many without; manual page "fitting".
 _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
@@ -37,10 +37,15 @@ def pixels_at(captures: Sequence[Capture], height: int) -> int:
     return total
 
 
+def verification_spp(settings: FitSettings) -> int:
+    """Samples of a pixel in the last look at the answer of a fit."""
+    return max(_VERIFICATION_LEAST, settings.iterations * settings.spp)
+
+
 def paths(settings: FitSettings, plan: FitPlan) -> float:
     """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
     settings are those of the fit, not the plan's."""
-    few = not plan.fields and sum(item.parameter.width for item in plan.unknowns) <= _FEW
+    few = not plan.fields and sum(item.parameter.width for item in plan.unknowns) <= FEW
     steps_by_least_squares = few and settings.optimiser != "adam"
     path = _FIELD_DERIVATIVES if plan.fields else _DERIVATIVES
     differences = sum(_by_difference(item) for item in plan.unknowns)
@@ -51,7 +56,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
     per_pixel = iterations * spp * path + validations * validation
     if few:
-        verified = max(_VERIFICATION_LEAST, iterations * spp)
+        verified = verification_spp(settings)
         slopes = _DERIVATIVES + 2 * differences
         per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
         per_pixel += validation + _VERIFICATION_PASSES * per_pass
@@ -68,16 +73,21 @@ def _by_difference(unknown: Unknown) -> bool:
     return of_material and unknown.parameter.coordinate in ("log", "log_excess", "blur")
 
 
-def seconds_per_path(plan_of: Callable[[FitSettings], FitPlan], settings: FitSettings) -> float:
+def seconds_per_path(
+    plan_of: Callable[[FitSettings], FitPlan],
+    settings: FitSettings,
+    begun: Callable[[FitJob], None] = lambda _job: None,
+) -> float:
     """Seconds (by the clock) of a short fit over its paths. Waits for it.
 
     Where small pictures are done in no time, whole ones are timed: a small fit is mostly overhead.
-    plan_of: the plan with given settings. Raises BadInput and FitFailed as FitJob does.
+    plan_of: the plan with given settings. begun: gets each job, so that it can be cancelled.
+    Raises BadInput and FitFailed as FitJob does.
     """
     height = min(settings.height, _TIMED_HEIGHT)
-    found = _timed(plan_of(_short(settings, height)))
+    found = _timed(plan_of(_short(settings, height)), begun)
     if found[0] < _LONG_ENOUGH and height < settings.height:
-        found = _timed(plan_of(_short(settings, settings.height)))
+        found = _timed(plan_of(_short(settings, settings.height)), begun)
     return found[0] / found[1]
 
 
@@ -87,10 +97,11 @@ def _short(settings: FitSettings, height: int) -> FitSettings:
     )
 
 
-def _timed(plan: FitPlan) -> tuple[float, float]:
+def _timed(plan: FitPlan, begun: Callable[[FitJob], None]) -> tuple[float, float]:
     """(seconds, paths)"""
     job = FitJob(replace(plan, stages=()))
     job.start()
+    begun(job)
     job.join()
     seconds: float = job.result()["seconds"]
     return seconds, paths(plan.request.settings, plan)

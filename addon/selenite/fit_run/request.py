@@ -37,13 +37,15 @@ class UnknownRequest:
 @dataclass(frozen=True)
 class RunRequest:
     """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
-    No stages: everything at once."""
+    No stages: everything at once. staging: why, in a sentence, where a look chose them; "" for
+    those that the user gave."""
 
     scene: str
     unknowns: tuple[UnknownRequest, ...] = ()
     captures: tuple[CaptureRequest, ...] = ()
     settings: FitSettings = field(default_factory=FitSettings)
     stages: tuple[StageRequest, ...] = ()
+    staging: str = ""
 
     def as_json(self) -> dict[str, Any]:
         """A dict of plain values, schema number included."""
@@ -55,6 +57,7 @@ class RunRequest:
             "captures": [asdict(item) for item in self.captures],
             "settings": self.settings.as_json(),
             "stages": [item.as_json() for item in self.stages],
+            "staging": self.staging,
         }
 
     @staticmethod
@@ -72,6 +75,7 @@ class RunRequest:
                 captures=tuple(CaptureRequest(**item) for item in data["captures"]),
                 settings=FitSettings.from_json(data["settings"]),
                 stages=_stages(data.get("stages"), title),
+                staging=str(data.get("staging", "")),
             )
         except (KeyError, TypeError, ValueError) as error:
             cause = f"it is incomplete or has a wrong entry ({error})"

@@ -59,6 +59,9 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "voxels": [int(n) for n in values_of_field.shape[2::-1]],
             "files": field_files(field),
         }
+    told = {"stages": result["stages"]} if "stages" in result else {}
+    if plan.request.staging:
+        told["staging"] = plan.request.staging
     return {
         "schema": SCHEMA,
         "versions": {
@@ -79,7 +82,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "dropped": result["dropped"],
         "model": plan.model,
         "warnings": [*plan.warnings, *result.get("notes", ())],
-    } | ({"stages": result["stages"]} if "stages" in result else {})
+    } | told
 
 
 def write_results(
@@ -247,6 +250,7 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
         ),
         f"Settings: {json.dumps(plan.request.settings.as_json())}",
         *(f"Warning: {text}" for text in report["warnings"]),
+        *([f"Stages: {plan.request.staging}"] if plan.request.staging else []),
         *(
             f"Stage {number} '{stage['name']}': {', '.join(stage['parameters'])}; "
             f"{stage['iterations']} iterations, {stage['seconds']:.2f} s, "

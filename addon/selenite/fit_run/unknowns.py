@@ -53,6 +53,16 @@ class Unknown:
         }
 
 
+def labels(unknowns: Sequence[Unknown]) -> dict[str, str]:
+    """Name -> parameter in words, with its owner where another unknown has the same: "IOR",
+    "Base Color of Body"."""
+    words = [item.parameter.label for item in unknowns]
+    return {
+        item.name: label if words.count(label) == 1 else f"{label} of {item.owner}"
+        for item, label in zip(unknowns, words, strict=True)
+    }
+
+
 def usual_requests(scene: SceneValues, problems: list[Problem]) -> list[UnknownRequest]:
     """The usual parameters of the only material that can be fitted."""
     candidates = [

@@ -49,6 +49,8 @@ def unregister() -> None:
     state.CHECK.stop()
     state.TRADE.stop()
     state.NEXT.stop()
+    state.ESTIMATE.stop()
+    state.STAGES.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

@@ -8,9 +8,10 @@ from dataclasses import replace
 import bpy
 
 from ..fit_run.request import RunRequest, UnknownRequest
+from ..looks.job import LookJob
 from ..native import NativeUnavailable
 from ..next_camera import report
-from ..next_camera.suggestion import Suggestion, SuggestionJob, suggestion_of
+from ..next_camera.suggestion import Suggestion, suggestion_of
 from ..parameters import Values
 from ..problems import BadInput
 from ..scene_read.photos import packed_photos
@@ -21,10 +22,10 @@ from . import grid_rows
 from .request import run_request
 from .row_operators import report_problems
 from .state import NEXT
-from .ticking import Ticking, redraw
+from .ticking import CancelsLook, LooksInThread, redraw
 
 
-class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
+class SELENITE_OT_suggest_camera(LooksInThread):
     """Look from many places around the object, and add a camera where another photo would tell most
     about the ticked parameters, at the fitted values or else the scene's. Esc cancels"""
 
@@ -32,35 +33,7 @@ class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
     bl_label = "Suggest Next Camera"
     bl_options = {"REGISTER", "UNDO"}
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Starts the thread; a timer looks at it."""
-        if not self._start(context):
-            return {"CANCELLED"}
-        return self._add_timer(context)
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Without a window: waits for the end."""
-        return self._finish(context) if self._start(context) else {"CANCELLED"}
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Everything but Esc passes through, so that Blender stays usable."""
-        if NEXT.job is None:  # cancelled from elsewhere
-            self._remove_timer(context)
-            redraw(context)
-            return {"CANCELLED"}
-        if event.type == "ESC" and event.value == "PRESS":
-            NEXT.job.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        running, NEXT.step = NEXT.job.progress()
-        redraw(context)
-        return {"PASS_THROUGH"} if running else self._finish(context)
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender quits or loads another file: the thread must end first."""
-        NEXT.stop()
-        self._remove_timer(context)
+    looking = NEXT
 
     def _start(self, context: bpy.types.Context) -> bool:
         scene = context.scene
@@ -75,7 +48,7 @@ class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
         except NativeUnavailable as error:
             self.report({"ERROR"}, str(error))
             return False
-        NEXT.start(SuggestionJob(found), scene.name)
+        NEXT.start(LookJob(found), scene.name)
         return True
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
@@ -95,31 +68,22 @@ class SELENITE_OT_suggest_camera(Ticking, bpy.types.Operator):
         if not done or scene is None:
             NEXT.lines = ["Cancelled; nothing was changed"]
             return {"CANCELLED"}
-        like = _like(job.suggestion)
+        like = _like(job.work)
         if like not in scene.objects:  # deleted or renamed meanwhile
             self.report({"ERROR"}, f"Camera '{like}' is gone; suggest again")
             return {"CANCELLED"}
-        name = _show(scene, job.suggestion)
-        NEXT.lines = report.advice(job.suggestion)
+        name = _show(scene, job.work)
+        NEXT.lines = report.advice(job.work)
         self.report({"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_suggestion(bpy.types.Operator):
+class SELENITE_OT_cancel_suggestion(CancelsLook):
     """Stop looking; nothing is changed"""
 
     bl_idname = "selenite.cancel_suggestion"
     bl_label = "Cancel"
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """It is looking."""
-        return NEXT.job is not None
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The thread ends within a tile; the operator that waits for it sees that."""
-        NEXT.job.cancel()
-        return {"FINISHED"}
+    looking = NEXT
 
 
 def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str], Values]:

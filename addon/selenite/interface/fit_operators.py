@@ -12,18 +12,22 @@ from .. import mean_free_path
 from ..cycles_check.render_settings import contents_of
 from ..fit_run import trust
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
-from ..fit_run.job import FitFailed, fitted_values
+from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import new_folder, write_results
-from ..fit_run.staging.job import make_job
+from ..fit_run.staging.job import StagedJob, make_job
+from ..fit_run.staging.request import AUTO
+from ..looks.conditioning import StageChoice
+from ..looks.job import LookJob
 from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
+from ..scene_read.values import Owner
 from . import grid_rows
 from .request import run_request, values_text
 from .row_operators import report_problems
-from .state import CHECK, RUN, is_idle, remember_shapes
+from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
 from .ticking import Ticking, redraw
 
 
@@ -40,6 +44,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         description="An unfinished run's folder",
     )
 
+    _owners: dict[str, Owner]  # of the scene as it was read
+
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer looks at it."""
         if not self._start(context, self.resume):
@@ -50,11 +56,15 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         """Without a window: runs to the end."""
         if not self._start(context, self.resume):
             return {"CANCELLED"}
+        if STAGES.job is not None and not self._go_on(context):
+            return {"CANCELLED"}
         RUN.job.join()
         return self._finish(context)
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but Esc passes through, so that Blender stays usable."""
+        if STAGES.job is not None:
+            return self._choosing(context, event)
         if RUN.job is None:  # stopped from elsewhere
             self._remove_timer(context)
             return {"CANCELLED"}
@@ -77,6 +87,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender quits or loads another file: the thread must end first."""
+        STAGES.stop()
         RUN.stop(keep=False)
         self._remove_timer(context)
 
@@ -88,7 +99,13 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
                 run = going_on(load(Path(bpy.path.abspath(resume))))
             else:
                 run = Unfinished(run_request(context.scene, values), [])
-            plan = prepare(values, run.request, packed_photos())
+            packed = packed_photos()
+            plan = prepare(values, run.request, packed)
+            self._owners = values.owners
+            if context.scene.selenite.stage_mode == AUTO and not resume:
+                choice = StageChoice(plan, lambda chosen: prepare(values, chosen, packed))
+                STAGES.start(LookJob(choice), context.scene.name)
+                return True
             job = make_job(plan, run.parts, run.state)
         except BadInput as error:
             report_problems(self, error)
@@ -96,16 +113,39 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         except NativeUnavailable as error:
             self.report({"ERROR"}, str(error))
             return False
-        for text in job.plan.warnings:
-            self.report({"WARNING"}, text)
-        CHECK.contents[context.scene.name] = contents_of(context.scene)
-        RUN.start(job, context.scene.name, values.owners)
+        return _begin(self, context.scene, job, values.owners, resume)
+
+    def _choosing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """While a look chooses the stages; the fit starts at its end."""
+        if event.type == "ESC" and event.value == "PRESS":
+            STAGES.job.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        running, STAGES.step = STAGES.job.progress()
+        redraw(context)
+        if running or self._go_on(context):
+            return {"PASS_THROUGH"}
+        self._remove_timer(context)
+        return {"CANCELLED"}
+
+    def _go_on(self, context: bpy.types.Context) -> bool:
+        """Starts the fit with the stages that were chosen; False where there is none to start."""
+        look, STAGES.job = STAGES.job, None
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(STAGES.scene_name)
         try:
-            RUN.recorder = _recorder(context.scene, resume)
-        except OSError as error:
-            text = f"The run is not kept on disk: {error}; choose another folder"
-            self.report({"WARNING"}, text)
-        return True
+            if not look.join() or scene is None:
+                RUN.message = "Cancelled; nothing was changed"
+                redraw(context)
+                return False
+            job = make_job(look.work.plan)
+        except BadInput as error:
+            report_problems(self, error)
+            return False
+        except (ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, f"No stages are chosen: {error}")
+            return False
+        return _begin(self, scene, job, self._owners)
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
@@ -188,11 +228,13 @@ class SELENITE_OT_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running."""
-        return RUN.job is not None
+        """A fit is running, or a look chooses its stages."""
+        return RUN.job is not None or STAGES.job is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         """The scene was never touched."""
+        if STAGES.job is not None:
+            STAGES.job.cancel()
         RUN.ask_to_stop(keep=False)
         return {"FINISHED"}
 
@@ -229,6 +271,26 @@ class SELENITE_OT_save_result(bpy.types.Operator):
             manager.progress_end()
         self.report({"INFO"}, f"Wrote {folder}")
         return {"FINISHED"}
+
+
+def _begin(
+    operator: bpy.types.Operator,
+    scene: bpy.types.Scene,
+    job: FitJob | StagedJob,
+    owners: dict[str, Owner],
+    resume: str = "",
+) -> bool:
+    """Starts the native thread and the record on disk."""
+    for text in job.plan.warnings:
+        operator.report({"WARNING"}, text)
+    CHECK.contents[scene.name] = contents_of(scene)
+    RUN.start(job, scene.name, owners)
+    try:
+        RUN.recorder = _recorder(scene, resume)
+    except OSError as error:
+        text = f"The run is not kept on disk: {error}; choose another folder"
+        operator.report({"WARNING"}, text)
+    return True
 
 
 def _recorder(scene: bpy.types.Scene, resumed: str) -> Recorder | None:

@@ -10,7 +10,6 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from . import grid_rows, state
-from .time_operators import seconds_text
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 
@@ -144,16 +143,22 @@ class SELENITE_PT_fit(bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         """Quality and Start; while a fit runs its progress, Stop and Cancel."""
         settings, layout = context.scene.selenite, self.layout
+        if state.STAGES.job is not None:
+            layout.label(text="Choosing stages")
+            _looking(layout, state.STAGES, "selenite.cancel")
+            return
         if state.RUN.job is None:
             layout.prop(settings, "preset")
-            for name, seconds in state.SECONDS.get(context.scene.name, {}).items():
-                layout.label(text=f"{name.capitalize()}: {seconds_text(seconds)}")
-            layout.operator("selenite.estimate", icon="TIME")
+            if not _looking(layout, state.ESTIMATE, "selenite.cancel_estimate"):
+                layout.operator("selenite.estimate", icon="TIME")
+            for line in state.EXPECTED.get(context.scene.name, ()):
+                _text(layout, line)
             layout.prop(settings, "stage_mode")
             layout.operator("selenite.start", icon="PLAY")
             if state.RUN.message:
                 for line in _wrapped(state.RUN.message):
                     layout.label(text=line)
+            _staging(layout)
             _notes(layout, state.RUN.result["notes"] if state.RUN.result else ())
             return
         progress = state.RUN.progress
@@ -168,6 +173,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
             _bar(layout, progress.fraction, text)
             if progress.stage:
                 layout.label(text=f"Stage {progress.stage}")
+            _staging(layout)
             layout.label(text=f"Loss {progress.loss:.5g}")
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
@@ -265,16 +271,36 @@ class SELENITE_PT_cycles(bpy.types.Panel):
 
 def _next_camera(layout: bpy.types.UILayout) -> None:
     """The button, how far it has come, and what was found."""
-    found = state.NEXT
-    if found.job is None:
+    if not _looking(layout, state.NEXT, "selenite.cancel_suggestion"):
         layout.operator("selenite.suggest_camera", icon="OUTLINER_OB_CAMERA")
-    else:
-        step = found.step
-        _bar(layout, step.fraction if step else 0.0, step.text if step else "Starting")
-        layout.operator("selenite.cancel_suggestion", icon="X")
-    for line in found.lines:
-        for part in _wrapped(line):
-            layout.label(text=part)
+    for line in state.NEXT.lines:
+        _text(layout, line)
+
+
+def _looking(layout: bpy.types.UILayout, look: state.Looking, cancel: str) -> bool:
+    """Whether it runs: then how far it has come, and the button that ends it."""
+    if look.job is None:
+        return False
+    _bar(
+        layout,
+        look.step.fraction if look.step else 0.0,
+        look.step.text if look.step else "Starting",
+    )
+    layout.operator(cancel, icon="X")
+    return True
+
+
+def _staging(layout: bpy.types.UILayout) -> None:
+    """What a look chose for the run, and why."""
+    if state.RUN.plan is not None and state.RUN.plan.request.staging:
+        _text(layout, f"Stages: {state.RUN.plan.request.staging}")
+
+
+def _text(layout: bpy.types.UILayout, text: str) -> None:
+    """A sentence, in lines close together."""
+    column = layout.column(align=True)
+    for part in _wrapped(text):
+        column.label(text=part)
 
 
 def _bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:

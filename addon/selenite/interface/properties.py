@@ -44,7 +44,7 @@ SEARCH_ITEMS = (
     ("on", "Always", "Look for a better start", 1),
     ("off", "Never", "Step from the start as it is", 2),
 )
-# The names between the first and the last are those of fit_run.staging.request.
+# Beside the first and the own list, the names are those of fit_run.staging.request.
 STAGE_ITEMS = (
     ("none", "All at Once", "Every ticked parameter in every iteration", 0),
     ("ior-last", "IOR Last", "Everything but indices of refraction first, then everything", 1),
@@ -55,6 +55,13 @@ STAGE_ITEMS = (
         2,
     ),
     ("own", "Own List", "What the stages below name; ticks do not count", 3),
+    (
+        "auto",
+        "Automatic",
+        "First what the photos determine at the start, then everything; from a start far away "
+        "measured to be worse than All at Once",
+        4,
+    ),
 )
 KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
 

@@ -10,7 +10,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from .. import parameters
-from ..fit_run.staging.request import StageRequest, read_stages, stages_by_name
+from ..fit_run.staging.request import AUTO, StageRequest, read_stages, stages_by_name
 from ..problems import BadInput, Problem
 from . import state
 from .row_operators import report_problems
@@ -46,9 +46,9 @@ def own_stages(scene: bpy.types.Scene, problems: list[Problem]) -> tuple[StageRe
 def named_stages(
     scene: bpy.types.Scene, names: Sequence[str], problems: list[Problem]
 ) -> tuple[StageRequest, ...]:
-    """The stages of a preset for the unknowns `names`."""
+    """The stages of a preset for the unknowns `names`; none where a look has to choose them."""
     settings = scene.selenite
-    if settings.stage_mode in ("none", "own") or not names:
+    if settings.stage_mode in ("none", "own", AUTO) or not names:
         return ()
     return stages_by_name(settings.stage_mode, names, settings.iterations, problems)
 

@@ -16,8 +16,8 @@ from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..fit_run.staging.job import StagedJob
-from ..next_camera.suggestion import Step as Look
-from ..next_camera.suggestion import SuggestionJob
+from ..looks.job import LookJob
+from ..looks.job import Step as LookStep
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 
@@ -115,15 +115,15 @@ class Measurement:
 
 
 @dataclass
-class NextCamera:
-    """At most one search for the next camera at a time. `lines` stay after its end."""
+class Looking:
+    """At most one look of a kind at a time. `lines` stay after its end."""
 
-    job: SuggestionJob | None = None
+    job: LookJob[Any] | None = None
     scene_name: str = ""
-    step: Look | None = None
+    step: LookStep | None = None
     lines: list[str] = field(default_factory=list)
 
-    def start(self, job: SuggestionJob, scene_name: str) -> None:
+    def start(self, job: LookJob[Any], scene_name: str) -> None:
         """Starts the thread."""
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()
@@ -139,16 +139,19 @@ class NextCamera:
 RUN = Run()
 CHECK = Check()
 TRADE = Measurement()
-NEXT = NextCamera()
-#: Scene name -> preset -> expected seconds of a fit, when they were last estimated.
-SECONDS: dict[str, dict[str, float]] = {}
+NEXT = Looking()
+ESTIMATE = Looking()
+STAGES = Looking()
+#: Scene name -> what fits with the presets take, in lines, when it was last estimated.
+EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
 SHAPES: dict[str, list[str]] = {}
 
 
 def is_idle() -> bool:
-    """Neither a fit nor a check nor a measurement nor a search for a camera runs."""
-    return RUN.job is None and CHECK.job is None and TRADE.trade is None and NEXT.job is None
+    """Neither a fit nor a check nor a measurement nor a look runs."""
+    jobs = (RUN.job, CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job)
+    return all(item is None for item in jobs)
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:

@@ -7,7 +7,7 @@ from typing import cast
 
 import bpy
 
-from .state import is_idle
+from .state import Looking, is_idle
 
 
 class Ticking:
@@ -33,6 +33,67 @@ class Ticking:
         if self._timer is not None:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None
+
+
+class LooksInThread(Ticking, bpy.types.Operator):
+    """Base of an operator that waits for a look in a thread. Esc cancels it."""
+
+    looking: Looking
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Starts the thread; a timer looks at it."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        return self._add_timer(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Without a window: waits for the end."""
+        return self._finish(context) if self._start(context) else {"CANCELLED"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Everything but Esc passes through, so that Blender stays usable."""
+        if self.looking.job is None:  # cancelled from elsewhere
+            self._remove_timer(context)
+            redraw(context)
+            return {"CANCELLED"}
+        if event.type == "ESC" and event.value == "PRESS":
+            self.looking.job.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        running, self.looking.step = self.looking.job.progress()
+        redraw(context)
+        return {"PASS_THROUGH"} if running else self._finish(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender quits or loads another file: the thread must end first."""
+        self.looking.stop()
+        self._remove_timer(context)
+
+    def _start(self, context: bpy.types.Context) -> bool:
+        """Starts `looking`; False where it reported why not."""
+        raise NotImplementedError
+
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        """Joins the job and takes it out of `looking`."""
+        raise NotImplementedError
+
+
+class CancelsLook(bpy.types.Operator):
+    """Base of an operator that ends a look."""
+
+    looking: Looking
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """It is looking."""
+        return cls.looking.job is not None
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        """The thread ends within a tile; the operator that waits for it sees that."""
+        if self.looking.job is not None:
+            self.looking.job.cancel()
+        return {"FINISHED"}
 
 
 def redraw(context: bpy.types.Context) -> None:

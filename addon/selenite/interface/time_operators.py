@@ -1,70 +1,77 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What fits of the open scene take: seconds of each preset, and `selenite trade` from the panel."""
+"""Seconds and errors of fits of the open scene: expected, or measured by `selenite trade`."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
-from ..fit_run import cost
 from ..fit_run.job import FitFailed
-from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.results import new_folder
-from ..fit_run.settings import PRESETS, FitSettings
+from ..looks.job import LookJob
 from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..trade import report
 from ..trade.measure import Trade
-from ..trade.start import trade_of
+from ..trade.start import estimate_of, trade_of
 from .request import run_request
 from .row_operators import report_problems
-from .state import SECONDS, TRADE, is_idle
-from .ticking import Ticking, redraw
+from .state import ESTIMATE, EXPECTED, TRADE
+from .ticking import CancelsLook, LooksInThread, Ticking, redraw
 
 
-class SELENITE_OT_estimate(bpy.types.Operator):
-    """Fit two iterations, and tell from them how long each preset will take"""
+class SELENITE_OT_estimate(LooksInThread):
+    """Time two iterations and look at the photos once: how long each preset will take, and how far
+    off the ticked parameters will be. Holds near the values that the fit starts from: where they
+    are far from the right ones, apply the fit and estimate again. Esc cancels"""
 
     bl_idname = "selenite.estimate"
-    bl_label = "Estimate Time"
+    bl_label = "Estimate Time and Error"
+    looking = ESTIMATE
 
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """Nothing runs that would slow it down."""
-        cls.poll_message_set("A fit or a check is running")
-        return is_idle()
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Waits for the short fit; nothing of it is kept but its time."""
+    def _start(self, context: bpy.types.Context) -> bool:
+        scene = context.scene
         try:
-            values = read_scene(context.scene, context.evaluated_depsgraph_get())
-            wanted = replace(run_request(context.scene, values), stages=())
-            packed = packed_photos()
+            values = read_scene(scene, context.evaluated_depsgraph_get())
+            estimate = estimate_of(values, run_request(scene, values), packed_photos())
+        except BadInput as error:
+            report_problems(self, error)
+            return False
+        except NativeUnavailable as error:
+            self.report({"ERROR"}, str(error))
+            return False
+        EXPECTED.pop(scene.name, None)
+        ESTIMATE.start(LookJob(estimate), scene.name)
+        return True
 
-            def plan_of(settings: FitSettings) -> FitPlan:
-                return prepare(values, replace(wanted, settings=settings), packed)
-
-            plan = plan_of(wanted.settings)
-            per_path = cost.seconds_per_path(plan_of, wanted.settings)
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        self._remove_timer(context)
+        job, ESTIMATE.job = ESTIMATE.job, None
+        try:
+            done = job.join()
         except BadInput as error:
             report_problems(self, error)
             return {"CANCELLED"}
-        except (NativeUnavailable, FitFailed) as error:
-            self.report({"ERROR"}, str(error))
+        except (FitFailed, ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, f"Nothing is estimated: {error}")
             return {"CANCELLED"}
-        SECONDS[context.scene.name] = {
-            name: cost.expected(plan, preset, per_path) for name, preset in PRESETS.items()
-        }
+        finally:
+            redraw(context)
+        if not done:
+            return {"CANCELLED"}
+        EXPECTED[ESTIMATE.scene_name] = job.work.lines()
         return {"FINISHED"}
 
 
-def seconds_text(seconds: float) -> str:
-    """As the panel shows it; the estimate is good to about a third."""
-    return f"about {seconds:.0f} s" if seconds < 100 else f"about {seconds / 60:.0f} min"
+class SELENITE_OT_cancel_estimate(CancelsLook):
+    """Stop looking; nothing is told"""
+
+    bl_idname = "selenite.cancel_estimate"
+    bl_label = "Cancel"
+    looking = ESTIMATE
 
 
 class SELENITE_OT_trade(Ticking, bpy.types.Operator):
@@ -163,4 +170,4 @@ def _lines(trade: Trade) -> list[str]:
     ]
 
 
-CLASSES = (SELENITE_OT_estimate, SELENITE_OT_trade)
+CLASSES = (SELENITE_OT_estimate, SELENITE_OT_cancel_estimate, SELENITE_OT_trade)

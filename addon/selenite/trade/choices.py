@@ -40,15 +40,22 @@ class Choice:
     settings: FitSettings
 
 
+def preset_settings(base: FitSettings) -> dict[str, FitSettings]:
+    """Preset -> `base` with what that preset sets of a fit."""
+    names = ("iterations", "spp", "height")
+    return {
+        name: replace(base, **{key: getattr(preset, key) for key in names}, tolerance=0.0)
+        for name, preset in PRESETS.items()
+    }
+
+
 def choices(base: FitSettings, tallest: int) -> list[Choice]:
     """Presets and variations, none higher than `tallest` pixels, each once. What no preset sets
     (loss, optimiser, seed, depth, threads) is that of `base`."""
-    names = ("iterations", "spp", "height")
-    found: list[Choice] = []
-    for name, preset in PRESETS.items():
-        own = replace(base, **{key: getattr(preset, key) for key in names}, tolerance=0.0)
-        own = replace(own, height=min(own.height, tallest))
-        found.append(Choice(name, name, own))
+    found = [
+        Choice(name, name, replace(own, height=min(own.height, tallest)))
+        for name, own in preset_settings(base).items()
+    ]
     balanced = next(item.settings for item in found if item.preset == "balanced")
     for change in _CHANGES:
         own = replace(balanced, **(_BASE | change))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From a request to a measurement: the same for the command line and the panel."""
+"""From a request to a measurement or an estimate: the same for the command line and the panel."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..fit_run.captures import Capture, read_captures
-from ..fit_run.plan import prepare
+from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest
-from ..fit_run.settings import PRESETS
+from ..fit_run.settings import PRESETS, FitSettings
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
+from .expected import Estimate
 from .measure import Trade
 
 _TALLEST = max(preset.height for preset in PRESETS.values())
@@ -44,6 +45,24 @@ def trade_of(
         raise BadInput(Problem(title, cause, "leave it out"))
     tallest = min(_TALLEST, max(item.reference.shape[0] for item in plan.captures))
     return Trade(plan, captures_at, budget, tallest)
+
+
+def estimate_of(
+    values: SceneValues,
+    request: RunRequest,
+    packed: Mapping[str, bytes],
+    *,
+    without_photos: bool = False,
+) -> Estimate:
+    """An estimate that can start, at the starts of the request; stages do not count.
+    without_photos: if there are none, every camera of the scene takes part as if it had taken one.
+    Raises BadInput and NativeUnavailable."""
+    empty = _without_photos(values) if without_photos and not request.captures else None
+
+    def plan_of(settings: FitSettings) -> FitPlan:
+        return prepare(values, replace(request, settings=settings, stages=()), packed, empty)
+
+    return Estimate(plan_of, request.settings)
 
 
 def _without_photos(values: SceneValues) -> Callable[[int], list[Capture]]:

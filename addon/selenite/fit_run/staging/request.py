@@ -18,6 +18,8 @@ PRESETS = {
     "ior-last": "everything but indices of refraction first, then everything",
     "colours-first": "colours first, then everything",
 }
+#: Stages that a look at the start chooses: `looks.conditioning`.
+AUTO = "auto"
 _KEYS = ("name", "parameters", "iterations", "spp", "height")
 #: A preset's stages before the last take this share of the iterations.
 _FIRST_SHARE = 0.5
@@ -54,7 +56,7 @@ def read_stages(path: Path) -> tuple[StageRequest, ...]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        cause, cure = f"cannot be read ({error})", f"give a JSON file or {listed(PRESETS)}"
+        cause, cure = f"cannot be read ({error})", f"give a JSON file or {listed((*PRESETS, AUTO))}"
         raise BadInput(Problem(title, cause, cure)) from error
     return stages_from_json(data, title)
 
@@ -137,6 +139,14 @@ def stages_by_name(
         cure = "fit more parameters, or leave the stages out"
         problems.append(Problem(title, cause, cure))
         return ()
+    return first_then_all(label, first, names, iterations)
+
+
+def first_then_all(
+    label: str, first: Sequence[str], names: Sequence[str], iterations: int
+) -> tuple[StageRequest, ...]:
+    """Two stages: `first`, under the name `label`, with half the iterations, then `names`. Of the
+    last one an albedo is left out whose material has an albedo grid too."""
     few = max(_FEWEST, round(_FIRST_SHARE * iterations))
     grids = {parameters.split_name(name)[0] for name in names if name.endswith(":albedo_grid")}
     last = [name for name in names if name not in {f"{owner}:albedo" for owner in grids}]

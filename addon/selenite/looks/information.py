@@ -107,6 +107,23 @@ def information(
     )
 
 
+def relative_square(
+    halves: tuple[np.ndarray, np.ndarray],
+    sample_variance: np.ndarray,
+    photo: np.ndarray,
+    weight: np.ndarray,
+) -> float:
+    """Mean square of what a photo differs by from a render beyond the render's noise, in units of
+    its brightness. Pixels count as in a fit, which hardly looks at the noisiest ones: else a few
+    bright paths would be all of it. halves: of the render. Shapes as for `information`."""
+    level = brightness(photo, weight)
+    variance = blurred(np.maximum(sample_variance, 0.0), _BLUR_RADIUS)
+    trust = 1 / (variance / (_FINAL_SAMPLES * level**2) + _MODEL_ERROR**2)
+    share = (trust * weight[..., None]) ** 2
+    product = (halves[0] - photo) * (halves[1] - photo)
+    return float((share * product / level**2).sum() / share.sum())
+
+
 def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
     """(n, n), positive semidefinite: inverse covariance of what a fit to the photo would find.
 
@@ -118,11 +135,8 @@ def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
     if not seen.any():
         return result
     part = np.ix_(seen, seen)
-    scale = np.sqrt(np.diag(found.normal)[seen])
-    values, basis = np.linalg.eigh(found.normal[part] / np.outer(scale, scale))
-    square = basis**2
-    noise = found.doubt[part] / np.outer(scale, scale) ** 2
-    good = values > resolved * np.sqrt(np.einsum("ij,ik,kj->j", square, noise, square))
+    scale, values, basis, noise = _directions(found.normal[part], found.doubt[part])
+    good = values > resolved * noise
     # H S^-1 H, with S in units of H: that keeps noise in S inside what it can be.
     root = scale[:, None] * basis[:, good] * np.sqrt(values[good])
     across = basis[:, good] / (scale[:, None] * np.sqrt(values[good]))
@@ -132,12 +146,28 @@ def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
     return result
 
 
-def errors(photos: Sequence[np.ndarray], ranges: np.ndarray) -> np.ndarray:
+def weakest(photos: Sequence[Information]) -> float:
+    """Of all directions the least information of the photos together, in standard deviations of its
+    noise; 0 where a component is not seen."""
+    normal = np.sum([one.normal for one in photos], axis=0)
+    doubt = np.sum([one.doubt for one in photos], axis=0)
+    if not (np.diag(normal) > 0).all():
+        return 0.0
+    _, values, _, noise = _directions(normal, doubt)
+    return float(np.min(values / np.maximum(noise, 1e-300)))
+
+
+def errors(
+    photos: Sequence[np.ndarray], ranges: np.ndarray, free: Sequence[int] | None = None
+) -> np.ndarray:
     """(n,): standard error of each coordinate, those of the others being unknown too, from the
     `precision` of each photo. What no photo shows is as wide as its bounds, `ranges` (n,) apart,
-    leave it."""
+    leave it. free: the coordinates that are unknown, in the order of the answer; all, unless given.
+    """
     width = _PRIOR * np.minimum(ranges, _DECADES)
     total = sum(photos, np.diag(1 / width**2))
+    if free is not None:
+        total = total[np.ix_(list(free), list(free))]
     # Scaled to a diagonal of 1: precisions differ by many orders of magnitude.
     scale = np.sqrt(np.diag(total))
     return np.sqrt(np.diag(np.linalg.inv(total / np.outer(scale, scale)))) / scale
@@ -184,6 +214,18 @@ def _instruments(half: np.ndarray, counts: np.ndarray) -> np.ndarray:
         limit = np.quantile(sizes, _CLIP_QUANTILE) if sizes.size else 0.0
         result[index] = blurred(np.clip(picture, -limit, limit), _INSTRUMENT_RADIUS)
     return result
+
+
+def _directions(
+    normal: np.ndarray, doubt: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """scale (n,) that takes the diagonal of `normal` to 1; eigenvalues (n,) and, in columns,
+    eigenvectors of the scaled matrix; standard deviation of the eigenvalues, (n,)."""
+    scale = np.sqrt(np.diag(normal))
+    values, basis = np.linalg.eigh(normal / np.outer(scale, scale))
+    square = basis**2
+    variance = np.einsum("ij,ik,kj->j", square, doubt / np.outer(scale, scale) ** 2, square)
+    return scale, values, basis, np.sqrt(variance)
 
 
 def _symmetric(matrix: np.ndarray) -> np.ndarray:

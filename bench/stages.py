@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`./dev bench stages`: fits all at once against fits in stages, those chosen by a look among them.
+
+The demo with the photos that Cycles took, and cases of `./dev bench fit` with photos of our own.
+Prints CPU seconds and the root mean square error of each parameter over the seeds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+
+import expected  # also puts the add-on on the path
+import numpy as np
+
+from selenite.fit_run.captures import Capture, read_captures
+from selenite.fit_run.job import fitted_values
+from selenite.fit_run.plan import FitPlan
+from selenite.fit_run.request import RunRequest
+from selenite.fit_run.settings import FitSettings
+from selenite.fit_run.staging import plan as stage_plan
+from selenite.fit_run.staging.job import make_job
+from selenite.fit_run.staging.plan import Stage
+from selenite.fit_run.staging.request import AUTO, stages_by_name
+from selenite.looks.conditioning import StageChoice
+from selenite.trade import choices
+
+_LONGER = 1.5
+
+
+def in_stages(plan: FitPlan, request: RunRequest) -> FitPlan:
+    """The plan with the stages of a request, all at its height."""
+    names = [item.name for item in plan.unknowns]
+    own = stage_plan.settings_of(request.stages, names, request.settings, [])
+    stages = [
+        Stage(item, settings, plan.captures, plan.scene, ())
+        for item, settings in zip(request.stages, own, strict=True)
+    ]
+    return replace(plan, request=request, stages=tuple(stages))
+
+
+def staged(plan: FitPlan, how: str) -> FitPlan:
+    """how: "" for all at once, or a name that --stages knows."""
+    if not how:
+        return plan
+    if how == AUTO:
+        choice = StageChoice(plan, lambda request: in_stages(plan, request))
+        for _ in choice.steps():
+            pass
+        return choice.plan
+    names = [item.name for item in plan.unknowns]
+    found = stages_by_name(how, names, plan.request.settings.iterations, [])
+    return in_stages(plan, replace(plan.request, stages=found))
+
+
+def captures_of(name: str, height: int, shown: FitPlan, aspect: float) -> list[Capture]:
+    if name != "demo":
+        return expected.photos(shown.scene, aspect, FitSettings(height=height), 1024)
+    import jade_pendant
+
+    from selenite.scene_read.scene import read_scene
+    from selenite.scene_read.values import CaptureRequest
+
+    values = read_scene(jade_pendant.build(jade_pendant.START))
+    asked = [
+        CaptureRequest(camera, str(jade_pendant.PHOTOS / f"{camera}.png"))
+        for camera in jade_pendant.CAMERAS
+    ]
+    return read_captures(values, asked, height, [], [], {})
+
+
+def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
+    scene, owner, true, start, aspect = (
+        expected.demo() if name == "demo" else expected.synthetic(name)
+    )
+    shown = expected.plan_at(scene, owner, true, [], settings)
+    captures = captures_of(name, settings.height, shown, aspect)
+    off: dict[str, list[float]] = {item.name: [] for item in shown.unknowns}
+    seconds, why = [], ""
+    for seed in range(seeds):
+        plan = expected.plan_at(scene, owner, start, captures, replace(settings, seed=seed))
+        plan = staged(plan, how)
+        why = plan.request.staging
+        job = make_job(plan)
+        job.start()
+        job.join()
+        result = job.result()
+        seconds.append(result["cpu_seconds"])
+        values = fitted_values(plan, result)
+        for item in shown.unknowns:
+            found = values[owner, item.parameter.name]
+            off[item.name].append(choices.error_of(item, found))
+    errors = "  ".join(
+        f"{name.partition(':')[2]} {np.sqrt(np.mean(np.square(sizes))):.4f} "
+        f"(worst {max(sizes):.3f})"
+        for name, sizes in off.items()
+    )
+    words = f"{how or 'all at once'}, {settings.iterations}"
+    print(f"{name}: {words}: {np.mean(seconds):.1f} CPU s  {errors}  {why}", flush=True)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="./dev bench stages", description=__doc__)
+    usual = ["demo", "half-0", "glass-2"]
+    parser.add_argument("cases", nargs="*", default=usual, help="demo, or KIND-SEED: half-0")
+    parser.add_argument("--height", type=int, default=64)
+    parser.add_argument("--iterations", type=int, default=40)
+    parser.add_argument("--spp", type=int, default=4)
+    parser.add_argument("--seeds", type=int, default=6)
+    named = "ior-last,colours-first,auto"
+    parser.add_argument("--stages", default=named, help="beside all at once (%(default)s)")
+    options = parser.parse_args()
+    settings = FitSettings(
+        iterations=options.iterations, spp=options.spp, height=options.height, threads=1
+    )
+    longer = replace(settings, iterations=round(_LONGER * options.iterations))
+    for name in options.cases:
+        measure(name, "", settings, options.seeds)
+        measure(name, "", longer, options.seeds)
+        for how in options.stages.split(","):
+            measure(name, how, settings, options.seeds)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

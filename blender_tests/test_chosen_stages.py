@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`--stages auto`, and Automatic in the panel: what a look at the start chooses; it stays."""
+
+import json
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import bpy
+import made_scenes as made
+import pytest
+from drawn_panels import draw
+
+from selenite.cli import main
+from selenite.commands import fit
+from selenite.fit_run import checkpoint
+from selenite.fit_run.plan import prepare
+from selenite.fit_run.request import read_run
+from selenite.fit_run.staging.job import make_job
+from selenite.interface import panels, state
+
+pytestmark = pytest.mark.blender
+
+ALL = ["Front:base_color", "Hidden:base_color"]
+
+
+def command(capsys, *words):
+    """(exit status, the JSON object, what was printed) of one command."""
+    capsys.readouterr()
+    status = main([*words, "--json"])
+    printed = capsys.readouterr()
+    return status, json.loads(printed.out.splitlines()[-1]), printed.err
+
+
+@pytest.fixture
+def words(tmp_path, capsys):
+    """Arguments of a fit of two colours, one of them on a ball that the camera does not see."""
+    front = made.material("Front", base_color=(0.6, 0.3, 0.2), roughness=0.8)
+    made.studio()
+    bpy.data.objects["Body"].data.materials[0] = front
+    behind = made.sphere("Behind", made.material("Hidden", base_color=(0.2, 0.3, 0.6)))
+    behind.location, behind.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)
+    path, photo = made.save(tmp_path / "scene.blend"), tmp_path / "photo.exr"
+    assert command(capsys, "render", path, f"--out={photo}")[0] == 0
+    return [
+        "fit", path, f"--photo=Camera={photo}", "--fit=Front:base_color", "--height=12",
+        "--iterations=16", f"--out={tmp_path / 'fits'}", "--stages=auto",
+    ]  # fmt: skip
+
+
+def test_what_no_photo_shows_waits_and_the_run_file_keeps_the_choice(words, capsys, monkeypatch):
+    status, report, printed = command(capsys, *words, "--fit=Hidden:base_color")
+    assert status == 0, printed
+    assert [stage["parameters"] for stage in report["stages"]] == [ALL[:1], ALL]
+    assert [stage["iterations"] for stage in report["stages"]] == [8, 16]
+    why = "Base Color of Hidden last: not determined by the photos at the start"
+    assert f"stages: {why}" in printed and report["staging"] == why
+    folder = Path(report["folder"])
+    assert f"Stages: {why}" in (folder / "log.txt").read_text(encoding="utf-8")
+    request = read_run(folder / "run.json")
+    assert [stage.parameters for stage in request.stages] == [tuple(ALL[:1]), tuple(ALL)]
+
+    def chosen_again(*_arguments):
+        raise AssertionError("a run file has its stages")
+
+    monkeypatch.setattr(fit, "StageChoice", chosen_again)
+    status, again, printed = command(capsys, "fit", str(folder / "run.json"), words[6])
+    assert status == 0 and f"stages: {why}" in printed
+    assert again["parameters"] == report["parameters"]
+
+
+def test_what_is_determined_is_fitted_at_once(words, capsys):
+    status, report, printed = command(capsys, *words)
+    assert status == 0, printed
+    assert "stages" not in report
+    assert "stages: All at once: the photos determine every parameter" in printed
+
+
+def test_a_resumed_run_keeps_the_stages_that_were_chosen(words, tmp_path, capsys, monkeypatch):
+    words[5] = "--iterations=600"
+    status, report, _ = command(capsys, *words, "--fit=Hidden:base_color")
+    assert status == 0
+    request = read_run(Path(report["folder"]) / "run.json")
+    bpy.ops.wm.open_mainfile(filepath=words[1])
+    job = make_job(prepare(made.read(), request))
+    recorder = checkpoint.Recorder(tmp_path / "killed.unfinished", job.plan.request)
+    job.start()
+    until = time.monotonic() + 60
+    while job.progress().iteration < 5 and time.monotonic() < until:
+        time.sleep(0.005)
+    recorder.look(job, now=True)
+    job.cancel()
+    job.join()
+
+    def chosen_again(*_arguments):
+        raise AssertionError("nothing is chosen twice")
+
+    monkeypatch.setattr(fit, "StageChoice", chosen_again)
+    status, resumed, printed = command(capsys, "fit", "--resume", str(recorder.folder))
+    assert status == 0, printed
+    assert "Base Color of Hidden last" in printed
+    parameters = [stage["parameters"] for stage in resumed["stages"]]
+    assert parameters[0] == ALL[:1] and parameters[-1] == ALL
+
+
+def panel_fit(tmp_path):
+    """The panel set to fit the two colours of `words` in automatic stages."""
+    from test_interface import prepare_fit
+
+    _, settings = prepare_fit(tmp_path)
+    behind = made.sphere("Behind", made.material("Hidden", base_color=(0.2, 0.3, 0.6)))
+    behind.location, behind.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)
+    bpy.context.view_layer.update()
+    bpy.ops.selenite.refresh_rows()
+    for row in settings.rows:
+        row.enabled = row.parameter == "base_color"
+    settings.stage_mode = "auto"
+    return settings
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_panel_chooses_says_why_and_fits(tmp_path):
+    panel_fit(tmp_path)
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    names = [stage["parameters"] for stage in state.RUN.result["stages"]]
+    assert names == [["Body:base_color"], ["Body:base_color", "Hidden:base_color"]]
+    drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
+    assert "Stages: Base Color of Hidden last: not determined" in drawn
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_panel_stays_usable_while_it_looks_and_cancel_ends_it(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    panel_fit(tmp_path)
+    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
+    fake._choosing = lambda context, event: Start._choosing(fake, context, event)
+    fake._go_on = lambda context: Start._go_on(fake, context)
+    assert Start._start(fake, bpy.context)
+    assert state.RUN.job is None and not bpy.ops.selenite.start.poll()
+    assert "Choosing stages" in draw(panels.SELENITE_PT_fit)
+    assert bpy.ops.selenite.cancel() == {"FINISHED"}
+    state.STAGES.job._thread.join()
+    timer = SimpleNamespace(type="TIMER", value="NOTHING")
+    assert Start.modal(fake, bpy.context, timer) == {"CANCELLED"}
+    assert state.STAGES.job is None and state.RUN.job is None
+    assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_fit).split())
+    assert Start._start(fake, bpy.context)
+    state.STAGES.job._thread.join()
+    assert Start.modal(fake, bpy.context, timer) == {"PASS_THROUGH"}
+    assert "Stage 1 of 2: without" in f"Stage {state.RUN.job.progress().stage}"
+    bpy.ops.selenite.cancel()
+    assert Start._finish(SimpleNamespace(**fake.__dict__), bpy.context) == {"CANCELLED"}

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seconds and errors to expect of each preset: `selenite trade --expected`, and Estimate."""
+
+import json
+from types import SimpleNamespace
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+from drawn_panels import draw
+
+from selenite.cli import main
+from selenite.fit_run.request import RunRequest, UnknownRequest
+from selenite.fit_run.settings import FitSettings
+from selenite.interface import panels, state
+from selenite.looks.job import LookJob
+from selenite.scene_read.values import CaptureRequest
+from selenite.trade.start import estimate_of
+
+pytestmark = pytest.mark.blender
+
+
+def command(capsys, *words):
+    """(exit status, the JSON object, what was printed) of one command."""
+    capsys.readouterr()
+    status = main([*words, "--json"])
+    printed = capsys.readouterr()
+    return status, json.loads(printed.out.splitlines()[-1]), printed.err
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A ball in front of which nothing else stands, in a file; the scene renders 32 x 24 pixels."""
+    made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
+    made.light("Key Light", energy=200)
+    return made.save(tmp_path / "scene.blend")
+
+
+def test_expected_errors_are_those_that_fits_tell_and_fall_with_the_preset(scene, tmp_path, capsys):
+    photo = tmp_path / "photo.exr"
+    render = ("render", scene, "--camera=Camera", "--spp=1024", "--seed=9", f"--out={photo}")
+    assert command(capsys, *render)[0] == 0
+    words = ("--fit=Body:base_color", "--fit=Key Light:power", f"--photo=Camera={photo}")
+    status, content, printed = command(capsys, "trade", scene, *words, "--expected")
+    assert status == 0, printed
+    presets = content["presets"]
+    assert list(presets) == ["draft", "balanced", "accurate"]
+    seconds = [item["expected_seconds"] for item in presets.values()]
+    errors = [item["expected_error"] for item in presets.values()]
+    assert 0 < seconds[0] < seconds[1] < seconds[2]
+    assert errors[0] > errors[1] > errors[2] > 0
+    assert content["remark"] is None
+    assert "Draft: about" in printed and "error" in printed and "worst: " in printed
+    status, fitted, _ = command(
+        capsys, "fit", scene, *words, "--preset=draft", f"--out={tmp_path / 'fits'}"
+    )
+    assert status == 0
+    told = {
+        name: np.sqrt(np.mean(np.square(fitted["parameters"][name]["standard_error"])))
+        for name in ("Body:base_color", "Key Light:power")
+    }
+    expected = presets["draft"]["expected_errors"]
+    assert 0.4 < expected["Body:base_color"] / told["Body:base_color"] < 2.5
+    # Of a power in logarithms, as `selenite trade` measures it.
+    assert 0.4 < expected["Key Light:power"] / (told["Key Light:power"] / 200) < 2.5
+    both = np.sqrt(np.mean(np.square(list(expected.values()))))
+    assert presets["draft"]["expected_error"] == pytest.approx(both)
+
+
+def test_without_photos_it_is_asked_what_photos_from_all_cameras_would_tell(
+    scene, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.iterdir())
+    status, content, printed = command(
+        capsys, "trade", scene, "--fit=Body:base_color", "--expected"
+    )
+    assert status == 0, printed
+    assert 0 < content["presets"]["balanced"]["expected_error"] < 0.02
+    assert sorted(tmp_path.iterdir()) == before
+    status, content, _ = command(capsys, "trade", scene, "--fit=Body:base_color")
+    assert status == 2
+    assert content["problems"][0]["object"] == "Argument --out"
+
+
+def test_what_no_photo_shows_is_named_and_does_not_count(tmp_path, capsys):
+    front = made.material("Front", base_color=(0.6, 0.3, 0.2), roughness=0.8)
+    hidden = made.material("Hidden", base_color=(0.2, 0.3, 0.6), roughness=0.8)
+    made.studio()
+    bpy.data.objects["Body"].data.materials[0] = front
+    behind = made.sphere("Behind", hidden)
+    behind.location, behind.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)  # the camera is above
+    path = made.save(tmp_path / "scene.blend")
+    words = ("--fit=Front:base_color", "--fit=Hidden:base_color", "--expected")
+    status, content, printed = command(capsys, "trade", path, *words)
+    assert status == 0, printed
+    draft = content["presets"]["draft"]
+    assert draft["expected_errors"]["Hidden:base_color"] is None
+    assert draft["expected_error"] == draft["expected_errors"]["Front:base_color"] < 0.05
+    assert "not determined: Base Color of Hidden)" in printed
+    status, content, printed = command(capsys, "trade", path, *words[1:])
+    assert content["presets"]["draft"]["expected_error"] is None
+    assert "s (not determined: Base Color)" in printed
+
+
+def test_many_unknowns_and_grids_get_seconds_and_the_reason(scene, tmp_path, capsys):
+    many = "base_color,specular_tint,coat_tint,sheen_tint,roughness"
+    status, content, printed = command(capsys, "trade", scene, f"--fit=Body:{many}", "--expected")
+    assert status == 0, printed
+    assert content["presets"]["draft"]["expected_seconds"] > 0
+    assert content["presets"]["draft"]["expected_error"] is None
+    assert content["presets"]["draft"]["expected_errors"] == {}
+    assert "13 numbers are unknown, a fit verifies up to 12" in printed
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made.smoke()
+    photo = made.photo(tmp_path / "photo.exr")
+    request = RunRequest(
+        "",
+        (UnknownRequest("Smoke", "albedo_grid", grid="4"),),
+        (CaptureRequest("Camera", str(photo)),),
+        FitSettings(height=16),
+    )
+    estimate = estimate_of(made.read(), request, {})
+    for _ in estimate.steps():
+        pass
+    assert "a grid has too many values" in estimate.lines()[-1]
+    assert all(line.endswith((" s", " min")) for line in estimate.lines()[:3])
+
+
+def estimate_in(tmp_path, value=0.2):
+    """Of the open scene's base colour from a grey photo."""
+    photo = made.photo(tmp_path / "photo.exr", value=value)
+    unknowns = (UnknownRequest("Body", "base_color"),)
+    captures = (CaptureRequest("Camera", str(photo)),)
+    return estimate_of(made.read(), RunRequest("", unknowns, captures, FitSettings(height=24)), {})
+
+
+def test_a_photo_far_from_the_render_is_told(tmp_path):
+    made.studio()
+    estimate = estimate_in(tmp_path, value=5.0)
+    for _ in estimate.steps():
+        pass
+    assert "look again after the fit" in estimate.remark
+
+
+def test_a_cancelled_estimate_tells_nothing(tmp_path):
+    made.studio()
+    job = LookJob(estimate_in(tmp_path))
+    job.start()
+    job.cancel()
+    assert job.join() is False
+    assert job.work.presets == {}
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_panel_shows_progress_and_esc_ends_it(tmp_path):
+    from test_interface import prepare_fit
+
+    from selenite.interface.time_operators import SELENITE_OT_estimate as Estimate
+
+    prepare_fit(tmp_path)
+    said = []
+    fake = SimpleNamespace(
+        report=lambda *words: said.append(words),
+        _remove_timer=lambda _context: None,
+        looking=state.ESTIMATE,
+    )
+    fake._finish = lambda context: Estimate._finish(fake, context)
+    assert Estimate._start(fake, bpy.context)
+    assert not bpy.ops.selenite.start.poll()
+    drawn = draw(panels.SELENITE_PT_fit)
+    assert "selenite.cancel_estimate" in drawn and "selenite.estimate" not in drawn
+    escape = SimpleNamespace(type="ESC", value="PRESS")
+    assert Estimate.modal(fake, bpy.context, escape) == {"RUNNING_MODAL"}
+    state.ESTIMATE.job._thread.join()
+    timer = SimpleNamespace(type="TIMER", value="NOTHING")
+    assert Estimate.modal(fake, bpy.context, timer) == {"CANCELLED"}
+    assert state.ESTIMATE.job is None and not state.EXPECTED and not said
+    assert "about" not in draw(panels.SELENITE_PT_fit)
+    assert bpy.ops.selenite.estimate() == {"FINISHED"}
+    assert "Accurate: about" in draw(panels.SELENITE_PT_fit)
+    state.EXPECTED.clear()

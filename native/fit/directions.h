@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/SVD>
+
+namespace selenite {
+
+/// Singular directions of a normal matrix Z^T w J: what `values[j]` times `in.col(j)` of the unknowns
+/// does to the equations is along `out.col(j)`.
+///
+/// Each column of the instruments Z has a filter of its own, so the matrix is not symmetric. To make
+/// it so would be wrong just where unknowns can nearly make up for each other: there J has no change
+/// left to show, but the instruments see one in the transposed half. For a symmetric matrix these are
+/// its eigenvectors and eigenvalues; a value below 0 means that noise rules.
+struct Directions {
+  Eigen::MatrixXd out, in;
+  Eigen::VectorXd values;
+
+  explicit Directions(const Eigen::MatrixXd& normal) {
+    const Eigen::JacobiSVD<Eigen::MatrixXd> solver(normal,
+                                                   Eigen::ComputeFullU | Eigen::ComputeFullV);
+    out = solver.matrixU();
+    in = solver.matrixV();
+    values = solver.singularValues();
+    for (Eigen::Index j = 0; j < values.size(); ++j)
+      if (out.col(j).dot(in.col(j)) < 0) {
+        in.col(j) = -in.col(j);
+        values[j] = -values[j];
+      }
+  }
+};
+
+}  // namespace selenite
