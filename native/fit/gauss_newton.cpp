@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/gauss_newton.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 
+#include "fit/directions.h"
 #include "fit/saved_state.h"
 #include "fit/weights.h"
 
@@ -18,7 +18,7 @@ constexpr double kFirstDamping = 0.1;
 constexpr double kEarlyDamping = 0.05, kLateDamping = 0.002;  ///< smallest, before and after:
 constexpr double kLateFrom = 0.64;                            ///< share of the iterations
 constexpr double kDampingDown = 1.0 / 3, kDampingUp = 5;
-constexpr double kLeastEigenvalue = 0.003;
+constexpr double kLeastValue = 0.003;  ///< of the scaled normal matrix, in a direction
 constexpr double kLeastStrength = 0.1;  ///< of Z^T w Z, for scaling
 constexpr double kForgetAt = 0.5;       ///< caps; a step of that size keeps 1/e of the past
 constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
@@ -140,9 +140,8 @@ GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
     const JacobianSums::Set z =
         view.jacobians.add(*problem_, capture, halves[v], view.weight, keep);
     const Eigen::VectorXf& w = view.weight;
-    const Matrix cross =
-        weighted_product(z.only_a, w, z.plain_b) + weighted_product(z.only_b, w, z.plain_a);
-    sum.normal += (cross + cross.transpose()) / 4;
+    sum.normal +=
+        (weighted_product(z.only_a, w, z.plain_b) + weighted_product(z.only_b, w, z.plain_a)) / 2;
     sum.gradient += (weighted_product(z.for_a, w, halves[v].residual_a) +
                      weighted_product(z.for_b, w, halves[v].residual_b)) /
                     2;
@@ -278,23 +277,22 @@ Vector GaussNewton::bounded_step(const Vector& u) const {
   return (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
 }
 
-/// Damped step in the eigenbasis of the scaled normal matrix, shrunk where it is noise.
+/// Damped step in the singular directions of the scaled normal matrix, shrunk where it is noise.
 Vector GaussNewton::free_step(const std::vector<Eigen::Index>& free, const Matrix& normal,
                               const Vector& residual, const Vector& scale) const {
   const Vector inverse = scale(free).cwiseInverse();
   const Matrix scaled = inverse.asDiagonal() * normal(free, free) * inverse.asDiagonal();
   const Matrix noise = inverse.asDiagonal() * covariance_(free, free) * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled);
-  const Matrix& basis = solver.eigenvectors();
-  Vector along = basis.transpose() * inverse.cwiseProduct(residual(free));
+  const Directions directions(scaled);
+  Vector along = directions.out.transpose() * inverse.cwiseProduct(residual(free));
   for (Eigen::Index j = 0; j < along.size(); ++j) {
-    const double variance = basis.col(j).dot(noise * basis.col(j));
+    const double variance = directions.out.col(j).dot(noise * directions.out.col(j));
     const double square = along[j] * along[j];
     const double trust = square > 0 ? square / (square + variance) : 0;
-    along[j] *= trust / (std::max(solver.eigenvalues()[j], kLeastEigenvalue) + damping_);
+    along[j] *= trust / (std::max(directions.values[j], kLeastValue) + damping_);
   }
   Vector step = Vector::Zero(scale.size());
-  step(free) = inverse.cwiseProduct(basis * along);
+  step(free) = inverse.cwiseProduct(directions.in * along);
   return step;
 }
 

@@ -56,7 +56,7 @@ class GaussNewton final : public Optimiser {
   };
   /// Sums over pixels of one iteration.
   struct Measurement {
-    Matrix normal;      ///< Z^T w J, cross-buffer
+    Matrix normal;      ///< Z^T w J, cross-buffer; not symmetric
     Matrix covariance;  ///< of `gradient`
     Vector gradient;    ///< Z^T w (I - photo)
     Vector strength;    ///< diagonal of Z^T w Z

@@ -123,9 +123,9 @@ JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& captu
     const BandGains gains(clipped(sum_a_.col(k) / before, capture, channel),
                           clipped(sum_b_.col(k) / before, capture, channel), importance,
                           capture.width, capture.height);
-    for (Jacobian* one : {&set.only_a, &set.only_b})
-      one->col(k) = gains.filter(one->col(k), before / after);
-    for (Jacobian* one : {&set.for_a, &set.for_b})
+    // One filter for all four, that of the noise in what meets residuals: the normal matrix has to
+    // be that of the equations.
+    for (Jacobian* one : {&set.for_a, &set.for_b, &set.only_a, &set.only_b})
       one->col(k) = gains.filter(one->col(k), before / (before + after));
   }
   sum_a_ += fresh * halves.jacobian_a;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/uncertainty.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "fit/directions.h"
 #include "fit/secants.h"
 #include "fit/streams.h"
 #include "fit/weights.h"
@@ -26,7 +26,7 @@ constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit ha
 /// that the clamps have not said (an even spread over the range has 0.29).
 constexpr double kUndetermined = 0.1;
 constexpr double kPrior = 0.29;
-/// An eigenvalue of the normal matrix counts from so many of its own standard deviations.
+/// A direction of the normal matrix counts from so many of its own standard deviations.
 constexpr double kResolved = 3;
 constexpr double kCoupled = 2;  ///< the same for its entries beside the diagonal
 constexpr double kCorrelated = 0.8;
@@ -69,7 +69,7 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
       const Matrix mixed = size * noise.transpose();
       normal_variance += 2 * w * w * (mixed + mixed.transpose());
     }
-    normal += (product + product.transpose()) / 2;
+    normal += product;
     gradient += term;
     spread.noalias() += term * term.transpose();
   }
@@ -111,8 +111,8 @@ struct Solution {
   double surprise = 0;
 };
 
-/// Solves for the components `free` alone, in the eigenbasis of the scaled normal matrix. Directions
-/// whose eigenvalue is noise do not move and are as wide as the clamps leave them; so are the
+/// Solves for the components `free` alone, in the directions of the scaled normal matrix. Those
+/// whose value is noise do not move and are as wide as the clamps leave them; so are the
 /// components `unseen`, and the others make up for them where the two are seen to be coupled.
 Solution solve(const Evidence& evidence, const Coordinates& coordinates,
                const std::vector<Eigen::Index>& free, const std::vector<Eigen::Index>& unseen,
@@ -123,21 +123,20 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
   };
   const Matrix doubt = inverse.cwiseAbs2().asDiagonal() * evidence.normal_variance(free, free) *
                        inverse.cwiseAbs2().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(scaled(evidence.normal));
-  const Matrix& basis = solver.eigenvectors();
-  const Vector& values = solver.eigenvalues();
-  const Vector along = basis.transpose() * inverse.cwiseProduct(-evidence.gradient(free));
-  const Matrix noise = basis.transpose() * scaled(evidence.spread) * basis;
+  const Directions directions(scaled(evidence.normal));
+  const Matrix &in = directions.in, &out = directions.out;
+  const Vector along = out.transpose() * inverse.cwiseProduct(-evidence.gradient(free));
+  const Matrix noise = out.transpose() * scaled(evidence.spread) * out;
   const Eigen::Index n = along.size();
-  Vector reciprocal = Vector::Zero(n);  // of the eigenvalues; 0: not resolved
+  Vector reciprocal = Vector::Zero(n);  // of the values; 0: not resolved
   Solution solution;
   for (Eigen::Index j = 0; j < n; ++j) {
-    const Vector square = basis.col(j).cwiseAbs2();
-    if (!(values[j] > kResolved * std::sqrt(square.dot(doubt * square)))) continue;
-    reciprocal[j] = 1 / values[j];
-    const double error = std::sqrt(noise(j, j));
-    if (std::abs(along[j]) > solution.surprise * error)
-      solution.surprise = std::abs(along[j]) / error;
+    const double error = std::sqrt(out.col(j).cwiseAbs2().dot(doubt * in.col(j).cwiseAbs2()));
+    if (!(directions.values[j] > kResolved * error)) continue;
+    reciprocal[j] = 1 / directions.values[j];
+    const double deviation = std::sqrt(noise(j, j));
+    if (std::abs(along[j]) > solution.surprise * deviation)
+      solution.surprise = std::abs(along[j]) / deviation;
   }
   Matrix spread = reciprocal.asDiagonal() * noise * reciprocal.asDiagonal();
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -145,13 +144,13 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
     double steepest = 0;
     for (Eigen::Index k = 0; k < n; ++k) {
       const double range = range_of(coordinates, free[static_cast<std::size_t>(k)]);
-      steepest = std::max(steepest, std::abs(inverse[k] * basis(k, j)) / (kPrior * range));
+      steepest = std::max(steepest, std::abs(inverse[k] * in(k, j)) / (kPrior * range));
     }
     spread(j, j) = 1 / (steepest * steepest);
   }
-  solution.step = inverse.cwiseProduct(basis * reciprocal.cwiseProduct(along));
+  solution.step = inverse.cwiseProduct(in * reciprocal.cwiseProduct(along));
   solution.covariance =
-      inverse.asDiagonal() * (basis * spread * basis.transpose()) * inverse.asDiagonal();
+      inverse.asDiagonal() * (in * spread * in.transpose()) * inverse.asDiagonal();
   for (const Eigen::Index m : unseen) {
     Vector coupling = evidence.normal.col(m)(free);
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -162,7 +161,7 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
     const Vector answer =
         kPrior * range_of(coordinates, m) *
         inverse.cwiseProduct(
-            basis * reciprocal.cwiseProduct(basis.transpose() * inverse.cwiseProduct(coupling)));
+            in * reciprocal.cwiseProduct(out.transpose() * inverse.cwiseProduct(coupling)));
     solution.covariance += answer * answer.transpose();
   }
   if (unsure.size() > 0) solution.covariance += unsure(free) * unsure(free).transpose();

@@ -38,7 +38,7 @@ struct TrustReport {
 
 /// What one look at frozen values says, summed over photos and pixels; in `Coordinates`.
 struct Evidence {
-  Eigen::MatrixXd normal;           ///< Z^T w J
+  Eigen::MatrixXd normal;           ///< Z^T w J; not symmetric
   Eigen::MatrixXd normal_variance;  ///< of each of its entries
   Eigen::MatrixXd spread;           ///< covariance of `gradient`, noise of the photos included
   Vector gradient;                  ///< Z^T w (I - photo)
