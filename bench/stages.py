@@ -2,13 +2,16 @@
 """`./dev bench stages`: fits all at once against fits in stages, those chosen by a look among them.
 
 The demo with the photos that Cycles took, and cases of `./dev bench fit` with photos of our own.
-Prints CPU seconds and the root mean square error of each parameter over the seeds.
+Prints CPU seconds, those of choosing apart, the root mean square error of each parameter over the
+seeds, and how often which choice was made.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
+from collections import Counter
 from dataclasses import replace
 
 import expected  # also puts the add-on on the path
@@ -77,11 +80,13 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
     shown = expected.plan_at(scene, owner, true, [], settings)
     captures = captures_of(name, settings.height, shown, aspect)
     off: dict[str, list[float]] = {item.name: [] for item in shown.unknowns}
-    seconds, why = [], ""
+    seconds, chosen, why = [], [], Counter[str]()
     for seed in range(seeds):
         plan = expected.plan_at(scene, owner, start, captures, replace(settings, seed=seed))
+        begin = time.process_time()
         plan = staged(plan, how)
-        why = plan.request.staging
+        chosen.append(time.process_time() - begin)
+        why[plan.request.staging] += 1
         job = make_job(plan)
         job.start()
         job.join()
@@ -97,7 +102,9 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
         for name, sizes in off.items()
     )
     words = f"{how or 'all at once'}, {settings.iterations}"
-    print(f"{name}: {words}: {np.mean(seconds):.1f} CPU s  {errors}  {why}", flush=True)
+    cpu = f"{np.mean(seconds):.1f} + {np.mean(chosen):.1f} CPU s"
+    choices_made = "; ".join(f"{count} x {text}" for text, count in why.items() if text)
+    print(f"{name}: {words}: {cpu}  {errors}  {choices_made}", flush=True)
 
 
 def main() -> int:
@@ -110,14 +117,16 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=6)
     named = "ior-last,colours-first,auto"
     parser.add_argument("--stages", default=named, help="beside all at once (%(default)s)")
+    parser.add_argument("--only-stages", action="store_true", help="nothing all at once")
     options = parser.parse_args()
     settings = FitSettings(
         iterations=options.iterations, spp=options.spp, height=options.height, threads=1
     )
     longer = replace(settings, iterations=round(_LONGER * options.iterations))
     for name in options.cases:
-        measure(name, "", settings, options.seeds)
-        measure(name, "", longer, options.seeds)
+        if not options.only_stages:
+            measure(name, "", settings, options.seeds)
+            measure(name, "", longer, options.seeds)
         for how in options.stages.split(","):
             measure(name, how, settings, options.seeds)
     return 0

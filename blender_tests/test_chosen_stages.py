@@ -11,17 +11,22 @@ import made_scenes as made
 import pytest
 from drawn_panels import draw
 
+from selenite import native
 from selenite.cli import main
 from selenite.commands import fit
 from selenite.fit_run import checkpoint
 from selenite.fit_run.plan import prepare
-from selenite.fit_run.request import read_run
+from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
 from selenite.fit_run.staging.job import make_job
 from selenite.interface import panels, state
+from selenite.looks import conditioning
+from selenite.looks.photos import Looks
+from selenite.scene_read.values import CaptureRequest
 
 pytestmark = pytest.mark.blender
 
 ALL = ["Front:base_color", "Hidden:base_color"]
+UNKNOWN = "not determined by the photos at the values that the search found"
 
 
 def command(capsys, *words):
@@ -51,14 +56,15 @@ def words(tmp_path, capsys):
 def test_what_no_photo_shows_waits_and_the_run_file_keeps_the_choice(words, capsys, monkeypatch):
     status, report, printed = command(capsys, *words, "--fit=Hidden:base_color")
     assert status == 0, printed
-    assert [stage["parameters"] for stage in report["stages"]] == [ALL[:1], ALL]
-    assert [stage["iterations"] for stage in report["stages"]] == [8, 16]
-    why = "Base Color of Hidden last: not determined by the photos at the start"
+    assert [stage["parameters"] for stage in report["stages"]] == [ALL, ALL[:1], ALL]
+    assert [stage["iterations"] for stage in report["stages"]] == [1, 8, 16]
+    why = f"Base Color of Hidden last: {UNKNOWN}"
     assert f"stages: {why}" in printed and report["staging"] == why
     folder = Path(report["folder"])
     assert f"Stages: {why}" in (folder / "log.txt").read_text(encoding="utf-8")
     request = read_run(folder / "run.json")
-    assert [stage.parameters for stage in request.stages] == [tuple(ALL[:1]), tuple(ALL)]
+    lists = [list(stage.parameters) for stage in request.stages]
+    assert lists == [ALL, ALL[:1], ALL] and request.stages[0].name == "search"
 
     def chosen_again(*_arguments):
         raise AssertionError("a run file has its stages")
@@ -67,6 +73,14 @@ def test_what_no_photo_shows_waits_and_the_run_file_keeps_the_choice(words, caps
     status, again, printed = command(capsys, "fit", str(folder / "run.json"), words[6])
     assert status == 0 and f"stages: {why}" in printed
     assert again["parameters"] == report["parameters"]
+    assert again["stages"][0]["values"] == report["stages"][0]["values"]
+
+
+def test_where_a_fit_would_not_search_the_start_is_looked_at(words, capsys):
+    status, report, printed = command(capsys, *words, "--fit=Hidden:base_color", "--search=off")
+    assert status == 0, printed
+    assert [stage["parameters"] for stage in report["stages"]] == [ALL[:1], ALL]
+    assert "not determined by the photos at the start" in report["staging"]
 
 
 def test_what_is_determined_is_fitted_at_once(words, capsys):
@@ -100,7 +114,72 @@ def test_a_resumed_run_keeps_the_stages_that_were_chosen(words, tmp_path, capsys
     assert status == 0, printed
     assert "Base Color of Hidden last" in printed
     parameters = [stage["parameters"] for stage in resumed["stages"]]
-    assert parameters[0] == ALL[:1] and parameters[-1] == ALL
+    assert parameters[:2] == [ALL, ALL[:1]] and parameters[-1] == ALL
+
+
+#: A dark opaque body, as a fit without any knowledge starts.
+DARK = [
+    "--start=Body:base_color=0.04,0.04,0.04",
+    "--start=Body:transmission=0.001",
+    "--start=Body:ior=1.57",
+]
+
+
+@pytest.fixture
+def glass(tmp_path, capsys):
+    """Arguments of a fit of a transmitting ball, before two coloured ones, from a dark start."""
+    made.studio(base_color=(0.6, 0.5, 0.4), roughness=0.3, ior=1.3, transmission=0.9)
+    red = made.sphere("Red", made.material("Red", base_color=(0.8, 0.2, 0.1), roughness=0.9))
+    red.location = (0.7, 0.3, -2.5)
+    blue = made.sphere("Blue", made.material("Blue", base_color=(0.1, 0.2, 0.8), roughness=0.9))
+    blue.location = (-1.2, -0.6, -3.0)
+    made.light(energy=150).location = (1.5, 1.0, 4.0)
+    path, photo = made.save(tmp_path / "glass.blend"), tmp_path / "photo.exr"
+    assert command(capsys, "render", path, f"--out={photo}", "--spp=512")[0] == 0
+    return [
+        "fit", path, f"--photo=Camera={photo}", "--fit=Body:base_color,transmission,ior", *DARK,
+        "--height=32", "--iterations=20", "--seed=1", f"--out={tmp_path / 'fits'}", "--stages=auto",
+    ]  # fmt: skip
+
+
+def test_from_a_dark_start_the_choice_is_made_where_the_search_ended(glass, capsys, monkeypatch):
+    """Looked at there, the start led to transmission .50 and IOR 1.45: an opaque look-alike."""
+    looked_at = {}
+
+    def look(plan, scene):
+        looked_at.update({item.name: list(item.start) for item in plan.unknowns})
+        return Looks(plan, scene)
+
+    monkeypatch.setattr(conditioning, "Looks", look)
+    status, report, printed = command(capsys, *glass)
+    assert status == 0, printed
+    assert looked_at["Body:transmission"][0] > 0.5
+    assert "the values that the search found" in report["staging"]
+    for stage in report.get("stages", ())[:1]:  # none where all is determined there
+        assert stage["parameters"] == list(looked_at)
+        for name, value in stage["values"].items():
+            assert value == pytest.approx(looked_at[name], abs=0.01)
+    assert report["parameters"]["Body:transmission"]["value"] == pytest.approx(0.9, abs=0.1)
+    assert report["parameters"]["Body:ior"]["value"] == pytest.approx(1.3, abs=0.05)
+
+
+def test_cancelling_ends_the_search_and_so_does_asking_no_further(glass):
+    bpy.ops.wm.open_mainfile(filepath=glass[1])
+    photo = glass[2].partition("=Camera=")[2]
+    unknowns = tuple(UnknownRequest("Body", name) for name in ("transmission", "ior"))
+    request = RunRequest("", unknowns, (CaptureRequest("Camera", photo),))
+    plan = prepare(made.read(), request)
+    choice = conditioning.StageChoice(plan, lambda _: plan)
+    steps = choice.steps()
+    assert next(steps).text == "searching"
+    choice.cancel()
+    with pytest.raises(native.core().Cancelled):
+        list(steps)
+    choice = conditioning.StageChoice(plan, lambda _: plan)
+    steps = choice.steps()
+    next(steps)
+    steps.close()
+    assert not choice._search.progress().running
 
 
 def panel_fit(tmp_path):
@@ -123,7 +202,8 @@ def test_the_panel_chooses_says_why_and_fits(tmp_path):
     panel_fit(tmp_path)
     assert bpy.ops.selenite.start() == {"FINISHED"}
     names = [stage["parameters"] for stage in state.RUN.result["stages"]]
-    assert names == [["Body:base_color"], ["Body:base_color", "Hidden:base_color"]]
+    both = ["Body:base_color", "Hidden:base_color"]
+    assert names == [both, both[:1], both]
     drawn = " ".join(draw(panels.SELENITE_PT_fit).split())
     assert "Stages: Base Color of Hidden last: not determined" in drawn
 
@@ -148,6 +228,6 @@ def test_the_panel_stays_usable_while_it_looks_and_cancel_ends_it(tmp_path):
     assert Start._start(fake, bpy.context)
     state.STAGES.job._thread.join()
     assert Start.modal(fake, bpy.context, timer) == {"PASS_THROUGH"}
-    assert "Stage 1 of 2: without" in f"Stage {state.RUN.job.progress().stage}"
+    assert "Stage 1 of 3: search" in f"Stage {state.RUN.job.progress().stage}"
     bpy.ops.selenite.cancel()
     assert Start._finish(SimpleNamespace(**fake.__dict__), bpy.context) == {"CANCELLED"}

@@ -182,7 +182,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
 
 
 def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
-    """The plan with the stages of a look at its start."""
+    """The plan with the stages that a look chooses."""
     choice = StageChoice(plan, plan_of)
     with bar("looking") as shown:
         for step in choice.steps():

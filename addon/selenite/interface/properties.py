@@ -58,8 +58,8 @@ STAGE_ITEMS = (
     (
         "auto",
         "Automatic",
-        "First what the photos determine at the start, then everything; from a start far away "
-        "measured to be worse than All at Once",
+        "First what the photos determine where the search ends, then everything; measured to be "
+        "no better than All at Once for the same time",
         4,
     ),
 )

@@ -1,50 +1,81 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stages by conditioning: first what the photos determine at the start, then everything."""
+"""Stages by conditioning: first what the photos determine, then everything."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..fit_run import cost
+from ..fit_run.job import FitJob, fitted_values, scene_at
 from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
-from ..fit_run.staging.request import first_then_all
+from ..fit_run.staging.request import StageRequest, first_then_all
 from ..fit_run.unknowns import Unknown, labels
 from . import information
 from .job import Step
 from .photos import Looks
 
+#: Where the photos are asked what they determine.
+AT_START, AT_SEARCHED = "at the start", "at the values that the search found"
+#: A search ends with the first step: a stage for its sake needs no other.
+_SEARCH_ITERATIONS = 1
+_POLL = 0.05  # seconds
+
 
 class StageChoice:
     """Driven from outside: `for step in choice.steps(): ...`; then `plan`, whose request has the
-    stages and, as `staging`, the sentence that says why."""
+    stages and, as `staging`, the sentence that says why.
+
+    Where a fit of everything would begin with a search, so does the choice, with the same seed:
+    what the photos determine at a start far away are the values of a body that only looks alike.
+    The stages then begin with the search too, so that the run finds the same values.
+    """
 
     def __init__(self, plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> None:
-        """plan: without stages, at its start. plan_of: the plan of another request."""
+        """plan: without stages, at its start. plan_of: the plan of another request. Raises BadInput
+        as FitJob."""
         self.plan = plan
         self._plan_of = plan_of
         self._why_not = _why_not(plan)
-        self._looks = None if self._why_not else Looks(plan, plan.scene)
+        self._search = None if self._why_not else _search(plan)
+        self._looks: Looks | None = None
+        self._cancelled = False
 
     def cancel(self) -> None:
         """From any thread: `steps` ends within a tile."""
+        self._cancelled = True
+        if self._search is not None:
+            self._search.cancel()
         if self._looks is not None:
             self._looks.cancel()
 
     def steps(self) -> Iterator[Step]:
-        """Raises BadInput for derivatives that are not finite, and the native Cancelled."""
+        """Raises BadInput for derivatives that are not finite, FitFailed, and the native
+        Cancelled."""
         request = self.plan.request
         held: list[Unknown] = []
         why = self._why_not
-        if self._looks is not None:
-            yield from self._looks.at_photos()
+        if not why:
+            seen, begin = self.plan, 0.0
+            if self._search is not None:
+                begin = 0.5
+                for step in _driven(self._search):
+                    yield Step(begin * step.fraction, step.text)
+                seen = _at_result(self.plan, self._search)
+            self._looks = Looks(seen, seen.scene)
+            if self._cancelled:  # while there were no looks to cancel
+                self._looks.cancel()
+            for step in self._looks.at_photos():
+                yield Step(begin + (1 - begin) * step.fraction, step.text)
             photos = [
                 information.precision(one) for one in self._looks.informations(request.settings)
             ]
-            waiting, why = held_back(photos, self._looks.ranges, self._looks.groups)
+            where = AT_START if self._search is None else AT_SEARCHED
+            waiting, why = held_back(photos, self._looks.ranges, self._looks.groups, where)
             held = [self.plan.unknowns[index] for index in waiting]
         if not held:
             self.plan = replace(self.plan, request=replace(request, staging=f"All at once: {why}"))
@@ -54,18 +85,53 @@ class StageChoice:
         late = ", ".join(words[item.name] for item in held)
         first = [name for name in names if name not in {item.name for item in held}]
         stages = first_then_all(f"without {late}", first, names, request.settings.iterations)
+        if self._search is not None:
+            stages = (StageRequest("search", tuple(names), _SEARCH_ITERATIONS), *stages)
         staging = f"{late} last: {why}"
         self.plan = self._plan_of(replace(request, stages=stages, staging=staging))
         yield Step(1.0, "")
 
 
+def _search(plan: FitPlan) -> FitJob | None:
+    """The fit of everything that the stage "search" will be; None where it would not search."""
+    settings = replace(plan.request.settings, iterations=_SEARCH_ITERATIONS)
+    job = FitJob(replace(plan, request=replace(plan.request, settings=settings)), to_end=False)
+    return job if job.progress().phase == "searching" else None
+
+
+def _driven(job: FitJob) -> Iterator[Step]:
+    """Runs the job to its end; its thread ends too where nobody asks for the next step."""
+    job.start()
+    try:
+        while (state := job.progress()).running:
+            searching = state.phase == "searching"
+            yield Step(state.fraction if searching else 1.0, "searching")
+            time.sleep(_POLL)
+    finally:
+        job.cancel()
+        job.join()
+
+
+def _at_result(plan: FitPlan, job: FitJob) -> FitPlan:
+    """The plan with the best values of a fit as its start."""
+    result = job.result()
+    values = fitted_values(plan, result)
+    unknowns = [
+        replace(item, start=values[item.owner, item.parameter.name]) for item in plan.unknowns
+    ]
+    return replace(plan, scene=scene_at(plan, result), unknowns=unknowns)
+
+
 def held_back(
-    photos: Sequence[np.ndarray], ranges: np.ndarray, groups: Sequence[Sequence[int]]
+    photos: Sequence[np.ndarray],
+    ranges: np.ndarray,
+    groups: Sequence[Sequence[int]],
+    where: str = AT_START,
 ) -> tuple[list[int], str]:
     """Which parameters wait for the last stage, and why; none: all at once.
 
     photos: `information.precision` of each, (n, n). groups: components of each parameter. A
-    parameter is determined where all its components are.
+    parameter is determined where all its components are. where: for the sentence.
     """
     everything = [k for group in groups for k in group]
     count = len(groups)
@@ -83,10 +149,10 @@ def held_back(
     together = errors(everything)
     left = [index for index in range(count) if known(index, together)]
     if len(left) == count:
-        return [], "the photos determine every parameter at the start"
+        return [], f"the photos determine every parameter {where}"
     if left:
         waiting = [index for index in range(count) if index not in left]
-        return waiting, "not determined by the photos at the start"
+        return waiting, f"not determined by the photos {where}"
     alone = {k: error for group in groups for k, error in errors(group).items()}
     left = [index for index in range(count) if known(index, alone)]
     while left:
@@ -97,10 +163,11 @@ def held_back(
         growth = {index: max(found[k] / alone[k] for k in groups[index]) for index in left}
         left.remove(max(left, key=growth.__getitem__))
     if len(left) in (0, count):
-        return [], "at the start the photos determine no parameter, not even with the others known"
+        cause = "the photos determine no parameter, not even with the others known"
+        return [], f"{where} {cause}"
     waiting = [index for index in range(count) if index not in left]
-    why = "the photos do not tell all parameters apart at the start, and this suffers most by it"
-    return waiting, why
+    cause = "the photos do not tell all parameters apart"
+    return waiting, f"{where} {cause}, and this suffers most by it"
 
 
 def _why_not(plan: FitPlan) -> str:

@@ -44,6 +44,7 @@ def joined(plan: FitPlan, results: Sequence[Mapping[str, Any]], point: Point) ->
         "values_last": newest,
         "fields_best": fields_best | dict(last["fields_best"]),
         "fields_last": fields_last | dict(last["fields_last"]),
+        "search": results[0].get("search"),  # only the first stage does
         "best_iteration": before + last["best_iteration"],
         "history": _history(plan, results),
         "stages": [_about(plan, index, item) for index, item in enumerate(results)],
