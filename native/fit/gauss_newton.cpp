@@ -18,7 +18,7 @@ constexpr double kFirstDamping = 0.1;
 constexpr double kEarlyDamping = 0.05, kLateDamping = 0.002;  ///< smallest, before and after:
 constexpr double kLateFrom = 0.64;                            ///< share of the iterations
 constexpr double kDampingDown = 1.0 / 3, kDampingUp = 5;
-constexpr double kLeastValue = 0.003;  ///< of the scaled normal matrix, in a direction
+constexpr double kLeastValue = 0.003;   ///< of the scaled normal matrix, in a direction
 constexpr double kLeastStrength = 0.1;  ///< of Z^T w Z, for scaling
 constexpr double kForgetAt = 0.5;       ///< caps; a step of that size keeps 1/e of the past
 constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
