@@ -8,26 +8,26 @@ seeds, and how often which choice was made.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
-import expected  # also puts the add-on on the path
-import numpy as np
+ROOT = Path(__file__).resolve().parent.parent
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "scenes")]
 
-from selenite.fit_run.captures import Capture, read_captures
-from selenite.fit_run.job import fitted_values
-from selenite.fit_run.plan import FitPlan
-from selenite.fit_run.request import RunRequest
-from selenite.fit_run.settings import FitSettings
-from selenite.fit_run.staging import plan as stage_plan
-from selenite.fit_run.staging.job import make_job
-from selenite.fit_run.staging.plan import Stage
-from selenite.fit_run.staging.request import AUTO, stages_by_name
-from selenite.looks.conditioning import StageChoice
-from selenite.trade import choices
+import numpy as np  # noqa: E402
+from synthetic import subjects  # noqa: E402
+
+from selenite.fit_run.captures import Capture, read_captures  # noqa: E402
+from selenite.fit_run.plan import FitPlan  # noqa: E402
+from selenite.fit_run.request import RunRequest  # noqa: E402
+from selenite.fit_run.settings import FitSettings  # noqa: E402
+from selenite.fit_run.staging import plan as stage_plan  # noqa: E402
+from selenite.fit_run.staging.plan import Stage  # noqa: E402
+from selenite.fit_run.staging.request import AUTO, stages_by_name  # noqa: E402
+from selenite.looks.conditioning import StageChoice  # noqa: E402
 
 _LONGER = 1.5
 
@@ -57,9 +57,9 @@ def staged(plan: FitPlan, how: str) -> FitPlan:
     return in_stages(plan, replace(plan.request, stages=found))
 
 
-def captures_of(name: str, height: int, shown: FitPlan, aspect: float) -> list[Capture]:
-    if name != "demo":
-        return expected.photos(shown.scene, aspect, FitSettings(height=height), 1024)
+def captures_of(name: str, subject: subjects.Subject, height: int) -> list[Capture]:
+    if name != subjects.DEMO:
+        return subject.photos(height, 1024)
     import jade_pendant
 
     from selenite.scene_read.scene import read_scene
@@ -74,28 +74,21 @@ def captures_of(name: str, height: int, shown: FitPlan, aspect: float) -> list[C
 
 
 def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
-    scene, owner, true, start, aspect = (
-        expected.demo() if name == "demo" else expected.synthetic(name)
-    )
-    shown = expected.plan_at(scene, owner, true, [], settings)
-    captures = captures_of(name, settings.height, shown, aspect)
-    off: dict[str, list[float]] = {item.name: [] for item in shown.unknowns}
+    subject = subjects.subject(name)
+    captures = captures_of(name, subject, settings.height)
+    truth = subject.plan(subject.true, captures, settings)
+    off: dict[str, list[float]] = {item.name: [] for item in truth.unknowns}
     seconds, chosen, why = [], [], Counter[str]()
     for seed in range(seeds):
-        plan = expected.plan_at(scene, owner, start, captures, replace(settings, seed=seed))
+        plan = subject.plan(subject.start, captures, replace(settings, seed=seed))
         begin = time.process_time()
         plan = staged(plan, how)
         chosen.append(time.process_time() - begin)
         why[plan.request.staging] += 1
-        job = make_job(plan)
-        job.start()
-        job.join()
-        result = job.result()
+        result, sizes = subjects.fit(plan, truth)
         seconds.append(result["cpu_seconds"])
-        values = fitted_values(plan, result)
-        for item in shown.unknowns:
-            found = values[owner, item.parameter.name]
-            off[item.name].append(choices.error_of(item, found))
+        for item, size in sizes.items():
+            off[item].append(size)
     errors = "  ".join(
         f"{name.partition(':')[2]} {np.sqrt(np.mean(np.square(sizes))):.4f} "
         f"(worst {max(sizes):.3f})"
@@ -108,20 +101,12 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(prog="./dev bench stages", description=__doc__)
-    usual = ["demo", "half-0", "glass-2"]
-    parser.add_argument("cases", nargs="*", default=usual, help="demo, or KIND-SEED: half-0")
-    parser.add_argument("--height", type=int, default=64)
-    parser.add_argument("--iterations", type=int, default=40)
-    parser.add_argument("--spp", type=int, default=4)
-    parser.add_argument("--seeds", type=int, default=6)
+    parser = subjects.parser("stages", __doc__, ("demo", "half-0", "glass-2"), seeds=6)
     named = "ior-last,colours-first,auto"
     parser.add_argument("--stages", default=named, help="beside all at once (%(default)s)")
     parser.add_argument("--only-stages", action="store_true", help="nothing all at once")
     options = parser.parse_args()
-    settings = FitSettings(
-        iterations=options.iterations, spp=options.spp, height=options.height, threads=1
-    )
+    settings = subjects.settings_of(options)
     longer = replace(settings, iterations=round(_LONGER * options.iterations))
     for name in options.cases:
         if not options.only_stages:

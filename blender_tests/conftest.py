@@ -32,6 +32,16 @@ def empty_scene():
 
 
 @pytest.fixture
+def lit_ball(tmp_path):
+    """A file with a coloured ball under a lamp, nothing in front of it; it renders 32 x 24."""
+    import made_scenes as made
+
+    made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
+    made.light("Key Light", energy=200)
+    return made.save(tmp_path / "scene.blend")
+
+
+@pytest.fixture
 def addon():
     """The add-on, registered for the length of a test."""
     import selenite

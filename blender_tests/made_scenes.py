@@ -135,6 +135,14 @@ def studio(**values):
     return made
 
 
+def hidden_ball(**values):
+    """A smaller ball of the material 'Hidden', which no camera of `studio` sees."""
+    made = material("Hidden", base_color=(0.2, 0.3, 0.6), **values)
+    item = sphere("Behind", made)
+    item.location, item.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)
+    return item
+
+
 def smoke(density=2.0, colour=0.5, segments=16):
     """A sphere of grey smoke, a lamp from one side, a grey world; its material."""
     filled = material("Smoke")

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Objects whose material needs a closed body: what is refused, what is warned of, what is fine."""
 
-import json
-
 import bmesh
 import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
-from selenite.cli import main
 from selenite.scene_read.build import build
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
@@ -247,18 +245,17 @@ def test_an_opaque_sheet_is_nobodys_business():
     assert not problems and not warnings and not bodies
 
 
-@pytest.mark.parametrize("command", ["check", "render"])
-def test_commands_end_with_status_2(command, tmp_path, capsys):
+@pytest.mark.parametrize("name", ["check", "render"])
+def test_commands_end_with_status_2(name, tmp_path, capsys):
     translucent()
     open_up(body())
     path, out = made.save(tmp_path / "scene.blend"), tmp_path / "picture.exr"
-    more = () if command == "check" else (f"--out={out}", "--spp=1", "--width=8")
-    assert main([command, path, *more, "--json"]) == 2
-    told = capsys.readouterr()
-    assert "open edges" in told.err and "Merge by Distance" in told.err
+    more = () if name == "check" else (f"--out={out}", "--spp=1", "--width=8")
+    status, report, printed = command(capsys, name, path, *more)
+    assert status == 2
+    assert "open edges" in printed and "Merge by Distance" in printed
     assert not out.exists()
-    if command == "check":
-        report = json.loads(told.out.splitlines()[-1])
+    if name == "check":
         (found,) = report["bodies"]
         assert found["object"] == "Body" and not found["closed"] and found["open_edges"] in {3, 4}
         assert found["fault"] == " ".join(found["fault"].split())

@@ -1,18 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`--stages auto`, and Automatic in the panel: what a look at the start chooses; it stays."""
 
-import json
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import bpy
 import made_scenes as made
 import pytest
+from command_line import command
 from drawn_panels import draw
+from pressed_buttons import TIMER, Pressed
 
 from selenite import native
-from selenite.cli import main
 from selenite.commands import fit
 from selenite.fit_run import checkpoint
 from selenite.fit_run.plan import prepare
@@ -29,22 +28,13 @@ ALL = ["Front:base_color", "Hidden:base_color"]
 UNKNOWN = "not determined by the photos at the values that the search found"
 
 
-def command(capsys, *words):
-    """(exit status, the JSON object, what was printed) of one command."""
-    capsys.readouterr()
-    status = main([*words, "--json"])
-    printed = capsys.readouterr()
-    return status, json.loads(printed.out.splitlines()[-1]), printed.err
-
-
 @pytest.fixture
 def words(tmp_path, capsys):
     """Arguments of a fit of two colours, one of them on a ball that the camera does not see."""
     front = made.material("Front", base_color=(0.6, 0.3, 0.2), roughness=0.8)
     made.studio()
     bpy.data.objects["Body"].data.materials[0] = front
-    behind = made.sphere("Behind", made.material("Hidden", base_color=(0.2, 0.3, 0.6)))
-    behind.location, behind.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)
+    made.hidden_ball()
     path, photo = made.save(tmp_path / "scene.blend"), tmp_path / "photo.exr"
     assert command(capsys, "render", path, f"--out={photo}")[0] == 0
     return [
@@ -57,7 +47,8 @@ def test_what_no_photo_shows_waits_and_the_run_file_keeps_the_choice(words, caps
     status, report, printed = command(capsys, *words, "--fit=Hidden:base_color")
     assert status == 0, printed
     assert [stage["parameters"] for stage in report["stages"]] == [ALL, ALL[:1], ALL]
-    assert [stage["iterations"] for stage in report["stages"]] == [1, 8, 16]
+    *first, last = [stage["iterations"] for stage in report["stages"]]
+    assert first == [1, 8] and 10 <= last <= 16  # it may settle before
     why = f"Base Color of Hidden last: {UNKNOWN}"
     assert f"stages: {why}" in printed and report["staging"] == why
     folder = Path(report["folder"])
@@ -187,8 +178,7 @@ def panel_fit(tmp_path):
     from test_interface import prepare_fit
 
     _, settings = prepare_fit(tmp_path)
-    behind = made.sphere("Behind", made.material("Hidden", base_color=(0.2, 0.3, 0.6)))
-    behind.location, behind.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)
+    made.hidden_ball()
     bpy.context.view_layer.update()
     bpy.ops.selenite.refresh_rows()
     for row in settings.rows:
@@ -213,21 +203,18 @@ def test_the_panel_stays_usable_while_it_looks_and_cancel_ends_it(tmp_path):
     from selenite.interface.fit_operators import SELENITE_OT_start as Start
 
     panel_fit(tmp_path)
-    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
-    fake._choosing = lambda context, event: Start._choosing(fake, context, event)
-    fake._go_on = lambda context: Start._go_on(fake, context)
-    assert Start._start(fake, bpy.context)
+    start = Pressed(Start)
+    assert start._start(bpy.context)
     assert state.RUN.job is None and not bpy.ops.selenite.start.poll()
     assert "Choosing stages" in draw(panels.SELENITE_PT_fit)
     assert bpy.ops.selenite.cancel() == {"FINISHED"}
     state.STAGES.job._thread.join()
-    timer = SimpleNamespace(type="TIMER", value="NOTHING")
-    assert Start.modal(fake, bpy.context, timer) == {"CANCELLED"}
+    assert start.modal(bpy.context, TIMER) == {"CANCELLED"}
     assert state.STAGES.job is None and state.RUN.job is None
     assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_fit).split())
-    assert Start._start(fake, bpy.context)
+    assert start._start(bpy.context)
     state.STAGES.job._thread.join()
-    assert Start.modal(fake, bpy.context, timer) == {"PASS_THROUGH"}
+    assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
     assert "Stage 1 of 3: search" in f"Stage {state.RUN.job.progress().stage}"
     bpy.ops.selenite.cancel()
-    assert Start._finish(SimpleNamespace(**fake.__dict__), bpy.context) == {"CANCELLED"}
+    assert start._finish(bpy.context) == {"CANCELLED"}

@@ -12,6 +12,7 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
 from selenite.cli import main
@@ -33,19 +34,13 @@ def scene(tmp_path):
     return made.save(tmp_path / "scene.blend")
 
 
-def command(capsys, *words):
-    """(exit status, the JSON object) of one command; bpy prints to Python's stdout as well."""
-    status = main([*words, "--json"])
-    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
-
-
 def exr(path):
     """Pixels of a file, linear."""
     return native.image().read(str(path))[0]
 
 
 def test_check_says_what_was_understood(scene, capsys):
-    status, report = command(capsys, "check", scene)
+    status, report, _ = command(capsys, "check", scene)
     assert status == 0
     assert report["cameras"] == [{"name": "Camera", "kind": "PERSP", "width": 32, "height": 24}]
     assert report["owners"]["Body"]["parameters"]["roughness"]["value"] == [0.5]
@@ -57,7 +52,7 @@ def test_check_says_what_was_understood(scene, capsys):
 def test_check_reports_problems_with_the_rest(tmp_path, capsys):
     made.studio()
     made.add("Nothing", bpy.data.meshes.new("Nothing"))
-    status, report = command(capsys, "check", made.save(tmp_path / "scene.blend"))
+    status, report, _ = command(capsys, "check", made.save(tmp_path / "scene.blend"))
     assert status == 2
     assert report["problems"][0]["object"] == "Object 'Nothing'"
     assert report["cameras"]
@@ -66,7 +61,7 @@ def test_check_reports_problems_with_the_rest(tmp_path, capsys):
 def test_render_writes_picture_and_error(scene, tmp_path, capsys):
     out, sem = tmp_path / "o.exr", tmp_path / "sem.exr"
     words = ("render", scene, "--out", str(out), "--sem", str(sem), "--spp", "8", "--width", "16")
-    status, report = command(capsys, *words)
+    status, report, _ = command(capsys, *words)
     assert status == 0
     assert (report["width"], report["height"]) == (16, 12)
     pixels = exr(out)
@@ -84,8 +79,8 @@ def test_render_with_other_values(scene, tmp_path, capsys):
         "--set",
         "Studio:strength=2",
     ]
-    _, plain = command(capsys, "render", scene, "--out", str(tmp_path / "a.exr"), "--spp", "8")
-    status, other = command(
+    _, plain, _ = command(capsys, "render", scene, "--out", str(tmp_path / "a.exr"), "--spp", "8")
+    status, other, _ = command(
         capsys, "render", scene, "--out", str(tmp_path / "b.png"), "--spp", "8", *words
     )
     assert status == 0
@@ -101,7 +96,7 @@ def test_same_seed_same_bytes_whatever_the_threads(scene, tmp_path, capsys):
 
 
 def test_gradient_json(scene, tmp_path, capsys):
-    status, report = command(
+    status, report, _ = command(
         capsys,
         "gradient",
         scene,
@@ -154,8 +149,7 @@ def _fit_words(scene, tmp_path, *more):
 def test_fit_finds_the_colour_and_writes_everything(scene, tmp_path, capsys):
     saved = tmp_path / "fitted.blend"
     words = _fit_words(scene, tmp_path, f"--save={saved}")
-    capsys.readouterr()
-    status, report = command(capsys, *words)
+    status, report, _ = command(capsys, *words)
     assert status == 0
     row = report["parameters"]["Body:base_color"]
     assert row["value"] == pytest.approx([0.2, 0.6, 0.4], abs=0.02)
@@ -185,10 +179,9 @@ def test_fit_finds_the_colour_and_writes_everything(scene, tmp_path, capsys):
 
 def test_run_json_reproduces_the_run(scene, tmp_path, capsys):
     words = _fit_words(scene, tmp_path, "--seed=7", "--bounds=Body:base_color=.1,.9")
-    capsys.readouterr()
-    _, first = command(capsys, *words)
+    _, first, _ = command(capsys, *words)
     run = Path(first["folder"]) / "run.json"
-    _, second = command(capsys, "fit", str(run), f"--out={tmp_path / 'fits'}")
+    _, second, _ = command(capsys, "fit", str(run), f"--out={tmp_path / 'fits'}")
     assert second["parameters"] == first["parameters"]
     assert second["folder"] != first["folder"]
     histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (first, second)]
@@ -206,7 +199,7 @@ def test_photo_and_camera_of_the_scene_and_packed_images(scene, tmp_path, capsys
     made.save(tmp_path / "packed.blend")
     path.unlink()
     words = ("--iterations=2", "--height=12", f"--out={tmp_path / 'fits'}")
-    status, report = command(capsys, "fit", str(tmp_path / "packed.blend"), *words)
+    status, report, _ = command(capsys, "fit", str(tmp_path / "packed.blend"), *words)
     assert status == 0
     assert {name.partition(":")[2] for name in report["parameters"]} == {
         "base_color",
@@ -225,8 +218,7 @@ def test_masked_pixels_do_not_count(scene, tmp_path, capsys):
     pixels[:, 16:] = 9
     native.image().write_exr(str(tmp_path / "photo.exr"), pixels)
     native.image().write_png(str(tmp_path / "mask.png"), weight)
-    capsys.readouterr()
-    status, report = command(capsys, *words, f"--mask=Camera={tmp_path / 'mask.png'}")
+    status, report, _ = command(capsys, *words, f"--mask=Camera={tmp_path / 'mask.png'}")
     assert status == 0
     value = report["parameters"]["Body:base_color"]["value"]
     assert value == pytest.approx([0.2, 0.6, 0.4], abs=0.03)

@@ -9,6 +9,7 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
 from selenite.cli import main
@@ -268,16 +269,15 @@ def test_fit_checks_and_sets_cycles_from_the_command_line(tmp_path, capsys):
     assert main([*words, "--set-cycles"]) == 2
     assert "add --save OUT.blend" in capsys.readouterr().err
     saved = tmp_path / "fitted.blend"
-    words += [f"--save={saved}", "--set-cycles", "--check-in-cycles", "--json"]
-    assert main(words) == 0
-    out, err = capsys.readouterr()
-    report = json.loads(out.splitlines()[-1])
+    words += [f"--save={saved}", "--set-cycles", "--check-in-cycles"]
+    status, report, printed = command(capsys, *words)
+    assert status == 0, printed
     assert "Filter Glossy" in report["set_for_cycles"]
-    assert "Camera: Cycles against photo: bias" in err and "wrote" in err
+    assert "Camera: Cycles against photo: bias" in printed and "wrote" in printed
     stored = json.loads((Path(report["folder"]) / "result.json").read_text())
     assert stored["cycles"] == report["cycles"] and stored["parameters"] == report["parameters"]
     assert not any(item["spoils"] for item in report["cycles"]["render_settings"])
     for path, spoiled in ((scene, True), (saved, False)):
-        assert main(["check", str(path), "--json"]) == 0
-        found = json.loads(capsys.readouterr().out.splitlines()[-1])["render_settings"]
-        assert any(item["spoils"] for item in found) == spoiled
+        status, found, _ = command(capsys, "check", str(path))
+        assert status == 0
+        assert any(item["spoils"] for item in found["render_settings"]) == spoiled

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Seconds and errors to expect of each preset: `selenite trade --expected`, and Estimate."""
 
-import json
-from types import SimpleNamespace
-
 import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 from drawn_panels import draw
+from pressed_buttons import ESCAPE, TIMER, Pressed
 
-from selenite.cli import main
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.interface import panels, state
@@ -21,28 +19,14 @@ from selenite.trade.start import estimate_of
 pytestmark = pytest.mark.blender
 
 
-def command(capsys, *words):
-    """(exit status, the JSON object, what was printed) of one command."""
-    capsys.readouterr()
-    status = main([*words, "--json"])
-    printed = capsys.readouterr()
-    return status, json.loads(printed.out.splitlines()[-1]), printed.err
-
-
-@pytest.fixture
-def scene(tmp_path):
-    """A ball in front of which nothing else stands, in a file; the scene renders 32 x 24 pixels."""
-    made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
-    made.light("Key Light", energy=200)
-    return made.save(tmp_path / "scene.blend")
-
-
-def test_expected_errors_are_those_that_fits_tell_and_fall_with_the_preset(scene, tmp_path, capsys):
+def test_expected_errors_are_those_that_fits_tell_and_fall_with_the_preset(
+    lit_ball, tmp_path, capsys
+):
     photo = tmp_path / "photo.exr"
-    render = ("render", scene, "--camera=Camera", "--spp=1024", "--seed=9", f"--out={photo}")
+    render = ("render", lit_ball, "--camera=Camera", "--spp=1024", "--seed=9", f"--out={photo}")
     assert command(capsys, *render)[0] == 0
     words = ("--fit=Body:base_color", "--fit=Key Light:power", f"--photo=Camera={photo}")
-    status, content, printed = command(capsys, "trade", scene, *words, "--expected")
+    status, content, printed = command(capsys, "trade", lit_ball, *words, "--expected")
     assert status == 0, printed
     presets = content["presets"]
     assert list(presets) == ["draft", "balanced", "accurate"]
@@ -53,7 +37,7 @@ def test_expected_errors_are_those_that_fits_tell_and_fall_with_the_preset(scene
     assert content["remark"] is None
     assert "Draft: about" in printed and "error" in printed and "worst: " in printed
     status, fitted, _ = command(
-        capsys, "fit", scene, *words, "--preset=draft", f"--out={tmp_path / 'fits'}"
+        capsys, "fit", lit_ball, *words, "--preset=draft", f"--out={tmp_path / 'fits'}"
     )
     assert status == 0
     told = {
@@ -69,28 +53,26 @@ def test_expected_errors_are_those_that_fits_tell_and_fall_with_the_preset(scene
 
 
 def test_without_photos_it_is_asked_what_photos_from_all_cameras_would_tell(
-    scene, tmp_path, capsys, monkeypatch
+    lit_ball, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     before = sorted(tmp_path.iterdir())
     status, content, printed = command(
-        capsys, "trade", scene, "--fit=Body:base_color", "--expected"
+        capsys, "trade", lit_ball, "--fit=Body:base_color", "--expected"
     )
     assert status == 0, printed
     assert 0 < content["presets"]["balanced"]["expected_error"] < 0.02
     assert sorted(tmp_path.iterdir()) == before
-    status, content, _ = command(capsys, "trade", scene, "--fit=Body:base_color")
+    status, content, _ = command(capsys, "trade", lit_ball, "--fit=Body:base_color")
     assert status == 2
     assert content["problems"][0]["object"] == "Argument --out"
 
 
 def test_what_no_photo_shows_is_named_and_does_not_count(tmp_path, capsys):
     front = made.material("Front", base_color=(0.6, 0.3, 0.2), roughness=0.8)
-    hidden = made.material("Hidden", base_color=(0.2, 0.3, 0.6), roughness=0.8)
     made.studio()
     bpy.data.objects["Body"].data.materials[0] = front
-    behind = made.sphere("Behind", hidden)
-    behind.location, behind.scale = (0.0, 0.0, -2.0), (0.5, 0.5, 0.5)  # the camera is above
+    made.hidden_ball(roughness=0.8)
     path = made.save(tmp_path / "scene.blend")
     words = ("--fit=Front:base_color", "--fit=Hidden:base_color", "--expected")
     status, content, printed = command(capsys, "trade", path, *words)
@@ -104,9 +86,11 @@ def test_what_no_photo_shows_is_named_and_does_not_count(tmp_path, capsys):
     assert "s (not determined: Base Color)" in printed
 
 
-def test_many_unknowns_and_grids_get_seconds_and_the_reason(scene, tmp_path, capsys):
+def test_many_unknowns_and_grids_get_seconds_and_the_reason(lit_ball, tmp_path, capsys):
     many = "base_color,specular_tint,coat_tint,sheen_tint,roughness"
-    status, content, printed = command(capsys, "trade", scene, f"--fit=Body:{many}", "--expected")
+    status, content, printed = command(
+        capsys, "trade", lit_ball, f"--fit=Body:{many}", "--expected"
+    )
     assert status == 0, printed
     assert content["presets"]["draft"]["expected_seconds"] > 0
     assert content["presets"]["draft"]["expected_error"] is None
@@ -160,23 +144,15 @@ def test_the_panel_shows_progress_and_esc_ends_it(tmp_path):
     from selenite.interface.time_operators import SELENITE_OT_estimate as Estimate
 
     prepare_fit(tmp_path)
-    said = []
-    fake = SimpleNamespace(
-        report=lambda *words: said.append(words),
-        _remove_timer=lambda _context: None,
-        looking=state.ESTIMATE,
-    )
-    fake._finish = lambda context: Estimate._finish(fake, context)
-    assert Estimate._start(fake, bpy.context)
+    estimate = Pressed(Estimate)
+    assert estimate._start(bpy.context)
     assert not bpy.ops.selenite.start.poll()
     drawn = draw(panels.SELENITE_PT_fit)
     assert "selenite.cancel_estimate" in drawn and "selenite.estimate" not in drawn
-    escape = SimpleNamespace(type="ESC", value="PRESS")
-    assert Estimate.modal(fake, bpy.context, escape) == {"RUNNING_MODAL"}
+    assert estimate.modal(bpy.context, ESCAPE) == {"RUNNING_MODAL"}
     state.ESTIMATE.job._thread.join()
-    timer = SimpleNamespace(type="TIMER", value="NOTHING")
-    assert Estimate.modal(fake, bpy.context, timer) == {"CANCELLED"}
-    assert state.ESTIMATE.job is None and not state.EXPECTED and not said
+    assert estimate.modal(bpy.context, TIMER) == {"CANCELLED"}
+    assert state.ESTIMATE.job is None and not state.EXPECTED and not estimate.said
     assert "about" not in draw(panels.SELENITE_PT_fit)
     assert bpy.ops.selenite.estimate() == {"FINISHED"}
     assert "Accurate: about" in draw(panels.SELENITE_PT_fit)

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`selenite fit --fit Body:density_grid`: alone, beside the albedos, from a file."""
 
-import json
-
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import grid_files, native
-from selenite.cli import main
 from selenite.fit_run import fields
 from selenite.fit_run.request import UnknownRequest
 from selenite.fit_run.settings import FitSettings
@@ -28,12 +26,10 @@ def requested(parameter="density_grid", **values):
 
 
 def fit(capsys, tmp_path, path, picture, *more):
-    words = (
-        "fit", path, "--photo", f"Camera={picture}", "--height", "12", "--threads", "1", "--out",
-        str(tmp_path / "out"), *more, "--json",
+    return command(
+        capsys, "fit", path, "--photo", f"Camera={picture}", "--height", "12", "--threads", "1",
+        "--out", str(tmp_path / "out"), *more,
     )  # fmt: skip
-    status = main(list(words))
-    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
 
 
 @pytest.fixture
@@ -52,7 +48,7 @@ def photo(tmp_path):
 
 
 def test_a_fit_tells_thick_from_thin_and_writes_both_files(photo, tmp_path, capsys):
-    status, report = fit(
+    status, report, _ = fit(
         capsys, tmp_path, *photo, "--fit", "Smoke:density_grid", "--grid", "Smoke:density_grid=4",
         "--iterations", "40", "--spp", "8", "--seed", "3",
     )  # fmt: skip
@@ -76,15 +72,15 @@ def test_a_fit_tells_thick_from_thin_and_writes_both_files(photo, tmp_path, caps
 
 
 def test_both_grids_together_and_a_run_file_repeats_them(photo, tmp_path, capsys):
-    status, first = fit(
+    status, first, _ = fit(
         capsys, tmp_path, *photo, "--fit", "Smoke:density_grid,albedo_grid", "--iterations", "3",
         "--grid", "Smoke:density_grid=3", "--grid", "Smoke:albedo_grid=2",
         "--start", "Smoke:density_grid=0.5", "--bounds", "Smoke:density_grid=0,0.6",
     )  # fmt: skip
     assert status == 0, first
     run = str(tmp_path / "out" / first["folder"] / "run.json")
-    assert main(["fit", run, "--out", str(tmp_path / "again"), "--json"]) == 0
-    second = json.loads(capsys.readouterr().out.splitlines()[-1])
+    status, second, _ = command(capsys, "fit", run, "--out", str(tmp_path / "again"))
+    assert status == 0, second
     for use, shape in (("density", (3, 3, 3, 1)), ("albedo", (2, 2, 2, 3))):
         one, two = (
             grid_files.read(f"{item['folder']}/Smoke_{use}.npy") for item in (first, second)

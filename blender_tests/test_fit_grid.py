@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`selenite fit --fit Body:albedo_grid`: from a photo to .vol and .npy."""
 
-import json
-
 import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import grid_files, native
-from selenite.cli import main
 from selenite.fit_run import fields
 from selenite.fit_run.request import UnknownRequest
 from selenite.fit_run.settings import FitSettings
@@ -25,12 +23,6 @@ def requested(**values):
         made.read(), [UnknownRequest("Smoke", "albedo_grid", **values)], [], FitSettings(), problems
     )
     return found[0] if found else [item.line() for item in problems]
-
-
-def command(capsys, *words):
-    """(exit status, the JSON object) of one command."""
-    status = main([*words, "--json"])
-    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
 
 
 @pytest.fixture
@@ -57,7 +49,7 @@ def fit(capsys, tmp_path, path, picture, *more):
 
 def test_a_fit_tells_the_halves_apart_and_writes_both_files(photo, tmp_path, capsys):
     path, picture, truth = photo
-    status, report = fit(
+    status, report, _ = fit(
         capsys, tmp_path, path, picture, "--grid", "Smoke:albedo_grid=4", "--iterations", "40",
         "--spp", "8", "--seed", "3",
     )  # fmt: skip
@@ -83,13 +75,13 @@ def test_a_fit_tells_the_halves_apart_and_writes_both_files(photo, tmp_path, cap
 def test_a_run_file_repeats_the_fit(photo, tmp_path, capsys):
     path, picture, _ = photo
     words = ("--start", "Smoke:albedo_grid=0.4", "--grid", "Smoke:albedo_grid=3")
-    status, first = fit(
+    status, first, _ = fit(
         capsys, tmp_path, path, picture, "--iterations", "3", "--bounds",
         "Smoke:albedo_grid=0.1,0.8", *words,
     )  # fmt: skip
     assert status == 0, first
     run = tmp_path / "out" / first["folder"] / "run.json"
-    status, second = command(capsys, "fit", str(run), "--out", str(tmp_path / "again"))
+    status, second, _ = command(capsys, "fit", str(run), "--out", str(tmp_path / "again"))
     assert status == 0, second
     one, two = (grid_files.read(f"{item['folder']}/Smoke_albedo.npy") for item in (first, second))
     assert np.array_equal(one, two)

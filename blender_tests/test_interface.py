@@ -2,12 +2,12 @@
 """Operators and panels: registration, one fit from rows to Apply, undo, drawing."""
 
 import time
-from types import SimpleNamespace
 
 import bpy
 import made_scenes as made
 import pytest
 from drawn_panels import FakeLayout, draw
+from pressed_buttons import Pressed
 
 import selenite
 from selenite import native
@@ -185,8 +185,8 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
 
     from selenite.interface.fit_operators import SELENITE_OT_start as Start
 
-    fake = SimpleNamespace(report=lambda *_: None, _timer=None)
-    assert Start._start(fake, bpy.context)
+    start = Pressed(Start)
+    assert start._start(bpy.context)
     assert "Starting" in draw(panels.SELENITE_PT_fit)
     until = time.monotonic() + 30
     while time.monotonic() < until:
@@ -197,8 +197,7 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
     drawn = draw(panels.SELENITE_PT_fit)
     assert "of 4000" in drawn and "selenite.stop" in drawn and "Body:base_color" in drawn
     bpy.ops.selenite.stop()
-    fake._remove_timer = lambda _context: None
-    assert Start._finish(fake, bpy.context) == {"FINISHED"}
+    assert start._finish(bpy.context) == {"FINISHED"}
     assert "Body: base_color" in draw(panels.SELENITE_PT_result)
     for panel, rows in (
         (panels.SELENITE_UL_rows, settings.rows),
@@ -214,10 +213,10 @@ def test_cancel_keeps_nothing(tmp_path):
     from selenite.interface.fit_operators import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path, iterations=4000)
-    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
-    assert Start._start(fake, bpy.context)
+    start = Pressed(Start)
+    assert start._start(bpy.context)
     bpy.ops.selenite.cancel()
-    assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+    assert start._finish(bpy.context) == {"CANCELLED"}
     assert len(settings.results) == 0 and state.RUN.job is None
 
 
@@ -233,6 +232,6 @@ def test_unregister_stops_a_running_fit(tmp_path):
 
     selenite.register()
     prepare_fit(tmp_path, iterations=4000)
-    Start._start(SimpleNamespace(report=lambda *_: None), bpy.context)
+    Pressed(Start)._start(bpy.context)
     selenite.unregister()
     assert state.RUN.job is None

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """1 / extinction in millimetres of the scene's unit: in `check`, in result.json, in the lines."""
 
-import json
-
 import bpy
 import made_scenes as made
 import pytest
+from command_line import command
 
 from selenite import mean_free_path
-from selenite.cli import main
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
@@ -54,9 +52,9 @@ def test_check_tells_it_in_the_units_of_the_scene(system, scale, value, unit, tm
     filled("ShaderNodeVolumeAbsorption", (1.0, 0.5, 0.0))
     bpy.context.scene.unit_settings.system = system
     bpy.context.scene.unit_settings.scale_length = scale
-    assert main(["check", made.save(tmp_path / "scene.blend"), "--json"]) == 0
-    told = capsys.readouterr()
-    row = json.loads(told.out.splitlines()[-1])["owners"]["Body"]["parameters"]["extinction"]
+    status, report, printed = command(capsys, "check", made.save(tmp_path / "scene.blend"))
+    assert status == 0, printed
+    row = report["owners"]["Body"]["parameters"]["extinction"]
     assert row["value"] == pytest.approx([0, 2, 4])  # Cycles ignores the unit scale
     assert row["unit"] == "1/Blender unit"
     assert row["mean_free_path"]["value"] == [
@@ -64,43 +62,32 @@ def test_check_tells_it_in_the_units_of_the_scene(system, scale, value, unit, tm
     ]
     assert row["mean_free_path"]["unit"] == unit
     assert (
-        f"mean free path in the medium: endless, {value[1]:.3g}, {value[2]:.3g} {unit}" in told.err
+        f"mean free path in the medium: endless, {value[1]:.3g}, {value[2]:.3g} {unit}" in printed
     )
 
 
 def test_a_scene_without_a_medium_says_nothing_of_it(tmp_path, capsys):
     made.studio()
-    assert main(["check", made.save(tmp_path / "scene.blend"), "--json"]) == 0
-    told = capsys.readouterr()
-    rows = json.loads(told.out.splitlines()[-1])["owners"]["Body"]["parameters"]
-    assert "mean_free_path" not in rows["extinction"]
-    assert "mean free path" not in told.err
+    status, report, printed = command(capsys, "check", made.save(tmp_path / "scene.blend"))
+    assert status == 0, printed
+    assert "mean_free_path" not in report["owners"]["Body"]["parameters"]["extinction"]
+    assert "mean free path" not in printed
 
 
 def test_result_of_a_fit_holds_both_lengths(tmp_path, capsys):
     filled("ShaderNodeVolumePrincipled")
     bpy.context.scene.unit_settings.scale_length = 0.1
     photo = made.photo(tmp_path / "Camera.png", value=0.3)
-    status = main(
-        [
-            "fit",
-            made.save(tmp_path / "scene.blend"),
-            f"--photo=Camera={photo}",
-            "--fit=Body:extinction,albedo",
-            "--start=Body:extinction=5",
-            "--iterations=2",
-            "--spp=2",
-            "--height=8",
-            f"--out={tmp_path / 'fits'}",
-            "--json",
-        ]
-    )
-    told = capsys.readouterr()
-    assert status == 0
-    rows = json.loads(told.out.splitlines()[-1])["parameters"]
+    status, report, printed = command(
+        capsys, "fit", made.save(tmp_path / "scene.blend"), f"--photo=Camera={photo}",
+        "--fit=Body:extinction,albedo", "--start=Body:extinction=5", "--iterations=2", "--spp=2",
+        "--height=8", f"--out={tmp_path / 'fits'}",
+    )  # fmt: skip
+    assert status == 0, printed
+    rows = report["parameters"]
     path = rows["Body:extinction"]["mean_free_path"]
     assert path["initial"] == pytest.approx([20, 20, 20]) and path["unit"] == "mm"
     wanted = [100 / sigma for sigma in rows["Body:extinction"]["value"]]
     assert path["value"] == pytest.approx(wanted)
     assert "mean_free_path" not in rows["Body:albedo"]
-    assert "(mean free path " in told.err and " mm)" in told.err
+    assert "(mean free path " in printed and " mm)" in printed

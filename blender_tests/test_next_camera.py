@@ -8,9 +8,9 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
-from selenite.cli import main
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.looks.job import LookJob
@@ -20,14 +20,6 @@ from selenite.scene_read.build import build
 from selenite.scene_read.values import CaptureRequest
 
 pytestmark = pytest.mark.blender
-
-
-def command(capsys, *words):
-    """(exit status, the JSON object, what was printed) of one command."""
-    capsys.readouterr()
-    status = main([*words, "--json"])
-    printed = capsys.readouterr()
-    return status, json.loads(printed.out.splitlines()[-1]), printed.err
 
 
 def camera_at(name, location):

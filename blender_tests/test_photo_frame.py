@@ -46,7 +46,7 @@ def distance(one, other):
 
 
 @pytest.mark.parametrize(
-    "size, height", [((32, 24), 16), ((64, 48), 16), ((160, 120), 50), ((41, 31), 24)]
+    "size, height", [((32, 24), 16), ((64, 48), 16), ((80, 60), 25), ((41, 31), 24)]
 )
 def test_a_render_is_that_of_the_photo(values, tmp_path, size, height):
     capture = capture_of(values, tmp_path / "photo.exr", size, height)
@@ -60,8 +60,8 @@ def test_a_render_is_that_of_the_photo(values, tmp_path, size, height):
     reference = Estimate(small[..., :3], small[..., 3:] * min(1.0, share))
     assert distance(rendered(values, (columns, rows), frame=capture.frame), reference) < 1.2
     # Neither of these is it.
-    assert distance(rendered(values, (columns, rows)), reference) > 2
-    assert distance(rendered(values, (columns, rows), frame=(32 / 24, 0, 0)), reference) > 2
+    assert distance(rendered(values, (columns, rows)), reference) > 1.6
+    assert distance(rendered(values, (columns, rows), frame=(32 / 24, 0, 0)), reference) > 1.6
 
 
 def test_whole_sizes_stay_as_they_are(values, tmp_path):
@@ -77,14 +77,14 @@ def test_cycles_takes_the_same_frame(values, tmp_path):
     aspect = capture.pixel_aspect(values.cameras[0])
     assert aspect == pytest.approx((32 / 24) / (7 / 5))
     cycles = estimate(
-        bpy.context.scene, "Camera", (7, 5), 8192, range(2), tmp_path / "c.exr", pixel_aspect=aspect
+        bpy.context.scene, "Camera", (7, 5), 256, range(4), tmp_path / "c.exr", pixel_aspect=aspect
     )
     same, square = (
-        np.sqrt(((rendered(values, (7, 5), frame=frame).mean - cycles.mean) ** 2).mean())
+        rendered(values, (7, 5), 8192, frame=frame)
         for frame in ((capture.aspect, 0, 0), (0.0, 0, 0))
     )
-    # 0.1 in Blender 4.5; what is left in 3.4 is the same at every size, and not of the frame.
-    assert same < 0.75 * square
+    assert distance(same, cycles) < 2
+    assert distance(square, cycles) > 4
 
 
 def test_one_given_side_shows_the_whole_frame(values, tmp_path):

@@ -9,11 +9,12 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
+from pressed_buttons import Pressed
 
 from selenite.cli import main
 from selenite.fit_run import checkpoint, results
@@ -46,13 +47,6 @@ def words(tmp_path):
     ]  # fmt: skip
 
 
-def command(capsys, *arguments):
-    """(exit status, the JSON object) of one command."""
-    capsys.readouterr()
-    status = main([*arguments, "--json"])
-    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
-
-
 def killed(words, fits, iterations):
     """Runs a fit in a process of its own, kills it after some iterations; its folder."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
@@ -81,16 +75,16 @@ def report_rows(report):
 
 
 def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
-    """Killed in its last iterations, after its last state on disk; the same bits come out."""
-    words = [*words, "--iterations=1500", "--seed=3"]
-    folder = killed(words, tmp_path / "fits", 20)
+    """Killed while it steps or verifies, after its last state on disk; the same bits come out."""
+    words = [*words, "--iterations=12", "--spp=1024", "--seed=3"]
+    folder = killed(words, tmp_path / "fits", 5)
     (state,) = folder.glob("optimiser_1.state")
     assert state.stat().st_size > 1000
-    status, report = command(capsys, "fit", "--resume", str(folder), "--threads=1")
+    status, report, _ = command(capsys, "fit", "--resume", str(folder), "--threads=1")
     assert status == 0, report
     assert not folder.exists()
     assert Path(report["folder"]).parent == folder.parent
-    status, whole = command(capsys, *words)
+    status, whole, _ = command(capsys, *words)
     assert status == 0
     assert report["parameters"] == whole["parameters"]
     assert report["samples"] == whole["samples"] and "stages" not in report
@@ -101,7 +95,8 @@ def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
 def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
     words, tmp_path, capsys
 ):
-    folder = killed([*words, "--iterations=20000"], tmp_path / "fits", 10)
+    words = [*words, "--iterations=20000", "--spp=256"]
+    folder = killed(words, tmp_path / "fits", 5)
     for path in folder.glob("optimiser_*.state"):
         path.unlink()
     state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
@@ -111,11 +106,11 @@ def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     run["settings"]["iterations"] = done + 15
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
-    status, report = command(capsys, "fit", "--resume", str(folder))
+    status, report, _ = command(capsys, "fit", "--resume", str(folder))
     assert status == 0, report
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
     assert report["parameters"]["Body:base_color"]["initial"] == pytest.approx([0.8, 0.4, 0.2])
-    assert report["iterations"] == done + 15
+    assert done + 10 <= report["iterations"] <= done + 15  # it may settle before
     assert [stage["name"] for stage in report["stages"]] == ["everything", "everything, part 2"]
     assert report["stages"][0]["stopped_because"] == "interrupted"
     rows = report_rows(report)
@@ -165,7 +160,7 @@ def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
 
 
 def test_a_damaged_state_is_told_with_what_to_do(tmp_path):
-    plan = plan_of(tmp_path, (3, 100_000))
+    plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not settle
     job = make_job(plan)
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     job.start()
@@ -184,14 +179,14 @@ def test_a_damaged_state_is_told_with_what_to_do(tmp_path):
         make_job(prepare(made.read(), run.request), run.parts, run.state)
 
 
-def plan_of(tmp_path, iterations=(4, 5)):
+def plan_of(tmp_path, iterations=(4, 5), optimiser="auto"):
     made.studio(roughness=0.5)
     photo = made.photo(tmp_path / "photo.png", value=0.2)
     request = RunRequest(
         "",
         (UnknownRequest("Body", "base_color"), UnknownRequest("Body", "roughness")),
         (CaptureRequest("Camera", str(photo)),),
-        FitSettings(height=12),
+        FitSettings(height=12, optimiser=optimiser),
         (
             StageRequest("colour", ("Body:base_color",), iterations[0]),
             StageRequest("all", ("Body:base_color", "Body:roughness"), iterations[1]),
@@ -261,15 +256,15 @@ def test_a_failed_write_leaves_a_run_that_can_be_resumed(words, tmp_path, capsys
         assert main([*words, "--iterations=12"]) == 1
     assert "no space left" in capsys.readouterr().err
     (folder,) = (tmp_path / "fits").iterdir()
-    status, report = command(capsys, "fit", "--resume", str(folder))
+    status, report, _ = command(capsys, "fit", "--resume", str(folder))
     assert status == 0, report
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
-    assert report["iterations"] == 12
+    assert 10 <= report["iterations"] <= 12
     assert (Path(report["folder"]) / "Camera_optimised.exr").is_file()
 
 
 def test_what_cannot_be_resumed_is_named(words, tmp_path, capsys):
-    status, report = command(capsys, *words, "--iterations=2")
+    status, report, _ = command(capsys, *words, "--iterations=2")
     assert status == 0
     cases = {
         report["folder"]: "this run is finished",
@@ -277,10 +272,10 @@ def test_what_cannot_be_resumed_is_named(words, tmp_path, capsys):
         str(tmp_path): "cannot be read",
     }
     for folder, text in cases.items():
-        status, found = command(capsys, "fit", "--resume", folder)
+        status, found, _ = command(capsys, "fit", "--resume", folder)
         assert status == 2
         assert text in found["problems"][0]["cause"], folder
-    status, found = command(capsys, "fit")
+    status, found, _ = command(capsys, "fit")
     assert status == 2 and "--resume DIR" in found["problems"][0]["cure"]
 
 
@@ -289,7 +284,7 @@ def test_other_arguments_do_not_go_with_it_and_a_broken_state_is_told(tmp_path, 
     path = made.save(tmp_path / "scene.blend")
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     recorder.look(finished(plan), now=True)
-    status, report = command(
+    status, report, _ = command(
         capsys, "fit", path, "--resume", str(recorder.folder), "--spp=8", "--fit=Body:ior"
     )
     assert status == 2
@@ -310,8 +305,8 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     _, settings = prepare_fit(tmp_path, iterations=4000)
     settings.output = str(tmp_path / "fits")
 
-    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
-    assert Start._start(fake, bpy.context)
+    start = Pressed(Start)
+    assert start._start(bpy.context)
     until = time.monotonic() + 60
     while state.RUN.job.progress().iteration < 5 and time.monotonic() < until:
         time.sleep(0.01)
@@ -322,7 +317,7 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
         path.unlink()
     state.RUN.recorder = None  # as if Blender had ended here
     bpy.ops.selenite.cancel()
-    assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+    assert start._finish(bpy.context) == {"CANCELLED"}
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     run["settings"]["iterations"] = 12
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")

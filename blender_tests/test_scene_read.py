@@ -8,6 +8,8 @@ import made_scenes as made
 import numpy as np
 import pytest
 
+from selenite.scene_read import hosts
+
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 
@@ -248,6 +250,24 @@ def test_lobes_that_the_model_lacks_are_warned_of():
     assert "Anisotropic" in names
     for name in names:
         assert any(f"'{name}' is not modelled" in text for text in made.read().warnings)
+
+
+@pytest.mark.skipif(not hosts.is_version_3(), reason="Specular Tint is a colour since Blender 4")
+@pytest.mark.parametrize("tint", [0.0, 0.25])
+def test_specular_tint_of_blender_3_is_rendered_and_not_fitted(tint):
+    material = made.material()
+    socket = made.principled(material).inputs["Specular Tint"]
+    socket.default_value = tint
+    made.triangle(material=material)
+    read = made.read()
+    assert read.owners["Body"].values["specular_tint"] == pytest.approx((tint,) * 3)
+    assert "of another kind" in read.owners["Body"].fixed["specular_tint"]
+    assert not [text for text in read.warnings if "Specular Tint" in text]
+    value = material.node_tree.nodes.new("ShaderNodeTexImage")
+    material.node_tree.links.new(value.outputs["Color"], socket)
+    read = made.read()
+    assert read.owners["Body"].values["specular_tint"] == (0.0,) * 3
+    assert [text for text in read.warnings if "'Specular Tint' is left out" in text]
 
 
 def test_defaults_of_the_node_are_not_warned_of():

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Fitted grids reach Cycles as Volume objects."""
 
-import json
-
 import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
-from selenite.cli import main
 from selenite.cycles_check import render as cycles
 from selenite.fit_run import fields
 from selenite.problems import BadInput
@@ -158,12 +156,6 @@ def test_what_cannot_be_shown_is_refused_and_nothing_changes(vdb, tmp_path):
     assert "'Smoke'" in text and "extinction is 1" in text and "same extinction" in text
     assert "Smoke grids" not in bpy.data.objects
     assert not bpy.data.objects["Body"].hide_render
-
-
-def command(capsys, *words):
-    status = main([*words, "--json"])
-    captured = capsys.readouterr()
-    return status, json.loads(captured.out.splitlines()[-1]), captured.err
 
 
 def test_the_check_in_cycles_renders_fitted_grids(vdb, tmp_path, capsys):

@@ -2,11 +2,11 @@
 """The panel's stages: presets, an own list from ticks and from a file, drawn and run."""
 
 import json
-from types import SimpleNamespace
 
 import bpy
 import made_scenes as made
 import pytest
+from pressed_buttons import Pressed
 from test_interface import FakeLayout, draw, prepare_fit
 
 from selenite.fit_run.staging.request import AUTO, PRESETS
@@ -109,12 +109,12 @@ def test_the_panel_tells_the_stage_that_runs(tmp_path):
     tick(settings, "base_color", "ior")
     settings.stage_mode = "ior-last"
     assert "stage_mode" in draw(panels.SELENITE_PT_fit)
-    fake = SimpleNamespace(report=lambda *_: None, _remove_timer=lambda _context: None)
-    assert Start._start(fake, bpy.context)
+    start = Pressed(Start)
+    assert start._start(bpy.context)
     state.RUN.progress = state.RUN.job.progress()
     assert "Stage 1 of 2: without IOR" in draw(panels.SELENITE_PT_fit)
     bpy.ops.selenite.cancel()
-    assert Start._finish(fake, bpy.context) == {"CANCELLED"}
+    assert start._finish(bpy.context) == {"CANCELLED"}
 
 
 def test_the_panel_tells_how_long_each_preset_will_take(tmp_path):

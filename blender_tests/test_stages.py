@@ -9,6 +9,7 @@ from pathlib import Path
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import grid_files, native
 from selenite.cli import main
@@ -53,29 +54,24 @@ def stage_file(tmp_path, data=None):
     return f"--stages={path}"
 
 
-def command(capsys, *words):
-    """(exit status, the JSON object) of one command."""
-    capsys.readouterr()
-    status = main([*words, "--json"])
-    return status, json.loads(capsys.readouterr().out.splitlines()[-1])
-
-
 def rows(report):
     with (Path(report["folder"]) / "history.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
 def test_stages_run_one_after_another_and_hold_the_rest(scene, tmp_path, capsys):
-    status, report = command(capsys, *scene, stage_file(tmp_path))
+    status, report, _ = command(capsys, *scene, stage_file(tmp_path))
     assert status == 0, report
     found = {name: row["value"] for name, row in report["parameters"].items()}
     assert found["Body:base_color"] == pytest.approx(TRUTH["Body:base_color"], abs=0.03)
     # The photo is 32 x 24, so that most of its pixels lie in two or four of the 21 x 16 that are
     # compared: a render that does not know ends at 70, five standard errors away.
     assert found["Key Light:power"] == pytest.approx(80.0, rel=0.05)
-    told = [(s["name"], s["iterations"], s["spp"], s["height"]) for s in report["stages"]]
-    assert told == [("colour", 8, 4, 12), ("all", 16, 8, 16)]
-    assert report["iterations"] == 24 and report["best_iteration"] > 8
+    told = [(s["name"], s["spp"], s["height"]) for s in report["stages"]]
+    assert told == [("colour", 4, 12), ("all", 8, 16)]
+    iterations = [s["iterations"] for s in report["stages"]]
+    assert iterations[0] == 8 and 10 <= iterations[1] <= 16  # it may settle before
+    assert report["iterations"] == sum(iterations) and report["best_iteration"] > 8
     assert report["samples"] == sum(stage["samples"] for stage in report["stages"])
     history = rows(report)
     first = [row for row in history if row["stage"] == "1"]
@@ -83,24 +79,28 @@ def test_stages_run_one_after_another_and_hold_the_rest(scene, tmp_path, capsys)
     assert {row["Key Light:power"] for row in first} == {"40.0"}
     assert [int(row["iteration"]) for row in first] == list(range(9))
     # the last one twice: what the iterations found, and what its verification made of it
-    assert [int(row["iteration"]) for row in second] == [*range(8, 25), 24]
+    end = report["iterations"]
+    assert [int(row["iteration"]) for row in second] == [*range(8, end + 1), end]
     # the second stage begins at the best values of the first
     best = report["stages"][0]["values"]["Body:base_color"]
     assert [float(second[0][f"Body:base_color.{c}"]) for c in "rgb"] == best
     log = (Path(report["folder"]) / "log.txt").read_text(encoding="utf-8")
-    assert "Stage 2 'all': Body:base_color, Key Light:power; 16 iterations" in log
+    told = "Stage 2 'all': Body:base_color, Key Light:power"
+    assert f"{told}; {iterations[1]} iterations" in log
 
 
 def test_run_json_repeats_the_stages_with_the_same_bytes(scene, tmp_path, capsys):
     words = ("--fit=Body:base_color,ior", "--stages=ior-last", "--threads=1")
-    status, first = command(capsys, *scene, *words)
+    status, first, _ = command(capsys, *scene, *words)
     assert status == 0, first
     assert [stage["parameters"] for stage in first["stages"]] == [
         ["Body:base_color"],
         ["Body:base_color", "Body:ior"],
     ]
     run = Path(first["folder"]) / "run.json"
-    status, second = command(capsys, "fit", str(run), "--threads=2", f"--out={tmp_path / 'again'}")
+    status, second, _ = command(
+        capsys, "fit", str(run), "--threads=2", f"--out={tmp_path / 'again'}"
+    )
     assert status == 0, second
     assert second["parameters"] == first["parameters"]
     histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (first, second)]
@@ -126,13 +126,13 @@ def test_run_json_repeats_the_stages_with_the_same_bytes(scene, tmp_path, capsys
     ],
 )  # fmt: skip
 def test_bad_stages_are_named_and_nothing_is_written(scene, tmp_path, capsys, stages, words, texts):
-    status, report = command(capsys, *scene, stage_file(tmp_path, {"stages": stages}), *words)
+    status, report, _ = command(capsys, *scene, stage_file(tmp_path, {"stages": stages}), *words)
     assert status == 2
     lines = [f"{p['object']}: {p['cause']}; {p['cure']}" for p in report["problems"]]
     for text in texts:
         assert any(text in line for line in lines), (text, lines)
     assert not (tmp_path / "fits").exists()
-    status, report = command(capsys, *scene, f"--stages={tmp_path / 'nowhere.json'}")
+    status, report, _ = command(capsys, *scene, f"--stages={tmp_path / 'nowhere.json'}")
     assert status == 2
     assert "nowhere.json" in report["problems"][0]["object"]
 
@@ -155,16 +155,17 @@ def plan_of(tmp_path, iterations):
     return prepare(made.read(), request)
 
 
-@pytest.mark.parametrize(("iterations", "wanted"), [((100_000, 5), 1), ((6, 100_000), 2)])
+@pytest.mark.parametrize(("iterations", "wanted"), [((100_000, 5), 1), ((6, 2000), 2)])
 def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted):
     job = make_job(plan_of(tmp_path, iterations))
     assert isinstance(job, StagedJob)
     job.start()
+    # The best values are chosen at validations: at the beginning, and after every fifth iteration.
     begin, until = iterations[0] if wanted == 2 else 0, time.monotonic() + 60
-    while (state := job.progress()).iteration < begin + 3 and time.monotonic() < until:
+    while (state := job.progress()).iteration < begin + 6 and time.monotonic() < until:
         time.sleep(0.01)
     assert state.stage.startswith(f"{wanted} of 2")
-    assert state.iterations == sum(iterations) and 0 < state.fraction < 1
+    assert state.iterations == sum(iterations) and 0 <= state.fraction < 1
     assert set(state.values) == {"Body:base_color", "Body:roughness"}
     assert job.preview(0).shape == (12, 16, 3)
     job.cancel()
@@ -218,7 +219,7 @@ def test_a_grid_starts_at_the_albedo_that_was_fitted_before_it(tmp_path, capsys)
         "fit", path, "--fit", "Smoke:albedo,albedo_grid", "--photo", f"Camera={photo}",
         "--height", "12", "--grid", "Smoke:albedo_grid=2", "--out", str(tmp_path / "out"),
     )  # fmt: skip
-    status, report = command(capsys, *fit, "--iterations", "12", "--stages", "colours-first")
+    status, report, _ = command(capsys, *fit, "--iterations", "12", "--stages", "colours-first")
     assert status == 0, report
     albedo = report["stages"][0]["values"]["Smoke:albedo"]
     assert albedo == pytest.approx([0.8] * 3, abs=0.05)
@@ -228,6 +229,6 @@ def test_a_grid_starts_at_the_albedo_that_was_fitted_before_it(tmp_path, capsys)
     grid = grid_files.read(str(Path(report["folder"]) / "Smoke_albedo.npy"))
     assert grid.shape == (2, 2, 2, 3) and np.ptp(grid) > 0
     assert native.image().read(str(Path(report["folder"]) / "Camera_optimised.exr"))[0].mean() > 0
-    status, report = command(capsys, *fit, "--start", "Smoke:albedo_grid=0.4", "--stages",
+    status, report, _ = command(capsys, *fit, "--start", "Smoke:albedo_grid=0.4", "--stages",
                              "colours-first")  # fmt: skip
     assert status == 2 and "give no other start" in report["problems"][0]["cure"]

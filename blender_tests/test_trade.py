@@ -9,9 +9,9 @@ import math
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
-from selenite.cli import main
 from selenite.fit_run.settings import PRESETS, FitSettings
 from selenite.fit_run.unknowns import Unknown
 from selenite.parameters import table
@@ -20,26 +20,10 @@ from selenite.trade import choices, report
 pytestmark = pytest.mark.blender
 
 
-def command(capsys, *words):
-    """(exit status, the JSON object, what was printed) of one command."""
-    capsys.readouterr()
-    status = main([*words, "--json"])
-    printed = capsys.readouterr()
-    return status, json.loads(printed.out.splitlines()[-1]), printed.err
-
-
-@pytest.fixture
-def scene(tmp_path):
-    """A coloured ball with a lamp, in a file; the scene renders 32 x 24 pixels."""
-    made.studio(base_color=(0.2, 0.6, 0.4), roughness=0.5)
-    made.light("Key Light", energy=200)
-    return made.save(tmp_path / "scene.blend")
-
-
-def test_it_measures_within_its_budget_and_writes_table_and_plot(scene, tmp_path, capsys):
+def test_it_measures_within_its_budget_and_writes_table_and_plot(lit_ball, tmp_path, capsys):
     out = tmp_path / "out"
     words = ("--fit=Body:base_color", "--fit=Key Light:power", "--budget=12", f"--out={out}")
-    status, content, printed = command(capsys, "trade", scene, *words)
+    status, content, printed = command(capsys, "trade", lit_ball, *words)
     assert status == 0, printed
     assert content["seconds"] < 1.25 * 12 + 5
     stored = json.loads((out / "trade.json").read_text(encoding="utf-8"))
@@ -68,7 +52,7 @@ def test_it_measures_within_its_budget_and_writes_table_and_plot(scene, tmp_path
     assert "Draft" in printed and "front" in printed
 
 
-def test_without_matplotlib_there_is_a_table_and_a_word(scene, tmp_path, capsys, monkeypatch):
+def test_without_matplotlib_there_is_a_table_and_a_word(lit_ball, tmp_path, capsys, monkeypatch):
     plain = builtins.__import__
 
     def without(name, *rest, **more):
@@ -78,24 +62,24 @@ def test_without_matplotlib_there_is_a_table_and_a_word(scene, tmp_path, capsys,
 
     monkeypatch.setattr(builtins, "__import__", without)
     words = ("--fit=Body:base_color", "--budget=3", f"--out={tmp_path / 'out'}")
-    status, content, printed = command(capsys, "trade", scene, *words)
+    status, content, printed = command(capsys, "trade", lit_ball, *words)
     assert status == 0, printed
     assert content["files"]["plot"] is None
     assert "matplotlib is not installed" in printed
     assert sorted(item.name for item in (tmp_path / "out").iterdir()) == ["trade.csv", "trade.json"]
 
 
-def test_cameras_of_photos_count_and_nothing_else_of_them(scene, tmp_path, capsys):
+def test_cameras_of_photos_count_and_nothing_else_of_them(lit_ball, tmp_path, capsys):
     photo = made.photo(tmp_path / "grey.png", size=(16, 12))
     words = ("--fit=Body:base_color", "--budget=3", f"--photo=Camera={photo}")
     out = f"--out={tmp_path / 'out'}"
-    status, content, _ = command(capsys, "trade", scene, *words, out)
+    status, content, _ = command(capsys, "trade", lit_ball, *words, out)
     assert status == 0
     assert {row["height"] for row in content["settings"]} == {12}
     assert min(row["error"] for row in content["settings"] if row["runs"]) < 0.1
 
 
-def test_a_fit_that_fails_is_told_and_the_others_go_on(scene, tmp_path, capsys, monkeypatch):
+def test_a_fit_that_fails_is_told_and_the_others_go_on(lit_ball, tmp_path, capsys, monkeypatch):
     from selenite.fit_run.job import FitFailed
     from selenite.trade import measure
 
@@ -107,7 +91,7 @@ def test_a_fit_that_fails_is_told_and_the_others_go_on(scene, tmp_path, capsys, 
 
     monkeypatch.setattr(measure, "FitJob", Fragile)
     words = ("--fit=Body:base_color", "--budget=4", f"--out={tmp_path / 'out'}")
-    status, content, printed = command(capsys, "trade", scene, *words)
+    status, content, printed = command(capsys, "trade", lit_ball, *words)
     assert status == 0
     assert content["presets"]["draft"]["failure"] == "the derivative is not finite"
     assert "'draft' came to no end" in printed
@@ -124,10 +108,10 @@ def test_a_fit_that_fails_is_told_and_the_others_go_on(scene, tmp_path, capsys, 
         (("--photo=Other=nowhere.png",), "Camera 'Other'"),
     ],
 )
-def test_bad_input_is_named_and_nothing_is_written(scene, tmp_path, capsys, words, text):
+def test_bad_input_is_named_and_nothing_is_written(lit_ball, tmp_path, capsys, words, text):
     out = tmp_path / "out"
     base = () if words[0].startswith("--fit") else ("--fit=Body:base_color",)
-    status, content, _ = command(capsys, "trade", scene, *base, *words, f"--out={out}")
+    status, content, _ = command(capsys, "trade", lit_ball, *base, *words, f"--out={out}")
     assert status == 2
     assert any(text in f"{p['object']}: {p['cause']}" for p in content["problems"]), content
     assert not out.exists()

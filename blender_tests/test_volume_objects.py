@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Volume objects with OpenVDB grids: read, rendered as Cycles does, written back."""
 
-import json
-
 import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+from command_line import command
 
 from selenite import native
-from selenite.cli import main
 from selenite.cycles_check import render as cycles
 from selenite.scene_read import openvdb_files, volume_objects
 from selenite.scene_read.build import build
@@ -204,14 +202,12 @@ def test_fitted_densities_of_an_object_pass_the_check_in_cycles(vdb, tmp_path, c
     item.rotation_euler = (0.3, 0.0, 0.5)
     path = made.save(tmp_path / "scene.blend")
     picture = made.photo(tmp_path / "photo.exr", value=0.3)
-    status = main([
-        "fit", path, "--fit", "Smoke:density_grid", "--photo", f"Camera={picture}", "--height",
-        "12", "--iterations", "3", "--threads", "1", "--out", str(tmp_path), "--save",
-        str(tmp_path / "out.blend"), "--check-in-cycles", "--json",
-    ])  # fmt: skip
-    captured = capsys.readouterr()
-    assert status == 0, captured.err
-    report = json.loads(captured.out.splitlines()[-1])
+    status, report, text = command(
+        capsys, "fit", path, "--fit", "Smoke:density_grid", "--photo", f"Camera={picture}",
+        "--height", "12", "--iterations", "3", "--threads", "1", "--out", str(tmp_path), "--save",
+        str(tmp_path / "out.blend"), "--check-in-cycles",
+    )  # fmt: skip
+    assert status == 0, text
     assert report["parameters"]["Smoke:density_grid"]["voxels"] == [14, 14, 14]
     row = report["cycles"]["cameras"]["Camera"]["native_against_cycles"]
     assert abs(row["relative_bias_beyond_noise"]) < 0.01, row
@@ -224,12 +220,11 @@ def test_a_fit_gives_the_object_its_new_file(vdb, tmp_path, capsys):
     cloud(write(vdb, tmp_path / "a.vdb", density=ball()))
     path = made.save(tmp_path / "scene.blend")
     picture = made.photo(tmp_path / "photo.exr", value=0.3)
-    status = main([
-        "fit", path, "--fit", "Smoke:albedo_grid", "--grid", "Smoke:albedo_grid=3", "--photo",
-        f"Camera={picture}", "--height", "8", "--iterations", "3", "--threads", "1", "--out",
-        str(tmp_path), "--save", str(tmp_path / "out.blend"),
-    ])  # fmt: skip
-    text = capsys.readouterr().err
+    status, _, text = command(
+        capsys, "fit", path, "--fit", "Smoke:albedo_grid", "--grid", "Smoke:albedo_grid=3",
+        "--photo", f"Camera={picture}", "--height", "8", "--iterations", "3", "--threads", "1",
+        "--out", str(tmp_path), "--save", str(tmp_path / "out.blend"),
+    )  # fmt: skip
     assert status == 0, text
     assert "now renders" in text
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out.blend"))

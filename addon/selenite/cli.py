@@ -197,7 +197,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool",
     )
     add("--search", choices=("auto", "on", "off"), help="look around before the first step")
-    add("--iterations", type=int)
+    add("--iterations", type=int, help="at most: values may settle before")
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
     add("--learning-rate", type=float)

@@ -9,7 +9,13 @@ from pathlib import Path
 
 import bpy
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import made_scenes as made  # noqa: E402
+
 PICTURES = Path(os.environ.get("SELENITE_PICTURES", tempfile.mkdtemp()))
+FOLDER = Path(tempfile.mkdtemp())  # for what a script writes
+ENDLESS = 1_000_000  # iterations or samples
 
 
 def window():
@@ -32,6 +38,17 @@ def picture(name):
     in_window(bpy.ops.screen.screenshot, filepath=str(PICTURES / f"{name}.png"))
 
 
+def photographed(value):
+    """The panel's settings, with its rows and a photo of one grey for the scene's camera."""
+    bpy.context.view_layer.update()
+    photo = made.photo(FOLDER / "Camera.png", value=value)
+    settings = bpy.context.scene.selenite
+    assert in_window(bpy.ops.selenite.refresh_rows) == {"FINISHED"}
+    in_window(bpy.ops.selenite.add_capture)
+    settings.captures[0].photo = bpy.data.images.load(str(photo))
+    return settings
+
+
 def press_escape():
     """With the pointer in the middle of the 3D View."""
     shown, area = window()[:2]
@@ -43,8 +60,8 @@ def press_escape():
 def run(steps, panels, shown=None):
     """Registers the add-on and goes through the generator `steps`; `shown`: panels that are drawn.
 
-    Each yield waits: a number of seconds, or a condition that must come true. Blender quits at the
-    end, with status 1 after a failure.
+    The steps begin without any object. Each yield waits: a number of seconds, or a condition that
+    must come true. Blender quits at the end, with status 1 after a failure.
     """
     import selenite
 
@@ -53,8 +70,17 @@ def run(steps, panels, shown=None):
         if issubclass(item, bpy.types.Panel) and (shown is None or item in shown):
             item.bl_category = "Item"
     selenite.register()
-    sequence, waiting = steps(), [0.0, 0]
+    sequence, waiting = _in_empty_scene(steps), [0.0, 0]
     bpy.app.timers.register(lambda: _drive(sequence, waiting), first_interval=1.0, persistent=True)
+
+
+def _in_empty_scene(steps):
+    """The steps, in a window that shows the sidebar."""
+    window()[3].show_region_ui = True
+    bpy.context.preferences.view.ui_scale = 0.6  # more panels fit the window and are drawn
+    for item in list(bpy.data.objects):
+        bpy.data.objects.remove(item)
+    yield from steps()
 
 
 def _drive(sequence, waiting):

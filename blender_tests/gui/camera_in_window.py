@@ -1,32 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Suggest Next Camera in a real window: progress, Esc, a camera, and its undo step."""
 
-import sys
-import tempfile
-from pathlib import Path
-
 import bpy
+from _driving import in_window, made, photographed, picture, press_escape, run
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
-
-import made_scenes as made  # noqa: E402
-from _driving import in_window, picture, press_escape, run, window  # noqa: E402
-
-from selenite.interface import panels, state  # noqa: E402
+from selenite.interface import panels, state
 
 
 def prepare():
     """A sphere, a photo of it, base colour and roughness ticked."""
-    for item in list(bpy.data.objects):
-        bpy.data.objects.remove(item)
     made.studio(roughness=0.4)
     made.light(energy=300)
-    bpy.context.view_layer.update()
-    photo = made.photo(Path(tempfile.mkdtemp()) / "Camera.png", value=0.3)
-    settings = bpy.context.scene.selenite
-    assert in_window(bpy.ops.selenite.refresh_rows) == {"FINISHED"}
-    in_window(bpy.ops.selenite.add_capture)
-    settings.captures[0].photo = bpy.data.images.load(str(photo))
+    settings = photographed(0.3)
     for row in settings.rows:
         row.enabled = row.owner == "Body" and row.parameter in ("base_color", "roughness")
 
@@ -38,8 +23,6 @@ def looking():
 
 def steps():
     """See `_driving.run`."""
-    window()[3].show_region_ui = True
-    bpy.context.preferences.view.ui_scale = 0.6
     prepare()
     yield 0.5
     in_window(bpy.ops.ed.undo_push, message="before")

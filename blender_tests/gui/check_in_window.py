@@ -1,36 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Check in Cycles in a real window: progress, Esc, the numbers, a file load during a check."""
 
-import sys
-import tempfile
-from pathlib import Path
-
 import bpy
+from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
-
-import made_scenes as made  # noqa: E402
-from _driving import in_window, picture, press_escape, run, window  # noqa: E402
-
-from selenite.interface import panels, state  # noqa: E402
-
-ENDLESS = 1_000_000  # samples
+from selenite.interface import panels, state
 
 
-def prepare(folder):
+def prepare():
     """A sphere with a photo of another grey; base colour is fitted in a moment."""
-    for item in list(bpy.data.objects):
-        bpy.data.objects.remove(item)
     made.studio()
-    bpy.context.view_layer.update()
-    photo = made.photo(folder / "Camera.png", value=0.1)
-    settings = bpy.context.scene.selenite
-    in_window(bpy.ops.selenite.refresh_rows)
-    in_window(bpy.ops.selenite.add_capture)
-    settings.captures[0].photo = bpy.data.images.load(str(photo))
+    settings = photographed(0.1)
     next(item for item in settings.rows if item.parameter == "base_color").enabled = True
     settings.height, settings.iterations, settings.picture_spp = 24, 5, 16
-    settings.output = str(folder / "out")
+    settings.output = str(FOLDER / "out")
     return settings
 
 
@@ -49,10 +32,7 @@ def escaped():
 
 def steps():
     """See `_driving.run`."""
-    folder = Path(tempfile.mkdtemp())
-    window()[3].show_region_ui = True
-    bpy.context.preferences.view.ui_scale = 0.6  # all panels fit the window and are drawn
-    settings = prepare(folder)
+    settings = prepare()
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield lambda: state.RUN.job is None
     blocks = sorted(item.name for item in bpy.data.user_map())

@@ -1,33 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Start, live progress, Esc, Apply, undo, and a file load during a run, in a real window."""
 
-import sys
-import tempfile
-from pathlib import Path
-
 import bpy
+from _driving import ENDLESS, in_window, made, photographed, picture, press_escape, run
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
-
-import made_scenes as made  # noqa: E402
-from _driving import in_window, picture, press_escape, run, window  # noqa: E402
-
-from selenite.interface import panels, state  # noqa: E402
-
-ENDLESS = 1_000_000  # iterations
+from selenite.interface import panels, state
 
 
 def prepare():
     """A sphere, a photo darker than its render, base colour ticked."""
-    for item in list(bpy.data.objects):
-        bpy.data.objects.remove(item)
     material = made.studio()
-    bpy.context.view_layer.update()
-    photo = made.photo(Path(tempfile.mkdtemp()) / "Camera.png", value=0.1)
-    settings = bpy.context.scene.selenite
-    assert in_window(bpy.ops.selenite.refresh_rows) == {"FINISHED"}
-    in_window(bpy.ops.selenite.add_capture)
-    settings.captures[0].photo = bpy.data.images.load(str(photo))
+    settings = photographed(0.1)
     row = next(item for item in settings.rows if item.parameter == "base_color")
     row.enabled = True
     settings.height, settings.iterations, settings.tolerance = 24, ENDLESS, 0.0
@@ -42,8 +25,6 @@ def running():
 
 def steps():
     """See `_driving.run`."""
-    window()[3].show_region_ui = True
-    bpy.context.preferences.view.ui_scale = 0.6  # all panels fit the window and are drawn
     material = prepare()
     name, before = material.name, tuple(made.socket(material, "base_color").default_value)
     yield 0.5

@@ -2,35 +2,18 @@
 """An own list of stages in the panel, its run, a remark below it, and a run that goes on."""
 
 import json
-import sys
-import tempfile
-from pathlib import Path
 
 import bpy
+from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[i]) for i in (0, 1)]
-
-import made_scenes as made  # noqa: E402
-from _driving import in_window, picture, press_escape, run, window  # noqa: E402
-
-from selenite.interface import panels, stages, state  # noqa: E402
-
-ENDLESS = 1_000_000  # iterations
+from selenite.interface import panels, stages, state
 
 
 def prepare():
     """A sphere, a photo darker than its bounds allow, two stages."""
-    for item in list(bpy.data.objects):
-        bpy.data.objects.remove(item)
     made.studio()
-    bpy.context.view_layer.update()
-    folder = Path(tempfile.mkdtemp())
-    settings = bpy.context.scene.selenite
-    in_window(bpy.ops.selenite.refresh_rows)
-    in_window(bpy.ops.selenite.add_capture)
-    photo = made.photo(folder / "Camera.png", value=0.1)
-    settings.captures[0].photo = bpy.data.images.load(str(photo))
-    settings.height, settings.tolerance, settings.output = 24, 0.0, str(folder / "fits")
+    settings = photographed(0.1)
+    settings.height, settings.tolerance, settings.output = 24, 0.0, str(FOLDER / "fits")
     rows = {row.parameter: row for row in settings.rows}
     rows["base_color"].minimum = 0.5
     settings.stage_mode = "own"
@@ -49,8 +32,6 @@ def second_stage():
 
 def steps():
     """See `_driving.run`."""
-    window()[3].show_region_ui = True
-    bpy.context.preferences.view.ui_scale = 0.6  # all panels fit the window and are drawn
     settings = prepare()
     yield 0.5
     picture("own list")

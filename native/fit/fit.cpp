@@ -65,6 +65,8 @@ const char* stop_text(StopReason reason) {
   switch (reason) {
     case StopReason::kIterations:
       return "all iterations done";
+    case StopReason::kArrived:
+      return "the values have settled";
     case StopReason::kTolerance:
       return "loss below tolerance";
     case StopReason::kCancelled:
@@ -332,7 +334,8 @@ bool Fit::iterate(Progress* progress) {
   field_values_ = std::move(next_fields);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
   ++result_.iterations;
-  if (result_.iterations < settings_.iterations) return true;
+  const bool arrived = wants_verification() && optimiser_->arrived();
+  if (result_.iterations < settings_.iterations && !arrived) return true;
   return finish(progress);
 }
 

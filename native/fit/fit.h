@@ -31,7 +31,7 @@ struct HistoryRow {
 /// What a fit is doing: looking around, stepping, looking again at what it has found.
 enum class Phase { kSearching, kFitting, kVerifying };
 
-enum class StopReason { kNone, kIterations, kTolerance, kCancelled, kDropped, kError };
+enum class StopReason { kNone, kIterations, kArrived, kTolerance, kCancelled, kDropped, kError };
 const char* phase_text(Phase phase);
 /// A few words, as shown to users and written to result.json.
 const char* stop_text(StopReason reason);

@@ -82,7 +82,8 @@ bool Fit::verify(Progress* progress) {
   // Where the validation finds its values worse, the linear step to them went too far.
   if (!settle(verification_->values(), progress)) verification_->settle_for(result_.best);
   result_.report = verification_->report();
-  return stop(StopReason::kIterations);
+  return stop(result_.iterations < settings_.iterations ? StopReason::kArrived
+                                                        : StopReason::kIterations);
 }
 
 }  // namespace selenite

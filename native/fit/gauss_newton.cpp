@@ -34,6 +34,10 @@ constexpr double kShrinkFrom = 10;
 constexpr int kMostRejections = 3;
 constexpr double kWorseBy = 0.1, kWorseSigmas = 2;
 constexpr std::size_t kAveraged = 8;
+/// Arrived: so many iterations, and no more than that share of the caps left to go. A look at frozen
+/// values ends the way better than more iterations; but it needs their derivatives.
+constexpr int kLeastIterations = 10;
+constexpr double kArrived = 0.1;
 constexpr int kVarianceBlur = 2;
 constexpr double kFinalSamples = 64;  ///< samples a pixel will have seen in the end
 constexpr double kModelError = 0.05;  ///< of a pixel's brightness
@@ -72,7 +76,8 @@ void GaussNewton::View::members(SavedState& state) { state(weight, variance, jac
 
 void GaussNewton::members(SavedState& state) {
   state(views_, iteration_, variance_count_, next_weighing_, normal_, covariance_, right_,
-        strength_, damping_, last_move_, rejected_, best_loss_, has_best_, best_u_, accepted_);
+        strength_, damping_, last_move_, rejected_, arrived_, best_loss_, has_best_, best_u_,
+        accepted_);
 }
 
 void GaussNewton::set_first_weights() {
@@ -175,6 +180,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   std::vector<Halves> halves;
   for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
   ++iteration_;
+  arrived_ = false;
   const NoisyLoss loss = weighted_loss(halves);
   if (worse_than_best(loss)) {
     ++rejected_;
@@ -201,7 +207,10 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
     best_u_ = u;
   }
 
-  const Vector next = u + bounded_step(u);
+  const Way way = bounded_way(u);
+  const Vector next = u + way.step;
+  arrived_ = iteration_ >= kLeastIterations &&
+             (way.left.array() <= kArrived * coordinates_.cap().array()).all();
   last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
   accepted_.push_back(next);
   if (accepted_.size() > kAveraged) accepted_.pop_front();
@@ -259,7 +268,7 @@ GaussNewton::Matrix GaussNewton::prior() const {
 
 /// Step within the caps and the bounds. Components that would leave at a bound are held, and the
 /// others solved again without them.
-Vector GaussNewton::bounded_step(const Vector& u) const {
+GaussNewton::Way GaussNewton::bounded_way(const Vector& u) const {
   const Matrix normal = normal_ + prior();
   const Vector residual = right_ - normal * u;
   const Vector scale =
@@ -267,39 +276,47 @@ Vector GaussNewton::bounded_step(const Vector& u) const {
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < u.size(); ++k)
     if (scale[k] > 0) free.push_back(k);  // else: not in any picture
-  Vector step = Vector::Zero(u.size());
+  Way way{Vector::Zero(u.size()), Vector::Zero(u.size())};
+  Vector& step = way.step;
   while (!free.empty()) {
-    step = free_step(free, normal, residual, scale);
+    way = free_way(free, normal, residual, scale);
     const auto leaves = [&](Eigen::Index k) {
       return (u[k] <= coordinates_.minimum()[k] && step[k] < 0) ||
              (u[k] >= coordinates_.maximum()[k] && step[k] > 0);
     };
     if (std::erase_if(free, leaves) == 0) break;
-    step.setZero();
+    way.step.setZero();
+    way.left.setZero();
   }
   const double longest = std::min(1.0, kShrinkFrom / iteration_);
   const double reach = step.cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
   if (reach > longest) step *= longest / reach;
-  return (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
+  step = (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
+  return way;
 }
 
 /// Damped step in the singular directions of the scaled normal matrix, shrunk where it is noise.
-Vector GaussNewton::free_step(const std::vector<Eigen::Index>& free, const Matrix& normal,
-                              const Vector& residual, const Vector& scale) const {
+GaussNewton::Way GaussNewton::free_way(const std::vector<Eigen::Index>& free, const Matrix& normal,
+                                       const Vector& residual, const Vector& scale) const {
   const Vector inverse = scale(free).cwiseInverse();
   const Matrix scaled = inverse.asDiagonal() * normal(free, free) * inverse.asDiagonal();
   const Matrix noise = inverse.asDiagonal() * covariance_(free, free) * inverse.asDiagonal();
   const Directions directions(scaled);
+  const Vector values = directions.values.cwiseMax(kLeastValue);
+  const Matrix spread = directions.out.transpose() * noise * directions.out;
   Vector along = directions.out.transpose() * inverse.cwiseProduct(residual(free));
+  const Vector whole = along.cwiseQuotient(values);
   for (Eigen::Index j = 0; j < along.size(); ++j) {
-    const double variance = directions.out.col(j).dot(noise * directions.out.col(j));
     const double square = along[j] * along[j];
-    const double trust = square > 0 ? square / (square + variance) : 0;
-    along[j] *= trust / (std::max(directions.values[j], kLeastValue) + damping_);
+    const double trust = square > 0 ? square / (square + spread(j, j)) : 0;
+    along[j] *= trust / (values[j] + damping_);
   }
-  Vector step = Vector::Zero(scale.size());
-  step(free) = inverse.cwiseProduct(directions.in * along);
-  return step;
+  const Matrix back = directions.in * values.cwiseInverse().asDiagonal();
+  const Vector deviation = (back * spread * back.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+  Way way{Vector::Zero(scale.size()), Vector::Zero(scale.size())};
+  way.step(free) = inverse.cwiseProduct(directions.in * along);
+  way.left(free) = inverse.cwiseProduct((directions.in * whole).cwiseAbs() + deviation);
+  return way;
 }
 
 /// The mean of the last estimates: each still carries the noise of its own samples.

@@ -27,6 +27,7 @@ class GaussNewton final : public Optimiser {
   Vector answer(const Vector& x) const override;
   void start_afresh() override;
   bool averages() const override { return true; }
+  bool arrived() const override { return arrived_; }
 
   /// For a look at frozen values: what one photo says about them, in the weights and with the
   /// instruments that have been gathered.
@@ -71,10 +72,16 @@ class GaussNewton final : public Optimiser {
   bool worse_than_best(const NoisyLoss& loss) const;
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
                       double keep);
+  /// Where a solution leads, per component: the step to take, and what is left to go, whole and with
+  /// one standard deviation of what is known about it.
+  struct Way {
+    Vector step, left;
+  };
+
   Matrix prior() const;
-  Vector bounded_step(const Vector& u) const;
-  Vector free_step(const std::vector<Eigen::Index>& free, const Matrix& normal,
-                   const Vector& residual, const Vector& scale) const;
+  Way bounded_way(const Vector& u) const;
+  Way free_way(const std::vector<Eigen::Index>& free, const Matrix& normal, const Vector& residual,
+               const Vector& scale) const;
   double least_damping() const;
 
   const Problem* problem_;
@@ -91,6 +98,7 @@ class GaussNewton final : public Optimiser {
   double damping_;
   double last_move_ = 0;  ///< largest component of the last step in units of its cap
   int rejected_ = 0;      ///< in a row
+  bool arrived_ = false;
   NoisyLoss best_loss_;
   bool has_best_ = false;
   Vector best_u_;

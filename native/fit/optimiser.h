@@ -45,6 +45,9 @@ class Optimiser {
   virtual Vector answer(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.
   virtual void start_afresh() {}
+  /// Whether the last step left so little that a look at frozen values (`Verification`) can go the
+  /// rest better than more steps.
+  virtual bool arrived() const { return false; }
   /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
   virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;

@@ -14,13 +14,15 @@ namespace selenite {
 namespace {
 
 constexpr double kQuantile90 = 1.6449;
-constexpr int kMostPasses = 3;
+constexpr int kMostPasses = 4;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 constexpr int kWarmUp = 100;     ///< purpose of their seeds
-/// The first pass takes a share of the samples, unless that are too few to step by.
-constexpr int kFirstShare = 4, kFirstLeast = 64;
-/// Residuals take most of the samples: the Jacobians of the iterations serve on.
-constexpr int kDerivativeShare = 8;
+/// The first passes take shares of the samples, unless that are too few to step by.
+constexpr std::array kShares{16, 4};
+constexpr int kLeastOfPass = 32;
+/// Of the samples of residuals. The Jacobians of the iterations serve on, but where unknowns nearly
+/// make up for each other their noise hides that: with an eighth, intervals there are too narrow.
+constexpr int kDerivativeShare = 3;
 constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 /// Share of its range, in the coordinate of steps, beyond which a standard deviation says nothing
 /// that the clamps have not said (an even spread over the range has 0.29).
@@ -288,16 +290,16 @@ Verification::Verification(const Problem& problem, const Optimiser& optimiser, V
       spp_(spp),
       iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp(spp)) {}
 
-int Verification::first_spp() const {
-  return std::min(spp_, std::max(spp_ / kFirstShare, kFirstLeast));
+int Verification::pass_spp(int pass) const {
+  const auto index = static_cast<std::size_t>(pass);
+  return index < kShares.size() ? std::min(spp_, std::max(spp_ / kShares[index], kLeastOfPass))
+                                : spp_;
 }
-
-int Verification::pass_spp() const { return report_.passes == 0 ? first_spp() : spp_; }
 
 Observation Verification::derivatives(int purpose, std::size_t capture,
                                       const RenderAt& render) const {
   return {static_cast<int>(capture),
-          render(x_, problem_->captures[capture], derivative_spp(pass_spp()),
+          render(x_, problem_->captures[capture], derivative_spp(pass_spp(report_.passes)),
                  seed_of(seed_, purpose, static_cast<int>(capture)), Side::kBoth),
           {}};
 }
@@ -318,10 +320,10 @@ bool Verification::step(const RenderAt& render) {
   if (!has_instruments_) gather_instruments(render);
   const std::size_t captures = problem_->captures.size();
   const Capture& photo = problem_->captures[capture_];
-  const double weight = static_cast<double>(derivative_spp(pass_spp())) / iteration_spp_;
-  const Film film =
-      render(x_, photo, pass_spp(), seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)),
-             std::nullopt);
+  const int spp = pass_spp(report_.passes);
+  const double weight = static_cast<double>(derivative_spp(spp)) / iteration_spp_;
+  const Film film = render(
+      x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
   const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
   found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
   if (++capture_ == captures) end_pass();
@@ -339,7 +341,8 @@ void Verification::end_pass() {
   report_.misfit.explained = found_.misfit <= kMisfitSigmas * report_.misfit.standard_error;
   const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
   x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
-  over_ = (now.surprise <= kSurprise && report_.passes > 1) || report_.passes == kMostPasses;
+  const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
+  over_ = (whole && now.surprise <= kSurprise) || report_.passes == kMostPasses;
   if (over_) {
     if (now.surprise > kSurprise)
       report_.components =
@@ -360,10 +363,12 @@ double Verification::fraction() const {
   if (over_) return 1;
   const double part =
       static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
-  // In units of a pass with all samples.
-  const double first = static_cast<double>(first_spp()) / spp_;
-  const double done = report_.passes == 0 ? first * part : first + report_.passes - 1 + part;
-  return done / (first + kMostPasses - 1);
+  double done = pass_spp(report_.passes) * part, all = 0;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    all += pass_spp(pass);
+    if (pass < report_.passes) done += pass_spp(pass);
+  }
+  return done / all;
 }
 
 }  // namespace selenite

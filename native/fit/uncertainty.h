@@ -69,8 +69,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
 /// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
 /// answer moves by that step; where it is more than noise the look is repeated from there, and if the
 /// last step still is, its length is an error beside the noise: it may have gone too far, or half of
-/// the way. The first look takes few samples: it is the way to where the next one begins, which is
-/// then mostly the last.
+/// the way. The first looks take few samples: they are the way to where the next one begins.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.
@@ -89,8 +88,7 @@ class Verification {
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
   void end_pass();
-  int first_spp() const;
-  int pass_spp() const;
+  int pass_spp(int pass) const;
 
   const Problem* problem_;
   GaussNewton evidence_;

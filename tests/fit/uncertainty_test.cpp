@@ -37,7 +37,7 @@ struct Verified {
 
 /// Verifies values that are off by a part of what is uncertain.
 Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t seed,
-                std::vector<UnknownParameter> wanted = synthetic_unknowns()) {
+                const std::vector<UnknownParameter>& wanted = synthetic_unknowns()) {
   const Scene scene = synthetic_scene();
   check_captures(scene, captures);
   const Unknowns unknowns(scene, wanted);
@@ -58,6 +58,12 @@ Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t se
   while (verification.step(render)) {
   }
   return {verification.values(), verification.report()};
+}
+
+/// Transmission and metallic, both in the middle of [0, 1]: for evidence made by hand.
+Unknowns two_unknowns() {
+  return {synthetic_scene(),
+          {{"Body", "transmission", {0.5}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}}};
 }
 
 // 200 runs with photos as noisy as the renders: of about 1200 intervals, correlated within a run, 85
@@ -115,8 +121,7 @@ TEST(Uncertainty, NamesWhatNoPictureShows) {
 
 // Evidence made by hand: the sum of two parameters is known well, their difference hardly.
 TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
-  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
-                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const Unknowns unknowns = two_unknowns();
   const Coordinates coordinates(unknowns);
   Evidence evidence(2);
   evidence.normal << 1, 0.999, 0.999, 1;
@@ -136,12 +141,10 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
   EXPECT_NEAR(apart.components[0].standard_error, 0.01 * std::sqrt(4.0 / 3), 1e-6);
 }
 
-// The second parameter is lost in noise, but what it does looks like half of the first.
 // Filters of their own make instruments of columns alike differ; a symmetric mean of both halves
 // would go more than twice as far here.
 TEST(Uncertainty, StepsByTheEquationsAsTheyAre) {
-  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
-                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const Unknowns unknowns = two_unknowns();
   const Coordinates coordinates(unknowns);
   const Vector way{{0.03, -0.03}};
   Evidence evidence(2);
@@ -172,8 +175,7 @@ TEST(Directions, AreTheEigenvectorsOfASymmetricMatrix) {
 
 // Two that are known well; one of them was still far on its way.
 TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
-  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
-                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const Unknowns unknowns = two_unknowns();
   const Coordinates coordinates(unknowns);
   Evidence evidence(2);
   evidence.normal << 1, 0.2, 0.2, 1;
@@ -194,9 +196,9 @@ TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
   EXPECT_TRUE(far[1].determined) << "it hardly moved";
 }
 
+// The second parameter is lost in noise, but what it does looks like half of the first.
 TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
-  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
-                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const Unknowns unknowns = two_unknowns();
   Evidence evidence(2);
   evidence.normal << 1, 0.1, 0.1, 0.3;
   evidence.normal_variance << 1e-12, 1e-12, 1e-12, 1;
@@ -267,7 +269,8 @@ TEST(Uncertainty, TellsNoiseOfThePhotoFromAMisfit) {
   EXPECT_TRUE(verify(synthetic_truth(), {photo}, 1).report.misfit.explained);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x) {
-      Colorf& pixel = photo.reference[static_cast<std::size_t>(y * kSize + x)];
+      Colorf& pixel =
+          photo.reference[static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x)];
       pixel = pixel * 2.f;
     }
   const Misfit misfit = verify(synthetic_truth(), {photo}, 1).report.misfit;
@@ -291,7 +294,7 @@ TEST(Uncertainty, AFitEndsWithItsReport) {
   bool verified = false;
   while (fit.step()) verified = verified || fit.result().phase == Phase::kVerifying;
   const FitResult& result = fit.result();
-  EXPECT_EQ(result.stopped, StopReason::kIterations) << result.message;
+  EXPECT_EQ(result.stopped, StopReason::kArrived) << result.message;
   EXPECT_TRUE(verified);
   ASSERT_EQ(result.report.components.size(), 6u);
   EXPECT_EQ(result.best, result.last);
@@ -303,6 +306,27 @@ TEST(Uncertainty, AFitEndsWithItsReport) {
     EXPECT_LE(one.interval[0], result.best[k]);
     EXPECT_GE(one.interval[1], result.best[k]);
   }
+}
+
+TEST(Uncertainty, AFitIteratesLongerTheLessItKnows) {
+  const auto iterations = [](const FitSettings& settings) {
+    const Scene scene = synthetic_scene();
+    Fit fit(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
+    while (fit.step()) {
+    }
+    return fit.result().iterations;
+  };
+  FitSettings settings = default_settings();
+  const int clear = iterations(settings);
+  EXPECT_GE(clear, 10);  // verification needs their derivatives
+  EXPECT_LT(clear, 20);
+  settings.renderer = SyntheticRenderer{2, 5};
+  EXPECT_GT(iterations(settings), clear);
+  settings.renderer = SyntheticRenderer{20, 50};
+  EXPECT_EQ(iterations(settings), settings.iterations);
+  settings = default_settings();
+  settings.verification = "off";  // nothing would go the rest of the way
+  EXPECT_EQ(iterations(settings), settings.iterations);
 }
 
 TEST(Uncertainty, ACancelledVerificationKeepsTheFit) {

@@ -62,9 +62,9 @@ def picture_size(
     if height is None:
         if width is None:
             return camera.width, camera.height
-        return width, max(1, round(width * camera.height / camera.width))
+        return width, max(1, round(width / camera.aspect))
     if width is None:
-        return max(1, round(height * camera.width / camera.height)), height
+        return max(1, round(height * camera.aspect)), height
     return width, height
 
 
@@ -75,7 +75,7 @@ def picture_frame(
     where one follows from the other and is rounded, the picture still shows all that the camera
     takes, as a photo of it brought to that size does."""
     one = (width is None) != (height is None)
-    return (camera.width / camera.height if one else 0.0, 0, 0)
+    return (camera.aspect if one else 0.0, 0, 0)
 
 
 def find_constant(

@@ -31,7 +31,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.out is None and not args.expected:
         cause, cure = "there is no folder for the table", "add --out DIR, or --expected"
         problems.append(Problem("Argument --out", cause, cure))
-    out = arguments.output_folder(args.out or ".", problems)
+    if not args.expected:
+        out = arguments.output_folder(args.out or ".", problems)
     if not (math.isfinite(args.budget) and args.budget > 0):
         cause, cure = f"it is {args.budget:g}", "give seconds above 0"
         problems.append(Problem("Argument --budget", cause, cure))

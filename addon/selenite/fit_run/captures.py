@@ -142,8 +142,7 @@ def _read(
     clipped = info.get("clipped")
     if clipped is not None and clipped.mean() > 0.001:
         warnings.append(f"{title}: {clipped.mean():.1%} of its pixels are clipped and do not count")
-    aspect = camera.width / camera.height
-    return Capture(camera.name, request.photo, size, reference, weight, aspect)
+    return Capture(camera.name, request.photo, size, reference, weight, camera.aspect)
 
 
 def _at_working_size(

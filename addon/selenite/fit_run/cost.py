@@ -22,9 +22,11 @@ _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
 _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
-# Of the verification: least samples, the share of them that have derivatives, and its first pass
-# with a quarter of them before a whole one, which is mostly the last.
-_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 8, 1.25
+# Of the verification: least samples, the share of them that have derivatives, and its passes: with
+# a sixteenth and a quarter of them before a whole one, and every third fit takes another one.
+_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.6
+#: Iterations after which the values of most fits that are verified have settled.
+_SETTLED_AFTER = 15
 
 
 def pixels_at(captures: Sequence[Capture], height: int) -> int:
@@ -42,16 +44,28 @@ def verification_spp(settings: FitSettings) -> int:
     return max(_VERIFICATION_LEAST, settings.iterations * settings.spp)
 
 
+def too_many(plan: FitPlan) -> str:
+    """Why a fit's report can't tell what the photos know of the unknowns; "" if it can."""
+    if plan.fields:
+        return "a grid has too many values to say what the photos know of them"
+    count = sum(item.parameter.width for item in plan.unknowns)
+    if count > FEW:
+        return f"{count} numbers are unknown, a fit verifies up to {FEW}"
+    return ""
+
+
 def paths(settings: FitSettings, plan: FitPlan) -> float:
     """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
     settings are those of the fit, not the plan's."""
-    few = not plan.fields and sum(item.parameter.width for item in plan.unknowns) <= FEW
+    few = not too_many(plan)
     steps_by_least_squares = few and settings.optimiser != "adam"
     path = _FIELD_DERIVATIVES if plan.fields else _DERIVATIVES
     differences = sum(_by_difference(item) for item in plan.unknowns)
     if steps_by_least_squares:
         path += differences
     iterations, spp = settings.iterations, settings.spp
+    if steps_by_least_squares:
+        iterations = min(iterations, _SETTLED_AFTER)
     validations = -(-iterations // _VALIDATION_EVERY) + 1
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
     per_pixel = iterations * spp * path + validations * validation

@@ -8,21 +8,17 @@ from dataclasses import replace
 import bpy
 
 from ..fit_run.request import RunRequest, UnknownRequest
-from ..looks.job import LookJob
-from ..native import NativeUnavailable
 from ..next_camera import report
 from ..next_camera.suggestion import Suggestion, suggestion_of
 from ..parameters import Values
-from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import SceneValues
 from ..write_back.cameras import add_camera
 from . import grid_rows
 from .request import run_request
-from .row_operators import report_problems
 from .state import NEXT
-from .ticking import CancelsLook, LooksInThread, redraw
+from .ticking import CancelsLook, LooksInThread
 
 
 class SELENITE_OT_suggest_camera(LooksInThread):
@@ -34,46 +30,26 @@ class SELENITE_OT_suggest_camera(LooksInThread):
     bl_options = {"REGISTER", "UNDO"}
 
     looking = NEXT
+    failure = "No camera is suggested"
 
-    def _start(self, context: bpy.types.Context) -> bool:
+    def _work(self, context: bpy.types.Context) -> Suggestion:
         scene = context.scene
-        try:
-            values = read_scene(scene, context.evaluated_depsgraph_get())
-            known = _known(scene, values)
-            request = _at(run_request(scene, values), known)
-            found = suggestion_of(values, request, packed_photos(), known)
-        except BadInput as error:
-            report_problems(self, error)
-            return False
-        except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        NEXT.start(LookJob(found), scene.name)
-        return True
+        values = read_scene(scene, context.evaluated_depsgraph_get())
+        known = _known(scene, values)
+        request = _at(run_request(scene, values), known)
+        return suggestion_of(values, request, packed_photos(), known)
 
-    def _finish(self, context: bpy.types.Context) -> set[str]:
-        self._remove_timer(context)
-        job, NEXT.job = NEXT.job, None
+    def _end(self, work: Suggestion | None) -> set[str]:
         scene: bpy.types.Scene | None = bpy.data.scenes.get(NEXT.scene_name)
-        try:
-            done = job.join()
-        except (BadInput, ValueError, RuntimeError) as error:
-            if isinstance(error, BadInput):
-                report_problems(self, error)
-            else:
-                self.report({"ERROR"}, f"No camera is suggested: {error}")
-            return {"CANCELLED"}
-        finally:
-            redraw(context)
-        if not done or scene is None:
+        if work is None or scene is None:
             NEXT.lines = ["Cancelled; nothing was changed"]
             return {"CANCELLED"}
-        like = _like(job.work)
+        like = _like(work)
         if like not in scene.objects:  # deleted or renamed meanwhile
             self.report({"ERROR"}, f"Camera '{like}' is gone; suggest again")
             return {"CANCELLED"}
-        name = _show(scene, job.work)
-        NEXT.lines = report.advice(job.work)
+        name = _show(scene, work)
+        NEXT.lines = report.advice(work)
         self.report({"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
         return {"FINISHED"}
 

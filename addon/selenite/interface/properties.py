@@ -193,7 +193,14 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         name="Quality", items=PRESET_ITEMS, default="balanced", update=_take_preset
     )
     loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default="dual-buffer")
-    iterations: IntProperty(name="Iterations", default=_DEFAULTS.iterations, min=1, soft_max=1000)
+    iterations: IntProperty(
+        name="Iterations",
+        description="At most. The values of few parameters may settle before; they are then looked "
+        "at again with as many samples as all these iterations have",
+        default=_DEFAULTS.iterations,
+        min=1,
+        soft_max=1000,
+    )
     spp: IntProperty(
         name="Samples",
         default=_DEFAULTS.spp,

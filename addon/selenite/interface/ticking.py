@@ -3,11 +3,31 @@
 
 from __future__ import annotations
 
-from typing import cast
+from abc import abstractmethod
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
 import bpy
 
+from ..fit_run.job import FitFailed
+from ..looks.job import LookJob, Work
+from ..native import NativeUnavailable
+from ..problems import BadInput
+from .row_operators import report_problems
 from .state import Looking, is_idle
+
+T = TypeVar("T")
+
+
+def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
+    """What `make` gives; None after it has been reported why there is nothing."""
+    try:
+        return make()
+    except BadInput as error:
+        report_problems(operator, error)
+    except NativeUnavailable as error:
+        operator.report({"ERROR"}, str(error))
+    return None
 
 
 class Ticking:
@@ -39,6 +59,8 @@ class LooksInThread(Ticking, bpy.types.Operator):
     """Base of an operator that waits for a look in a thread. Esc cancels it."""
 
     looking: Looking
+    #: How the report begins when the look failed.
+    failure: str
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the thread; a timer looks at it."""
@@ -70,13 +92,32 @@ class LooksInThread(Ticking, bpy.types.Operator):
         self.looking.stop()
         self._remove_timer(context)
 
+    @abstractmethod
+    def _work(self, context: bpy.types.Context) -> Work:
+        """What looks. Raises BadInput and NativeUnavailable."""
+
+    @abstractmethod
+    def _end(self, work: Any) -> set[str]:
+        """Tells what `work` found, None where it was cancelled. Returns what operators return."""
+
     def _start(self, context: bpy.types.Context) -> bool:
-        """Starts `looking`; False where it reported why not."""
-        raise NotImplementedError
+        work = built(self, lambda: self._work(context))
+        if work is not None:
+            self.looking.start(LookJob(work), context.scene.name)
+        return work is not None
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
-        """Joins the job and takes it out of `looking`."""
-        raise NotImplementedError
+        self._remove_timer(context)
+        job, self.looking.job = self.looking.job, None
+        try:
+            return self._end(job.work if job.join() else None)
+        except BadInput as error:
+            report_problems(self, error)
+        except (FitFailed, ValueError, RuntimeError) as error:
+            self.report({"ERROR"}, f"{self.failure}: {error}")
+        finally:
+            redraw(context)
+        return {"CANCELLED"}
 
 
 class CancelsLook(bpy.types.Operator):

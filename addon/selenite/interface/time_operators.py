@@ -9,18 +9,16 @@ import bpy
 
 from ..fit_run.job import FitFailed
 from ..fit_run.results import new_folder
-from ..looks.job import LookJob
-from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..trade import report
+from ..trade.expected import Estimate
 from ..trade.measure import Trade
 from ..trade.start import estimate_of, trade_of
 from .request import run_request
-from .row_operators import report_problems
 from .state import ESTIMATE, EXPECTED, TRADE
-from .ticking import CancelsLook, LooksInThread, Ticking, redraw
+from .ticking import CancelsLook, LooksInThread, Ticking, built, redraw
 
 
 class SELENITE_OT_estimate(LooksInThread):
@@ -31,38 +29,18 @@ class SELENITE_OT_estimate(LooksInThread):
     bl_idname = "selenite.estimate"
     bl_label = "Estimate Time and Error"
     looking = ESTIMATE
+    failure = "Nothing is estimated"
 
-    def _start(self, context: bpy.types.Context) -> bool:
-        scene = context.scene
-        try:
-            values = read_scene(scene, context.evaluated_depsgraph_get())
-            estimate = estimate_of(values, run_request(scene, values), packed_photos())
-        except BadInput as error:
-            report_problems(self, error)
-            return False
-        except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        EXPECTED.pop(scene.name, None)
-        ESTIMATE.start(LookJob(estimate), scene.name)
-        return True
+    def _work(self, context: bpy.types.Context) -> Estimate:
+        values = read_scene(context.scene, context.evaluated_depsgraph_get())
+        estimate = estimate_of(values, run_request(context.scene, values), packed_photos())
+        EXPECTED.pop(context.scene.name, None)
+        return estimate
 
-    def _finish(self, context: bpy.types.Context) -> set[str]:
-        self._remove_timer(context)
-        job, ESTIMATE.job = ESTIMATE.job, None
-        try:
-            done = job.join()
-        except BadInput as error:
-            report_problems(self, error)
+    def _end(self, work: Estimate | None) -> set[str]:
+        if work is None:
             return {"CANCELLED"}
-        except (FitFailed, ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, f"Nothing is estimated: {error}")
-            return {"CANCELLED"}
-        finally:
-            redraw(context)
-        if not done:
-            return {"CANCELLED"}
-        EXPECTED[ESTIMATE.scene_name] = job.work.lines()
+        EXPECTED[ESTIMATE.scene_name] = work.lines()
         return {"FINISHED"}
 
 
@@ -121,19 +99,10 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
         self._remove_timer(context)
 
     def _start(self, context: bpy.types.Context) -> bool:
-        scene = context.scene
-        try:
-            values = read_scene(scene, context.evaluated_depsgraph_get())
-            wanted = run_request(scene, values)
-            trade = trade_of(values, wanted, packed_photos(), scene.selenite.trade_budget)
-        except BadInput as error:
-            report_problems(self, error)
-            return False
-        except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        TRADE.start(trade)
-        return True
+        trade = built(self, lambda: _trade(context))
+        if trade is not None:
+            TRADE.start(trade)
+        return trade is not None
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
@@ -157,6 +126,14 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
         TRADE.stop()
         self.report({"ERROR"}, str(error))
         return {"CANCELLED"}
+
+
+def _trade(context: bpy.types.Context) -> Trade:
+    """Of the ticked parameters. Raises BadInput and NativeUnavailable."""
+    scene = context.scene
+    values = read_scene(scene, context.evaluated_depsgraph_get())
+    wanted = run_request(scene, values)
+    return trade_of(values, wanted, packed_photos(), scene.selenite.trade_budget)
 
 
 def _lines(trade: Trade) -> list[str]:

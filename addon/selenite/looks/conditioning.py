@@ -40,7 +40,7 @@ class StageChoice:
         as FitJob."""
         self.plan = plan
         self._plan_of = plan_of
-        self._why_not = _why_not(plan)
+        self._why_not = cost.too_many(plan)
         self._search = None if self._why_not else _search(plan)
         self._looks: Looks | None = None
         self._cancelled = False
@@ -168,13 +168,3 @@ def held_back(
     waiting = [index for index in range(count) if index not in left]
     cause = "the photos do not tell all parameters apart"
     return waiting, f"{where} {cause}, and this suffers most by it"
-
-
-def _why_not(plan: FitPlan) -> str:
-    """Why nothing is looked at; "" if it is."""
-    if plan.fields:
-        return "a grid has too many values to say what the photos know of them"
-    count = sum(item.parameter.width for item in plan.unknowns)
-    if count > cost.FEW:
-        return f"{count} numbers are unknown, stages are chosen for up to {cost.FEW}"
-    return ""

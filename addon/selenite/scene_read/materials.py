@@ -163,10 +163,12 @@ def _source(
         return None, "this Blender's Principled BSDF has no such input"
     if hosts.flavour() not in parameter.versions:
         return None, "it is not modelled for this Blender's Principled BSDF"
+    source = nodes.source_of(socket, groups)
     width = 3 if socket.type in {"RGBA", "VECTOR"} else 1
     if width != parameter.width:
-        return None, f"the input '{socket.name}' of this Blender is of another kind"
-    source = nodes.source_of(socket, groups)
+        # Blender 3's Specular Tint, a number: rendered, though not fitted. It is 0 unless set.
+        reason = f"the input '{socket.name}' of this Blender is of another kind"
+        return (source if nodes.constant(source) is not None else None), reason
     return source, nodes.why_not_writable(source, material)
 
 
@@ -183,10 +185,9 @@ def _read_parameter(
         read.owner.fixed[parameter.name] = reason
     if source is None:
         socket = parameter.find(node) if hosts.flavour() in parameter.versions else None
-        if socket is not None and (
-            socket.is_linked or any(nodes.constant(Source(None, socket, ())))
-        ):
+        if socket is not None:  # linked
             read.warnings.append(f"{title}: input '{socket.name}' is left out: {reason}")
+            read.owner.values[parameter.name] = (0.0,) * parameter.width
         return
     label = parameter.find(node).name
     value = nodes.constant(source)

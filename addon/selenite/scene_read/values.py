@@ -49,6 +49,11 @@ class CameraValues:
     width: int
     height: int
 
+    @property
+    def aspect(self) -> float:
+        """Width over height."""
+        return self.width / self.height
+
 
 @dataclass(frozen=True)
 class MeshValues:

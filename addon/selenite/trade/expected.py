@@ -94,7 +94,8 @@ class Estimate:
         self._plan = plan_of(replace(settings, height=PRESETS["draft"].height))
         self.presets: dict[str, Expected] = {}
         #: Why there are no errors, or what to know about them; "" for nothing.
-        self.remark = _why_not(self._plan)
+        why_not = cost.too_many(self._plan)
+        self.remark = f"No errors are told: {why_not}" if why_not else ""
         self._looks = None if self.remark else Looks(self._plan, self._plan.scene)
         self._job: FitJob | None = None
         self._cancelled = False
@@ -143,16 +144,6 @@ class Estimate:
         self._job = job
         if self._cancelled:
             job.cancel()
-
-
-def _why_not(plan: FitPlan) -> str:
-    """Why no errors are told; "" if they are."""
-    if plan.fields:
-        return "No errors are told: a grid has too many values to say what the photos know of them"
-    count = sum(item.parameter.width for item in plan.unknowns)
-    if count > cost.FEW:
-        return f"No errors are told: {count} numbers are unknown, a fit verifies up to {cost.FEW}"
-    return ""
 
 
 def errors_of(looks: Looks, settings: FitSettings) -> list[float | None]:

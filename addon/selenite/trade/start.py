@@ -72,12 +72,11 @@ def _without_photos(values: SceneValues) -> Callable[[int], list[Capture]]:
         found = []
         for camera in values.cameras:
             rows = min(height, camera.height)
-            columns = max(1, round(rows * camera.width / camera.height))
+            columns = max(1, round(rows * camera.aspect))
             black = np.zeros((rows, columns, 3), np.float32)
             weight = np.ones((rows, columns), np.float32)
             size = (camera.width, camera.height)
-            aspect = camera.width / camera.height
-            found.append(Capture(camera.name, "", size, black, weight, aspect))
+            found.append(Capture(camera.name, "", size, black, weight, camera.aspect))
         return found
 
     return captures

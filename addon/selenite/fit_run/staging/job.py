@@ -18,7 +18,7 @@ from .history import joined
 from .plan import Stage
 
 #: What a stage may stop because of for the next one to start.
-_ENDED_WELL = ("all iterations done", "loss below tolerance")
+_ENDED_WELL = ("all iterations done", "the values have settled", "loss below tolerance")
 
 
 @dataclass(frozen=True)
