@@ -102,15 +102,15 @@ def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
     state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
     (part,) = state["parts"]
     done, best = part["iterations"], part["values_best"]["Body:base_color"]
-    # the rest would take long: what is asked for ends soon after what is done
+    # The rest would take long: ten more are what a fit takes at least before it may settle.
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-    run["settings"]["iterations"] = done + 15
+    run["settings"]["iterations"] = done + 10
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
     status, report, _ = command(capsys, "fit", "--resume", str(folder))
     assert status == 0, report
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
     assert report["parameters"]["Body:base_color"]["initial"] == pytest.approx([0.8, 0.4, 0.2])
-    assert done + 10 <= report["iterations"] <= done + 15  # it may settle before
+    assert report["iterations"] == done + 10
     assert [stage["name"] for stage in report["stages"]] == ["everything", "everything, part 2"]
     assert report["stages"][0]["stopped_because"] == "interrupted"
     rows = report_rows(report)
@@ -253,13 +253,13 @@ def test_a_failed_write_leaves_a_run_that_can_be_resumed(words, tmp_path, capsys
 
     with monkeypatch.context() as patch:
         patch.setattr(results, "_write_pictures", full)
-        assert main([*words, "--iterations=12"]) == 1
+        assert main([*words, "--iterations=10"]) == 1
     assert "no space left" in capsys.readouterr().err
     (folder,) = (tmp_path / "fits").iterdir()
     status, report, _ = command(capsys, "fit", "--resume", str(folder))
     assert status == 0, report
     assert report["parameters"]["Body:base_color"]["value"] == pytest.approx(COLOUR, abs=0.03)
-    assert 10 <= report["iterations"] <= 12
+    assert report["iterations"] == 10
     assert (Path(report["folder"]) / "Camera_optimised.exr").is_file()
 
 
@@ -302,7 +302,7 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     from selenite.interface import state
     from selenite.interface.fit_operators import SELENITE_OT_start as Start
 
-    _, settings = prepare_fit(tmp_path, iterations=4000)
+    _, settings = prepare_fit(tmp_path, lasting=True)
     settings.output = str(tmp_path / "fits")
 
     start = Pressed(Start)

@@ -69,9 +69,9 @@ def test_stages_run_one_after_another_and_hold_the_rest(scene, tmp_path, capsys)
     assert found["Key Light:power"] == pytest.approx(80.0, rel=0.05)
     told = [(s["name"], s["spp"], s["height"]) for s in report["stages"]]
     assert told == [("colour", 4, 12), ("all", 8, 16)]
-    iterations = [s["iterations"] for s in report["stages"]]
-    assert iterations[0] == 8 and 10 <= iterations[1] <= 16  # it may settle before
-    assert report["iterations"] == sum(iterations) and report["best_iteration"] > 8
+    assert [s["iterations"] for s in report["stages"]] == [8, 11]
+    assert report["stages"][1]["stopped_because"] == "the values have settled"
+    assert report["iterations"] == 19 and report["best_iteration"] > 8
     assert report["samples"] == sum(stage["samples"] for stage in report["stages"])
     history = rows(report)
     first = [row for row in history if row["stage"] == "1"]
@@ -86,7 +86,7 @@ def test_stages_run_one_after_another_and_hold_the_rest(scene, tmp_path, capsys)
     assert [float(second[0][f"Body:base_color.{c}"]) for c in "rgb"] == best
     log = (Path(report["folder"]) / "log.txt").read_text(encoding="utf-8")
     told = "Stage 2 'all': Body:base_color, Key Light:power"
-    assert f"{told}; {iterations[1]} iterations" in log
+    assert f"{told}; 11 iterations" in log
 
 
 def test_run_json_repeats_the_stages_with_the_same_bytes(scene, tmp_path, capsys):
@@ -137,7 +137,7 @@ def test_bad_stages_are_named_and_nothing_is_written(scene, tmp_path, capsys, st
     assert "nowhere.json" in report["problems"][0]["object"]
 
 
-def plan_of(tmp_path, iterations):
+def plan_of(tmp_path, iterations, optimiser="auto"):
     """Two stages for a dark photo of the studio."""
     made.studio(roughness=0.5)
     photo = made.photo(tmp_path / "photo.png", value=0.2)
@@ -146,7 +146,7 @@ def plan_of(tmp_path, iterations):
         "",
         tuple(UnknownRequest(*name) for name in names),
         (CaptureRequest("Camera", str(photo)),),
-        FitSettings(height=12, picture_spp=4),
+        FitSettings(height=12, picture_spp=4, optimiser=optimiser),
         (
             StageRequest("colour", ("Body:base_color",), iterations[0]),
             StageRequest("all", ("Body:base_color", "Body:roughness"), iterations[1]),
@@ -155,9 +155,9 @@ def plan_of(tmp_path, iterations):
     return prepare(made.read(), request)
 
 
-@pytest.mark.parametrize(("iterations", "wanted"), [((100_000, 5), 1), ((6, 2000), 2)])
+@pytest.mark.parametrize(("iterations", "wanted"), [((100_000, 5), 1), ((6, 100_000), 2)])
 def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted):
-    job = make_job(plan_of(tmp_path, iterations))
+    job = make_job(plan_of(tmp_path, iterations, "adam"))  # which does not settle
     assert isinstance(job, StagedJob)
     job.start()
     # The best values are chosen at validations: at the beginning, and after every fifth iteration.
@@ -165,7 +165,7 @@ def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted)
     while (state := job.progress()).iteration < begin + 6 and time.monotonic() < until:
         time.sleep(0.01)
     assert state.stage.startswith(f"{wanted} of 2")
-    assert state.iterations == sum(iterations) and 0 <= state.fraction < 1
+    assert state.iterations == sum(iterations) and 0 < state.fraction < 1
     assert set(state.values) == {"Body:base_color", "Body:roughness"}
     assert job.preview(0).shape == (12, 16, 3)
     job.cancel()

@@ -27,13 +27,13 @@ def steps():
     yield 0.5
     in_window(bpy.ops.ed.undo_push, message="before")
     in_window(bpy.ops.selenite.suggest_camera, "INVOKE_DEFAULT")
-    yield looking
-    picture("looking")
     assert not bpy.ops.selenite.start.poll(), "nothing else starts meanwhile"
     press_escape()
     yield lambda: state.NEXT.job is None
     assert "Next photo" not in bpy.data.objects, "Esc changes nothing"
     in_window(bpy.ops.selenite.suggest_camera, "INVOKE_DEFAULT")
+    yield looking
+    picture("looking")
     yield lambda: state.NEXT.job is None
     yield 0.5
     picture("found")

@@ -44,7 +44,8 @@ def steps():
     yield lambda: state.RUN.job is None
     yield 0.5
     picture("staged")
-    assert len(state.RUN.result["stages"]) == 2
+    names = [stage["name"] for stage in state.RUN.result["stages"]]
+    assert names == ["search", "without Base Color of Hidden", "everything"]
     assert state.RUN.plan.request.staging.startswith("Base Color of Hidden last")
 
 

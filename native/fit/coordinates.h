@@ -9,7 +9,7 @@ namespace selenite {
 
 /// Coordinates in which the picture is closest to linear, as the table says
 /// (Parameter::coordinate): x, log x or log(x - 1), the logarithms shifted where the bounds reach
-/// their pole, log(x^2 + 0.1^2) / 2 of a roughness, or the diffuse reflectance of a half-space with
+/// their pole, log(x^3 + 0.15^3) / 3 of a roughness, or the diffuse reflectance of a half-space with
 /// albedo x.
 class Coordinates {
  public:
@@ -34,7 +34,7 @@ class Coordinates {
  private:
   struct Axis {
     enum class Kind { kLinear, kLogarithm, kBlur, kReflectance } kind;
-    double shift = 0;  ///< u = log(x + shift), log(x^2 + shift^2) / 2
+    double shift = 0;  ///< u = log(x + shift), log(x^3 + shift^3) / 3
 
     double from_value(double x) const;
     double to_value(double u) const;

@@ -28,11 +28,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Measures within --budget and writes the table and the plot into --out; with --expected tells
     what the presets should take, and writes nothing."""
     problems: list[Problem] = []
-    if args.out is None and not args.expected:
+    if args.out is not None:
+        out = arguments.output_folder(args.out, problems)
+    elif not args.expected:
         cause, cure = "there is no folder for the table", "add --out DIR, or --expected"
         problems.append(Problem("Argument --out", cause, cure))
-    if not args.expected:
-        out = arguments.output_folder(args.out or ".", problems)
     if not (math.isfinite(args.budget) and args.budget > 0):
         cause, cure = f"it is {args.budget:g}", "give seconds above 0"
         problems.append(Problem("Argument --budget", cause, cure))

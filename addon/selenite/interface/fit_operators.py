@@ -19,7 +19,6 @@ from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO
 from ..looks.conditioning import StageChoice
 from ..looks.job import LookJob
-from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
@@ -28,7 +27,7 @@ from . import grid_rows
 from .request import run_request, values_text
 from .row_operators import report_problems
 from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
-from .ticking import Ticking, redraw
+from .ticking import Ticking, built, redraw
 
 
 class SELENITE_OT_start(Ticking, bpy.types.Operator):
@@ -92,28 +91,28 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         self._remove_timer(context)
 
     def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
-        try:
-            values = read_scene(context.scene, context.evaluated_depsgraph_get())
-            remember_shapes(context.scene.name, values)
-            if resume:
-                run = going_on(load(Path(bpy.path.abspath(resume))))
-            else:
-                run = Unfinished(run_request(context.scene, values), [])
-            packed = packed_photos()
-            plan = prepare(values, run.request, packed)
-            self._owners = values.owners
-            if context.scene.selenite.stage_mode == AUTO and not resume:
-                choice = StageChoice(plan, lambda chosen: prepare(values, chosen, packed))
-                STAGES.start(LookJob(choice), context.scene.name)
-                return True
-            job = make_job(plan, run.parts, run.state)
-        except BadInput as error:
-            report_problems(self, error)
+        made = built(self, lambda: self._made(context, resume))
+        if made is None:
             return False
-        except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
-            return False
-        return _begin(self, context.scene, job, values.owners, resume)
+        if isinstance(made, StageChoice):
+            STAGES.start(LookJob(made), context.scene.name)
+            return True
+        return _begin(self, context.scene, made, self._owners, resume)
+
+    def _made(self, context: bpy.types.Context, resume: str) -> FitJob | StagedJob | StageChoice:
+        """The fit, or the look that chooses its stages first."""
+        values = read_scene(context.scene, context.evaluated_depsgraph_get())
+        remember_shapes(context.scene.name, values)
+        if resume:
+            run = going_on(load(Path(bpy.path.abspath(resume))))
+        else:
+            run = Unfinished(run_request(context.scene, values), [])
+        packed = packed_photos()
+        plan = prepare(values, run.request, packed)
+        self._owners = values.owners
+        if context.scene.selenite.stage_mode == AUTO and not resume:
+            return StageChoice(plan, lambda chosen: prepare(values, chosen, packed))
+        return make_job(plan, run.parts, run.state)
 
     def _choosing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """While a look chooses the stages; the fit starts at its end."""
