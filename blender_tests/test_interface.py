@@ -2,6 +2,7 @@
 """Operators and panels: registration, one fit from rows to Apply, undo, drawing."""
 
 import time
+from dataclasses import fields
 
 import bpy
 import made_scenes as made
@@ -11,7 +12,10 @@ from pressed_buttons import Pressed
 
 import selenite
 from selenite import native
+from selenite.cli import build_parser
+from selenite.fit_run.settings import FitSettings
 from selenite.interface import panels, properties, state
+from selenite.interface.request import fit_settings
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
@@ -47,6 +51,40 @@ def test_losses_of_the_panel_are_the_native_ones():
     names = [item[0] for item in properties.LOSS_ITEMS]
     assert names == [row["name"] for row in native.core().losses()]
     assert [item[3] for item in properties.LOSS_ITEMS] == list(range(len(names)))
+    optimisers = [item[0] for item in properties.OPTIMISER_ITEMS]
+    assert sorted(optimisers) == sorted(
+        ["auto", *(row["name"] for row in native.core().optimisers())]
+    )
+
+
+@pytest.mark.usefixtures("addon")
+def test_every_setting_is_in_the_panel_and_reaches_the_fit():
+    made.studio()
+    settings, defaults = bpy.context.scene.selenite, FitSettings()
+    changed = {
+        "loss": "mse",
+        "optimiser": "adam",
+        "accumulate": False,
+        "physical_refraction": True,
+        "search": "off",
+    }
+    drawn = draw(panels.SELENITE_PT_advanced).splitlines()
+    for field in fields(FitSettings):
+        if field.name == "learning_rate":  # that of each row
+            continue
+        assert field.name in drawn
+        default = getattr(defaults, field.name)
+        assert getattr(settings, field.name) == default
+        setattr(settings, field.name, changed.get(field.name, 3))
+        assert getattr(fit_settings(bpy.context.scene), field.name) != default
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(FitSettings)])
+def test_every_setting_is_an_argument(name):
+    option = "--no-accumulate" if name == "accumulate" else f"--{name.replace('_', '-')}"
+    value = {"physical_refraction": [], "accumulate": [], "search": ["off"]}.get(name, ["3"])
+    args = build_parser().parse_args(["fit", "scene.blend", option, *value])
+    assert getattr(args, name) != getattr(build_parser().parse_args(["fit", "scene.blend"]), name)
 
 
 @pytest.mark.usefixtures("addon")

@@ -200,9 +200,15 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--iterations", type=int, help="at most: values may settle before")
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
-    add("--learning-rate", type=float)
+    add("--learning-rate", type=float, help="of Adam")
+    add(
+        "--accumulate",
+        action=argparse.BooleanOptionalAction,
+        help="one step for all photos; --no-accumulate: Adam steps after each",
+    )
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
+    add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
     stages = "what is fitted first: ior-last, colours-first, auto (by a look), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)

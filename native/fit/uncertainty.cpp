@@ -16,6 +16,8 @@ namespace {
 constexpr double kQuantile90 = 1.6449;
 constexpr int kMostPasses = 4;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
+/// Share of the longest step within which a linear step is as good as a look from its end.
+constexpr double kNear = 0.1;
 constexpr int kWarmUp = 100;     ///< purpose of their seeds
 /// The first passes take shares of the samples, unless that are too few to step by.
 constexpr std::array kShares{16, 4};
@@ -342,15 +344,23 @@ void Verification::end_pass() {
   const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
   x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
   const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
-  over_ = (whole && now.surprise <= kSurprise) || report_.passes == kMostPasses;
+  const bool there = now.surprise <= (reach <= kNear ? kSurprise * noise_of_step() : kSurprise);
+  over_ = (whole && there) || report_.passes == kMostPasses;
   if (over_) {
-    if (now.surprise > kSurprise)
+    if (!there)
       report_.components =
           estimate(problem_->unknowns, coordinates, u_, found_, now.step).components;
     return;
   }
   found_ = Evidence(x_.size());
   capture_ = 0;
+}
+
+/// Standard deviation of the last step where all of it is noise, over that of its own pass: the pass
+/// before had fewer samples, and where it led has their noise.
+double Verification::noise_of_step() const {
+  const double now = pass_spp(report_.passes - 1);
+  return report_.passes > 1 ? std::sqrt(1 + now / pass_spp(report_.passes - 2)) : 1;
 }
 
 void Verification::settle_for(const Vector& x) {
@@ -363,8 +373,10 @@ double Verification::fraction() const {
   if (over_) return 1;
   const double part =
       static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
+  // One more than those with a share is the last, mostly.
+  const int passes = std::max(report_.passes, static_cast<int>(kShares.size())) + 1;
   double done = pass_spp(report_.passes) * part, all = 0;
-  for (int pass = 0; pass < kMostPasses; ++pass) {
+  for (int pass = 0; pass < passes; ++pass) {
     all += pass_spp(pass);
     if (pass < report_.passes) done += pass_spp(pass);
   }

@@ -89,6 +89,7 @@ class Verification {
   void gather_instruments(const RenderAt& render);
   void end_pass();
   int pass_spp(int pass) const;
+  double noise_of_step() const;
 
   const Problem* problem_;
   GaussNewton evidence_;

@@ -37,7 +37,7 @@ struct Verified {
 
 /// Verifies values that are off by a part of what is uncertain.
 Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t seed,
-                const std::vector<UnknownParameter>& wanted = synthetic_unknowns()) {
+                const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
   const Scene scene = synthetic_scene();
   check_captures(scene, captures);
   const Unknowns unknowns(scene, wanted);
@@ -54,7 +54,7 @@ Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t se
     return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
                                        derivatives ? layout : SlotLayout(), settings, nullptr);
   };
-  Verification verification(problem, none, unknowns.project(x), seed, 64, 16);
+  Verification verification(problem, none, unknowns.project(x), seed, spp, 16);
   while (verification.step(render)) {
   }
   return {verification.values(), verification.report()};
@@ -105,6 +105,19 @@ TEST(Uncertainty, MendsAnAnswerThatIsNotThereYet) {
   EXPECT_GT(found.report.passes, 1);
   EXPECT_NEAR(found.values[0], 0.4, 0.01);
   EXPECT_NEAR(found.values[5], 1.5, 0.02);
+}
+
+// The look before the last has a quarter of its samples, so that the last step is mostly that one's
+// noise, twice as large as its own: over three of its own standard deviations in most fits, and no
+// reason to look again.
+TEST(Uncertainty, TheNoiseOfOneLookIsNoReasonForAnother) {
+  const Scene scene = synthetic_scene();
+  const std::vector<Capture> photos{synthetic_capture(scene, "Left", kSize),
+                                    synthetic_capture(scene, "Right", kSize)};
+  int fourth = 0;
+  for (std::uint64_t run = 0; run < 50; ++run)
+    fourth += verify(synthetic_truth(), photos, run, synthetic_unknowns(), 512).report.passes > 3;
+  EXPECT_LE(fourth, 5);
 }
 
 TEST(Uncertainty, NamesWhatNoPictureShows) {

@@ -7,7 +7,7 @@ import argparse
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,20 +33,7 @@ from .terminal import bar, say
 #: Where the result folder goes without --out; a resumed run stays where it was.
 DEFAULT_OUT = "selenite-fits"
 # Arguments that replace a setting of the preset or of the run file.
-_SETTINGS = (
-    "loss",
-    "optimiser",
-    "iterations",
-    "spp",
-    "height",
-    "learning_rate",
-    "tolerance",
-    "seed",
-    "depth",
-    "threads",
-    "physical_refraction",
-    "search",
-)
+_SETTINGS = tuple(field.name for field in fields(FitSettings))
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:

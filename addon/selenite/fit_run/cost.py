@@ -23,8 +23,8 @@ _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
 _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
 # Of the verification: least samples, the share of them that have derivatives, and its passes: with
-# a sixteenth and a quarter of them before a whole one, and every third fit takes another one.
-_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.6
+# a sixteenth and a quarter of them before a whole one, which is mostly the last.
+_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.4
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 

@@ -10,6 +10,7 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from . import grid_rows, state
+from .request import FIT_SETTINGS
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 
@@ -195,8 +196,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         column = self.layout.column()
         column.use_property_split = True
         column.enabled = state.RUN.job is None
-        names = ("loss", "iterations", "spp", "height", "tolerance", "seed", "threads")
-        for name in (*names, "search", "physical_refraction"):
+        for name in FIT_SETTINGS:
             column.prop(context.scene.selenite, name)
         column.operator("selenite.resume", icon="RECOVER_LAST")
         if not len(context.scene.selenite.results):  # else it stands below them

@@ -39,6 +39,11 @@ GRID_ITEMS = (
     ("scene", "Scene's Grid", "The grid that the Volume object has", 1),
     ("file", "File", "A .npy or .vol file", 2),
 )
+OPTIMISER_ITEMS = (
+    ("auto", "Automatic", "Gauss-Newton where few numbers are fitted, else Adam", 0),
+    ("gauss-newton", "Gauss-Newton", "Least squares, by the derivatives of all iterations", 1),
+    ("adam", "Adam", "Gradient steps at each parameter's rate; wants more iterations", 2),
+)
 SEARCH_ITEMS = (
     ("auto", "Where Useful", "Look for a better start where few parameters are fitted", 0),
     ("on", "Always", "Look for a better start", 1),
@@ -193,6 +198,12 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         name="Quality", items=PRESET_ITEMS, default="balanced", update=_take_preset
     )
     loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default="dual-buffer")
+    optimiser: EnumProperty(name="Optimiser", items=OPTIMISER_ITEMS, default="auto")
+    accumulate: BoolProperty(
+        name="One Step for All Photos",
+        default=True,
+        description="Otherwise Adam steps after each photo",
+    )
     iterations: IntProperty(
         name="Iterations",
         description="At most. The values of few parameters may settle before; they are then looked "
@@ -222,6 +233,9 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         min=0.0,
         precision=5,
         description="Stop when the loss falls below; 0 never stops",
+    )
+    depth: IntProperty(
+        name="Depth", default=0, min=0, description="Bounces of a path; 0 does not limit them"
     )
     seed: IntProperty(name="Seed", default=0, min=0)
     threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")

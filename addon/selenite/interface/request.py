@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import bpy
 
 from .. import mean_free_path, parameters, write_back
@@ -15,18 +17,8 @@ from ..scene_read.photos import captures_of
 from ..scene_read.values import GridValues, Owner, SceneValues
 from . import grid_rows, stages
 
-_SETTINGS = (
-    "loss",
-    "iterations",
-    "spp",
-    "tolerance",
-    "height",
-    "seed",
-    "threads",
-    "picture_spp",
-    "physical_refraction",
-    "search",
-)
+#: Of the panel, in its order; the rate is each row's.
+FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
 
 
 def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
@@ -86,7 +78,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
 def fit_settings(scene: bpy.types.Scene) -> FitSettings:
     """The settings of the panel."""
     settings = scene.selenite
-    return FitSettings(**{name: getattr(settings, name) for name in _SETTINGS})
+    return FitSettings(**{name: getattr(settings, name) for name in FIT_SETTINGS})
 
 
 def owner_of(row: bpy.types.PropertyGroup, values: SceneValues) -> Owner | None:
