@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 import numpy as np  # noqa: E402
-from synthetic import scenes, stage  # noqa: E402
+from synthetic import fits, scenes, stage  # noqa: E402
 
 from selenite import native, parameters  # noqa: E402
 
@@ -62,13 +61,7 @@ def fit(roughness, secants, seed, options):
         unknowns(values, options.learning_rate),
         settings,
     )
-    begin = time.process_time()
-    job.start()
-    job.join()
-    cpu = time.process_time() - begin
-    result = job.result()
-    if result["error"]:
-        raise RuntimeError(result["error"])
+    result, cpu = fits.ended(job)
     found = {key.partition(":")[2]: value for key, value in result["values_last"].items()}
     return {n: float(np.abs(np.ravel(found[n]) - np.ravel(true[n])).mean()) for n in true}, cpu
 

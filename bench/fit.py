@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -29,14 +28,7 @@ def fit(case, options, folder):
     wanted = photos.Wanted(options.size, options.photo_spp, options.photos, options.threads)
     pictures = photos.take(case, scene, wanted, folder / "photos")
     job = fits.job_of(case, scene, pictures, settings_of(case, options))
-    begin = time.process_time()
-    job.start()
-    job.join()
-    cpu = time.process_time() - begin
-    result = job.result()
-    if result["error"]:
-        raise RuntimeError(f"{case.name}: {result['error']}")
-    return report.row(options.label, case, result, cpu)
+    return report.row(options.label, case, *fits.ended(job))
 
 
 def settings_of(case, options):

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -41,14 +40,7 @@ def fit(case, choice, options):
     )
     settings = choice.settings.native() | {"threads": options.threads, "seed": 1000 + case.seed}
     job = fits.job_of(case, scene, pictures, settings)
-    begin = time.process_time()
-    job.start()
-    job.join()
-    cpu = time.process_time() - begin
-    result = job.result()
-    if result["error"]:
-        raise RuntimeError(f"{case.name}: {result['error']}")
-    return report.row(choice.name, case, result, cpu)
+    return report.row(choice.name, case, *fits.ended(job))
 
 
 def smaller(pictures, height):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,18 @@ def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any
         for camera, picture in zip(scene.cameras, pictures, strict=True)
     ]
     return native.core().Fit(scene, captures, unknowns, settings)
+
+
+def ended(job: Any) -> tuple[dict[str, Any], float]:  # noqa: ANN401
+    """Result and CPU seconds of a native Fit. Raises RuntimeError with what stopped it."""
+    begin = time.process_time()
+    job.start()
+    job.join()
+    cpu = time.process_time() - begin
+    result = job.result()
+    if result["error"]:
+        raise RuntimeError(result["error"])
+    return result, cpu
 
 
 def answer_of(values: dict[str, Any]) -> dict[str, Any]:
