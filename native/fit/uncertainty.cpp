@@ -18,7 +18,7 @@ constexpr int kMostPasses = 4;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 /// Share of the longest step within which a linear step is as good as a look from its end.
 constexpr double kNear = 0.1;
-constexpr int kWarmUp = 100;     ///< purpose of their seeds
+constexpr int kWarmUp = 100;  ///< purpose of their seeds
 /// The first passes take shares of the samples, unless that are too few to step by.
 constexpr std::array kShares{16, 4};
 constexpr int kLeastOfPass = 32;
