@@ -183,25 +183,43 @@ std::array<double, 2> values_between(const Coordinates& coordinates, const Vecto
   return {value(low), value(high)};
 }
 
-/// The slope by a low roughness is a difference with a picture above it (`take_secants`): below there
-/// is no room. Down to the bound pictures change by far less than it says: with the fourth power of
-/// roughness (3.6, measured from 0.01 to 0.07 and 0.23 on the thesis' bunny). The interval reaches as
-/// far as log(x^4 + s^4) / 4 does, which is the coordinate of the steps again where x is high.
-void follow_the_blur(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                     Eigen::Index k, double reach, Confidence& one) {
-  if (unknowns.description_of(static_cast<int>(k)).coordinate != Coordinate::kBlur) return;
+bool is_blur(const Unknowns& unknowns, Eigen::Index k) {
+  return unknowns.description_of(static_cast<int>(k)).coordinate == Coordinate::kBlur;
+}
+
+/// Roughness k where pictures are as far from those at u as a step `way` of its coordinate says. The
+/// slope by a low roughness is a difference with a picture above it (`take_secants`): below there is
+/// no room. Down to the bound pictures change by far less than it says: with the fourth power of
+/// roughness (3.6, measured from 0.01 to 0.07 and 0.23 on the thesis' bunny). So the way is gone in
+/// log(x^4 + s^4) / 4, which is the coordinate of the steps again where x is high.
+double by_the_blur(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double way) {
   constexpr double kShift = 0.2;
   const double floor = std::pow(kShift, 4);
   const auto straight = [&](double x) { return std::log(std::pow(x, 4) + floor) / 4; };
-  const auto back = [&](double v) {
-    return std::pow(std::max(std::exp(4 * v) - floor, 0.0), 0.25);
-  };
   Vector far = u;
   far[k] += kBlurSecant;
-  const double middle = straight(coordinates.to_values(u)[k]);
-  const double way = reach * (straight(coordinates.to_values(far)[k]) - middle) / kBlurSecant;
-  one.interval[0] = std::max(std::min(one.interval[0], back(middle - way)), unknowns.minimum()[k]);
-  one.interval[1] = std::min(std::max(one.interval[1], back(middle + way)), unknowns.maximum()[k]);
+  const double here = straight(coordinates.to_values(u)[k]);
+  const double slope = (straight(coordinates.to_values(far)[k]) - here) / kBlurSecant;
+  return std::pow(std::max(std::exp(4 * (here + way * slope)) - floor, 0.0), 0.25);
+}
+
+/// The interval of a roughness reaches as far as nothing can be seen of it.
+void follow_the_blur(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                     Eigen::Index k, double reach, Confidence& one) {
+  if (!is_blur(unknowns, k)) return;
+  one.interval[0] = std::max(std::min(one.interval[0], by_the_blur(coordinates, u, k, -reach)),
+                             unknowns.minimum()[k]);
+  one.interval[1] = std::min(std::max(one.interval[1], by_the_blur(coordinates, u, k, reach)),
+                             unknowns.maximum()[k]);
+}
+
+/// A step down to a low roughness falls short in its coordinate (see `by_the_blur`). Up it goes no
+/// farther than that: noise alone would take a smooth body to where it looks the same.
+double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double step) {
+  if (step >= 0) return step;
+  Vector end = coordinates.to_values(u);
+  end[k] = by_the_blur(coordinates, u, k, step);
+  return std::min(step, coordinates.from_values(end)[k] - u[k]);
 }
 
 /// What the solution says about component k, the `at`-th of those solved for.
@@ -254,7 +272,10 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   }
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
-    const Solution solution = solve(evidence, coordinates, free, unseen, unsure);
+    Solution solution = solve(evidence, coordinates, free, unseen, unsure);
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (double& step = solution.step[static_cast<Eigen::Index>(i)]; is_blur(unknowns, free[i]))
+        step = blurred_step(coordinates, u, free[i], step);
     result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
     for (std::size_t i = 0; i < free.size(); ++i) {
@@ -335,17 +356,24 @@ bool Verification::step(const RenderAt& render) {
 void Verification::end_pass() {
   const Coordinates& coordinates = evidence_.coordinates();
   u_ = coordinates.from_values(x_);
-  const Estimate now = estimate(problem_->unknowns, coordinates, u_, found_);
+  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_);
   ++report_.passes;
-  report_.components = now.components;
   report_.misfit.value = found_.misfit;
   report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
   report_.misfit.explained = found_.misfit <= kMisfitSigmas * report_.misfit.standard_error;
   const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
-  x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
+  const double noise = noise_of_step();
   const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
-  const bool there = now.surprise <= (reach <= kNear ? kSurprise * noise_of_step() : kSurprise);
+  const bool near = reach <= kNear && now.surprise <= kSurprise * noise;
+  const bool there = near || now.surprise <= kSurprise;
   over_ = (whole && there) || report_.passes == kMostPasses;
+  if (over_ && near) {
+    // Where this pass began is what the one before found: both count, by their samples.
+    found_.gradient *= 1 - 1 / (noise * noise);
+    now = estimate(problem_->unknowns, coordinates, u_, found_);
+  }
+  x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
+  report_.components = now.components;
   if (over_) {
     if (!there)
       report_.components =

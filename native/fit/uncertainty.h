@@ -69,7 +69,8 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
 /// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
 /// answer moves by that step; where it is more than noise the look is repeated from there, and if the
 /// last step still is, its length is an error beside the noise: it may have gone too far, or half of
-/// the way. The first looks take few samples: they are the way to where the next one begins.
+/// the way. The first looks take few samples: they are the way to where the next one begins, and where
+/// the last step is mostly their noise it is weighed against them by the samples of both.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.

@@ -8,6 +8,7 @@
 #include "fit/directions.h"
 #include "fit/fit.h"
 #include "fit/gauss_newton.h"
+#include "fit/secants.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -257,6 +258,32 @@ TEST(Uncertainty, SaysOfALowRoughnessOnlyThatItIsLow) {
   // High ones are as they are in the coordinate: about 5 % either way.
   EXPECT_NEAR(interval(0.5)[0], 0.5 - 0.05 * 0.52, 0.002);
   EXPECT_NEAR(interval(0.5)[1], 0.5 + 0.05 * 0.52, 0.002);
+}
+
+// The slope is that of a difference with a picture far above, where it is much steeper.
+TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
+  const auto picture = [](double x) { return std::log(std::pow(x, 4) + std::pow(0.2, 4)) / 4; };
+  const auto found = [&](double from, double to) {
+    const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {from}, 0.02, 0.999, 0.03}});
+    const Coordinates coordinates(unknowns);
+    const Vector u = coordinates.from_values(unknowns.start());
+    const Vector above{{u[0] + kBlurSecant}};
+    const double slope = (picture(coordinates.to_values(above)[0]) - picture(from)) / kBlurSecant;
+    Evidence evidence(1);
+    evidence.normal << slope * slope;
+    evidence.gradient << slope * (picture(from) - picture(to));
+    evidence.normal_variance << 1e-18;
+    evidence.spread << 1e-10 * slope * slope;
+    return coordinates.to_values(u + estimate(unknowns, coordinates, u, evidence).step)[0];
+  };
+  EXPECT_NEAR(found(0.08, 0.04), 0.04, 1e-6);
+  EXPECT_NEAR(found(0.06, 0.03), 0.03, 1e-6);
+  EXPECT_NEAR(found(0.5, 0.4), 0.4, 0.01);
+  EXPECT_NEAR(found(0.06, 0.021), 0.021, 1e-6);
+  EXPECT_NEAR(found(0.06, 0.001), 0.02, 1e-12);  // the bound
+  const double up = found(0.03, 0.06);           // on the way there, not beyond
+  EXPECT_GT(up, 0.03);
+  EXPECT_LT(up, 0.06);
 }
 
 TEST(Uncertainty, NamesTheBound) {
