@@ -11,7 +11,7 @@
 #include "fit/optimiser.h"
 #include "fit/search.h"
 #include "fit/settings.h"
-#include "fit/uncertainty.h"
+#include "fit/verification.h"
 #include "fit/unknowns.h"
 
 namespace selenite {

@@ -7,25 +7,12 @@
 
 #include "fit/directions.h"
 #include "fit/secants.h"
-#include "fit/streams.h"
 #include "fit/weights.h"
 
 namespace selenite {
 namespace {
 
 constexpr double kQuantile90 = 1.6449;
-constexpr int kMostPasses = 4;
-constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
-/// Share of the longest step within which a linear step is as good as a look from its end.
-constexpr double kNear = 0.1;
-constexpr int kWarmUp = 100;  ///< purpose of their seeds
-/// The first passes take shares of the samples, unless that are too few to step by.
-constexpr std::array kShares{16, 4};
-constexpr int kLeastOfPass = 32;
-/// Of the samples of residuals. The Jacobians of the iterations serve on, but where unknowns nearly
-/// make up for each other their noise hides that: with an eighth, intervals there are too narrow.
-constexpr int kDerivativeShare = 3;
-constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 /// Share of its range, in the coordinate of steps, beyond which a standard deviation says nothing
 /// that the clamps have not said (an even spread over the range has 0.29).
 constexpr double kUndetermined = 0.1;
@@ -34,7 +21,6 @@ constexpr double kPrior = 0.29;
 constexpr double kResolved = 3;
 constexpr double kCoupled = 2;  ///< the same for its entries beside the diagonal
 constexpr double kCorrelated = 0.8;
-constexpr double kMisfitSigmas = 3;
 
 using Matrix = Eigen::MatrixXd;
 
@@ -43,8 +29,6 @@ double range_of(const Coordinates& coordinates, Eigen::Index k) {
   constexpr double kDecades = 4.6;
   return std::min(coordinates.maximum()[k] - coordinates.minimum()[k], kDecades);
 }
-
-int derivative_spp(int spp) { return std::max(spp / kDerivativeShare, 2); }
 
 }  // namespace
 
@@ -298,117 +282,6 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
     free = std::move(kept);
   }
   return result;
-}
-
-Verification::Verification(const Problem& problem, const Optimiser& optimiser, Vector x,
-                           std::uint64_t seed, int spp, int iteration_spp)
-    : problem_(&problem),
-      evidence_(dynamic_cast<const GaussNewton*>(&optimiser)
-                    ? dynamic_cast<const GaussNewton&>(optimiser)
-                    : GaussNewton(problem)),
-      has_instruments_(dynamic_cast<const GaussNewton*>(&optimiser) != nullptr),
-      found_(x.size()),
-      x_(std::move(x)),
-      seed_(seed),
-      spp_(spp),
-      iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp(spp)) {}
-
-int Verification::pass_spp(int pass) const {
-  const auto index = static_cast<std::size_t>(pass);
-  return index < kShares.size() ? std::min(spp_, std::max(spp_ / kShares[index], kLeastOfPass))
-                                : spp_;
-}
-
-Observation Verification::derivatives(int purpose, std::size_t capture,
-                                      const RenderAt& render) const {
-  return {static_cast<int>(capture),
-          render(x_, problem_->captures[capture], derivative_spp(pass_spp(report_.passes)),
-                 seed_of(seed_, purpose, static_cast<int>(capture)), Side::kBoth),
-          {}};
-}
-
-/// Steps of its own are not taken: only what they have seen counts.
-void Verification::gather_instruments(const RenderAt& render) {
-  for (int i = 0; i < kWarmUps; ++i) {
-    std::vector<Observation> seen;
-    for (std::size_t v = 0; v < problem_->captures.size(); ++v)
-      seen.push_back(derivatives(kWarmUp + i, v, render));
-    (void)evidence_.step(x_, seen);
-  }
-  has_instruments_ = true;
-}
-
-bool Verification::step(const RenderAt& render) {
-  if (over_) return false;
-  if (!has_instruments_) gather_instruments(render);
-  const std::size_t captures = problem_->captures.size();
-  const Capture& photo = problem_->captures[capture_];
-  const int spp = pass_spp(report_.passes);
-  const double weight = static_cast<double>(derivative_spp(spp)) / iteration_spp_;
-  const Film film = render(
-      x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
-  const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
-  found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
-  if (++capture_ == captures) end_pass();
-  return !over_;
-}
-
-void Verification::end_pass() {
-  const Coordinates& coordinates = evidence_.coordinates();
-  u_ = coordinates.from_values(x_);
-  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_);
-  ++report_.passes;
-  report_.misfit.value = found_.misfit;
-  report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
-  report_.misfit.explained = found_.misfit <= kMisfitSigmas * report_.misfit.standard_error;
-  const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
-  const double noise = noise_of_step();
-  const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
-  const bool near = reach <= kNear && now.surprise <= kSurprise * noise;
-  const bool there = near || now.surprise <= kSurprise;
-  over_ = (whole && there) || report_.passes == kMostPasses;
-  if (over_ && near) {
-    // Where this pass began is what the one before found: both count, by their samples.
-    found_.gradient *= 1 - 1 / (noise * noise);
-    now = estimate(problem_->unknowns, coordinates, u_, found_);
-  }
-  x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
-  report_.components = now.components;
-  if (over_) {
-    if (!there)
-      report_.components =
-          estimate(problem_->unknowns, coordinates, u_, found_, now.step).components;
-    return;
-  }
-  found_ = Evidence(x_.size());
-  capture_ = 0;
-}
-
-/// Standard deviation of the last step where all of it is noise, over that of its own pass: the pass
-/// before had fewer samples, and where it led has their noise.
-double Verification::noise_of_step() const {
-  const double now = pass_spp(report_.passes - 1);
-  return report_.passes > 1 ? std::sqrt(1 + now / pass_spp(report_.passes - 2)) : 1;
-}
-
-void Verification::settle_for(const Vector& x) {
-  const Coordinates& coordinates = evidence_.coordinates();
-  const Vector apart = coordinates.from_values(x_) - coordinates.from_values(x);
-  report_.components = estimate(problem_->unknowns, coordinates, u_, found_, apart).components;
-}
-
-double Verification::fraction() const {
-  if (over_) return 1;
-  const double part =
-      static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
-  // One more than those with a share is the last, mostly.
-  const int passes = std::max(report_.passes, static_cast<int>(kShares.size())) + 1;
-  double done = pass_spp(report_.passes) * part, all = 0;
-  for (int pass = 0; pass < passes; ++pass) {
-    all += pass_spp(pass);
-    if (pass < report_.passes) done += pass_spp(pass);
-  }
-  return done / all;
 }
 
 }  // namespace selenite

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "fit/gauss_newton.h"
-#include "fit/search.h"
 
 namespace selenite {
 
@@ -61,48 +59,5 @@ struct Estimate {
 /// `unsure`: a way that counts as one standard error more; empty: none.
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                   const Evidence& evidence, const Vector& unsure = {});
-
-/// Looks again at the answer of a fit, with fresh seeds and frozen values, and says how sure it is.
-///
-/// All samples of a look are for the same values, so its step and its covariance
-/// H^-1 Cov(g) H^-1 need no assumption about the way that led there. Cov(g) is summed from the
-/// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
-/// answer moves by that step; where it is more than noise the look is repeated from there, and if the
-/// last step still is, its length is an error beside the noise: it may have gone too far, or half of
-/// the way. The first looks take few samples: they are the way to where the next one begins, and where
-/// the last step is mostly their noise it is weighed against them by the samples of both.
-class Verification {
- public:
-  /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.
-  Verification(const Problem& problem, const Optimiser& optimiser, Vector x, std::uint64_t seed,
-               int spp, int iteration_spp);
-  /// The next photo of a pass; false when it was the last of the last.
-  bool step(const RenderAt& render);
-  double fraction() const;
-  const Vector& values() const { return x_; }
-  /// After the last step: the answer is not `values` but `x`, for what they were found by does not
-  /// hold that far. How far they are apart is an error beside the noise.
-  void settle_for(const Vector& x);
-  const TrustReport& report() const { return report_; }
-
- private:
-  Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
-  void gather_instruments(const RenderAt& render);
-  void end_pass();
-  int pass_spp(int pass) const;
-  double noise_of_step() const;
-
-  const Problem* problem_;
-  GaussNewton evidence_;
-  bool has_instruments_;
-  Evidence found_;           ///< of this pass so far
-  Vector u_;                 ///< of the last pass, in `Coordinates`
-  std::size_t capture_ = 0;  ///< the next of this pass
-  Vector x_;
-  std::uint64_t seed_;
-  int spp_, iteration_spp_;
-  bool over_ = false;
-  TrustReport report_;
-};
 
 }  // namespace selenite

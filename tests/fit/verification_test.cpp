@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/verification.h"
+
+#include <gtest/gtest.h>
+
+#include "fit/fit.h"
+#include "fit/gauss_newton.h"
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSize = 12;
+
+/// A photo with noise of its own, as from `spp` samples; 0: none.
+Capture noisy_capture(const Scene& scene, const char* camera, int spp, std::uint64_t seed) {
+  if (spp == 0) return synthetic_capture(scene, camera, kSize);
+  RenderSettings settings;
+  settings.width = settings.height = kSize;
+  settings.spp = spp;
+  settings.seed = seed;
+  Capture capture;
+  capture.camera = camera;
+  capture.width = capture.height = kSize;
+  capture.reference =
+      SyntheticRenderer{0.5, 0}(scene, scene.camera(camera), SlotLayout(), settings, nullptr).mean;
+  return capture;
+}
+
+struct Verified {
+  Vector values;
+  TrustReport report;
+};
+
+/// Verifies values that are off by a part of what is uncertain.
+Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t seed,
+                const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
+  const Scene scene = synthetic_scene();
+  check_captures(scene, captures);
+  const Unknowns unknowns(scene, wanted);
+  const SlotLayout layout(scene, unknowns.parameters());
+  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const GaussNewton none(problem);
+  const RenderAt render = [&](const Vector& at, const Capture& photo, int spp, std::uint64_t key,
+                              std::optional<Side> derivatives) {
+    RenderSettings settings;
+    settings.width = settings.height = kSize;
+    settings.spp = spp;
+    settings.seed = key;
+    const Scene now = unknowns.scene_with(scene, at);
+    return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
+                                       derivatives ? layout : SlotLayout(), settings, nullptr);
+  };
+  Verification verification(problem, none, unknowns.project(x), seed, spp, 16);
+  while (verification.step(render)) {
+  }
+  return {verification.values(), verification.report()};
+}
+
+// 200 runs with photos as noisy as the renders: of about 1200 intervals, correlated within a run, 85
+// to 95 % must hold. With true intervals the share has a standard deviation of about 1.3 %, so one
+// change of the seeds in some ten thousand would fail.
+TEST(Verification, NinetyPercentIntervalsHoldInNinetyPercent) {
+  const Scene scene = synthetic_scene();
+  const Vector truth = synthetic_truth();
+  int held = 0, given = 0;
+  for (int run = 0; run < 200; ++run) {
+    Vector start = truth;
+    for (int k = 0; k < start.size(); ++k) start[k] *= 1 + (((run + k) % 5) - 2) * 0.004;
+    const Verified found =
+        verify(start,
+               {noisy_capture(scene, "Left", 64, 10000u + static_cast<unsigned>(run)),
+                noisy_capture(scene, "Right", 64, 20000u + static_cast<unsigned>(run))},
+               static_cast<std::uint64_t>(run));
+    for (int k = 0; k < truth.size(); ++k) {
+      const Confidence& one = found.report.components[static_cast<std::size_t>(k)];
+      if (!one.determined) continue;
+      ++given;
+      held += one.interval[0] <= truth[k] && truth[k] <= one.interval[1];
+    }
+  }
+  EXPECT_GT(given, 1100);
+  const double share = static_cast<double>(held) / given;
+  EXPECT_GT(share, 0.85) << held << " of " << given;
+  EXPECT_LT(share, 0.95) << held << " of " << given;
+}
+
+TEST(Verification, MendsAnAnswerThatIsNotThereYet) {
+  const Scene scene = synthetic_scene();
+  const std::vector<Capture> photos{synthetic_capture(scene, "Left", kSize),
+                                    synthetic_capture(scene, "Right", kSize)};
+  Vector off = synthetic_truth();
+  off[0] += 0.05;
+  off[5] += 0.05;
+  const Verified found = verify(off, photos, 3);
+  EXPECT_GT(found.report.passes, 1);
+  EXPECT_NEAR(found.values[0], 0.4, 0.01);
+  EXPECT_NEAR(found.values[5], 1.5, 0.02);
+}
+
+// The look before the last has a quarter of its samples, so that the last step is mostly that one's
+// noise, twice as large as its own: over three of its own standard deviations in most fits, and no
+// reason to look again.
+TEST(Verification, TheNoiseOfOneLookIsNoReasonForAnother) {
+  const Scene scene = synthetic_scene();
+  const std::vector<Capture> photos{synthetic_capture(scene, "Left", kSize),
+                                    synthetic_capture(scene, "Right", kSize)};
+  int fourth = 0;
+  for (std::uint64_t run = 0; run < 50; ++run)
+    fourth += verify(synthetic_truth(), photos, run, synthetic_unknowns(), 512).report.passes > 3;
+  EXPECT_LE(fourth, 5);
+}
+
+TEST(Verification, NamesWhatNoPictureShows) {
+  const Scene scene = synthetic_scene();
+  auto unknowns = synthetic_unknowns();
+  unknowns.push_back({"Body", "metallic", {0.3}, 0, 1, 0.03});
+  Vector x(7);
+  x << synthetic_truth(), 0.3;
+  const Verified found = verify(x, {synthetic_capture(scene, "Left", kSize)}, 1, unknowns);
+  EXPECT_FALSE(found.report.components[6].determined);
+  EXPECT_EQ(found.values[6], 0.3) << "nothing says that it should move";
+  EXPECT_TRUE(found.report.components[0].determined);
+}
+
+TEST(Verification, PromisesNothingAboutWhatIsNotSeen) {
+  auto unknowns = synthetic_unknowns();
+  unknowns.push_back({"Body", "extinction", {1, 1, 1}, 0.1, 10, 0.03});
+  Vector x(9);
+  x << synthetic_truth(), 1, 1, 1;
+  const Verified found =
+      verify(x, {synthetic_capture(synthetic_scene(), "Left", kSize)}, 1, unknowns);
+  ASSERT_EQ(found.report.components.size(), 9u);
+  for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(found.report.components[k].determined, k < 6) << k;
+}
+
+TEST(Verification, NamesTheBound) {
+  const Scene scene = synthetic_scene();
+  auto unknowns = synthetic_unknowns();
+  unknowns[1].minimum = 0.5;  // truth .4
+  Vector x = synthetic_truth();
+  x[3] = 0.5;
+  const Verified found =
+      verify(x, {synthetic_capture(scene, "Left", kSize), synthetic_capture(scene, "Right", kSize)},
+             1, unknowns);
+  EXPECT_EQ(found.report.components[3].at_bound, AtBound::kMinimum);
+  EXPECT_EQ(found.values[3], 0.5);
+  EXPECT_EQ(found.report.components[3].interval[0], 0.5);
+  EXPECT_EQ(found.report.components[0].at_bound, AtBound::kNo);
+}
+
+// Photos with noise of their own are explained; a lamp that the scene lacks is not. One in some
+// hundred photos would be called unexplained by chance.
+TEST(Verification, TellsNoiseOfThePhotoFromAMisfit) {
+  const Scene scene = synthetic_scene();
+  Capture photo = noisy_capture(scene, "Left", 16, 77);
+  EXPECT_TRUE(verify(synthetic_truth(), {photo}, 1).report.misfit.explained);
+  for (int y = 0; y < 4; ++y)
+    for (int x = 0; x < 4; ++x) {
+      Colorf& pixel =
+          photo.reference[static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x)];
+      pixel = pixel * 2.f;
+    }
+  const Misfit misfit = verify(synthetic_truth(), {photo}, 1).report.misfit;
+  EXPECT_FALSE(misfit.explained);
+  EXPECT_GT(misfit.value, 3 * misfit.standard_error);
+}
+
+FitSettings default_settings() {
+  FitSettings settings = synthetic_settings({0.5, 0.5});
+  settings.optimiser = "auto";
+  settings.search = settings.verification = "auto";
+  settings.iterations = 30;
+  settings.spp = 8;
+  return settings;
+}
+
+TEST(Verification, AFitEndsWithItsReport) {
+  const Scene scene = synthetic_scene();
+  Fit fit(scene, {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")},
+          synthetic_unknowns(), default_settings());
+  bool verified = false;
+  while (fit.step()) verified = verified || fit.result().phase == Phase::kVerifying;
+  const FitResult& result = fit.result();
+  EXPECT_EQ(result.stopped, StopReason::kArrived) << result.message;
+  EXPECT_TRUE(verified);
+  ASSERT_EQ(result.report.components.size(), 6u);
+  EXPECT_EQ(result.best, result.last);
+  for (int k = 0; k < 6; ++k) {
+    const Confidence& one = result.report.components[static_cast<std::size_t>(k)];
+    EXPECT_TRUE(one.determined) << k;
+    // Five standard errors: one in a million.
+    EXPECT_NEAR(result.best[k], synthetic_truth()[k], 5 * one.standard_error) << k;
+    EXPECT_LE(one.interval[0], result.best[k]);
+    EXPECT_GE(one.interval[1], result.best[k]);
+  }
+}
+
+TEST(Verification, AFitIteratesLongerTheLessItKnows) {
+  const auto iterations = [](const FitSettings& settings) {
+    const Scene scene = synthetic_scene();
+    Fit fit(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
+    while (fit.step()) {
+    }
+    return fit.result().iterations;
+  };
+  FitSettings settings = default_settings();
+  const int clear = iterations(settings);
+  EXPECT_GE(clear, 10);  // verification needs their derivatives
+  EXPECT_LT(clear, 20);
+  settings.renderer = SyntheticRenderer{2, 5};
+  EXPECT_GT(iterations(settings), clear);
+  settings.renderer = SyntheticRenderer{20, 50};
+  EXPECT_EQ(iterations(settings), settings.iterations);
+  settings = default_settings();
+  settings.verification = "off";  // nothing would go the rest of the way
+  EXPECT_EQ(iterations(settings), settings.iterations);
+}
+
+TEST(Verification, ACancelledVerificationKeepsTheFit) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = default_settings();
+  Fit whole(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
+  while (whole.result().phase != Phase::kVerifying) ASSERT_TRUE(whole.step());
+  const FitResult before = whole.result();
+  Progress progress;
+  progress.cancelled = true;
+  EXPECT_FALSE(whole.step(&progress));
+  EXPECT_EQ(whole.result().stopped, StopReason::kCancelled);
+  EXPECT_EQ(whole.result().best, before.best);
+  EXPECT_EQ(whole.result().history.size(), before.history.size());
+  EXPECT_TRUE(whole.result().report.components.empty());
+}
+
+TEST(Verification, AdamWithFewUnknownsIsVerifiedWithInstrumentsOfItsOwn) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = default_settings();
+  settings.optimiser = "adam";
+  settings.iterations = 150;
+  Fit fit(scene, {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")},
+          synthetic_unknowns(), settings);
+  while (fit.step()) {
+  }
+  ASSERT_EQ(fit.result().report.components.size(), 6u);
+  EXPECT_LT((fit.result().best - synthetic_truth()).cwiseAbs().maxCoeff(), 0.05);
+}
+
+}  // namespace
+}  // namespace selenite
