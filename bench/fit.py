@@ -28,7 +28,7 @@ def fit(case, options, folder):
     wanted = photos.Wanted(options.size, options.photo_spp, options.photos, options.threads)
     pictures = photos.take(case, scene, wanted, folder / "photos")
     job = fits.job_of(case, scene, pictures, settings_of(case, options))
-    return report.row(options.label, case, *fits.ended(job))
+    return report.row(options.label, case, *fits.ended(job, case.name))
 
 
 def settings_of(case, options):

@@ -40,7 +40,7 @@ def fit(case, choice, options):
     )
     settings = choice.settings.native() | {"threads": options.threads, "seed": 1000 + case.seed}
     job = fits.job_of(case, scene, pictures, settings)
-    return report.row(choice.name, case, *fits.ended(job))
+    return report.row(choice.name, case, *fits.ended(job, case.name))
 
 
 def smaller(pictures, height):

@@ -58,15 +58,16 @@ def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any
     return native.core().Fit(scene, captures, unknowns, settings)
 
 
-def ended(job: Any) -> tuple[dict[str, Any], float]:  # noqa: ANN401
-    """Result and CPU seconds of a native Fit. Raises RuntimeError with what stopped it."""
+def ended(job: Any, name: str) -> tuple[dict[str, Any], float]:  # noqa: ANN401
+    """Result and CPU seconds of a native Fit. Raises RuntimeError with its name and what stopped
+    it."""
     begin = time.process_time()
     job.start()
     job.join()
     cpu = time.process_time() - begin
     result = job.result()
     if result["error"]:
-        raise RuntimeError(result["error"])
+        raise RuntimeError(f"{name}: {result['error']}")
     return result, cpu
 
 

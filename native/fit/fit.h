@@ -11,8 +11,8 @@
 #include "fit/optimiser.h"
 #include "fit/search.h"
 #include "fit/settings.h"
-#include "fit/verification.h"
 #include "fit/unknowns.h"
+#include "fit/verification.h"
 
 namespace selenite {
 

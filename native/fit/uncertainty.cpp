@@ -197,8 +197,8 @@ void follow_the_blur(const Unknowns& unknowns, const Coordinates& coordinates, c
                              unknowns.maximum()[k]);
 }
 
-/// A step down to a low roughness falls short in its coordinate (see `by_the_blur`). Up it goes no
-/// farther than that: noise alone would take a smooth body to where it looks the same.
+/// A step down to a low roughness falls short in its coordinate (see `by_the_blur`). So does one up,
+/// and stays so: noise alone would take a smooth body to a roughness that looks the same.
 double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double step) {
   if (step >= 0) return step;
   Vector end = coordinates.to_values(u);
