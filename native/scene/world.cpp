@@ -11,6 +11,9 @@ namespace {
 
 float luminance(const Colorf& c) { return 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b; }
 
+/// What counts for sampling: a direction of negative light is left to the bsdf.
+float weight_of(const Colorf& c) { return std::max(luminance(c), 0.0f); }
+
 /// Index of the step of a cumulative table that holds `x`; the position inside it goes back into x.
 int pick(const float* cdf, int count, float& x) {
   const float* upper = std::upper_bound(cdf, cdf + count, x);
@@ -30,9 +33,8 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
                           " pixels do not match the data; give an image of at least 1 x 1 pixel");
   for (const Colorf& c : pixels_)
     for (int k = 0; k < 3; ++k)
-      if (!(c[k] >= 0) || !std::isfinite(c[k]))
-        throw InvalidArgument(
-            "World image: a pixel is negative, infinite or not a number; repair the file");
+      if (!std::isfinite(c[k]))
+        throw InvalidArgument("World image: a pixel is infinite or not a number; repair the file");
 
   // Bilinear lookups reach one pixel further than the pixel itself: the table takes the 3x3 maximum,
   // so that no direction with radiance has zero density.
@@ -46,12 +48,13 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
         for (int dx = -1; dx <= 1; ++dx) {
           const int yy = std::clamp(y + dy, 0, height - 1), xx = (x + dx + width) % width;
           largest =
-              std::max(largest, luminance(pixels_[static_cast<std::size_t>(yy) * width + xx]));
+              std::max(largest, weight_of(pixels_[static_cast<std::size_t>(yy) * width + xx]));
         }
-      const float own = luminance(pixels_[static_cast<std::size_t>(y) * width + x]);
+      const float own = weight_of(pixels_[static_cast<std::size_t>(y) * width + x]);
       weight[static_cast<std::size_t>(y) * width + x] = (0.5f * own + 0.5f * largest) * sine;
       sum += own * sine;
-      cycles_sum_ += mean_channel(pixels_[static_cast<std::size_t>(y) * width + x]) * sine;
+      cycles_sum_ +=
+          std::max(mean_channel(pixels_[static_cast<std::size_t>(y) * width + x]), 0.0f) * sine;
       solid += sine;
     }
   }
@@ -112,8 +115,9 @@ float EnvironmentMap::density(const Vec3f& d) const {
 float EnvironmentMap::cycles_density(const Vec3f& d) const {
   if (!(cycles_sum_ > 0)) return 0;
   const auto [x, y, per_share] = place(d);
-  const float share = mean_channel(pixels_[static_cast<std::size_t>(y) * width_ + x]) *
-                      std::sin(kPi<float> * (y + 0.5f) / height_) / static_cast<float>(cycles_sum_);
+  const float own = std::max(mean_channel(pixels_[static_cast<std::size_t>(y) * width_ + x]), 0.0f);
+  const float share =
+      own * std::sin(kPi<float> * (y + 0.5f) / height_) / static_cast<float>(cycles_sum_);
   return share * per_share;
 }
 

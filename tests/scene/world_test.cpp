@@ -203,8 +203,19 @@ TEST(World, RefusesBadValuesAndMappings) {
   Pixels bad = black(2, 2);
   bad[3].g = kNan;
   EXPECT_THROW(EnvironmentMap(2, 2, bad), InvalidArgument);
-  bad[3].g = -1;
-  EXPECT_THROW(EnvironmentMap(2, 2, bad), InvalidArgument);
+}
+
+TEST(EnvironmentMap, NegativePixelsAreNegativeLightThatIsNotSampled) {
+  constexpr int kWidth = 16, kHeight = 8;
+  Pixels pixels(kWidth * kHeight, Colorf(1));
+  std::fill(pixels.begin() + kWidth * kHeight / 2, pixels.end(), Colorf(-2));
+  const World w = world_of(kWidth, kHeight, pixels);
+  const Vec3f down{0, 0, -1};
+  EXPECT_EQ(w.factor(down).g, -2);
+  EXPECT_EQ(w.density(down), 0);
+  EXPECT_EQ(w.cycles_density(down), 0);
+  EXPECT_NEAR(over_the_sphere(w, [&](const Vec3f& d) { return w.density(d); }), 1, 5e-3);
+  EXPECT_NEAR(over_the_sphere(w, [&](const Vec3f& d) { return w.cycles_density(d); }), 1, 2e-2);
 }
 
 }  // namespace
