@@ -15,6 +15,8 @@ import numpy as np
 
 MESHES = ("dents", "bunny_6598", "koala_7116", "skull_10312")
 LIGHTINGS = ("lamp", "sky")
+#: Side of the lamps: that of LIGHTINGS, and one whose light gets through refraction by rare paths.
+LAMPS = {"lamp": 2.5, "small lamp": 0.6}
 _BESIDE = Path(__file__).parents[3] / "shared"  # the checkout
 _SHARED = Path(os.environ.get("SELENITE_SHARED_DIR", _BESIDE))
 _TILES = 8
@@ -60,19 +62,19 @@ class Stage:
 
 
 def make(mesh: str, lighting: str, cameras: int) -> Stage:
-    """mesh: of MESHES. lighting: of LIGHTINGS. cameras: how many, evenly around the body."""
+    """mesh: of MESHES. lighting: of LIGHTINGS or LAMPS. cameras: how many, all around the body."""
     centre = np.array((0, 0, 0.85))
     eyes = []
     for i in range(cameras):
         angle = 2 * np.pi * i / cameras - 1.8
         eyes.append(centre + 5.2 * np.array((np.cos(angle), np.sin(angle), 0.35)))
-    lit = lighting == "lamp"
-    lamp = Lamp(looking(np.array((2.5, -2.0, 3.5)), centre), 250.0, 2.5)
+    lit = lighting in LAMPS
+    place = looking(np.array((2.5, -2.0, 3.5)), centre)
     shape = _body(mesh)
     return Stage(
         Mesh(*shape, normals(*shape), np.zeros(len(shape[1]), int)),
         _floor(),
-        lamp if lit else None,
+        Lamp(place, 250.0, LAMPS[lighting]) if lit else None,
         (0.25, 0.28, 0.32) if lit else (1.0, 1.0, 1.0),
         None if lit else _sky(),
         tuple(looking(eye, centre) for eye in eyes),

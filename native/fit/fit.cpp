@@ -285,6 +285,7 @@ bool Fit::step(Progress* progress) {
   if (result_.stopped != StopReason::kNone) return false;
   try {
     if (search_) return search(progress);
+    if (rivals_) return compare_with_rivals(progress);
     return verification_ ? verify(progress) : iterate(progress);
   } catch (const Cancelled&) {
     return stop(StopReason::kCancelled);

@@ -9,6 +9,7 @@
 #include "fit/fields.h"
 #include "fit/loss.h"
 #include "fit/optimiser.h"
+#include "fit/rivals.h"
 #include "fit/search.h"
 #include "fit/settings.h"
 #include "fit/unknowns.h"
@@ -108,6 +109,8 @@ class Fit {
   bool search(Progress* progress);
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
+  bool compare_with_rivals(Progress* progress);
+  bool stop_after_iterations();
   RenderAt renderer(Progress* progress);
   /// Differences of pictures in place of the derivatives of `film` that they estimate better.
   void add_secants(const Vector& x, const FieldValues& fields, const Camera& camera,
@@ -155,7 +158,9 @@ class Fit {
   Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
   std::unique_ptr<Coordinates> secants_;        ///< of the steps; none: all derivatives as they are
   std::unique_ptr<Search> search_;              ///< until it is over
+  std::vector<Vector> others_;                  ///< that the search refined and left
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
+  std::unique_ptr<Rivals> rivals_;              ///< from the end of the verification on
   FieldAdam field_adam_;
   bool in_turns_ = false;
   Vector x_;

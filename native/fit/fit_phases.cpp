@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a fit does before its first iteration and after its last.
+#include <memory>
+
 #include "fit/fit.h"
 #include "fit/streams.h"
 
 namespace selenite {
+namespace {
+
+/// Share of a verification that is over when the answer is compared with its rivals.
+constexpr double kBeforeRivals = 0.9;
+
+}  // namespace
 
 const char* phase_text(Phase phase) {
   switch (phase) {
@@ -55,6 +63,7 @@ bool Fit::search(Progress* progress) {
   x_ = result_.last = result_.best = search_->values();
   result_.search = search_->result();
   result_.phase = Phase::kFitting;
+  others_ = search_->others();
   search_.reset();
   return true;
 }
@@ -76,12 +85,29 @@ void Fit::start_verification() {
 
 bool Fit::verify(Progress* progress) {
   const bool more = verification_->step(renderer(progress));
-  result_.phase_fraction = verification_->fraction();
+  result_.phase_fraction = verification_->fraction() * (others_.empty() ? 1 : kBeforeRivals);
   if (too_many_dropped()) return false;
   if (more) return true;
   // Where the validation finds its values worse, the linear step to them went too far.
   if (!settle(verification_->values(), progress)) verification_->settle_for(result_.best);
   result_.report = verification_->report();
+  if (others_.empty()) return stop_after_iterations();
+  rivals_ = std::make_unique<Rivals>(problem_, result_.best, others_,
+                                     stream_seed(settings_.seed, Stream::kRivals, 0, 0),
+                                     settings_.chosen_verification_spp());
+  return true;
+}
+
+bool Fit::compare_with_rivals(Progress* progress) {
+  const bool more = rivals_->step(renderer(progress));
+  result_.phase_fraction = kBeforeRivals + (1 - kBeforeRivals) * rivals_->fraction();
+  if (too_many_dropped()) return false;
+  if (more) return true;
+  rivals_->judge(result_.report);
+  return stop_after_iterations();
+}
+
+bool Fit::stop_after_iterations() {
   return stop(result_.iterations < settings_.iterations ? StopReason::kArrived
                                                         : StopReason::kIterations);
 }

@@ -13,7 +13,7 @@ void Fit::Validation::members(SavedState& state) { state(loss, unbiased, varianc
 
 /// What the state belongs to: with anything else it would be misread.
 std::string Fit::fingerprint() const {
-  std::string text = "1 " + optimiser_name_ + " " + settings_.loss;
+  std::string text = "2 " + optimiser_name_ + " " + settings_.loss;
   for (const std::int64_t number :
        {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
         std::int64_t{settings_.spp}, std::int64_t{settings_.depth},
@@ -42,7 +42,7 @@ void Fit::members(SavedState& state) {
         result_.best_validation_standard_error, result_.iterations, result_.samples,
         result_.dropped, result_.cpu_seconds, result_.history);
   state(result_.search.points, result_.search.moved, result_.search.start_loss, result_.search.loss,
-        result_.search.standard_error);
+        result_.search.standard_error, others_);
   optimiser_->members(state);
   if (!state.reading()) return;
   state.expect_end();

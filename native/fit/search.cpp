@@ -30,6 +30,10 @@ constexpr double kGreyness = 0.3;  ///< of the range: how far channels stray fro
 constexpr double kReach = 10;
 constexpr double kLeastIor = 1.2, kLargestIor = 2;  ///< of most dielectrics
 constexpr double kSigmas = 2;                       ///< by which the start must lose
+constexpr double kAlike = 0.1;                      ///< of each range: the same basin
+constexpr int kBlurRadius = 3;                      ///< of what is compared coarsely, in pixels
+constexpr int kTile = 2 * kBlurRadius + 1;  ///< beyond it blurred noise has nothing in common
+constexpr double kMedianOfSquare = 0.455;   ///< of a standard normal number
 /// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
 /// below its mean by luck.
 constexpr double kRankSigmas = 1;
@@ -43,6 +47,12 @@ double radical_inverse(int base, std::size_t index, double shift) {
 }
 
 constexpr std::array kBases{2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37};
+
+double median(std::vector<double> numbers) {
+  const auto middle = numbers.begin() + static_cast<std::ptrdiff_t>(numbers.size() / 2);
+  std::nth_element(numbers.begin(), middle, numbers.end());
+  return *middle;
+}
 
 double uniform(std::uint64_t key) { return static_cast<double>(mix64(key) >> 11) * 0x1p-53; }
 
@@ -165,29 +175,64 @@ std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
   return seed_of(mix64(seed_ ^ static_cast<std::uint64_t>(purpose)), index, capture);
 }
 
-/// Equal seeds for all candidates: what they have in common cancels in a comparison.
+/// Equal seeds for all candidates: what they have in common cancels in a comparison. The coarse part
+/// of the loss is that of blurred residuals, one half of the samples times the other; the detail is
+/// the rest of it.
 void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
-  candidate.loss = 0;
-  double squares = 0;
-  candidate.parts.clear();
+  std::vector<double> coarse, detail;
   const double share = 1.0 / static_cast<double>(captures_.size());
   for (std::size_t v = 0; v < captures_.size(); ++v) {
     const Capture& photo = captures_[v];
     const Film film =
         render(candidate.x, photo, spp, seed_for(purpose, 0, static_cast<int>(v)), std::nullopt);
-    for (std::size_t i = 0; i < film.size(); ++i) {
-      double part = 0;
+    const auto size = static_cast<Eigen::Index>(3 * film.size());
+    Eigen::VectorXf half_a(size), half_b(size), all(size);
+    for (std::size_t i = 0; i < film.size(); ++i)
       for (int c = 0; c < 3; ++c) {
-        const double residual = film.mean[i][c] - photo.reference[i][c];
-        part += weights_[v][static_cast<Eigen::Index>(3 * i) + c] *
-                (residual * residual - film.variance[i][c]);
+        const auto k = static_cast<Eigen::Index>(3 * i) + c;
+        const float weight = std::sqrt(weights_[v][k]), reference = photo.reference[i][c];
+        const float residual = film.mean[i][c] - reference;
+        half_a[k] = weight * (film.half_a[i][c] - reference);
+        half_b[k] = weight * (film.half_b(film.mean[i], film.half_a[i])[c] - reference);
+        all[k] = weights_[v][k] * (residual * residual - film.variance[i][c]);
       }
-      candidate.parts.push_back(static_cast<float>(share * part));
-      candidate.loss += share * part;
-      squares += square(share * part);
+    const Eigen::VectorXf blurred =
+        box_blur(half_a, photo.width, photo.height, kBlurRadius)
+            .cwiseProduct(box_blur(half_b, photo.width, photo.height, kBlurRadius));
+    const int columns = (photo.width + kTile - 1) / kTile;
+    const std::size_t first = coarse.size();
+    coarse.resize(first + static_cast<std::size_t>(columns) * ((photo.height + kTile - 1) / kTile));
+    detail.resize(coarse.size());
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const int pixel = static_cast<int>(k / 3);
+      const int tile = pixel / photo.width / kTile * columns + pixel % photo.width / kTile;
+      coarse[first + static_cast<std::size_t>(tile)] += share * blurred[k];
+      detail[first + static_cast<std::size_t>(tile)] += share * (all[k] - blurred[k]);
     }
   }
-  candidate.rank = candidate.loss + kRankSigmas * std::sqrt(squares);
+  const auto count = static_cast<Eigen::Index>(coarse.size());
+  candidate.coarse = Eigen::Map<const Eigen::ArrayXd>(coarse.data(), count);
+  candidate.detail = Eigen::Map<const Eigen::ArrayXd>(detail.data(), count);
+}
+
+/// Puts the losses together: the detail counts as far as it tells candidates apart.
+void Search::rank() {
+  std::vector<double> details, noise;
+  for (const Candidate& one : candidates_) {
+    if (one.untouched) continue;  // mostly far off
+    details.push_back(one.detail.sum());
+    noise.push_back((one.detail - one.detail.mean()).square().sum());
+  }
+  const double middle = median(details);
+  std::vector<double> spread;
+  for (const double one : details) spread.push_back(square(one - middle) / kMedianOfSquare);
+  const double between = median(spread);
+  const double share = between > 0 ? std::max(1 - median(noise) / between, 0.0) : 0;
+  for (Candidate& one : candidates_) {
+    one.parts = one.coarse + share * one.detail;
+    one.loss = one.parts.sum();
+    one.rank = one.loss + kRankSigmas * std::sqrt(one.parts.square().sum());
+  }
 }
 
 void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& render) const {
@@ -207,13 +252,24 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
   candidate.untouched = false;
 }
 
-/// The start and what came of it stay whatever their rank.
+/// Whether two points are one basin's, for all that a search can tell.
+bool Search::alike(const Vector& x, const Vector& y) const {
+  const Coordinates coordinates(problem_.unknowns);
+  const Vector range = coordinates.maximum() - coordinates.minimum();
+  const Vector apart = coordinates.from_values(x) - coordinates.from_values(y);
+  return (apart.cwiseAbs().array() <= kAlike * range.array()).all();
+}
+
+/// The best of each kind. The start and what came of it stay whatever their rank.
 void Search::keep_best(std::size_t count) {
   std::stable_sort(candidates_.begin(), candidates_.end(),
                    [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   std::vector<Candidate> kept;
-  for (std::size_t i = 0; i < candidates_.size(); ++i)
-    if (i < count || candidates_[i].from_start) kept.push_back(std::move(candidates_[i]));
+  for (Candidate& one : candidates_) {
+    const bool known = std::any_of(kept.begin(), kept.end(),
+                                   [&](const Candidate& other) { return alike(one.x, other.x); });
+    if (one.from_start || (kept.size() < count && !known)) kept.push_back(std::move(one));
+  }
   candidates_ = std::move(kept);
 }
 
@@ -230,6 +286,7 @@ bool Search::step(const RenderAt& render) {
           (kLast + 1);
   if (++next_ < candidates_.size()) return true;
   next_ = 0;
+  rank();
   if (final) {
     choose();
   } else {
@@ -247,32 +304,30 @@ bool Search::step(const RenderAt& render) {
 
 double Search::fraction() const { return done_; }
 
+std::vector<Vector> Search::others() const {
+  std::vector<Vector> others;
+  for (const Candidate& one : candidates_)
+    if (!one.untouched && one.x != chosen_) others.push_back(one.x);
+  return others;
+}
+
 void Search::choose() {
   const auto best =
       std::min_element(candidates_.begin(), candidates_.end(),
                        [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
-  // Pixel against pixel: equal seeds, so that common noise cancels.
+  // Tile against tile: equal seeds, so that common noise cancels.
   const auto worse_by = [&](const Candidate& one) {
-    double sum = 0, squares = 0;
-    for (std::size_t i = 0; i < one.parts.size(); ++i) {
-      const double difference = static_cast<double>(one.parts[i]) - best->parts[i];
-      sum += difference;
-      squares += difference * difference;
-    }
-    const double mean = sum / static_cast<double>(one.parts.size());
-    return std::pair(sum, std::sqrt(std::max(squares - sum * mean, 0.0)));
+    const Eigen::ArrayXd apart = one.parts - best->parts;
+    return std::pair(apart.sum(), std::sqrt((apart - apart.mean()).square().sum()));
   };
   const Candidate* chosen = &*best;
-  for (const bool untouched : {false, true})
-    for (const Candidate& one : candidates_) {
-      if (!one.from_start || one.untouched != untouched) continue;
-      const auto [sum, noise] = worse_by(one);
-      if (untouched) {
-        result_.start_loss = one.loss;
-        result_.standard_error = noise;
-      }
-      if (sum <= kSigmas * noise) chosen = &one;
-    }
+  for (const Candidate& one : candidates_) {
+    if (!one.untouched) continue;
+    const auto [sum, noise] = worse_by(one);
+    result_.start_loss = one.loss;
+    result_.standard_error = noise;
+    if (sum <= kSigmas * noise) chosen = &one;
+  }
   chosen_ = chosen->x;
   result_.moved = !chosen->untouched;
   result_.loss = chosen->loss;

@@ -30,8 +30,10 @@ struct SearchResult {
 /// few samples, the best of them refined by a few Gauss-Newton steps, fewer and fewer of them.
 ///
 /// A step follows the slope from where it stands; from a dark opaque start that may lead into a
-/// basin where another parameter does the brightening. The user's values compete, as they are and
-/// refined, and lose only to what is better by more than noise. Source: facts sheet "estimators",
+/// basin where another parameter does the brightening. Few samples know little of single pixels where
+/// light comes by rare bright paths: pictures are compared coarsely, and in detail as far as the
+/// details of candidates differ by more than noise. The user's values compete, refined like the others
+/// and as they are: those lose only to what is better by more than noise. Source: facts sheet "estimators",
 /// Q2 (gdet5), with a common grey for the channels of a colour, which steps mend at once.
 class Search {
  public:
@@ -46,13 +48,16 @@ class Search {
   /// Once `step` has returned false: the values to go on from.
   const Vector& values() const { return chosen_; }
   const SearchResult& result() const { return result_; }
+  /// Likewise: other values that were refined to the end.
+  std::vector<Vector> others() const;
 
  private:
   struct Candidate {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    std::vector<float> parts;  ///< of `loss`, pixel by pixel
+    Eigen::ArrayXd parts;           ///< of `loss`, tile by tile
+    Eigen::ArrayXd coarse, detail;  ///< what they are made of
     std::shared_ptr<GaussNewton> steps;
   };
 
@@ -61,6 +66,8 @@ class Search {
   std::uint64_t seed_for(int purpose, int index, int capture) const;
   void look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const;
   void refine(Candidate& candidate, int index, int steps, const RenderAt& render) const;
+  void rank();
+  bool alike(const Vector& x, const Vector& y) const;
   void keep_best(std::size_t count);
   void choose();
 

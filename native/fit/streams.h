@@ -8,7 +8,13 @@
 namespace selenite {
 
 /// What a seed of a fit is for; streams of different purposes never meet.
-enum class Stream : std::uint64_t { kStep = 1, kValidation = 2, kSearch = 3, kVerification = 4 };
+enum class Stream : std::uint64_t {
+  kStep = 1,
+  kValidation = 2,
+  kSearch = 3,
+  kVerification = 4,
+  kRivals = 5
+};
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.
 inline std::uint64_t seed_of(std::uint64_t seed, int purpose, int capture) {

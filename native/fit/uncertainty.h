@@ -32,6 +32,9 @@ struct TrustReport {
   std::vector<Confidence> components;  ///< empty: not verified, or parameters of a medium
   Misfit misfit;
   int passes = 0;
+  /// Values far from the answer that explain the photos as well; see `Rivals`.
+  std::vector<Vector> rivals;
+  std::vector<int> contested;  ///< components that were determined but for them
 };
 
 /// What one look at frozen values says, summed over photos and pixels; in `Coordinates`.

@@ -236,7 +236,12 @@ py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
         "standard_error"_a = errors, "interval_90"_a = intervals, "determined"_a = determined,
         "at_bound"_a = bounds, "correlated_with"_a = correlated);
   }
-  return py::dict("parameters"_a = parameters, "passes"_a = report.passes,
+  py::list rivals, contested;
+  for (const Vector& x : report.rivals) rivals.append(values_dict(unknowns, x));
+  for (const int k : report.contested)
+    contested.append(unknowns.components()[static_cast<std::size_t>(k)].name);
+  return py::dict("parameters"_a = parameters, "passes"_a = report.passes, "rivals"_a = rivals,
+                  "contested"_a = contested,
                   "misfit"_a = py::dict("value"_a = report.misfit.value,
                                         "standard_error"_a = report.misfit.standard_error,
                                         "explained"_a = report.misfit.explained));
@@ -355,7 +360,8 @@ fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
 search: {points (0: none), moved, start_loss, loss, standard_error}.
 report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
 "maximum", None), correlated_with}}, each a list by component; passes (0: not verified); misfit:
-{value, standard_error, explained}}.
+{value, standard_error, explained}; rivals: values far from the best that explain the photos as well,
+each {"Body:roughness": [..]}; contested: components ("Body:base_color[1]") determined but for them}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
 final state, its loss taken from the validation render.)");

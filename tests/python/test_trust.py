@@ -101,6 +101,22 @@ def test_what_is_not_determined_is_told_with_where_to_find_the_next_photo() -> N
     assert "next-camera" not in said(all_known)
 
 
+def test_rivals_are_told_whole_and_with_each_value_that_they_contest() -> None:
+    found = result()
+    rival = {"Body:roughness": [0.132], "Body:base_color": [0.5, 0.6, 0.7], "Body:ior": [1.45]}
+    found["report"] |= {"rivals": [rival], "contested": ["Body:roughness"]}
+    found["report"]["parameters"]["Body:roughness"]["determined"] = [False]
+    assert trust.words(ROUGHNESS, found) == [
+        "not determined by these photos: with other values of the rest 0.132 explains them as well"
+    ]
+    assert "Body:ior can make up for it" in "".join(trust.words(COLOUR, found))
+    whole = "Body:roughness 0.132; Body:base_color 0.5, 0.6, 0.7; Body:ior 1.45"
+    assert f"Other values explain the photos as well: {whole}." in said(found)
+    assert trust.rivals(found) == [rival]
+    assert trust.rivals(result()) == []
+    assert "Other values" not in said(result())
+
+
 def test_a_bound_is_named_with_its_cure() -> None:
     assert "Body:ior: at its maximum 0.999: widen the bound" in said(result())
     assert trust.entries(IOR, result())["at_bound"] == "maximum"

@@ -23,8 +23,10 @@ _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
 _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
 # Of the verification: least samples, the share of them that have derivatives, and its passes: with
-# a sixteenth and a quarter of them before a whole one, which is mostly the last.
+# a sixteenth and a quarter of them before a whole one, which is mostly the last. Then, after a
+# search, pictures of the answer and of up to three rivals with a quarter of them.
 _VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.4
+_RIVAL_PICTURES = 4 / 4
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 
@@ -68,14 +70,16 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
         iterations = min(iterations, _SETTLED_AFTER)
     validations = -(-iterations // _VALIDATION_EVERY) + 1
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
+    searches = settings.search == "on" or (settings.search == "auto" and steps_by_least_squares)
     per_pixel = iterations * spp * path + validations * validation
     if few:
         verified = verification_spp(settings)
         slopes = _DERIVATIVES + 2 * differences
         per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
         per_pixel += validation + _VERIFICATION_PASSES * per_pass
+        per_pixel += _RIVAL_PICTURES * verified * searches
     total = pixels_at(plan.captures, settings.height) * per_pixel
-    if settings.search == "on" or (settings.search == "auto" and steps_by_least_squares):
+    if searches:
         small = pixels_at(plan.captures, min(settings.height, _SEARCH_SIDE))
         total += small * (_SEARCH_LOOKS + _SEARCH_STEPS * path)
     return total

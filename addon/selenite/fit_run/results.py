@@ -73,6 +73,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "seed": plan.request.settings.seed,
         "parameters": rows,
         "misfit": trust.misfit(result),
+        "rivals": trust.rivals(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],
         "stopped_because": result["stopped_because"],

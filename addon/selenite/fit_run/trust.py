@@ -49,6 +49,11 @@ def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
     return dict(report["misfit"]) if report.get("passes") else None
 
 
+def rivals(result: dict[str, Any]) -> list[dict[str, list[float]]]:
+    """For result.json: values far from the answer that explain the photos as well."""
+    return list((result.get("report") or {}).get("rivals", ()))
+
+
 def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     """What a user should know about one value; nothing where nothing was verified."""
     told = (result.get("report") or {}).get("parameters", {}).get(unknown.name)
@@ -65,7 +70,7 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
         sure = "90 %" if left is None or left["explained"] else "noise alone would allow"
         lines.append(f"{sure}: {'; '.join(intervals)}")
     if not all(told["determined"]):
-        lines.append(_undetermined(unknown, told))
+        lines.append(_undetermined(unknown, told, _contested_by(unknown, result)))
     bounds = {side for side in told["at_bound"] if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
@@ -73,7 +78,21 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _undetermined(unknown: Unknown, told: dict[str, Any]) -> str:
+def _contested_by(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+    """Its values in rivals, where it is determined but for them."""
+    contested = {
+        name.partition("[")[0] for name in (result.get("report") or {}).get("contested", ())
+    }
+    if unknown.name not in contested:
+        return []
+    return [_text(rival[unknown.name]) for rival in rivals(result)]
+
+
+def _text(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:.3g}" for value in values)
+
+
+def _undetermined(unknown: Unknown, told: dict[str, Any], contested_by: list[str]) -> str:
     """Names what could make up for it."""
     channels = [c for c, ok in zip("RGB", told["determined"], strict=False) if not ok]
     which = "" if len(told["determined"]) == 1 else f" in {', '.join(channels)}"
@@ -83,7 +102,9 @@ def _undetermined(unknown: Unknown, told: dict[str, Any]) -> str:
         if name and not ok
     } - {unknown.name}
     text = f"not determined by these photos{which}"
-    if others:
+    if contested_by:
+        text += f": with other values of the rest {' or '.join(contested_by)} explains them as well"
+    elif others:
         text += f": {' and '.join(sorted(others))} can make up for it"
     return text
 
@@ -100,6 +121,12 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         lines.append(
             "How sure these values are is not known: with a grid, few photos leave open what is "
             "its doing and what theirs. Compare fits from other starts or to other photos"
+        )
+    for rival in rivals(result):
+        all_of_it = "; ".join(f"{item.name} {_text(rival[item.name])}" for item in plan.unknowns)
+        lines.append(
+            f"Other values explain the photos as well: {all_of_it}. Decide by eye, or take another "
+            "photo, more samples or larger pictures"
         )
     left = misfit(result)
     if left is not None:

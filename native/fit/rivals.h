@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "fit/search.h"
+#include "fit/uncertainty.h"
+
+namespace selenite {
+
+/// Compares the answer of a fit with values that its search refined and left for others: where one of
+/// them explains the photos as well, another basin may hold the truth, of which intervals around the
+/// answer know nothing.
+///
+/// Equal seeds, pixel against pixel, first with a quarter of the samples, then with all for those
+/// that still stand. Refined in small pictures only, a rival is worse than the bottom of its basin:
+/// photos that tell basins apart do so here, too.
+class Rivals {
+ public:
+  /// `problem` must outlive it. spp: samples of a pixel at most.
+  Rivals(const Problem& problem, Vector answer, std::vector<Vector> rivals, std::uint64_t seed,
+         int spp);
+  /// The next picture; false when it was the last. May throw what `render` throws.
+  bool step(const RenderAt& render);
+  double fraction() const;
+  /// After the last step: notes in `report` those that stand and lie far outside what it tells, and
+  /// takes back that these values are determined.
+  void judge(TrustReport& report) const;
+
+ private:
+  struct Candidate {
+    Vector x;
+    std::vector<float> parts;  ///< of its loss in this round, pixel by pixel
+  };
+
+  int spp() const;
+  void end_round();
+  bool far_apart(const Vector& x, std::size_t component, const Confidence& told) const;
+
+  const Problem* problem_;
+  std::vector<Candidate> candidates_;  ///< the answer, then those that stand
+  std::uint64_t seed_;
+  int most_spp_;
+  int round_ = 0;
+  std::size_t candidate_ = 0, capture_ = 0;  ///< next picture
+};
+
+}  // namespace selenite

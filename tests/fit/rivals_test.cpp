@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/rivals.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "fit/fit.h"
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+constexpr double kOne = 0.2, kOther = 0.7;
+
+/// Pictures of one scalar, `roughness`, that are 0.5 at two of its values. In every second pixel the
+/// second of them is off by `tell` times its distance from the first.
+struct Twins {
+  double tell = 0, noise = 0.1;
+
+  Film operator()(const Scene& scene, const Camera&, const SlotLayout& layout,
+                  const RenderSettings& settings, Progress*) const {
+    Film film(settings.width, settings.height, settings.spp, static_cast<int>(layout.slots.size()));
+    const double r = scene.appearance.materials[0].values.roughness;
+    const int even = (settings.spp + 1) / 2;
+    for (std::size_t i = 0; i < film.size(); ++i)
+      for (int c = 0; c < 3; ++c) {
+        const double tilt = i % 2 == 0 ? 0 : tell;
+        const double value = 0.5 + (r - kOne) * (r - kOther + tilt);
+        const double slope = 2 * r - kOne - kOther + tilt;
+        Random random(settings.seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(c));
+        double all = 0, half = 0;
+        for (int s = 0; s < settings.spp; ++s) {
+          // Even, with a standard deviation of `noise`.
+          const double sample = noise * std::sqrt(12.0) * (random.uniform(s) - 0.5);
+          all += sample;
+          if (s % 2 == 0) half += sample;
+        }
+        film.mean[i][c] = static_cast<float>(value + all / settings.spp);
+        film.half_a[i][c] = static_cast<float>(value + half / even);
+        film.variance[i][c] = static_cast<float>(noise * noise / settings.spp);
+        for (SlotFilm& slot : film.slots)
+          slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slope);
+      }
+    return film;
+  }
+};
+
+FitSettings settings_with(const Twins& twins) {
+  FitSettings settings;
+  settings.optimiser = "gauss-newton";
+  settings.iterations = 20;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  settings.secants = false;  // the derivative is exact
+  settings.renderer = twins;
+  return settings;
+}
+
+std::unique_ptr<Fit> fit_from(double start, const FitSettings& settings) {
+  Capture grey;
+  grey.camera = "Left";
+  grey.width = grey.height = kSyntheticSize;
+  grey.reference.assign(kSyntheticSize * kSyntheticSize, Colorf(0.5f));
+  const std::vector<UnknownParameter> unknowns{{"Body", "roughness", {start}, 0.02, 0.999, 0.03}};
+  return std::make_unique<Fit>(synthetic_scene(), std::vector{grey}, unknowns, settings);
+}
+
+FitResult ended(Fit& fit) {
+  double fraction = 0;
+  while (fit.step()) {
+    if (fit.result().phase != Phase::kVerifying) continue;
+    EXPECT_GE(fit.result().phase_fraction, fraction);
+    EXPECT_LE(fit.result().phase_fraction, 1);
+    fraction = fit.result().phase_fraction;
+  }
+  EXPECT_EQ(fit.result().message, "");
+  return fit.result();
+}
+
+FitResult run(const Twins& twins, std::uint64_t seed) {
+  FitSettings settings = settings_with(twins);
+  settings.seed = seed;
+  return ended(*fit_from(0.45, settings));
+}
+
+// The two are one test: a comparison that lets all stand, or none, fails one of them.
+TEST(Rivals, ThatExplainThePhotosAsWellAreTold) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const FitResult found = run({}, seed);
+    const double twin = found.best[0] < 0.45 ? kOther : kOne;
+    EXPECT_NEAR(found.best[0], kOne + kOther - twin, 0.05);
+    ASSERT_GE(found.report.rivals.size(), 1u) << seed;
+    EXPECT_NEAR(found.report.rivals[0][0], twin, 0.1);
+    EXPECT_EQ(found.report.contested, std::vector<int>{0});
+    EXPECT_FALSE(found.report.components[0].determined);
+  }
+}
+
+TEST(Rivals, ThatThePhotosTellApartAreNot) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const FitResult found = run({.tell = 0.5}, seed);
+    EXPECT_NEAR(found.best[0], kOne, 0.02);
+    EXPECT_TRUE(found.report.rivals.empty()) << seed;
+    EXPECT_TRUE(found.report.contested.empty());
+    EXPECT_TRUE(found.report.components[0].determined);
+  }
+}
+
+TEST(Rivals, AreThoseOfTheSearchOnly) {
+  FitSettings settings = settings_with({});
+  settings.search = "off";
+  const FitResult found = ended(*fit_from(0.75, settings));
+  EXPECT_NEAR(found.best[0], kOther, 0.05);
+  EXPECT_TRUE(found.report.rivals.empty());
+  EXPECT_TRUE(found.report.components[0].determined);
+}
+
+TEST(Rivals, AreRememberedByASavedFit) {
+  const FitSettings settings = settings_with({});
+  const auto whole = fit_from(0.45, settings), resumed = fit_from(0.45, settings);
+  while (whole->result().iterations < 5) whole->step();
+  resumed->restore(whole->saved());
+  const FitResult expected = ended(*whole), found = ended(*resumed);
+  ASSERT_GE(expected.report.rivals.size(), 1u);
+  EXPECT_EQ(found.report.rivals, expected.report.rivals);
+  EXPECT_EQ(found.report.contested, expected.report.contested);
+}
+
+}  // namespace
+}  // namespace selenite
