@@ -23,7 +23,7 @@ COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
     "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
     "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
-    "answer", "zscores", "optimiser", "grid_error",
+    "answer", "zscores", "optimiser", "grid_error", "rivals",
 )  # fmt: skip
 
 
@@ -80,6 +80,7 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
         "misfit": misfit["value"],
         "misfit_standard_error": misfit["standard_error"],
         "explained": int(misfit["explained"]),
+        "rivals": len(told["rivals"]),
         "zscores": " ".join(z),
     }
 
@@ -91,7 +92,7 @@ def line(found: dict[str, Any]) -> str:
     text = f"{found['case']}: mean {found['mean_error']:.4f} ({parts}) {found['cpu_seconds']:.1f} s"
     if found["intervals"] != "":
         text += f", {found['covered']} of {found['intervals']} intervals hold"
-        text += f", not determined: {found['undetermined'] or 'none'}"
+        text += f", not determined: {found['undetermined'] or 'none'}, rivals: {found['rivals']}"
     if found["grid_error"] != "":
         text += f", voxels off by {found['grid_error']:.3f}"
     return text

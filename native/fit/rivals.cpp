@@ -3,16 +3,16 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "fit/streams.h"
+#include "fit/weights.h"
 
 namespace selenite {
 namespace {
 
 /// Shares of the samples, a round each.
 constexpr std::array kShares{4, 1};
-/// Standard deviations of the difference of losses by which a rival must lose.
+/// Standard deviations by which a rival must be worse to lose.
 constexpr double kSigmas = 3;
 /// Widths of its interval, and share of its range, that a value of a rival lies off at least: what is
 /// nearer is the same basin, seen less sharply.
@@ -38,8 +38,7 @@ bool Rivals::step(const RenderAt& render) {
   Candidate& candidate = candidates_[candidate_];
   const Film film = render(candidate.x, photo, spp(),
                            seed_of(seed_, round_, static_cast<int>(capture_)), std::nullopt);
-  const std::vector<float> parts = problem_->loss.evaluate(film, photo).parts;
-  candidate.parts.insert(candidate.parts.end(), parts.begin(), parts.end());
+  candidate.seen.append(Likeness(film, photo, relative_weights(photo, captures.size())), 1);
   if (++capture_ < captures.size()) return true;
   capture_ = 0;
   if (++candidate_ < candidates_.size()) return true;
@@ -50,20 +49,17 @@ bool Rivals::step(const RenderAt& render) {
 
 /// Drops those that have lost.
 void Rivals::end_round() {
-  const std::vector<float>& answer = candidates_.front().parts;
+  const Likeness& answer = candidates_.front().seen;
+  const auto worse = [](const Eigen::ArrayXd& rival, const Eigen::ArrayXd& answer) {
+    const Total by(rival - answer);
+    return by.sum > kSigmas * by.deviation;
+  };
   const auto lost = [&](const Candidate& rival) {
-    double sum = 0, squares = 0;
-    for (std::size_t i = 0; i < answer.size(); ++i) {
-      const double difference = static_cast<double>(rival.parts[i]) - answer[i];
-      sum += difference;
-      squares += difference * difference;
-    }
-    const double variance = squares - sum * sum / static_cast<double>(answer.size());
-    return sum > kSigmas * std::sqrt(std::max(variance, 0.0));
+    return worse(rival.seen.coarse, answer.coarse) || worse(rival.seen.all, answer.all);
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
-  for (Candidate& candidate : candidates_) candidate.parts.clear();
+  for (Candidate& candidate : candidates_) candidate.seen = Likeness();
   ++round_;
 }
 
@@ -89,18 +85,22 @@ bool Rivals::far_apart(const Vector& x, std::size_t component, const Confidence&
 }
 
 void Rivals::judge(TrustReport& report) const {
+  std::vector<Confidence>& components = report.components;
+  std::vector<bool> contested(components.size(), false);
   for (std::size_t i = 1; i < candidates_.size(); ++i) {
     const Vector& x = candidates_[i].x;
-    std::vector<std::size_t> apart;
-    for (std::size_t k = 0; k < report.components.size(); ++k)
-      if (report.components[k].determined && far_apart(x, k, report.components[k]))
-        apart.push_back(k);
-    if (apart.empty()) continue;
-    report.rivals.push_back(x);
-    for (const std::size_t k : apart) report.contested.push_back(static_cast<int>(k));
+    bool far = false;
+    for (std::size_t k = 0; k < components.size(); ++k) {
+      if (!components[k].determined || !far_apart(x, k, components[k])) continue;
+      far = contested[k] = true;
+    }
+    if (far) report.rivals.push_back(x);
   }
-  for (const int k : report.contested)
-    report.components[static_cast<std::size_t>(k)].determined = false;
+  for (std::size_t k = 0; k < components.size(); ++k) {
+    if (!contested[k]) continue;
+    report.contested.push_back(static_cast<int>(k));
+    components[k].determined = false;
+  }
 }
 
 }  // namespace selenite

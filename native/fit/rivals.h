@@ -14,7 +14,7 @@ namespace selenite {
 /// them explains the photos as well, another basin may hold the truth, of which intervals around the
 /// answer know nothing.
 ///
-/// Equal seeds, pixel against pixel, first with a quarter of the samples, then with all for those
+/// Equal seeds, tile against tile, coarsely and in detail, first with a quarter of the samples, then with all for those
 /// that still stand. Refined in small pictures only, a rival is worse than the bottom of its basin:
 /// photos that tell basins apart do so here, too.
 class Rivals {
@@ -32,7 +32,7 @@ class Rivals {
  private:
   struct Candidate {
     Vector x;
-    std::vector<float> parts;  ///< of its loss in this round, pixel by pixel
+    Likeness seen;  ///< in this round
   };
 
   int spp() const;

@@ -29,11 +29,9 @@ constexpr double kGreyness = 0.3;  ///< of the range: how far channels stray fro
 /// An extinction has the scale of the scene: it is searched within this factor of the start.
 constexpr double kReach = 10;
 constexpr double kLeastIor = 1.2, kLargestIor = 2;  ///< of most dielectrics
-constexpr double kSigmas = 2;                       ///< by which the start must lose
+constexpr double kSigmas = 2;                       ///< by which one must lose to another
 constexpr double kAlike = 0.1;                      ///< of each range: the same basin
-constexpr int kBlurRadius = 3;                      ///< of what is compared coarsely, in pixels
-constexpr int kTile = 2 * kBlurRadius + 1;  ///< beyond it blurred noise has nothing in common
-constexpr double kMedianOfSquare = 0.455;   ///< of a standard normal number
+constexpr double kMedianOfSquare = 0.455;           ///< of a standard normal number
 /// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
 /// below its mean by luck.
 constexpr double kRankSigmas = 1;
@@ -175,44 +173,16 @@ std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
   return seed_of(mix64(seed_ ^ static_cast<std::uint64_t>(purpose)), index, capture);
 }
 
-/// Equal seeds for all candidates: what they have in common cancels in a comparison. The coarse part
-/// of the loss is that of blurred residuals, one half of the samples times the other; the detail is
-/// the rest of it.
+/// Equal seeds for all candidates: what they have in common cancels in a comparison.
 void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
-  std::vector<double> coarse, detail;
+  candidate.seen = Likeness();
   const double share = 1.0 / static_cast<double>(captures_.size());
   for (std::size_t v = 0; v < captures_.size(); ++v) {
     const Capture& photo = captures_[v];
     const Film film =
         render(candidate.x, photo, spp, seed_for(purpose, 0, static_cast<int>(v)), std::nullopt);
-    const auto size = static_cast<Eigen::Index>(3 * film.size());
-    Eigen::VectorXf half_a(size), half_b(size), all(size);
-    for (std::size_t i = 0; i < film.size(); ++i)
-      for (int c = 0; c < 3; ++c) {
-        const auto k = static_cast<Eigen::Index>(3 * i) + c;
-        const float weight = std::sqrt(weights_[v][k]), reference = photo.reference[i][c];
-        const float residual = film.mean[i][c] - reference;
-        half_a[k] = weight * (film.half_a[i][c] - reference);
-        half_b[k] = weight * (film.half_b(film.mean[i], film.half_a[i])[c] - reference);
-        all[k] = weights_[v][k] * (residual * residual - film.variance[i][c]);
-      }
-    const Eigen::VectorXf blurred =
-        box_blur(half_a, photo.width, photo.height, kBlurRadius)
-            .cwiseProduct(box_blur(half_b, photo.width, photo.height, kBlurRadius));
-    const int columns = (photo.width + kTile - 1) / kTile;
-    const std::size_t first = coarse.size();
-    coarse.resize(first + static_cast<std::size_t>(columns) * ((photo.height + kTile - 1) / kTile));
-    detail.resize(coarse.size());
-    for (Eigen::Index k = 0; k < size; ++k) {
-      const int pixel = static_cast<int>(k / 3);
-      const int tile = pixel / photo.width / kTile * columns + pixel % photo.width / kTile;
-      coarse[first + static_cast<std::size_t>(tile)] += share * blurred[k];
-      detail[first + static_cast<std::size_t>(tile)] += share * (all[k] - blurred[k]);
-    }
+    candidate.seen.append(Likeness(film, photo, weights_[v]), share);
   }
-  const auto count = static_cast<Eigen::Index>(coarse.size());
-  candidate.coarse = Eigen::Map<const Eigen::ArrayXd>(coarse.data(), count);
-  candidate.detail = Eigen::Map<const Eigen::ArrayXd>(detail.data(), count);
 }
 
 /// Puts the losses together: the detail counts as far as it tells candidates apart.
@@ -220,8 +190,9 @@ void Search::rank() {
   std::vector<double> details, noise;
   for (const Candidate& one : candidates_) {
     if (one.untouched) continue;  // mostly far off
-    details.push_back(one.detail.sum());
-    noise.push_back((one.detail - one.detail.mean()).square().sum());
+    const Total detail(one.seen.all - one.seen.coarse);
+    details.push_back(detail.sum);
+    noise.push_back(square(detail.deviation));
   }
   const double middle = median(details);
   std::vector<double> spread;
@@ -229,7 +200,7 @@ void Search::rank() {
   const double between = median(spread);
   const double share = between > 0 ? std::max(1 - median(noise) / between, 0.0) : 0;
   for (Candidate& one : candidates_) {
-    one.parts = one.coarse + share * one.detail;
+    one.parts = one.seen.coarse + share * (one.seen.all - one.seen.coarse);
     one.loss = one.parts.sum();
     one.rank = one.loss + kRankSigmas * std::sqrt(one.parts.square().sum());
   }
@@ -311,22 +282,37 @@ std::vector<Vector> Search::others() const {
   return others;
 }
 
+/// Share of the range, in the coordinate of steps, to the nearest bound.
+double Search::room(const Vector& x) const {
+  const Coordinates coordinates(problem_.unknowns);
+  const Vector u = coordinates.from_values(x);
+  const Vector nearest = (u - coordinates.minimum()).cwiseMin(coordinates.maximum() - u);
+  return nearest.cwiseQuotient(coordinates.maximum() - coordinates.minimum()).minCoeff();
+}
+
 void Search::choose() {
-  const auto best =
-      std::min_element(candidates_.begin(), candidates_.end(),
-                       [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   // Tile against tile: equal seeds, so that common noise cancels.
-  const auto worse_by = [&](const Candidate& one) {
-    const Eigen::ArrayXd apart = one.parts - best->parts;
-    return std::pair(apart.sum(), std::sqrt((apart - apart.mean()).square().sum()));
+  const auto better_by = [](const Candidate& best, const Candidate& one) {
+    return Total(one.parts - best.parts);
   };
-  const Candidate* chosen = &*best;
+  const Candidate* best =
+      &*std::min_element(candidates_.begin(), candidates_.end(),
+                         [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
+  // At a bound steps see little, as of a roughness: of equals the one farthest from bounds.
+  const Candidate* equal = best;
+  for (const Candidate& one : candidates_) {
+    const Total by = better_by(*best, one);
+    if (!one.untouched && by.sum <= kSigmas * by.deviation && room(one.x) > room(equal->x))
+      equal = &one;
+  }
+  best = equal;
+  const Candidate* chosen = best;
   for (const Candidate& one : candidates_) {
     if (!one.untouched) continue;
-    const auto [sum, noise] = worse_by(one);
+    const Total by = better_by(*best, one);
     result_.start_loss = one.loss;
-    result_.standard_error = noise;
-    if (sum <= kSigmas * noise) chosen = &one;
+    result_.standard_error = by.deviation;
+    if (by.sum <= kSigmas * by.deviation) chosen = &one;
   }
   chosen_ = chosen->x;
   result_.moved = !chosen->untouched;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "fit/gauss_newton.h"
+#include "fit/likeness.h"
 #include "fit/secants.h"
 
 namespace selenite {
@@ -56,8 +57,8 @@ class Search {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    Eigen::ArrayXd parts;           ///< of `loss`, tile by tile
-    Eigen::ArrayXd coarse, detail;  ///< what they are made of
+    Likeness seen;
+    Eigen::ArrayXd parts;  ///< of `loss`, tile by tile
     std::shared_ptr<GaussNewton> steps;
   };
 
@@ -69,6 +70,7 @@ class Search {
   void rank();
   bool alike(const Vector& x, const Vector& y) const;
   void keep_best(std::size_t count);
+  double room(const Vector& x) const;
   void choose();
 
   std::uint64_t seed_;

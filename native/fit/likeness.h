@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fit/capture.h"
+#include "render/film.h"
+
+namespace selenite {
+
+/// How far a render is from a photo: the mean square of the residuals relative to brightness, without
+/// the bias of noise, tile by tile. Few samples know little of single pixels where light comes by
+/// rare bright paths, but something of what pixels have in common.
+struct Likeness {
+  Eigen::ArrayXd
+      coarse;  ///< of residuals blurred over a tile, one half of the samples times the other
+  Eigen::ArrayXd all;  ///< of each pixel's own
+
+  /// weights: `relative_weights` of the photo.
+  Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights);
+  Likeness() = default;
+  /// Another photo's tiles, `share` of all.
+  void append(const Likeness& other, double share);
+};
+
+/// Sum of independent terms, and its standard deviation as their scatter tells it.
+struct Total {
+  double sum, deviation;
+  explicit Total(const Eigen::ArrayXd& terms);
+};
+
+}  // namespace selenite
