@@ -162,7 +162,8 @@ def make(case, size, segments=48):
 
 
 def _sky():
-    """(32, 64, 3): a bright spot of peak 8 above a dim gradient, negative light at the bottom."""
+    """(32, 64, 3): a bright spot of peak 8 above a dim gradient; a little below 0 at the bottom, as
+    resampled pictures are, those that Blender brings along too."""
     v, u = np.meshgrid((np.arange(32) + 0.5) / 32, (np.arange(64) + 0.5) / 64, indexing="ij")
     height, turn = math.pi * (0.5 - v), 2 * math.pi * (0.5 - u)
     around = [np.cos(height) * np.cos(turn), np.cos(height) * np.sin(turn), np.sin(height)]
@@ -172,7 +173,7 @@ def _sky():
     colour = np.array([0.7, 0.85, 1.0])
     bright = 8 * cosine[..., None] ** 30 * np.array([1.0, 0.9, 0.75])
     sky = (dim[..., None] * colour + bright).astype(np.float32)
-    sky[-4:] = -0.1
+    sky[-4:] = -0.003
     return sky
 
 

@@ -292,8 +292,8 @@ double Search::room(const Vector& x) const {
 
 void Search::choose() {
   // Tile against tile: equal seeds, so that common noise cancels.
-  const auto better_by = [](const Candidate& best, const Candidate& one) {
-    return Total(one.parts - best.parts);
+  const auto worse_by = [](const Candidate& one, const Candidate& other) {
+    return Total(one.parts - other.parts);
   };
   const Candidate* best =
       &*std::min_element(candidates_.begin(), candidates_.end(),
@@ -301,7 +301,7 @@ void Search::choose() {
   // At a bound steps see little, as of a roughness: of equals the one farthest from bounds.
   const Candidate* equal = best;
   for (const Candidate& one : candidates_) {
-    const Total by = better_by(*best, one);
+    const Total by = worse_by(one, *best);
     if (!one.untouched && by.sum <= kSigmas * by.deviation && room(one.x) > room(equal->x))
       equal = &one;
   }
@@ -309,7 +309,7 @@ void Search::choose() {
   const Candidate* chosen = best;
   for (const Candidate& one : candidates_) {
     if (!one.untouched) continue;
-    const Total by = better_by(*best, one);
+    const Total by = worse_by(one, *best);
     result_.start_loss = one.loss;
     result_.standard_error = by.deviation;
     if (by.sum <= kSigmas * by.deviation) chosen = &one;

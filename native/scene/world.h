@@ -48,7 +48,7 @@ struct WorldParameters {
 /// Equirectangular picture with its table for importance sampling. Immutable, shared.
 /// u = 1/2 - atan2(y, x)/(2 pi), v = 1/2 + asin(z)/pi from the bottom; bilinear, u repeats.
 /// A negative pixel (resampled pictures have them, those that Blender brings along too) is negative
-/// light, as in Cycles, and is not sampled. InvalidArgument: a pixel that is not finite.
+/// light, as Cycles shows it, and is not sampled. InvalidArgument: a pixel that is not finite.
 /// Source: facts sheet "cycles", section 3.
 class EnvironmentMap {
  public:

@@ -20,29 +20,11 @@ struct Twins {
 
   Film operator()(const Scene& scene, const Camera&, const SlotLayout& layout,
                   const RenderSettings& settings, Progress*) const {
-    Film film(settings.width, settings.height, settings.spp, static_cast<int>(layout.slots.size()));
     const double r = scene.appearance.materials[0].values.roughness;
-    const int even = (settings.spp + 1) / 2;
-    for (std::size_t i = 0; i < film.size(); ++i)
-      for (int c = 0; c < 3; ++c) {
-        const double tilt = i % 2 == 0 ? 0 : tell;
-        const double value = 0.5 + (r - kOne) * (r - kOther + tilt);
-        const double slope = 2 * r - kOne - kOther + tilt;
-        Random random(settings.seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(c));
-        double all = 0, half = 0;
-        for (int s = 0; s < settings.spp; ++s) {
-          // Even, with a standard deviation of `noise`.
-          const double sample = noise * std::sqrt(12.0) * (random.uniform(s) - 0.5);
-          all += sample;
-          if (s % 2 == 0) half += sample;
-        }
-        film.mean[i][c] = static_cast<float>(value + all / settings.spp);
-        film.half_a[i][c] = static_cast<float>(value + half / even);
-        film.variance[i][c] = static_cast<float>(noise * noise / settings.spp);
-        for (SlotFilm& slot : film.slots)
-          slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slope);
-      }
-    return film;
+    return evenly_noisy_film(layout, settings, noise, [=, this](std::size_t i) {
+      const double tilt = i % 2 == 0 ? 0 : tell;
+      return std::pair(0.5 + (r - kOne) * (r - kOther + tilt), 2 * r - kOne - kOther + tilt);
+    });
   }
 };
 

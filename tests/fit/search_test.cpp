@@ -16,29 +16,12 @@ struct TwoBasins {
 
   Film operator()(const Scene& scene, const Camera&, const SlotLayout& layout,
                   const RenderSettings& settings, Progress*) const {
-    Film film(settings.width, settings.height, settings.spp, static_cast<int>(layout.slots.size()));
     const double r = scene.appearance.materials[0].values.roughness;
     const double valley = square(r - 0.7) + 0.02;
     const double value = 0.5 + 2 * (r - 0.2) * valley;
     const double slope = 2 * valley + 4 * (r - 0.2) * (r - 0.7);
-    const int even = (settings.spp + 1) / 2;
-    for (std::size_t i = 0; i < film.size(); ++i)
-      for (int c = 0; c < 3; ++c) {
-        Random random(settings.seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(c));
-        double all = 0, half = 0;
-        for (int s = 0; s < settings.spp; ++s) {
-          // Even, with a standard deviation of `noise`.
-          const double sample = noise * std::sqrt(12.0) * (random.uniform(s) - 0.5);
-          all += sample;
-          if (s % 2 == 0) half += sample;
-        }
-        film.mean[i][c] = static_cast<float>(value + all / settings.spp);
-        film.half_a[i][c] = static_cast<float>(value + half / even);
-        film.variance[i][c] = static_cast<float>(noise * noise / settings.spp);
-        for (SlotFilm& slot : film.slots)
-          slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slope);
-      }
-    return film;
+    return evenly_noisy_film(layout, settings, noise,
+                             [=](std::size_t) { return std::pair(value, slope); });
   }
 };
 
@@ -162,7 +145,7 @@ TEST(Search, RefusesMoreUnknownsThanItCanSpread) {
   FitSettings settings = settings_with("on");
   settings.optimiser = "adam";
   try {
-    Fit(scene, {grey()}, unknowns, settings);
+    const Fit refused(scene, {grey()}, unknowns, settings);
     FAIL() << "accepted";
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find("up to 12"), std::string::npos) << error.what();
