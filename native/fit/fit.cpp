@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "fit/likeness.h"
 #include "fit/streams.h"
 #include "math/error.h"
 
@@ -242,14 +243,12 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
 /// By more than one standard error of the difference, pixel against pixel: the seeds are the same,
 /// so most of the noise is common to both.
 bool Fit::worse_than_smallest(const Validation& validation) const {
-  double sum = 0, squares = 0;
-  for (std::size_t i = 0; i < validation.parts.size(); ++i) {
-    const double difference = static_cast<double>(validation.parts[i]) - smallest_.parts[i];
-    sum += difference;
-    squares += difference * difference;
-  }
-  const double variance = squares - sum * sum / static_cast<double>(validation.parts.size());
-  return sum > std::sqrt(std::max(variance, 0.0));
+  const auto terms = [](const std::vector<float>& parts) {
+    return Eigen::Map<const Eigen::ArrayXf>(parts.data(), static_cast<Eigen::Index>(parts.size()))
+        .cast<double>();
+  };
+  const Total by(terms(validation.parts) - terms(smallest_.parts));
+  return by.sum > by.deviation;
 }
 
 bool Fit::within_tolerance() const {

@@ -12,9 +12,8 @@ namespace selenite {
 /// the bias of noise, tile by tile. Few samples know little of single pixels where light comes by
 /// rare bright paths, but something of what pixels have in common.
 struct Likeness {
-  Eigen::ArrayXd
-      coarse;  ///< of residuals blurred over a tile, one half of the samples times the other
-  Eigen::ArrayXd all;  ///< of each pixel's own
+  Eigen::ArrayXd coarse;  ///< of blurred residuals, one half of the samples times the other
+  Eigen::ArrayXd all;     ///< of each pixel's own
 
   /// weights: `relative_weights` of the photo.
   Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights);

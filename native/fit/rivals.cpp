@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "fit/streams.h"
 #include "fit/weights.h"
@@ -22,7 +23,9 @@ constexpr double kWidths = 2, kShareOfRange = 0.1;
 
 Rivals::Rivals(const Problem& problem, Vector answer, std::vector<Vector> rivals,
                std::uint64_t seed, int spp)
-    : problem_(&problem), seed_(seed), most_spp_(spp) {
+    : problem_(&problem), coordinates_(problem.unknowns), seed_(seed), most_spp_(spp) {
+  for (const Capture& photo : problem.captures)
+    weights_.push_back(relative_weights(photo, problem.captures.size()));
   candidates_.push_back({std::move(answer), {}});
   for (Vector& x : rivals) candidates_.push_back({std::move(x), {}});
 }
@@ -38,7 +41,7 @@ bool Rivals::step(const RenderAt& render) {
   Candidate& candidate = candidates_[candidate_];
   const Film film = render(candidate.x, photo, spp(),
                            seed_of(seed_, round_, static_cast<int>(capture_)), std::nullopt);
-  candidate.seen.append(Likeness(film, photo, relative_weights(photo, captures.size())), 1);
+  candidate.seen.append(Likeness(film, photo, weights_[capture_]), 1);
   if (++capture_ < captures.size()) return true;
   capture_ = 0;
   if (++candidate_ < candidates_.size()) return true;
@@ -74,10 +77,9 @@ double Rivals::fraction() const {
 
 bool Rivals::far_apart(const Vector& x, std::size_t component, const Confidence& told) const {
   const auto k = static_cast<Eigen::Index>(component);
-  const Coordinates coordinates(problem_->unknowns);
-  const double range = coordinates.maximum()[k] - coordinates.minimum()[k];
+  const double range = coordinates_.maximum()[k] - coordinates_.minimum()[k];
   const double way =
-      coordinates.from_values(x)[k] - coordinates.from_values(candidates_.front().x)[k];
+      coordinates_.from_values(x)[k] - coordinates_.from_values(candidates_.front().x)[k];
   if (std::abs(way) <= kShareOfRange * range) return false;
   const auto [low, high] = told.interval;
   const double width = high - low;

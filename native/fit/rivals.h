@@ -40,7 +40,9 @@ class Rivals {
   bool far_apart(const Vector& x, std::size_t component, const Confidence& told) const;
 
   const Problem* problem_;
-  std::vector<Candidate> candidates_;  ///< the answer, then those that stand
+  Coordinates coordinates_;
+  std::vector<Eigen::VectorXf> weights_;  ///< of the photos
+  std::vector<Candidate> candidates_;     ///< the answer, then those that stand
   std::uint64_t seed_;
   int most_spp_;
   int round_ = 0;

@@ -100,6 +100,7 @@ Capture shrunk(const Capture& capture, int size) {
 Search::Search(const Problem& problem, std::uint64_t seed)
     : seed_(seed),
       problem_{problem.unknowns, problem.layout, captures_, problem.loss, kRemembered},
+      coordinates_(problem.unknowns),
       chosen_(problem.unknowns.start()) {
   for (const Capture& capture : problem.captures) {
     captures_.push_back(shrunk(capture, kSize));
@@ -225,9 +226,8 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
 
 /// Whether two points are one basin's, for all that a search can tell.
 bool Search::alike(const Vector& x, const Vector& y) const {
-  const Coordinates coordinates(problem_.unknowns);
-  const Vector range = coordinates.maximum() - coordinates.minimum();
-  const Vector apart = coordinates.from_values(x) - coordinates.from_values(y);
+  const Vector range = coordinates_.maximum() - coordinates_.minimum();
+  const Vector apart = coordinates_.from_values(x) - coordinates_.from_values(y);
   return (apart.cwiseAbs().array() <= kAlike * range.array()).all();
 }
 
@@ -284,10 +284,9 @@ std::vector<Vector> Search::others() const {
 
 /// Share of the range, in the coordinate of steps, to the nearest bound.
 double Search::room(const Vector& x) const {
-  const Coordinates coordinates(problem_.unknowns);
-  const Vector u = coordinates.from_values(x);
-  const Vector nearest = (u - coordinates.minimum()).cwiseMin(coordinates.maximum() - u);
-  return nearest.cwiseQuotient(coordinates.maximum() - coordinates.minimum()).minCoeff();
+  const Vector u = coordinates_.from_values(x);
+  const Vector nearest = (u - coordinates_.minimum()).cwiseMin(coordinates_.maximum() - u);
+  return nearest.cwiseQuotient(coordinates_.maximum() - coordinates_.minimum()).minCoeff();
 }
 
 void Search::choose() {
@@ -295,21 +294,19 @@ void Search::choose() {
   const auto worse_by = [](const Candidate& one, const Candidate& other) {
     return Total(one.parts - other.parts);
   };
-  const Candidate* best =
-      &*std::min_element(candidates_.begin(), candidates_.end(),
-                         [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
+  const Candidate& best =
+      *std::min_element(candidates_.begin(), candidates_.end(),
+                        [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
+  const Candidate* chosen = &best;
   // At a bound steps see little, as of a roughness: of equals the one farthest from bounds.
-  const Candidate* equal = best;
   for (const Candidate& one : candidates_) {
-    const Total by = worse_by(one, *best);
-    if (!one.untouched && by.sum <= kSigmas * by.deviation && room(one.x) > room(equal->x))
-      equal = &one;
+    const Total by = worse_by(one, best);
+    if (!one.untouched && by.sum <= kSigmas * by.deviation && room(one.x) > room(chosen->x))
+      chosen = &one;
   }
-  best = equal;
-  const Candidate* chosen = best;
   for (const Candidate& one : candidates_) {
     if (!one.untouched) continue;
-    const Total by = worse_by(one, *best);
+    const Total by = worse_by(one, *chosen);
     result_.start_loss = one.loss;
     result_.standard_error = by.deviation;
     if (by.sum <= kSigmas * by.deviation) chosen = &one;

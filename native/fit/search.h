@@ -18,7 +18,8 @@ namespace selenite {
 using RenderAt = std::function<Film(const Vector& x, const Capture& photo, int spp,
                                     std::uint64_t seed, std::optional<Side> derivatives)>;
 
-/// What a search has found; losses are unbiased, of small pictures in Gauss-Newton's first weights.
+/// What a search has found; losses are of small pictures in Gauss-Newton's first weights,
+/// without the bias of noise and without detail that is noise.
 struct SearchResult {
   int points = 0;             ///< looked at, the start included; 0: there was no search
   bool moved = false;         ///< whether the fit goes on elsewhere than at the start
@@ -77,6 +78,7 @@ class Search {
   std::vector<Capture> captures_;  ///< small
   std::vector<Eigen::VectorXf> weights_;
   Problem problem_;
+  Coordinates coordinates_;
   std::vector<Candidate> candidates_;
   std::size_t next_ = 0;  ///< candidate of the running stage
   int stage_ = 0;

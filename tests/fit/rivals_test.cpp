@@ -28,24 +28,9 @@ struct Twins {
   }
 };
 
-FitSettings settings_with(const Twins& twins) {
-  FitSettings settings;
-  settings.optimiser = "gauss-newton";
-  settings.iterations = 20;
-  settings.tolerance = 0;
-  settings.threads = 1;
-  settings.secants = false;  // the derivative is exact
-  settings.renderer = twins;
-  return settings;
-}
-
 std::unique_ptr<Fit> fit_from(double start, const FitSettings& settings) {
-  Capture grey;
-  grey.camera = "Left";
-  grey.width = grey.height = kSyntheticSize;
-  grey.reference.assign(kSyntheticSize * kSyntheticSize, Colorf(0.5f));
-  const std::vector<UnknownParameter> unknowns{{"Body", "roughness", {start}, 0.02, 0.999, 0.03}};
-  return std::make_unique<Fit>(synthetic_scene(), std::vector{grey}, unknowns, settings);
+  return std::make_unique<Fit>(synthetic_scene(), std::vector{grey_capture()},
+                               roughness_from(start), settings);
 }
 
 FitResult ended(Fit& fit) {
@@ -61,7 +46,7 @@ FitResult ended(Fit& fit) {
 }
 
 FitResult run(const Twins& twins, std::uint64_t seed) {
-  FitSettings settings = settings_with(twins);
+  FitSettings settings = exact_settings(twins, 20);
   settings.seed = seed;
   return ended(*fit_from(0.45, settings));
 }
@@ -90,7 +75,7 @@ TEST(Rivals, ThatThePhotosTellApartAreNot) {
 }
 
 TEST(Rivals, AreThoseOfTheSearchOnly) {
-  FitSettings settings = settings_with({});
+  FitSettings settings = exact_settings(Twins(), 20);
   settings.search = "off";
   const FitResult found = ended(*fit_from(0.75, settings));
   EXPECT_NEAR(found.best[0], kOther, 0.05);
@@ -99,7 +84,7 @@ TEST(Rivals, AreThoseOfTheSearchOnly) {
 }
 
 TEST(Rivals, AreRememberedByASavedFit) {
-  const FitSettings settings = settings_with({});
+  const FitSettings settings = exact_settings(Twins(), 20);
   const auto whole = fit_from(0.45, settings), resumed = fit_from(0.45, settings);
   while (whole->result().iterations < 5) whole->step();
   resumed->restore(whole->saved());

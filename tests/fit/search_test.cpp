@@ -56,29 +56,14 @@ struct RarePaths {
 };
 
 FitSettings settings_with(const char* search) {
-  FitSettings settings;
-  settings.optimiser = "gauss-newton";
-  settings.iterations = 40;
-  settings.tolerance = 0;
-  settings.threads = 1;
-  settings.secants = false;  // the derivative is exact
+  FitSettings settings = exact_settings(TwoBasins(), 40);
   settings.verification = "off";
   settings.search = search;
-  settings.renderer = TwoBasins();
   return settings;
 }
 
-Capture grey() {
-  Capture capture;
-  capture.camera = "Left";
-  capture.width = capture.height = kSyntheticSize;
-  capture.reference.assign(kSyntheticSize * kSyntheticSize, Colorf(0.5f));
-  return capture;
-}
-
 FitResult run(const FitSettings& settings, double start) {
-  Fit fit(synthetic_scene(), {grey()}, {{"Body", "roughness", {start}, 0.02, 0.999, 0.03}},
-          settings);
+  Fit fit(synthetic_scene(), {grey_capture()}, roughness_from(start), settings);
   while (fit.step()) {
   }
   EXPECT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
@@ -114,11 +99,7 @@ TEST(Search, IsNotLedAstrayByRareBrightPaths) {
     settings.renderer = RarePaths();
     settings.seed = static_cast<std::uint64_t>(run);
     settings.iterations = 1;
-    Capture photo = grey();
-    photo.width = photo.height = 40;
-    photo.reference.assign(1600, Colorf(0.5f));
-    Fit fit(synthetic_scene(), {photo}, {{"Body", "roughness", {0.3}, 0.02, 0.999, 0.03}},
-            settings);
+    Fit fit(synthetic_scene(), {grey_capture(40)}, roughness_from(0.3), settings);
     while (fit.result().phase == Phase::kSearching) fit.step();
     error += std::abs(fit.values()[0] - 0.2) / kRuns;
   }
@@ -145,7 +126,7 @@ TEST(Search, RefusesMoreUnknownsThanItCanSpread) {
   FitSettings settings = settings_with("on");
   settings.optimiser = "adam";
   try {
-    const Fit refused(scene, {grey()}, unknowns, settings);
+    const Fit refused(scene, {grey_capture()}, unknowns, settings);
     FAIL() << "accepted";
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find("up to 12"), std::string::npos) << error.what();
@@ -164,7 +145,7 @@ TEST(Search, ThatIsCancelledLeavesTheStart) {
     if (++renders == 80) throw Cancelled("cancelled");  // while the best are refined
     return TwoBasins()(scene, camera, layout, render_settings, progress);
   };
-  Fit fit(synthetic_scene(), {grey()}, {{"Body", "roughness", {0.8}, 0.02, 0.999, 0.03}}, settings);
+  Fit fit(synthetic_scene(), {grey_capture()}, roughness_from(0.8), settings);
   EXPECT_TRUE(fit.step());
   EXPECT_EQ(fit.result().phase, Phase::kSearching);
   while (fit.step()) {

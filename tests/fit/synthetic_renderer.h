@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string>
@@ -188,17 +189,28 @@ inline Scene synthetic_scene(int materials = 1) {
 
 inline constexpr int kSyntheticSize = 16;
 
-/// Photo of `scene` without noise.
+/// Photo of `scene` without noise, or with that of `spp` samples.
 inline Capture synthetic_capture(const Scene& scene, const std::string& camera,
-                                 int size = kSyntheticSize) {
+                                 int size = kSyntheticSize, int spp = 0, std::uint64_t seed = 0) {
   RenderSettings settings;
   settings.width = settings.height = size;
-  settings.spp = 1;
+  settings.spp = std::max(spp, 1);
+  settings.seed = seed;
   Capture capture;
   capture.camera = camera;
   capture.width = capture.height = size;
-  capture.reference =
-      SyntheticRenderer{0, 0}(scene, scene.camera(camera), SlotLayout(), settings, nullptr).mean;
+  capture.reference = SyntheticRenderer{spp > 0 ? 0.5 : 0.0, 0}(scene, scene.camera(camera),
+                                                                SlotLayout(), settings, nullptr)
+                          .mean;
+  return capture;
+}
+
+/// A photo that is 0.5 all over.
+inline Capture grey_capture(int size = kSyntheticSize) {
+  Capture capture;
+  capture.camera = "Left";
+  capture.width = capture.height = size;
+  capture.reference.assign(static_cast<std::size_t>(size) * size, Colorf(0.5f));
   return capture;
 }
 
@@ -210,6 +222,23 @@ inline std::vector<UnknownParameter> synthetic_unknowns() {
 }
 
 inline Vector synthetic_truth() { return Vector{{0.4, 0.6, 0.8, 0.4, 0.6, 1.5}}; }
+
+/// One number to fit.
+inline std::vector<UnknownParameter> roughness_from(double start) {
+  return {{"Body", "roughness", {start}, 0.02, 0.999, 0.03}};
+}
+
+/// Gauss-Newton with pictures of `renderer`, whose derivatives are exact.
+inline FitSettings exact_settings(Renderer renderer, int iterations) {
+  FitSettings settings;
+  settings.optimiser = "gauss-newton";
+  settings.iterations = iterations;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  settings.secants = false;
+  settings.renderer = std::move(renderer);
+  return settings;
+}
 
 inline FitSettings synthetic_settings(SyntheticRenderer renderer = {}) {
   FitSettings settings;

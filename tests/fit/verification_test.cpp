@@ -12,21 +12,6 @@ namespace {
 
 constexpr int kSize = 12;
 
-/// A photo with noise of its own, as from `spp` samples; 0: none.
-Capture noisy_capture(const Scene& scene, const char* camera, int spp, std::uint64_t seed) {
-  if (spp == 0) return synthetic_capture(scene, camera, kSize);
-  RenderSettings settings;
-  settings.width = settings.height = kSize;
-  settings.spp = spp;
-  settings.seed = seed;
-  Capture capture;
-  capture.camera = camera;
-  capture.width = capture.height = kSize;
-  capture.reference =
-      SyntheticRenderer{0.5, 0}(scene, scene.camera(camera), SlotLayout(), settings, nullptr).mean;
-  return capture;
-}
-
 struct Verified {
   Vector values;
   TrustReport report;
@@ -69,8 +54,8 @@ TEST(Verification, NinetyPercentIntervalsHoldInNinetyPercent) {
     for (int k = 0; k < start.size(); ++k) start[k] *= 1 + (((run + k) % 5) - 2) * 0.004;
     const Verified found =
         verify(start,
-               {noisy_capture(scene, "Left", 64, 10000u + static_cast<unsigned>(run)),
-                noisy_capture(scene, "Right", 64, 20000u + static_cast<unsigned>(run))},
+               {synthetic_capture(scene, "Left", kSize, 64, 10000u + static_cast<unsigned>(run)),
+                synthetic_capture(scene, "Right", kSize, 64, 20000u + static_cast<unsigned>(run))},
                static_cast<std::uint64_t>(run));
     for (int k = 0; k < truth.size(); ++k) {
       const Confidence& one = found.report.components[static_cast<std::size_t>(k)];
@@ -153,7 +138,7 @@ TEST(Verification, NamesTheBound) {
 // hundred photos would be called unexplained by chance.
 TEST(Verification, TellsNoiseOfThePhotoFromAMisfit) {
   const Scene scene = synthetic_scene();
-  Capture photo = noisy_capture(scene, "Left", 16, 77);
+  Capture photo = synthetic_capture(scene, "Left", kSize, 16, 77);
   EXPECT_TRUE(verify(synthetic_truth(), {photo}, 1).report.misfit.explained);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x) {

@@ -26,7 +26,7 @@ _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
 # a sixteenth and a quarter of them before a whole one, which is mostly the last. Then, after a
 # search, pictures of the answer and of up to three rivals with a quarter of them.
 _VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.4
-_RIVAL_PICTURES = 4 / 4
+_RIVAL_PICTURES, _RIVAL_SHARE = 4, 4
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 
@@ -77,7 +77,8 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
         slopes = _DERIVATIVES + 2 * differences
         per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
         per_pixel += validation + _VERIFICATION_PASSES * per_pass
-        per_pixel += _RIVAL_PICTURES * verified * searches
+        if searches:
+            per_pixel += _RIVAL_PICTURES * verified / _RIVAL_SHARE
     total = pixels_at(plan.captures, settings.height) * per_pixel
     if searches:
         small = pixels_at(plan.captures, min(settings.height, _SEARCH_SIDE))
