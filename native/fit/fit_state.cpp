@@ -13,7 +13,7 @@ void Fit::Validation::members(SavedState& state) { state(loss, unbiased, varianc
 
 /// What the state belongs to: with anything else it would be misread.
 std::string Fit::fingerprint() const {
-  std::string text = "2 " + optimiser_name_ + " " + settings_.loss;
+  std::string text = "3 " + optimiser_name_ + " " + settings_.loss;
   for (const std::int64_t number :
        {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
         std::int64_t{settings_.spp}, std::int64_t{settings_.depth},

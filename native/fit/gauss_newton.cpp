@@ -150,17 +150,17 @@ GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
     const JacobianSums::Set z =
         view.jacobians.add(*problem_, capture, halves[v], view.weight, keep);
     const Eigen::VectorXf& w = view.weight;
-    sum.normal +=
-        (weighted_product(z.only_a, w, z.plain_b) + weighted_product(z.only_b, w, z.plain_a)) / 2;
-    sum.gradient += (weighted_product(z.for_a, w, halves[v].residual_a) +
-                     weighted_product(z.for_b, w, halves[v].residual_b)) /
+    sum.normal += (weighted_product(z.a.instruments, w, z.b.slopes) +
+                   weighted_product(z.b.instruments, w, z.a.slopes)) /
+                  2;
+    sum.gradient += (weighted_product(z.a.instruments, w, halves[v].residual_b) +
+                     weighted_product(z.b.instruments, w, halves[v].residual_a)) /
                     2;
     const Eigen::VectorXf noise = w.cwiseAbs2().cwiseProduct(halves[v].variance);
-    sum.covariance +=
-        (weighted_product(z.for_a, noise, z.for_a) + weighted_product(z.for_b, noise, z.for_b)) / 4;
-    sum.strength += (weighted_product(z.for_a, w, z.for_a).diagonal() +
-                     weighted_product(z.for_b, w, z.for_b).diagonal()) /
-                    2;
+    for (const Jacobian* one : {&z.a.instruments, &z.b.instruments}) {
+      sum.covariance += weighted_product(*one, noise, *one) / 4;
+      sum.strength += weighted_product(*one, w, *one).diagonal() / 2;
+    }
   }
   for (Eigen::Index k = 0; k < n; ++k)
     if (!std::isfinite(sum.gradient[k]) || !std::isfinite(sum.normal(k, k)))

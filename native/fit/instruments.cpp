@@ -88,50 +88,64 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   return halves;
 }
 
-void JacobianSums::members(SavedState& state) { state(sum_a_, sum_b_, weight_); }
+void JacobianSums::members(SavedState& state) { state(parts_[0], parts_[1], adds_); }
+
+void JacobianSums::Part::members(SavedState& state) { state(a, b, weight); }
 
 JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& capture,
                                     const Halves& halves, const Eigen::VectorXf& importance,
                                     double keep, double weight) {
-  const bool first = weight_ == 0;
   const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
-  if (first) {
-    sum_a_ = sum_b_ = Jacobian::Zero(halves.jacobian_a.rows(), halves.jacobian_a.cols());
-  } else {
-    sum_a_ *= kept;
-    sum_b_ *= kept;
-    weight_ *= keep;
+  // 0 1 1 0 0 1 1 0 ...: secants from above and from below, which take turns, are in both.
+  Part& now = parts_[static_cast<std::size_t>((adds_ + 1) / 2 % 2)];
+  for (Part& part : parts_) {
+    if (adds_ == 0)
+      part.a = part.b = Jacobian::Zero(halves.jacobian_a.rows(), halves.jacobian_a.cols());
+    part.a *= kept;
+    part.b *= kept;
+    part.weight *= keep;
   }
-  const float before = static_cast<float>(weight_), after = before + fresh;
-  Set set;
-  set.for_a = (sum_a_ + sum_b_ + fresh * halves.jacobian_b) / (before + after);
-  set.for_b = (sum_a_ + sum_b_ + fresh * halves.jacobian_a) / (before + after);
-  set.plain_a = (sum_a_ + fresh * halves.jacobian_a) / after;
-  set.plain_b = (sum_b_ + fresh * halves.jacobian_b) / after;
-  set.only_a = set.plain_a;
-  set.only_b = set.plain_b;
-  for (Eigen::Index k = 0; k < set.for_a.cols(); ++k) {
+  now.a += fresh * halves.jacobian_a;
+  now.b += fresh * halves.jacobian_b;
+  now.weight += weight;
+  ++adds_;
+  return {half(problem, capture, &Part::a, importance),
+          half(problem, capture, &Part::b, importance)};
+}
+
+JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& capture,
+                                      Jacobian Part::* which,
+                                      const Eigen::VectorXf& importance) const {
+  const auto& [first, second] = parts_;
+  const double all = first.weight + second.weight;
+  Half result;
+  result.slopes = (first.*which + second.*which) / static_cast<float>(all);
+  result.instruments = result.slopes;
+  const bool in_parts = first.weight > 0 && second.weight > 0;
+  // The parts' difference has the variance 1 / w1 + 1 / w2, their mean 1 / (w1 + w2).
+  const double share = first.weight * second.weight / (all * all);
+  if (in_parts)
+    result.noise = (first.*which / static_cast<float>(first.weight) -
+                    second.*which / static_cast<float>(second.weight)) *
+                   static_cast<float>(std::sqrt(share));
+  else
+    result.noise = result.slopes;  // nothing is known of it yet
+  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
     const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
-    for (Jacobian* one : {&set.for_a, &set.for_b, &set.only_a, &set.only_b})
-      clip(one->col(k), capture, channel);
-    if (first) {
-      for (Jacobian* one : {&set.for_a, &set.for_b, &set.only_a, &set.only_b})
-        one->col(k) = box_blur(one->col(k), capture.width, capture.height, kBlurRadius);
+    auto column = result.instruments.col(k);
+    clip(column, capture, channel);
+    if (!in_parts) {
+      column = box_blur(column, capture.width, capture.height, kBlurRadius);
       continue;
     }
-    // By what was seen before: the gains share no sample with this iteration's residuals either.
-    const BandGains gains(clipped(sum_a_.col(k) / before, capture, channel),
-                          clipped(sum_b_.col(k) / before, capture, channel), importance,
-                          capture.width, capture.height);
-    // One filter for all four, that of the noise in what meets residuals: the normal matrix has to
-    // be that of the equations.
-    for (Jacobian* one : {&set.for_a, &set.for_b, &set.only_a, &set.only_b})
-      one->col(k) = gains.filter(one->col(k), before / (before + after));
+    const auto part = [&](const Part& one) {
+      return clipped((one.*which).col(k) / static_cast<float>(one.weight), capture, channel);
+    };
+    const BandGains gains(part(first), part(second), importance, capture.width, capture.height);
+    // In units of the mean variance of the parts.
+    column = gains.filter(column, static_cast<float>(2 * share));
   }
-  sum_a_ += fresh * halves.jacobian_a;
-  sum_b_ += fresh * halves.jacobian_b;
-  weight_ += weight;
-  return set;
+  return result;
 }
 
 }  // namespace selenite

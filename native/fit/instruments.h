@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "fit/optimiser.h"
 
@@ -23,25 +24,39 @@ Halves residual_halves(const Film& film, const Capture& capture);
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
 
 /// Jacobians of a capture summed over iterations, halves apart: derivative images whose noise falls
-/// from iteration to iteration and is independent of a fresh residual.
+/// from iteration to iteration.
 class JacobianSums {
  public:
-  /// Instruments for one iteration. No column shares a seed with what it will be multiplied with.
-  struct Set {
-    Jacobian for_a, for_b;      ///< for the residual of half A, B: all other buffers
-    Jacobian only_a, only_b;    ///< clipped and filtered sums of the A, B buffers
-    Jacobian plain_a, plain_b;  ///< the same as they are
+  /// What one half of all samples says. Instruments of half A are for the residuals and the slopes of
+  /// half B: they share no sample with these, not by the filter either. Where they do, what chance
+  /// made alike passes the filter, and derivatives seem larger than they are.
+  struct Half {
+    Jacobian instruments;  ///< the slopes clipped and filtered
+    Jacobian slopes;       ///< means
+    Jacobian noise;        ///< another draw of the noise of `slopes`
   };
-  /// Forgets, adds the halves of this iteration, and returns the instruments for it. `importance`
-  /// of the rows, as in the sums that they will be part of; `weight`: samples of these halves in
-  /// units of those of a usual iteration.
+  struct Set {
+    Half a, b;
+  };
+  /// Forgets, adds the halves of this iteration, and returns what all say. `importance` of the rows,
+  /// as in the sums that they will be part of; `weight`: samples of these halves in units of those
+  /// of a usual iteration.
   Set add(const Problem& problem, const Capture& capture, const Halves& halves,
           const Eigen::VectorXf& importance, double keep, double weight = 1);
   void members(SavedState& state);
 
  private:
-  Jacobian sum_a_, sum_b_;
-  double weight_ = 0;
+  /// Each half is in two parts, whose likeness tells its signal from its noise.
+  struct Part {
+    Jacobian a, b;
+    double weight = 0;
+    void members(SavedState& state);
+  };
+  Half half(const Problem& problem, const Capture& capture, Jacobian Part::* which,
+            const Eigen::VectorXf& importance) const;
+
+  std::array<Part, 2> parts_;
+  int adds_ = 0;
 };
 
 }  // namespace selenite

@@ -36,28 +36,26 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
                    std::size_t captures) {
   const auto& [halves, z, weight] = equations;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
-  Matrix product(n, n);
+  Matrix product(n, n), noise_a(n, n), noise_b(n, n);
   Vector term(n);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
     product.setZero();
+    noise_a.setZero();
+    noise_b.setZero();
     term.setZero();
     for (Eigen::Index j = 3 * i; j < 3 * i + 3; ++j) {
       const double w = weight[j] / 2;
-      const Vector only_a = z.only_a.row(j).cast<double>(), only_b = z.only_b.row(j).cast<double>();
-      const Vector plain_a = z.plain_a.row(j).cast<double>();
-      const Vector plain_b = z.plain_b.row(j).cast<double>();
-      product.noalias() += w * only_a * plain_b.transpose();
-      product.noalias() += w * only_b * plain_a.transpose();
-      const double both = (halves.residual_a[j] + halves.residual_b[j]) / 2;
-      term += w * both * (only_a + only_b);
-      // Noise of a half is what the halves do not share.
-      const Vector noise = (plain_a - plain_b).cwiseAbs2() / 2;
-      const Vector size = only_a.cwiseAbs2() + only_b.cwiseAbs2();
-      const Matrix mixed = size * noise.transpose();
-      normal_variance += 2 * w * w * (mixed + mixed.transpose());
+      const Vector a = w * z.a.instruments.row(j).cast<double>();
+      const Vector b = w * z.b.instruments.row(j).cast<double>();
+      product.noalias() += a * z.b.slopes.row(j).cast<double>();
+      product.noalias() += b * z.a.slopes.row(j).cast<double>();
+      noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
+      noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
+      term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
     }
     normal += product;
+    normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     gradient += term;
     spread.noalias() += term * term.transpose();
   }

@@ -9,6 +9,26 @@ namespace {
 constexpr double kDimShare = 0.3;  ///< of the mean, added to a pixel's brightness
 constexpr int kBlurRadius = 2;
 
+/// How many of 2 `radius` + 1 in a row, i the middle one, lie within `count`.
+int inside(int i, int count, int radius) {
+  return std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
+}
+
+/// Mean over the square of pixels around each without that pixel itself.
+Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
+  Eigen::VectorXf out = box_blur(level, width, height, kBlurRadius);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto count = static_cast<float>(inside(x, width, kBlurRadius) *
+                                            inside(y, height, kBlurRadius));
+      if (count == 1) continue;  // a picture of one pixel
+      const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
+      out.segment<3>(at) =
+          ((out.segment<3>(at) * count - level.segment<3>(at)) / (count - 1)).cwiseMax(0.f);
+    }
+  return out;
+}
+
 }  // namespace
 
 Eigen::VectorXf brightness(const Capture& capture) {
@@ -21,7 +41,7 @@ Eigen::VectorXf brightness(const Capture& capture) {
       mean += capture.share(i) * value;
     }
   constexpr double kBlack = 1e-6;
-  return box_blur(level, capture.width, capture.height, kBlurRadius).array() +
+  return around(level, capture.width, capture.height).array() +
          static_cast<float>(kDimShare * std::max(mean, kBlack));
 }
 
@@ -40,9 +60,6 @@ Eigen::VectorXf relative_weights(const Capture& capture, std::size_t captures) {
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
   // Separable, with running sums over columns of pixels, then of rows (whole lines at a time);
   // at the border the mean is over what lies inside.
-  const auto inside = [radius](int i, int count) {
-    return std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
-  };
   const Eigen::Index line = 3 * static_cast<Eigen::Index>(width);
   Eigen::VectorXf rows(column.size()), out(column.size());
   for (int y = 0; y < height; ++y) {
@@ -53,7 +70,7 @@ Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, i
     for (int x = 0; x < width; ++x) {
       if (x + radius < width) sum += pixel(x + radius);
       if (x - radius > 0) sum -= pixel(x - radius - 1);
-      rows.segment<3>(at(x)) = (sum / inside(x, width)).cast<float>();
+      rows.segment<3>(at(x)) = (sum / inside(x, width, radius)).cast<float>();
     }
   }
   Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(line);
@@ -62,7 +79,7 @@ Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, i
   for (int y = 0; y < height; ++y) {
     if (y + radius < height) sum += row(y + radius);
     if (y - radius > 0) sum -= row(y - radius - 1);
-    out.segment(line * y, line) = (sum / inside(y, height)).cast<float>();
+    out.segment(line * y, line) = (sum / inside(y, height, radius)).cast<float>();
   }
   return out;
 }

@@ -9,8 +9,8 @@ namespace selenite {
 
 // Columns hold the channels of pixels, three numbers a pixel.
 
-/// Brightness of the photo around each pixel, kept away from 0. Of the pixel alone it would go up and
-/// down with the photo's noise, and residuals weighted by it would lean to one side.
+/// Brightness of the photo around each pixel, without the pixel itself, kept away from 0. With it
+/// weights would go up and down with the photo's noise, and weighted residuals lean to one side.
 Eigen::VectorXf brightness(const Capture& capture);
 
 /// Each number's share in the mean over all of `captures` photos.

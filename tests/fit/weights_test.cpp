@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/weights.h"
+
+#include <gtest/gtest.h>
+
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+TEST(BoxBlur, IsTheMeanOfWhatLiesInside) {
+  Eigen::VectorXf picture = Eigen::VectorXf::Zero(3 * 4 * 3);  // 4 x 3 pixels
+  picture[3 * 0 + 1] = 12;                                     // top left, green
+  const Eigen::VectorXf blurred = box_blur(picture, 4, 3, 1);
+  EXPECT_FLOAT_EQ(blurred[3 * 0 + 1], 12.f / 4);
+  EXPECT_FLOAT_EQ(blurred[3 * 1 + 1], 12.f / 6);
+  EXPECT_FLOAT_EQ(blurred[3 * 5 + 1], 12.f / 9);
+  EXPECT_EQ(blurred[3 * 2 + 1], 0.f);
+  EXPECT_EQ(blurred[3 * 0 + 0], 0.f) << "channels stay apart";
+}
+
+// Noise of a photo has bright pixels. Weighted down because they are bright, they would leave the fit
+// a photo that is darker than what it shows.
+TEST(Weights, DoNotKnowThePixelThatTheyWeigh) {
+  std::vector<Capture> one{grey_capture(9)}, other{grey_capture(9)};
+  constexpr std::size_t kMiddle = 40;
+  one[0].reference[kMiddle - 1] = other[0].reference[kMiddle + 1] = Colorf(9);
+  one[0].reference[kMiddle] = Colorf(100);
+  other[0].reference[kMiddle] = Colorf(0.1f);
+  // As bright as each other but for the one.
+  one[0].reference[0] = Colorf(0.1f);
+  other[0].reference[0] = Colorf(100);
+  const Scene scene = synthetic_scene();
+  check_captures(scene, one);
+  check_captures(scene, other);
+  const Eigen::VectorXf of_one = relative_weights(one[0], 1), of_other = relative_weights(other[0], 1);
+  EXPECT_FLOAT_EQ(of_one[3 * kMiddle], of_other[3 * kMiddle]);
+  EXPECT_LT(of_one[3 * (kMiddle + 2)], 0.5f * of_other[3 * (kMiddle + 2)]) << "that of others counts";
+}
+
+TEST(Weights, OfASinglePixelAreItsOwn) {
+  std::vector<Capture> capture{grey_capture(1)};
+  check_captures(synthetic_scene(), capture);
+  EXPECT_NEAR(relative_weights(capture[0], 1)[0] * 3, 1 / (0.65 * 0.65), 1e-5);
+}
+
+}  // namespace
+}  // namespace selenite
