@@ -204,6 +204,14 @@ double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Inde
   return std::min(step, coordinates.from_values(end)[k] - u[k]);
 }
 
+/// Where both ends of a way that was gone lead into it, the answer lies in between, divided as the two
+/// steps are: neither knows how far its slope goes, and they would go to and fro.
+double turned_back(double gone, double step) {
+  constexpr double kNoise = 0.1 * kBlurSecant;
+  const bool between = gone * step < 0 && std::abs(gone) > kNoise;
+  return between ? step * gone / (gone - step) : step;
+}
+
 /// What the solution says about component k, the `at`-th of those solved for.
 Confidence confidence(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                       const Solution& solution, Eigen::Index at, Eigen::Index k) {
@@ -239,7 +247,7 @@ int strongest_partner(const Matrix& covariance, Eigen::Index at,
 }  // namespace
 
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence, const Vector& unsure) {
+                  const Evidence& evidence, const Ways& ways) {
   const Eigen::Index n = u.size();
   Estimate result;
   result.step = Vector::Zero(n);
@@ -254,10 +262,12 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   }
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
-    Solution solution = solve(evidence, coordinates, free, unseen, unsure);
+    Solution solution = solve(evidence, coordinates, free, unseen, ways.unsure);
     for (std::size_t i = 0; i < free.size(); ++i)
-      if (double& step = solution.step[static_cast<Eigen::Index>(i)]; is_blur(unknowns, free[i]))
+      if (double& step = solution.step[static_cast<Eigen::Index>(i)]; is_blur(unknowns, free[i])) {
         step = blurred_step(coordinates, u, free[i], step);
+        if (ways.gone.size() > 0) step = turned_back(ways.gone[free[i]], step);
+      }
     result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
     for (std::size_t i = 0; i < free.size(); ++i) {

@@ -59,8 +59,12 @@ struct Estimate {
   double surprise = 0;  ///< largest component of it along a direction, in standard deviations
   std::vector<Confidence> components;
 };
-/// `unsure`: a way that counts as one standard error more; empty: none.
+/// Ways in `Coordinates` that other looks went; empty: none.
+struct Ways {
+  Vector gone;    ///< from the look before to this one: a roughness that turns back stays within it
+  Vector unsure;  ///< counts as one standard error more
+};
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence, const Vector& unsure = {});
+                  const Evidence& evidence, const Ways& ways = {});
 
 }  // namespace selenite

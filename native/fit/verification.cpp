@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "fit/streams.h"
 
@@ -83,8 +84,10 @@ bool Verification::step(const RenderAt& render) {
 
 void Verification::end_pass() {
   const Coordinates& coordinates = evidence_.coordinates();
-  u_ = coordinates.from_values(x_);
-  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_);
+  const Vector before = std::exchange(u_, coordinates.from_values(x_));
+  Ways ways;
+  if (report_.passes > 0) ways.gone = u_ - before;
+  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_, ways);
   ++report_.passes;
   report_.misfit.value = found_.misfit;
   report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
@@ -98,14 +101,16 @@ void Verification::end_pass() {
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
     found_.gradient *= 1 - 1 / (noise * noise);
-    now = estimate(problem_->unknowns, coordinates, u_, found_);
+    now = estimate(problem_->unknowns, coordinates, u_, found_, ways);
   }
   x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
   report_.components = now.components;
   if (over_) {
-    if (!there)
+    if (!there) {
+      ways.unsure = now.step;
       report_.components =
-          estimate(problem_->unknowns, coordinates, u_, found_, now.step).components;
+          estimate(problem_->unknowns, coordinates, u_, found_, ways).components;
+    }
     return;
   }
   found_ = Evidence(x_.size());
@@ -122,7 +127,7 @@ double Verification::noise_of_step() const {
 void Verification::settle_for(const Vector& x) {
   const Coordinates& coordinates = evidence_.coordinates();
   const Vector apart = coordinates.from_values(x_) - coordinates.from_values(x);
-  report_.components = estimate(problem_->unknowns, coordinates, u_, found_, apart).components;
+  report_.components = estimate(problem_->unknowns, coordinates, u_, found_, {{}, apart}).components;
 }
 
 double Verification::fraction() const {

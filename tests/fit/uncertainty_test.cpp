@@ -81,7 +81,7 @@ TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
   evidence.normal_variance.setConstant(1e-12);
   evidence.spread = 1e-4 * evidence.normal;
   const auto found = [&](double way, double other) {
-    return estimate(unknowns, coordinates, unknowns.start(), evidence, Vector{{way, other}})
+    return estimate(unknowns, coordinates, unknowns.start(), evidence, {{}, Vector{{way, other}}})
         .components;
   };
   const double noise = 0.01 / std::sqrt(1 - 0.2 * 0.2);
@@ -158,6 +158,26 @@ TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
   const double up = found(0.03, 0.06);           // on the way there, not beyond
   EXPECT_GT(up, 0.03);
   EXPECT_LT(up, 0.06);
+}
+
+TEST(Uncertainty, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
+  const Unknowns unknowns(synthetic_scene(), roughness_from(0.5));
+  const Coordinates coordinates(unknowns);
+  const Vector u = coordinates.from_values(unknowns.start());
+  const auto step = [&](double gone, double pull) {
+    Evidence evidence(1);
+    evidence.normal << 1;
+    evidence.normal_variance << 1e-12;
+    evidence.spread << 1e-8;
+    evidence.gradient << -pull;
+    return estimate(unknowns, coordinates, u, evidence, {Vector{{gone}}, {}}).step[0];
+  };
+  EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-9);
+  EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-9);
+  EXPECT_LT(step(0.3, -0.3), -0.149);
+  EXPECT_GT(step(0.3, -0.3), -0.3);
+  EXPECT_NEAR(step(0.3, 0.3), 0.3, 1e-9) << "on the same way";
+  EXPECT_NEAR(step(-0.01, 0.3), 0.3, 1e-9) << "the way before was noise";
 }
 
 }  // namespace
