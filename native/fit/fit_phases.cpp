@@ -92,7 +92,7 @@ bool Fit::verify(Progress* progress) {
   if (!settle(verification_->values(), progress)) verification_->settle_for(result_.best);
   result_.report = verification_->report();
   if (others_.empty()) return stop_after_iterations();
-  rivals_ = std::make_unique<Rivals>(problem_, result_.best, others_,
+  rivals_ = std::make_unique<Rivals>(problem_, verification_->weights(), result_.best, others_,
                                      stream_seed(settings_.seed, Stream::kRivals, 0, 0),
                                      settings_.chosen_verification_spp());
   return true;

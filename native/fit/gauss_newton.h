@@ -41,6 +41,8 @@ class GaussNewton final : public Optimiser {
   Equations equations(const Vector& x, const Observation& derivatives, const Film& residual,
                       double weight);
   const Coordinates& coordinates() const { return coordinates_; }
+  /// Of the residuals of photo i, 3 numbers a pixel.
+  const Eigen::VectorXf& weight(std::size_t i) const { return views_[i].weight; }
 
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
   void members(SavedState& state) override;

@@ -8,14 +8,14 @@
 
 namespace selenite {
 
-/// How far a render is from a photo: the mean square of the residuals relative to brightness, without
-/// the bias of noise, tile by tile. Few samples know little of single pixels where light comes by
+/// How far a render is from a photo: the weighted sum of squared residuals, without the bias of
+/// noise, tile by tile. Few samples know little of single pixels where light comes by
 /// rare bright paths, but something of what pixels have in common.
 struct Likeness {
   Eigen::ArrayXd coarse;  ///< of blurred residuals, one half of the samples times the other
   Eigen::ArrayXd all;     ///< of each pixel's own
 
-  /// weights: `relative_weights` of the photo.
+  /// weights: of the residuals, 3 numbers a pixel.
   Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights);
   Likeness() = default;
   /// Another photo's tiles, `share` of all.

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "fit/streams.h"
-#include "fit/weights.h"
 
 namespace selenite {
 namespace {
@@ -21,11 +21,13 @@ constexpr double kWidths = 2, kShareOfRange = 0.1;
 
 }  // namespace
 
-Rivals::Rivals(const Problem& problem, Vector answer, std::vector<Vector> rivals,
-               std::uint64_t seed, int spp)
-    : problem_(&problem), coordinates_(problem.unknowns), seed_(seed), most_spp_(spp) {
-  for (const Capture& photo : problem.captures)
-    weights_.push_back(relative_weights(photo, problem.captures.size()));
+Rivals::Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
+               std::vector<Vector> rivals, std::uint64_t seed, int spp)
+    : problem_(&problem),
+      coordinates_(problem.unknowns),
+      weights_(std::move(weights)),
+      seed_(seed),
+      most_spp_(spp) {
   candidates_.push_back({std::move(answer), {}});
   for (Vector& x : rivals) candidates_.push_back({std::move(x), {}});
 }

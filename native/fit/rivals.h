@@ -14,14 +14,15 @@ namespace selenite {
 /// them explains the photos as well, another basin may hold the truth, of which intervals around the
 /// answer know nothing.
 ///
-/// Equal seeds, tile against tile, coarsely and in detail, first with a quarter of the samples, then with all for those
-/// that still stand. Refined in small pictures only, a rival is worse than the bottom of its basin:
+/// Equal seeds, tile against tile, coarsely and in detail, first with a quarter of the samples, then
+/// with all for those that still stand. Refined in small pictures only, a rival is worse than the bottom of its basin:
 /// photos that tell basins apart do so here, too.
 class Rivals {
  public:
-  /// `problem` must outlive it. spp: samples of a pixel at most.
-  Rivals(const Problem& problem, Vector answer, std::vector<Vector> rivals, std::uint64_t seed,
-         int spp);
+  /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
+  /// samples of a pixel at most.
+  Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
+         std::vector<Vector> rivals, std::uint64_t seed, int spp);
   /// The next picture; false when it was the last. May throw what `render` throws.
   bool step(const RenderAt& render);
   double fraction() const;
@@ -41,7 +42,7 @@ class Rivals {
 
   const Problem* problem_;
   Coordinates coordinates_;
-  std::vector<Eigen::VectorXf> weights_;  ///< of the photos
+  std::vector<Eigen::VectorXf> weights_;
   std::vector<Candidate> candidates_;     ///< the answer, then those that stand
   std::uint64_t seed_;
   int most_spp_;

@@ -130,6 +130,12 @@ void Verification::settle_for(const Vector& x) {
   report_.components = estimate(problem_->unknowns, coordinates, u_, found_, {{}, apart}).components;
 }
 
+std::vector<Eigen::VectorXf> Verification::weights() const {
+  std::vector<Eigen::VectorXf> all;
+  for (std::size_t i = 0; i < problem_->captures.size(); ++i) all.push_back(evidence_.weight(i));
+  return all;
+}
+
 double Verification::fraction() const {
   if (over_) return 1;
   const double part =

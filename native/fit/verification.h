@@ -30,6 +30,8 @@ class Verification {
   /// hold that far. How far they are apart is an error beside the noise.
   void settle_for(const Vector& x);
   const TrustReport& report() const { return report_; }
+  /// Of the residuals of each photo, by what was seen of their noise.
+  std::vector<Eigen::VectorXf> weights() const;
 
  private:
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
