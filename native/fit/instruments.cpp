@@ -114,7 +114,7 @@ JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& captu
 }
 
 JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& capture,
-                                      Jacobian Part::* which,
+                                      Jacobian Part::*which,
                                       const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
   const double all = first.weight + second.weight;

@@ -52,7 +52,7 @@ class JacobianSums {
     double weight = 0;
     void members(SavedState& state);
   };
-  Half half(const Problem& problem, const Capture& capture, Jacobian Part::* which,
+  Half half(const Problem& problem, const Capture& capture, Jacobian Part::*which,
             const Eigen::VectorXf& importance) const;
 
   std::array<Part, 2> parts_;

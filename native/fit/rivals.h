@@ -43,7 +43,7 @@ class Rivals {
   const Problem* problem_;
   Coordinates coordinates_;
   std::vector<Eigen::VectorXf> weights_;
-  std::vector<Candidate> candidates_;     ///< the answer, then those that stand
+  std::vector<Candidate> candidates_;  ///< the answer, then those that stand
   std::uint64_t seed_;
   int most_spp_;
   int round_ = 0;

@@ -108,8 +108,7 @@ void Verification::end_pass() {
   if (over_) {
     if (!there) {
       ways.unsure = now.step;
-      report_.components =
-          estimate(problem_->unknowns, coordinates, u_, found_, ways).components;
+      report_.components = estimate(problem_->unknowns, coordinates, u_, found_, ways).components;
     }
     return;
   }
@@ -127,7 +126,8 @@ double Verification::noise_of_step() const {
 void Verification::settle_for(const Vector& x) {
   const Coordinates& coordinates = evidence_.coordinates();
   const Vector apart = coordinates.from_values(x_) - coordinates.from_values(x);
-  report_.components = estimate(problem_->unknowns, coordinates, u_, found_, {{}, apart}).components;
+  report_.components =
+      estimate(problem_->unknowns, coordinates, u_, found_, {{}, apart}).components;
 }
 
 std::vector<Eigen::VectorXf> Verification::weights() const {

@@ -19,8 +19,8 @@ Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
   Eigen::VectorXf out = box_blur(level, width, height, kBlurRadius);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const auto count = static_cast<float>(inside(x, width, kBlurRadius) *
-                                            inside(y, height, kBlurRadius));
+      const auto count =
+          static_cast<float>(inside(x, width, kBlurRadius) * inside(y, height, kBlurRadius));
       if (count == 1) continue;  // a picture of one pixel
       const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
       out.segment<3>(at) =

@@ -33,9 +33,11 @@ TEST(Weights, DoNotKnowThePixelThatTheyWeigh) {
   const Scene scene = synthetic_scene();
   check_captures(scene, one);
   check_captures(scene, other);
-  const Eigen::VectorXf of_one = relative_weights(one[0], 1), of_other = relative_weights(other[0], 1);
+  const Eigen::VectorXf of_one = relative_weights(one[0], 1),
+                        of_other = relative_weights(other[0], 1);
   EXPECT_FLOAT_EQ(of_one[3 * kMiddle], of_other[3 * kMiddle]);
-  EXPECT_LT(of_one[3 * (kMiddle + 2)], 0.5f * of_other[3 * (kMiddle + 2)]) << "that of others counts";
+  EXPECT_LT(of_one[3 * (kMiddle + 2)], 0.5f * of_other[3 * (kMiddle + 2)])
+      << "that of others counts";
 }
 
 TEST(Weights, OfASinglePixelAreItsOwn) {
