@@ -9,8 +9,8 @@
 namespace selenite {
 
 /// How far a render is from a photo: the weighted sum of squared residuals, without the bias of
-/// noise, tile by tile. Few samples know little of single pixels where light comes by
-/// rare bright paths, but something of what pixels have in common.
+/// noise, tile by tile. Few samples know little of single pixels where light comes by rare bright
+/// paths, but something of what pixels have in common.
 struct Likeness {
   Eigen::ArrayXd coarse;  ///< of blurred residuals, one half of the samples times the other
   Eigen::ArrayXd all;     ///< of each pixel's own

@@ -15,8 +15,8 @@ namespace selenite {
 /// answer know nothing.
 ///
 /// Equal seeds, tile against tile, coarsely and in detail, first with a quarter of the samples, then
-/// with all for those that still stand. Refined in small pictures only, a rival is worse than the bottom of its basin:
-/// photos that tell basins apart do so here, too.
+/// with all for those that still stand. Refined in small pictures only, a rival is worse than the
+/// bottom of its basin: photos that tell basins apart do so here, too.
 class Rivals {
  public:
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:

@@ -198,8 +198,9 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
     return renderer(now, now.camera("Left"), layout, settings, nullptr);
   };
   const Film exact = look({0, 0}, 0);
-  double normal = 0, gradient = 0, variance = 0;
-  for (std::uint64_t run = 0; run < 100; ++run) {
+  double normal = 0, gradient = 0, variance = 0, squares = 0;
+  constexpr std::uint64_t kRuns = 100;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
     GaussNewton fit(problem);
     const auto equations = [&](std::uint64_t i) {
       return fit.equations(x, {0, look({0.5, 6}, 100 * run + i), {}}, exact, 1);
@@ -210,10 +211,13 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
     normal += seen.normal(0, 0);
     variance += seen.normal_variance(0, 0);
     gradient += seen.gradient[0];
+    squares +=
+        square(seen.normal(0, 0) - seen.gradient[0] / (kAt - kTruth)) / seen.normal_variance(0, 0);
   }
   const double expected = gradient / (kAt - kTruth);
   EXPECT_NEAR(normal, expected, 4 * std::sqrt(variance));
   EXPECT_LT(4 * std::sqrt(variance), 0.1 * expected) << "else the above says little";
+  EXPECT_NEAR(squares / kRuns, 1, 0.4) << "the noise that it tells is the noise that it has";
 }
 
 TEST(GaussNewton, FindsTheTruthWithoutNoise) {
