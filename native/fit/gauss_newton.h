@@ -14,10 +14,10 @@ namespace selenite {
 /// Instrumental Gauss-Newton for few unknowns.
 ///
 /// A step by noisy Jacobians multiplies noise by noise and throws most samples away. Here residuals
-/// of fresh half-buffers meet instruments Z: Jacobians of other seeds, accumulated over iterations,
-/// clipped and blurred. Whatever Z's own errors are, E[Z^T w (I - photo)] is zero at the solution,
-/// so they slow the way and cannot move its end. All iterations together are one recursive least
-/// squares problem in `Coordinates`; directions that are still noise do not move. It minimises
+/// of fresh half-buffers meet instruments Z: Jacobians of the other halves, accumulated over
+/// iterations, clipped and filtered. Whatever Z's own errors are, E[Z^T w (I - photo)] is zero at the
+/// solution, so they slow the way and cannot move its end. All iterations together are one recursive
+/// least squares problem in `Coordinates`; directions that are still noise do not move. It minimises
 /// squares weighted by 1 / (noise^2 + (a share of brightness)^2), whatever the fit's (least
 /// squares) loss. Source: facts sheet "estimators", Q2 (recipe det5), without the global search.
 class GaussNewton final : public Optimiser {

@@ -121,29 +121,29 @@ JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& cap
   Half result;
   result.slopes = (first.*which + second.*which) / static_cast<float>(all);
   result.instruments = result.slopes;
-  const bool in_parts = first.weight > 0 && second.weight > 0;
-  // The parts' difference has the variance 1 / w1 + 1 / w2, their mean 1 / (w1 + w2).
-  const double share = first.weight * second.weight / (all * all);
-  if (in_parts)
-    result.noise = (first.*which / static_cast<float>(first.weight) -
-                    second.*which / static_cast<float>(second.weight)) *
-                   static_cast<float>(std::sqrt(share));
-  else
-    result.noise = result.slopes;  // nothing is known of it yet
-  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
-    const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
-    auto column = result.instruments.col(k);
-    clip(column, capture, channel);
-    if (!in_parts) {
+  const auto channel_of = [&](Eigen::Index k) {
+    return problem.layout.rows[static_cast<std::size_t>(k)].channel;
+  };
+  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k)
+    clip(result.instruments.col(k), capture, channel_of(k));
+  if (first.weight == 0 || second.weight == 0) {
+    for (auto column : result.instruments.colwise())
       column = box_blur(column, capture.width, capture.height, kBlurRadius);
-      continue;
-    }
-    const auto part = [&](const Part& one) {
-      return clipped((one.*which).col(k) / static_cast<float>(one.weight), capture, channel);
-    };
-    const BandGains gains(part(first), part(second), importance, capture.width, capture.height);
+    result.noise = result.slopes;  // nothing is known of it yet
+    return result;
+  }
+  const Jacobian one = first.*which / static_cast<float>(first.weight);
+  const Jacobian other = second.*which / static_cast<float>(second.weight);
+  // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
+  const double share = first.weight * second.weight / (all * all);
+  result.noise = (one - other) * static_cast<float>(std::sqrt(share));
+  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
+    const BandGains gains(clipped(one.col(k), capture, channel_of(k)),
+                          clipped(other.col(k), capture, channel_of(k)), importance, capture.width,
+                          capture.height);
     // In units of the mean variance of the parts.
-    column = gains.filter(column, static_cast<float>(2 * share));
+    result.instruments.col(k) =
+        gains.filter(result.instruments.col(k), static_cast<float>(2 * share));
   }
   return result;
 }

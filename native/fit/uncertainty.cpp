@@ -36,11 +36,10 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
                    std::size_t captures) {
   const auto& [halves, z, weight] = equations;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
-  Matrix product(n, n), noise_a(n, n), noise_b(n, n);
+  Matrix noise_a(n, n), noise_b(n, n);
   Vector term(n);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
-    product.setZero();
     noise_a.setZero();
     noise_b.setZero();
     term.setZero();
@@ -48,13 +47,12 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
       const double w = weight[j] / 2;
       const Vector a = w * z.a.instruments.row(j).cast<double>();
       const Vector b = w * z.b.instruments.row(j).cast<double>();
-      product.noalias() += a * z.b.slopes.row(j).cast<double>();
-      product.noalias() += b * z.a.slopes.row(j).cast<double>();
+      normal.noalias() += a * z.b.slopes.row(j).cast<double>();
+      normal.noalias() += b * z.a.slopes.row(j).cast<double>();
       noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
       noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
       term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
     }
-    normal += product;
     normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     gradient += term;
     spread.noalias() += term * term.transpose();

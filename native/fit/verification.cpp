@@ -85,9 +85,8 @@ bool Verification::step(const RenderAt& render) {
 void Verification::end_pass() {
   const Coordinates& coordinates = evidence_.coordinates();
   const Vector before = std::exchange(u_, coordinates.from_values(x_));
-  Ways ways;
-  if (report_.passes > 0) ways.gone = u_ - before;
-  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_, ways);
+  if (report_.passes > 0) ways_.gone = u_ - before;
+  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_, ways_);
   ++report_.passes;
   report_.misfit.value = found_.misfit;
   report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
@@ -101,15 +100,12 @@ void Verification::end_pass() {
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
     found_.gradient *= 1 - 1 / (noise * noise);
-    now = estimate(problem_->unknowns, coordinates, u_, found_, ways);
+    now = estimate(problem_->unknowns, coordinates, u_, found_, ways_);
   }
   x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
   report_.components = now.components;
   if (over_) {
-    if (!there) {
-      ways.unsure = now.step;
-      report_.components = estimate(problem_->unknowns, coordinates, u_, found_, ways).components;
-    }
+    if (!there) widen(now.step);
     return;
   }
   found_ = Evidence(x_.size());
@@ -125,9 +121,13 @@ double Verification::noise_of_step() const {
 
 void Verification::settle_for(const Vector& x) {
   const Coordinates& coordinates = evidence_.coordinates();
-  const Vector apart = coordinates.from_values(x_) - coordinates.from_values(x);
+  widen(coordinates.from_values(x_) - coordinates.from_values(x));
+}
+
+void Verification::widen(const Vector& way) {
+  ways_.unsure = way;
   report_.components =
-      estimate(problem_->unknowns, coordinates, u_, found_, {{}, apart}).components;
+      estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, ways_).components;
 }
 
 std::vector<Eigen::VectorXf> Verification::weights() const {

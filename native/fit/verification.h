@@ -37,14 +37,17 @@ class Verification {
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
   void end_pass();
+  /// `way`, in `Coordinates`, is an error beside the noise.
+  void widen(const Vector& way);
   int pass_spp(int pass) const;
   double noise_of_step() const;
 
   const Problem* problem_;
   GaussNewton evidence_;
   bool has_instruments_;
-  Evidence found_;           ///< of this pass so far
-  Vector u_;                 ///< of the last pass, in `Coordinates`
+  Evidence found_;  ///< of this pass so far
+  Vector u_;        ///< of the last pass, in `Coordinates`
+  Ways ways_;
   std::size_t capture_ = 0;  ///< the next of this pass
   Vector x_;
   std::uint64_t seed_;
