@@ -40,24 +40,19 @@ void set_column(Jacobian& jacobian, Eigen::Index column, const Eigen::VectorXf& 
   for (Eigen::Index i = channel; i < values.size(); i += 3) jacobian(i, column) = values[i] * slope;
 }
 
-/// Cuts a column at a quantile of its absolute values: single paths must not rule it.
-void clip(Eigen::Ref<Eigen::VectorXf> column, const Capture& capture, int channel) {
+/// A column cut at a quantile of its absolute values: single paths must not rule it.
+Eigen::VectorXf clipped(const Eigen::VectorXf& column, const Capture& capture, int channel) {
   std::vector<float> sizes;
   for (Eigen::Index i = 0; i < column.size(); i += kQuantileStride) {
     const bool counts = channel < 0 || i % 3 == channel;
     if (counts && capture.weight[static_cast<std::size_t>(i / 3)] > 0)
       sizes.push_back(std::abs(column[i]));
   }
-  if (sizes.empty()) return;
+  if (sizes.empty()) return column;
   const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(
                                       kClipQuantile * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), at, sizes.end());
-  column = column.cwiseMax(-*at).cwiseMin(*at);
-}
-
-Eigen::VectorXf clipped(Eigen::VectorXf column, const Capture& capture, int channel) {
-  clip(column, capture, channel);
-  return column;
+  return column.cwiseMax(-*at).cwiseMin(*at);
 }
 
 }  // namespace
@@ -86,6 +81,15 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
     set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
   }
   return halves;
+}
+
+Eigen::VectorXf instrument_of(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
+                              const Eigen::VectorXf& other, double share, const Capture& capture,
+                              int channel, const Eigen::VectorXf& importance) {
+  const BandGains gains(clipped(one, capture, channel), clipped(other, capture, channel),
+                        importance, capture.width, capture.height);
+  // In units of the mean variance of the two.
+  return gains.filter(clipped(mean, capture, channel), static_cast<float>(2 * share));
 }
 
 void JacobianSums::members(SavedState& state) { state(parts_[0], parts_[1], adds_); }
@@ -120,15 +124,14 @@ JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& cap
   const double all = first.weight + second.weight;
   Half result;
   result.slopes = (first.*which + second.*which) / static_cast<float>(all);
-  result.instruments = result.slopes;
+  result.instruments.resize(result.slopes.rows(), result.slopes.cols());
   const auto channel_of = [&](Eigen::Index k) {
     return problem.layout.rows[static_cast<std::size_t>(k)].channel;
   };
-  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k)
-    clip(result.instruments.col(k), capture, channel_of(k));
   if (first.weight == 0 || second.weight == 0) {
-    for (auto column : result.instruments.colwise())
-      column = box_blur(column, capture.width, capture.height, kBlurRadius);
+    for (Eigen::Index k = 0; k < result.slopes.cols(); ++k)
+      result.instruments.col(k) = box_blur(clipped(result.slopes.col(k), capture, channel_of(k)),
+                                           capture.width, capture.height, kBlurRadius);
     result.noise = result.slopes;  // nothing is known of it yet
     return result;
   }
@@ -137,14 +140,9 @@ JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& cap
   // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
   const double share = first.weight * second.weight / (all * all);
   result.noise = (one - other) * static_cast<float>(std::sqrt(share));
-  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
-    const BandGains gains(clipped(one.col(k), capture, channel_of(k)),
-                          clipped(other.col(k), capture, channel_of(k)), importance, capture.width,
-                          capture.height);
-    // In units of the mean variance of the parts.
-    result.instruments.col(k) =
-        gains.filter(result.instruments.col(k), static_cast<float>(2 * share));
-  }
+  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k)
+    result.instruments.col(k) = instrument_of(result.slopes.col(k), one.col(k), other.col(k), share,
+                                              capture, channel_of(k), importance);
   return result;
 }
 

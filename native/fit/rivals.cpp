@@ -18,6 +18,39 @@ constexpr double kSigmas = 3;
 /// Widths of its interval, and share of its range, that a value of a rival lies off at least: what is
 /// nearer is the same basin, seen less sharply.
 constexpr double kWidths = 2, kShareOfRange = 0.1;
+constexpr std::size_t kParts = std::tuple_size_v<Parts>;
+
+/// Both parts as one film, a half each.
+Film whole(const Parts& parts) {
+  Film film(parts[0].width, parts[0].height, 2 * parts[0].spp, 0);
+  for (std::size_t i = 0; i < film.size(); ++i) {
+    film.mean[i] = (parts[0].mean[i] + parts[1].mean[i]) / 2.f;
+    film.half_a[i] = parts[0].mean[i];
+    film.variance[i] = (parts[0].variance[i] + parts[1].variance[i]) / 4.f;
+  }
+  return film;
+}
+
+/// How much nearer to the photo the answer is, number by number: the way from the answer to the
+/// rival, made of one half of the samples, times what the middle between them, made of the other, is
+/// above the photo.
+Eigen::VectorXf nearer(const Capture& photo, const Eigen::VectorXf& weights, const Parts& answer,
+                       const Parts& rival) {
+  std::array<Halves, kParts> from, to;
+  for (std::size_t part = 0; part < kParts; ++part) {
+    from[part] = residual_halves(answer[part], photo);
+    to[part] = residual_halves(rival[part], photo);
+  }
+  using Half = Eigen::VectorXf Halves::*;
+  const auto of = [&](Half way, Half middle) -> Eigen::VectorXf {
+    const Eigen::VectorXf one = to[0].*way - from[0].*way, other = to[1].*way - from[1].*way;
+    return instrument_of((one + other) / 2, one, other, 0.25, photo, -1, weights)
+        .cwiseProduct(from[0].*middle + from[1].*middle + to[0].*middle + to[1].*middle)
+        .cwiseProduct(weights);
+  };
+  return of(&Halves::residual_a, &Halves::residual_b) +
+         of(&Halves::residual_b, &Halves::residual_a);
+}
 
 }  // namespace
 
@@ -28,52 +61,81 @@ Rivals::Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vec
       weights_(std::move(weights)),
       seed_(seed),
       most_spp_(spp) {
-  candidates_.push_back({std::move(answer), {}});
-  for (Vector& x : rivals) candidates_.push_back({std::move(x), {}});
+  rivals.insert(rivals.begin(), std::move(answer));
+  for (Vector& x : rivals) candidates_.emplace_back().x = std::move(x);
 }
 
+/// Of a part.
 int Rivals::spp() const {
-  return std::max(most_spp_ / kShares[static_cast<std::size_t>(round_)], 2);
+  return std::max(most_spp_ / kShares[static_cast<std::size_t>(round_)] / static_cast<int>(kParts),
+                  2);
 }
 
 bool Rivals::step(const RenderAt& render) {
   if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return false;
-  const std::vector<Capture>& captures = problem_->captures;
-  const Capture& photo = captures[capture_];
+  const Capture& photo = problem_->captures[capture_];
   Candidate& candidate = candidates_[candidate_];
-  const Film film = render(candidate.x, photo, spp(),
-                           seed_of(seed_, round_, static_cast<int>(capture_)), std::nullopt);
-  candidate.seen.append(Likeness(film, photo, weights_[capture_]), 1);
-  if (++capture_ < captures.size()) return true;
-  capture_ = 0;
+  const int purpose = 2 * round_ + static_cast<int>(part_);
+  candidate.seen[part_] = render(candidate.x, photo, spp(),
+                                 seed_of(seed_, purpose, static_cast<int>(capture_)), std::nullopt);
+  if (++part_ < kParts) return true;
+  part_ = 0;
   if (++candidate_ < candidates_.size()) return true;
   candidate_ = 0;
+  end_photo();
+  if (++capture_ < problem_->captures.size()) return true;
+  capture_ = 0;
   end_round();
   return candidates_.size() > 1 && round_ < static_cast<int>(kShares.size());
 }
 
+void Rivals::end_photo() {
+  const Capture& photo = problem_->captures[capture_];
+  const Eigen::VectorXf& weights = weights_[capture_];
+  const auto& answer = candidates_.front().seen;
+  for (std::size_t i = 1; i < candidates_.size(); ++i) {
+    Candidate& rival = candidates_[i];
+    const Eigen::VectorXf terms = nearer(photo, weights, answer, rival.seen);
+    // Pixels are independent, their channels are not.
+    for (Eigen::Index k = 0; k < terms.size(); k += 3) {
+      const double pixel = terms.segment<3>(k).sum();
+      rival.nearer += pixel;
+      rival.variance += pixel * pixel;
+    }
+  }
+  for (Candidate& candidate : candidates_) {
+    candidate.likeness.append(Likeness(whole(candidate.seen), photo, weights), 1);
+    candidate.seen = {};
+  }
+}
+
 /// Drops those that have lost.
 void Rivals::end_round() {
-  const Likeness& answer = candidates_.front().seen;
+  const Likeness& answer = candidates_.front().likeness;
   const auto worse = [](const Eigen::ArrayXd& rival, const Eigen::ArrayXd& answer) {
     const Total by(rival - answer);
     return by.sum > kSigmas * by.deviation;
   };
   const auto lost = [&](const Candidate& rival) {
-    return worse(rival.seen.coarse, answer.coarse) || worse(rival.seen.all, answer.all);
+    return rival.nearer > kSigmas * std::sqrt(rival.variance) ||
+           worse(rival.likeness.coarse, answer.coarse) || worse(rival.likeness.all, answer.all);
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
-  for (Candidate& candidate : candidates_) candidate.seen = Likeness();
+  for (Candidate& candidate : candidates_) {
+    candidate.likeness = {};
+    candidate.nearer = candidate.variance = 0;
+  }
   ++round_;
 }
 
 double Rivals::fraction() const {
   const double rounds = static_cast<double>(kShares.size());
   if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return 1;
-  const double pictures = static_cast<double>(candidates_.size() * problem_->captures.size());
-  const double done =
-      static_cast<double>(candidate_ * problem_->captures.size() + capture_) / pictures;
+  const auto of_photo = static_cast<double>(kParts * candidates_.size());
+  const double done = (static_cast<double>(capture_) +
+                       static_cast<double>(kParts * candidate_ + part_) / of_photo) /
+                      static_cast<double>(problem_->captures.size());
   return (round_ + done) / rounds;
 }
 

@@ -1,22 +1,30 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "fit/instruments.h"
 #include "fit/search.h"
 #include "fit/uncertainty.h"
 
 namespace selenite {
 
+/// A picture in two parts with seeds of their own.
+using Parts = std::array<Film, 2>;
+
 /// Compares the answer of a fit with values that its search refined and left for others: where one of
 /// them explains the photos as well, another basin may hold the truth, of which intervals around the
 /// answer know nothing.
 ///
-/// Equal seeds, tile against tile, coarsely and in detail, first with a quarter of the samples, then
-/// with all for those that still stand. Refined in small pictures only, a rival is worse than the
-/// bottom of its basin: photos that tell basins apart do so here, too.
+/// Equal seeds, first with a quarter of the samples, then with all for those that still stand. Three
+/// ways to lose: by the loss of blurred pictures; by that of single pixels; and, as squares drown where
+/// a part of the light comes by rare bright paths, by the side of the picture half-way between the two
+/// on which the photo lies. There the way from one to the other is filtered like an instrument and meets
+/// samples of its own. Refined in small pictures only, a rival is worse than the bottom of its basin:
+/// photos that tell basins apart do so here, too.
 class Rivals {
  public:
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
@@ -33,10 +41,13 @@ class Rivals {
  private:
   struct Candidate {
     Vector x;
-    Likeness seen;  ///< in this round
+    Parts seen;                       ///< of the current photo
+    Likeness likeness;                ///< of this round
+    double nearer = 0, variance = 0;  ///< likewise: how much nearer to the photos the answer is
   };
 
   int spp() const;
+  void end_photo();
   void end_round();
   bool far_apart(const Vector& x, std::size_t component, const Confidence& told) const;
 
@@ -47,7 +58,8 @@ class Rivals {
   std::uint64_t seed_;
   int most_spp_;
   int round_ = 0;
-  std::size_t candidate_ = 0, capture_ = 0;  ///< next picture
+  std::size_t capture_ = 0, candidate_ = 0;  ///< of the next picture
+  std::size_t part_ = 0;                     ///< likewise
 };
 
 }  // namespace selenite
