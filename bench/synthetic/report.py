@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -103,8 +104,8 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
     lines = [
         "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % "
         "| the same without roughness | intervals that hold | not determined | wrong ones told "
-        "| right ones doubted | CPU s | Msamples |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| right ones doubted | right ones with values left open | CPU s | Msamples |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str], list[dict[str, str]]] = {}
     for one in rows:
@@ -121,7 +122,8 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
         lines.append(
             f"| {label} | {kind} | {len(some)} | {np.median(error):.3f}, {error.max():.3f} "
             f"| {under} | {_under(_without_roughness(some))} | {share} | {lost} "
-            f"| {_told(some, WRONG, math.inf)} | {_told(some, 0, RIGHT)} "
+            f"| {_share(some, WRONG, math.inf, is_told)} | {_share(some, 0, RIGHT, is_doubted)} "
+            f"| {_share(some, 0, RIGHT, lambda one: bool(one['undetermined']))} "
             f"| {cpu:.0f} | {samples:.0f} |"
         )
     text = "\n".join(lines) + "\n"
@@ -138,14 +140,19 @@ def _under(error: np.ndarray) -> str:
 
 
 def is_told(one: dict[str, str]) -> bool:
-    """Whether the report of a fit warns of it: a misfit, or a value that is not determined."""
-    return one["explained"] == "0" or bool(one["undetermined"])
+    """Whether the report of a fit warns of it: doubts it, or leaves a value open."""
+    return is_doubted(one) or bool(one["undetermined"])
 
 
-def _told(some: list[dict[str, str]], low: float, high: float) -> str:
-    """How many of the verified runs with an error in between are warned of."""
+def is_doubted(one: dict[str, str]) -> bool:
+    """Whether the report says that this may be the wrong place: a misfit, or a rival."""
+    return one["explained"] == "0" or one["rivals"] not in ("", "0")
+
+
+def _share(some: list[dict[str, str]], low: float, high: float, has: Callable[..., bool]) -> str:
+    """How many of the verified runs with an error in between are so."""
     between = [one for one in some if one["explained"] and low <= float(one["mean_error"]) < high]
-    return f"{sum(map(is_told, between))} of {len(between)}"
+    return f"{sum(map(has, between))} of {len(between)}"
 
 
 def _without_roughness(some: list[dict[str, str]]) -> np.ndarray:
