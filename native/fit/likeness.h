@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 
 #include "fit/capture.h"
 #include "render/film.h"
@@ -26,6 +27,28 @@ struct Likeness {
 struct Total {
   double sum, deviation;
   explicit Total(const Eigen::ArrayXd& terms);
+};
+
+/// A picture in two parts with seeds of their own.
+using Parts = std::array<Film, 2>;
+
+/// Both parts as one film, a half each.
+Film whole(const Parts& parts);
+
+/// How much nearer to the photos one picture is than another, rendered with equal seeds.
+///
+/// Squares drown where a part of the light comes by rare bright paths, and tiles that differ count as
+/// noise of their own. So: on which side of the picture half-way between the two does the photo lie?
+/// The way from one to the other, made of one half of the samples and filtered like an instrument,
+/// times what the middle of the other half is above the photo, pixel by pixel.
+struct Nearness {
+  double sum = 0, variance = 0;
+
+  /// Adds what a photo says. weights: of the residuals, 3 numbers a pixel.
+  void add(const Capture& photo, const Eigen::VectorXf& weights, const Parts& one,
+           const Parts& other);
+  /// Whether `one` is nearer by so many standard deviations.
+  bool certain(double sigmas) const;
 };
 
 }  // namespace selenite

@@ -20,38 +20,6 @@ constexpr double kSigmas = 3;
 constexpr double kWidths = 2, kShareOfRange = 0.1;
 constexpr std::size_t kParts = std::tuple_size_v<Parts>;
 
-/// Both parts as one film, a half each.
-Film whole(const Parts& parts) {
-  Film film(parts[0].width, parts[0].height, 2 * parts[0].spp, 0);
-  for (std::size_t i = 0; i < film.size(); ++i) {
-    film.mean[i] = (parts[0].mean[i] + parts[1].mean[i]) / 2.f;
-    film.half_a[i] = parts[0].mean[i];
-    film.variance[i] = (parts[0].variance[i] + parts[1].variance[i]) / 4.f;
-  }
-  return film;
-}
-
-/// How much nearer to the photo the answer is, number by number: the way from the answer to the
-/// rival, made of one half of the samples, times what the middle between them, made of the other, is
-/// above the photo.
-Eigen::VectorXf nearer(const Capture& photo, const Eigen::VectorXf& weights, const Parts& answer,
-                       const Parts& rival) {
-  std::array<Halves, kParts> from, to;
-  for (std::size_t part = 0; part < kParts; ++part) {
-    from[part] = residual_halves(answer[part], photo);
-    to[part] = residual_halves(rival[part], photo);
-  }
-  using Half = Eigen::VectorXf Halves::*;
-  const auto of = [&](Half way, Half middle) -> Eigen::VectorXf {
-    const Eigen::VectorXf one = to[0].*way - from[0].*way, other = to[1].*way - from[1].*way;
-    return instrument_of((one + other) / 2, one, other, 0.25, photo, -1, weights)
-        .cwiseProduct(from[0].*middle + from[1].*middle + to[0].*middle + to[1].*middle)
-        .cwiseProduct(weights);
-  };
-  return of(&Halves::residual_a, &Halves::residual_b) +
-         of(&Halves::residual_b, &Halves::residual_a);
-}
-
 }  // namespace
 
 Rivals::Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
@@ -93,16 +61,8 @@ void Rivals::end_photo() {
   const Capture& photo = problem_->captures[capture_];
   const Eigen::VectorXf& weights = weights_[capture_];
   const auto& answer = candidates_.front().seen;
-  for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    Candidate& rival = candidates_[i];
-    const Eigen::VectorXf terms = nearer(photo, weights, answer, rival.seen);
-    // Pixels are independent, their channels are not.
-    for (Eigen::Index k = 0; k < terms.size(); k += 3) {
-      const double pixel = terms.segment<3>(k).sum();
-      rival.nearer += pixel;
-      rival.variance += pixel * pixel;
-    }
-  }
+  for (std::size_t i = 1; i < candidates_.size(); ++i)
+    candidates_[i].behind.add(photo, weights, answer, candidates_[i].seen);
   for (Candidate& candidate : candidates_) {
     candidate.likeness.append(Likeness(whole(candidate.seen), photo, weights), 1);
     candidate.seen = {};
@@ -117,14 +77,14 @@ void Rivals::end_round() {
     return by.sum > kSigmas * by.deviation;
   };
   const auto lost = [&](const Candidate& rival) {
-    return rival.nearer > kSigmas * std::sqrt(rival.variance) ||
-           worse(rival.likeness.coarse, answer.coarse) || worse(rival.likeness.all, answer.all);
+    return rival.behind.certain(kSigmas) || worse(rival.likeness.coarse, answer.coarse) ||
+           worse(rival.likeness.all, answer.all);
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
   for (Candidate& candidate : candidates_) {
     candidate.likeness = {};
-    candidate.nearer = candidate.variance = 0;
+    candidate.behind = {};
   }
   ++round_;
 }

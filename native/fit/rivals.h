@@ -6,25 +6,19 @@
 #include <cstdint>
 #include <vector>
 
-#include "fit/instruments.h"
+#include "fit/likeness.h"
 #include "fit/search.h"
 #include "fit/uncertainty.h"
 
 namespace selenite {
 
-/// A picture in two parts with seeds of their own.
-using Parts = std::array<Film, 2>;
-
 /// Compares the answer of a fit with values that its search refined and left for others: where one of
 /// them explains the photos as well, another basin may hold the truth, of which intervals around the
 /// answer know nothing.
 ///
-/// Equal seeds, first with a quarter of the samples, then with all for those that still stand. Three
-/// ways to lose: by the loss of blurred pictures; by that of single pixels; and, as squares drown where
-/// a part of the light comes by rare bright paths, by the side of the picture half-way between the two
-/// on which the photo lies. There the way from one to the other is filtered like an instrument and meets
-/// samples of its own. Refined in small pictures only, a rival is worse than the bottom of its basin:
-/// photos that tell basins apart do so here, too.
+/// Equal seeds, first with a quarter of the samples, then with all for those that still stand. A rival
+/// loses by `Likeness`, coarse or in detail, or by `Nearness`. Refined in small pictures only, it is
+/// worse than the bottom of its basin: photos that tell basins apart do so here, too.
 class Rivals {
  public:
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
@@ -41,9 +35,9 @@ class Rivals {
  private:
   struct Candidate {
     Vector x;
-    Parts seen;                       ///< of the current photo
-    Likeness likeness;                ///< of this round
-    double nearer = 0, variance = 0;  ///< likewise: how much nearer to the photos the answer is
+    Parts seen;         ///< of the current photo
+    Likeness likeness;  ///< of this round
+    Nearness behind;    ///< likewise: how much nearer to the photos the answer is
   };
 
   int spp() const;

@@ -21,7 +21,7 @@ struct Stage {
   std::size_t count;
   int steps;
 };
-constexpr std::array kStages{Stage{8, 4}, Stage{3, 5}};
+constexpr std::array kStages{Stage{8, 4}, Stage{4, 5}, Stage{3, 6}};
 constexpr int kRemembered =
     1 << 20;                       ///< iterations that the steps think are to come: no late phase
 constexpr double kMargin = 0.1;    ///< of the range, on both sides: the ends are flat
@@ -177,12 +177,15 @@ std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
 void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
   candidate.seen = Likeness();
+  candidate.pictures.clear();
   const double share = 1.0 / static_cast<double>(captures_.size());
   for (std::size_t v = 0; v < captures_.size(); ++v) {
     const Capture& photo = captures_[v];
-    const Film film =
-        render(candidate.x, photo, spp, seed_for(purpose, 0, static_cast<int>(v)), std::nullopt);
-    candidate.seen.append(Likeness(film, photo, weights_[v]), share);
+    Parts& parts = candidate.pictures.emplace_back();
+    for (int i = 0; i < 2; ++i)
+      parts[static_cast<std::size_t>(i)] = render(
+          candidate.x, photo, spp / 2, seed_for(purpose, i, static_cast<int>(v)), std::nullopt);
+    candidate.seen.append(Likeness(whole(parts), photo, weights_[v]), share);
   }
 }
 
@@ -201,9 +204,9 @@ void Search::rank() {
   const double between = median(spread);
   const double share = between > 0 ? std::max(1 - median(noise) / between, 0.0) : 0;
   for (Candidate& one : candidates_) {
-    one.parts = one.seen.coarse + share * (one.seen.all - one.seen.coarse);
-    one.loss = one.parts.sum();
-    one.rank = one.loss + kRankSigmas * std::sqrt(one.parts.square().sum());
+    one.tiles = one.seen.coarse + share * (one.seen.all - one.seen.coarse);
+    one.loss = one.tiles.sum();
+    one.rank = one.loss + kRankSigmas * std::sqrt(one.tiles.square().sum());
   }
 }
 
@@ -289,27 +292,29 @@ double Search::room(const Vector& x) const {
   return nearest.cwiseQuotient(coordinates_.maximum() - coordinates_.minimum()).minCoeff();
 }
 
-void Search::choose() {
+/// Whether nothing says that `other` is better by more than noise.
+bool Search::as_good(const Candidate& one, const Candidate& other) const {
   // Tile against tile: equal seeds, so that common noise cancels.
-  const auto worse_by = [](const Candidate& one, const Candidate& other) {
-    return Total(one.parts - other.parts);
-  };
+  const Total by(one.tiles - other.tiles);
+  Nearness behind;
+  for (std::size_t v = 0; v < captures_.size(); ++v)
+    behind.add(captures_[v], weights_[v], other.pictures[v], one.pictures[v]);
+  return by.sum <= kSigmas * by.deviation && !behind.certain(kSigmas);
+}
+
+void Search::choose() {
   const Candidate& best =
       *std::min_element(candidates_.begin(), candidates_.end(),
                         [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   const Candidate* chosen = &best;
   // At a bound steps see little, as of a roughness: of equals the one farthest from bounds.
-  for (const Candidate& one : candidates_) {
-    const Total by = worse_by(one, best);
-    if (!one.untouched && by.sum <= kSigmas * by.deviation && room(one.x) > room(chosen->x))
-      chosen = &one;
-  }
+  for (const Candidate& one : candidates_)
+    if (!one.untouched && room(one.x) > room(chosen->x) && as_good(one, best)) chosen = &one;
   for (const Candidate& one : candidates_) {
     if (!one.untouched) continue;
-    const Total by = worse_by(one, *chosen);
     result_.start_loss = one.loss;
-    result_.standard_error = by.deviation;
-    if (by.sum <= kSigmas * by.deviation) chosen = &one;
+    result_.standard_error = Total(one.tiles - chosen->tiles).deviation;
+    if (as_good(one, *chosen)) chosen = &one;
   }
   chosen_ = chosen->x;
   result_.moved = !chosen->untouched;

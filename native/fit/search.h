@@ -58,8 +58,9 @@ class Search {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    Likeness seen;
-    Eigen::ArrayXd parts;  ///< of `loss`, tile by tile
+    std::vector<Parts> pictures;  ///< of the last look, photo by photo
+    Likeness seen;                ///< in these
+    Eigen::ArrayXd tiles;         ///< of `loss`
     std::shared_ptr<GaussNewton> steps;
   };
 
@@ -70,6 +71,7 @@ class Search {
   void refine(Candidate& candidate, int index, int steps, const RenderAt& render) const;
   void rank();
   bool alike(const Vector& x, const Vector& y) const;
+  bool as_good(const Candidate& one, const Candidate& other) const;
   void keep_best(std::size_t count);
   double room(const Vector& x) const;
   void choose();

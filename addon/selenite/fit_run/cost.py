@@ -21,7 +21,7 @@ _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
 _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
-_SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 800, 450
+_SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 850, 680
 # Of the verification: least samples, the share of them that have derivatives, and its passes: with
 # a sixteenth and a quarter of them before a whole one, which is mostly the last. Then, after a
 # search, pictures of the answer and of up to three rivals with a quarter of them.
