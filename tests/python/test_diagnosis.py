@@ -157,6 +157,7 @@ def test_a_loss_that_is_lost_in_noise():
     assert note.startswith("Noise hides the loss: 0.0001 at first") and "0.0008 only" in note
     quiet = history({"Body:roughness": settled(20)}, losses * 1e-4, error=8e-8)
     assert not diagnose(quiet, [ROUGHNESS], [view(picture, picture)])
+    assert not diagnose(seen, [ROUGHNESS], [view(picture, picture)], sure=True), "nothing is hidden"
 
 
 def test_black_and_wholly_masked_pictures_say_nothing():

@@ -63,6 +63,14 @@ def said(found: dict[str, Any], fields: tuple[str, ...] = ()) -> str:
     return "\n".join(trust.sentences(plan, found))
 
 
+def test_a_fit_is_sure_when_all_values_are_determined() -> None:
+    seen = result()
+    assert not trust.sure(seen)
+    seen["report"]["parameters"]["Body:base_color"]["determined"] = [True] * 3
+    assert trust.sure(seen)
+    assert not trust.sure({}), "nothing was verified"
+
+
 def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.entries(ROUGHNESS, result()) == {
         "standard_error": 0.01,

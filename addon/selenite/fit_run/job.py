@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import native
 from ..problems import BadInput, Problem
+from . import trust
 from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
 from .staging import plan as stage_plan
@@ -156,8 +157,10 @@ class FitJob:
             Limits(item.name, item.minimum, item.maximum, item.by_ratio)
             for item in self.plan.unknowns
         ]
-        history = self.so_far()["history"]
-        return diagnose(history, limits, views, from_start=self._from_start)
+        result = self.so_far()
+        return diagnose(
+            result["history"], limits, views, from_start=self._from_start, sure=trust.sure(result)
+        )
 
     def request_state(self) -> None:
         """Asks for the whole state after the iteration that runs."""

@@ -49,6 +49,12 @@ def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
     return dict(report["misfit"]) if report.get("passes") else None
 
 
+def sure(result: dict[str, Any]) -> bool:
+    """Whether a verification has determined every value."""
+    told = (result.get("report") or {}).get("parameters", {})
+    return bool(told) and all(all(entry["determined"]) for entry in told.values())
+
+
 def rivals(result: dict[str, Any]) -> list[dict[str, list[float]]]:
     """For result.json: values far from the answer that explain the photos as well."""
     return list((result.get("report") or {}).get("rivals", ()))
