@@ -23,8 +23,8 @@ Halves residual_halves(const Film& film, const Capture& capture);
 /// `slope` is dx/du per unknown.
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
 
-/// Two independent draws of one picture of derivatives, and their mean: clipped, filtered by what the
-/// two have in common. `share`: variance of the mean's noise over the sum of theirs.
+/// The mean of two independent draws of a picture of derivatives, or of a difference: clipped, filtered
+/// by what the two have in common. `share`: variance of the mean's noise over the sum of theirs.
 Eigen::VectorXf instrument_of(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
                               const Eigen::VectorXf& other, double share, const Capture& capture,
                               int channel, const Eigen::VectorXf& importance);

@@ -43,7 +43,7 @@ bool Rivals::step(const RenderAt& render) {
   if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return false;
   const Capture& photo = problem_->captures[capture_];
   Candidate& candidate = candidates_[candidate_];
-  const int purpose = 2 * round_ + static_cast<int>(part_);
+  const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
   candidate.seen[part_] = render(candidate.x, photo, spp(),
                                  seed_of(seed_, purpose, static_cast<int>(capture_)), std::nullopt);
   if (++part_ < kParts) return true;

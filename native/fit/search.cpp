@@ -22,6 +22,7 @@ struct Stage {
   int steps;
 };
 constexpr std::array kStages{Stage{8, 4}, Stage{4, 5}, Stage{3, 6}};
+constexpr int kLast = static_cast<int>(kStages.size()) + 1;  ///< the stage that chooses
 constexpr int kRemembered =
     1 << 20;                       ///< iterations that the steps think are to come: no late phase
 constexpr double kMargin = 0.1;    ///< of the range, on both sides: the ends are flat
@@ -177,15 +178,15 @@ std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
 void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
   candidate.seen = Likeness();
-  candidate.pictures.clear();
   const double share = 1.0 / static_cast<double>(captures_.size());
   for (std::size_t v = 0; v < captures_.size(); ++v) {
     const Capture& photo = captures_[v];
-    Parts& parts = candidate.pictures.emplace_back();
+    Parts parts;
     for (int i = 0; i < 2; ++i)
       parts[static_cast<std::size_t>(i)] = render(
           candidate.x, photo, spp / 2, seed_for(purpose, i, static_cast<int>(v)), std::nullopt);
     candidate.seen.append(Likeness(whole(parts), photo, weights_[v]), share);
+    if (stage_ == kLast) candidate.pictures.push_back(std::move(parts));
   }
 }
 
@@ -248,7 +249,6 @@ void Search::keep_best(std::size_t count) {
 }
 
 bool Search::step(const RenderAt& render) {
-  constexpr int kLast = static_cast<int>(kStages.size()) + 1;
   if (stage_ > kLast) return false;
   Candidate& candidate = candidates_[next_];
   const bool final = stage_ == kLast;
@@ -296,10 +296,11 @@ double Search::room(const Vector& x) const {
 bool Search::as_good(const Candidate& one, const Candidate& other) const {
   // Tile against tile: equal seeds, so that common noise cancels.
   const Total by(one.tiles - other.tiles);
+  if (by.sum > kSigmas * by.deviation) return false;
   Nearness behind;
   for (std::size_t v = 0; v < captures_.size(); ++v)
     behind.add(captures_[v], weights_[v], other.pictures[v], one.pictures[v]);
-  return by.sum <= kSigmas * by.deviation && !behind.certain(kSigmas);
+  return !behind.certain(kSigmas);
 }
 
 void Search::choose() {

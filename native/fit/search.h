@@ -58,8 +58,8 @@ class Search {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    std::vector<Parts> pictures;  ///< of the last look, photo by photo
-    Likeness seen;                ///< in these
+    Likeness seen;                ///< in the newest look
+    std::vector<Parts> pictures;  ///< of the last stage's, photo by photo
     Eigen::ArrayXd tiles;         ///< of `loss`
     std::shared_ptr<GaussNewton> steps;
   };
