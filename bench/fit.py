@@ -54,7 +54,7 @@ def _number(text):
 def parse():
     parser = argparse.ArgumentParser(prog="./dev bench fit", description=__doc__)
     add = parser.add_argument
-    others = ", ".join((*cases.FAILURES, *cases.HARD))
+    others = ", ".join((*cases.FAILURES, *cases.HARD, *cases.COATED))
     add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all of these), {others}")
     add("--seeds", type=int, default=20, help="per kind (%(default)s)")
     add("--first-seed", type=int, default=0)
@@ -73,7 +73,7 @@ def parse():
     add("--report-only", action="store_true", help="tables and plot of what has been done")
     add("--out", type=Path, default=ROOT / "build" / "bench-fit", help="(%(default)s)")
     options = parser.parse_args()
-    known = (*cases.KINDS, *cases.FAILURES, *cases.HARD)
+    known = (*cases.KINDS, *cases.FAILURES, *cases.HARD, *cases.COATED)
     wrong = [kind for kind in options.kind if kind not in known]
     if wrong:
         parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(known)}")

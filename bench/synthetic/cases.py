@@ -24,6 +24,8 @@ KINDS = ("opaque", "glass", "half", "medium", "thesis", "thesis-medium")
 FAILURES = ("thesis-camera", "thesis-grid")
 #: Like glass and medium, in hard light: single pixels of few samples are noise.
 HARD = ("hard-glass", "hard-medium")
+#: An opaque body under a clear coat, each with a roughness of its own.
+COATED = ("coat",)
 #: Albedo of every voxel at the start.
 GRID_START = 0.5
 
@@ -57,7 +59,7 @@ class Case:
 
 def make(kind: str, seed: int) -> Case:
     """The seed draws target, start, mesh and light; every fourth has four cameras."""
-    random = np.random.default_rng(((*KINDS, *FAILURES, *HARD).index(kind), seed))
+    random = np.random.default_rng(((*KINDS, *FAILURES, *HARD, *COATED).index(kind), seed))
     mesh = MESHES[seed % len(MESHES)]
     lighting = LIGHTINGS[(seed // len(MESHES) + seed) % len(LIGHTINGS)]
     cameras = 4 if seed % 4 == 3 else 1
@@ -98,6 +100,9 @@ def make(kind: str, seed: int) -> Case:
         start = _random_medium(random)
         if seed % 2 == 0:  # the dark start of the thesis
             start = {"albedo": (0.01,) * 3, "extinction": (9.8,) * 3} | _values(_DARK)
+    elif kind in COATED:
+        target, start = _random_coat(random), _random_coat(random)
+        fixed = {"coat_weight": 1.0}
     else:
         between = {"opaque": (0.0, 0.05), "half": (0.3, 0.7)}.get(kind, (0.9, 1.0))
         target = _random_surface(random, between)
@@ -107,7 +112,9 @@ def make(kind: str, seed: int) -> Case:
     if "extinction" in target:
         fixed = {"base_color": [1.0] * 3, "transmission": 1.0}
     order = [name for name in ("base_color", "albedo", "extinction") if name in target]
-    order += [name for name in ("roughness", "transmission", "ior") if name in target]
+    order += [
+        name for name in ("roughness", "coat_roughness", "transmission", "ior") if name in target
+    ]
     return Case(
         kind, mesh, lighting, cameras, seed, fixed,
         {name: target[name] for name in order}, {name: start[name] for name in order}, grid,
@@ -135,6 +142,14 @@ def _random_surface(
     }
 
 
+def _random_coat(random: np.random.Generator) -> dict[str, tuple[float, ...]]:
+    return {
+        "base_color": tuple(random.uniform(0.1, 0.95, 3)),
+        "roughness": (random.uniform(0.05, 0.7),),
+        "coat_roughness": (random.uniform(0.05, 0.7),),
+    }
+
+
 def _random_medium(random: np.random.Generator) -> dict[str, tuple[float, ...]]:
     return {
         "albedo": tuple(random.uniform(0.3, 0.98, 3)),
@@ -146,7 +161,7 @@ def _random_medium(random: np.random.Generator) -> dict[str, tuple[float, ...]]:
 
 def seen(name: str, value: Any) -> Any:  # noqa: ANN401
     """Number or array, roughness from where it is visible."""
-    return np.maximum(value, VISIBLE_ROUGHNESS) if name == "roughness" else value
+    return np.maximum(value, VISIBLE_ROUGHNESS) if name.endswith("roughness") else value
 
 
 def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:

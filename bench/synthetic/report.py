@@ -18,7 +18,7 @@ LEVELS = (0.1, 0.05, 0.02)
 WRONG, RIGHT = 0.1, 0.05
 SCALARS = (
     "base_color[0]", "base_color[1]", "base_color[2]", "albedo[0]", "albedo[1]", "albedo[2]",
-    "extinction", "roughness", "transmission", "ior",
+    "extinction", "roughness", "coat_roughness", "transmission", "ior",
 )  # fmt: skip
 COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,

@@ -339,7 +339,7 @@ bool Fit::iterate(Progress* progress) {
   return finish(progress);
 }
 
-bool Fit::settle(const Vector& x, Progress* progress) {
+bool Fit::settle(const Vector& x, Progress* progress, bool told) {
   HistoryRow row{result_.iterations, x, 0, 0, 0, {}, fields_.means(field_values_)};
   const Validation validation = validate(row.values, field_values_, progress);
   x_ = result_.last = row.values;
@@ -348,8 +348,8 @@ bool Fit::settle(const Vector& x, Progress* progress) {
   note_validation(row, validation);
   // An answer that draws on all iterations gives way to an earlier state only if that is better by
   // more than the noise of the comparison.
-  if (optimiser_->averages() &&
-      row.validation < result_.best_validation + 2 * row.validation_standard_error) {
+  if (told || (optimiser_->averages() &&
+               row.validation < result_.best_validation + 2 * row.validation_standard_error)) {
     result_.best_validation = kNotDone;
     note_validation(row, validation);
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -79,8 +80,9 @@ class Fit {
   /// Everything that changes from step to step: a fit with the same arguments that is restored from
   /// it takes the same steps to the last bit. Between two steps only, and only where `can_be_saved`.
   std::string saved();
-  /// Not during the search: it is short, and a new fit makes the same one.
-  bool can_be_saved() const { return !search_; }
+  /// Not during the search, which is short and which a new fit does in the same way, nor once the
+  /// answer has been verified.
+  bool can_be_saved() const { return !search_ && !rivals_ && verified_rivals_ == 0; }
   /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
   void restore(std::string_view saved);
   /// So far; complete once `step` has returned false.
@@ -110,6 +112,9 @@ class Fit {
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
   bool compare_with_rivals(Progress* progress);
+  void decide();
+  void report_rivals();
+  void note_verified(double fraction);
   bool stop_after_iterations();
   RenderAt renderer(Progress* progress);
   /// Differences of pictures in place of the derivatives of `film` that they estimate better.
@@ -130,10 +135,12 @@ class Fit {
   bool worse_than_smallest(const Validation& validation) const;
   /// Settles on the optimiser's answer, validates it, and ends the fit or has it verified.
   bool finish(Progress* progress);
-  /// Validates `x` and records it as the final state. True where it became the best one.
-  bool settle(const Vector& x, Progress* progress);
+  /// Validates `x` and records it as the final state. True where it became the best one: where
+  /// `told` that it is, by more samples than a validation's, it does.
+  bool settle(const Vector& x, Progress* progress, bool told = false);
   bool wants_verification() const;
   void start_verification();
+  void verify_from(const Vector& x, const Optimiser* optimiser);
   bool stop(StopReason reason, std::string message = {});
   bool too_many_dropped();
   bool within_tolerance() const;
@@ -161,6 +168,15 @@ class Fit {
   std::vector<Vector> others_;                  ///< that the search refined and left
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
   std::unique_ptr<Rivals> rivals_;              ///< from the end of the verification on
+  struct Verified {
+    Vector x;
+    TrustReport report;
+  };
+  Verified verified_;               ///< by the newest verification
+  std::optional<Verified> answer_;  ///< once it has been compared with rivals
+  std::vector<Vector> serious_;     ///< rivals that stood and have not been verified
+  std::vector<Verified> as_good_;   ///< those that were, and that nothing tells from the answer
+  int verified_rivals_ = 0;
   FieldAdam field_adam_;
   bool in_turns_ = false;
   Vector x_;

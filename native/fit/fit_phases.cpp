@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What a fit does before its first iteration and after its last.
+#include <algorithm>
 #include <memory>
 
 #include "fit/fit.h"
@@ -10,6 +11,20 @@ namespace {
 
 /// Share of a verification that is over when the answer is compared with its rivals.
 constexpr double kBeforeRivals = 0.9;
+/// Rivals that are verified, too, at most.
+constexpr int kMostRivals = 2;
+
+/// Intervals that hold whichever of the two is right.
+void widen(TrustReport& report, const TrustReport& other) {
+  for (std::size_t k = 0; k < report.components.size(); ++k) {
+    Confidence& one = report.components[k];
+    const Confidence& as_good = other.components[k];
+    if (!one.determined || !as_good.determined) continue;
+    one.interval[0] = std::min(one.interval[0], as_good.interval[0]);
+    one.interval[1] = std::max(one.interval[1], as_good.interval[1]);
+    one.standard_error = std::max(one.standard_error, as_good.standard_error);
+  }
+}
 
 }  // namespace
 
@@ -75,36 +90,90 @@ bool Fit::wants_verification() const {
              .few_unknowns;
 }
 
-void Fit::start_verification() {
+void Fit::start_verification() { verify_from(result_.best, optimiser_.get()); }
+
+void Fit::verify_from(const Vector& x, const Optimiser* optimiser) {
   verification_ = std::make_unique<Verification>(
-      problem_, *optimiser_, result_.best, stream_seed(settings_.seed, Stream::kVerification, 0, 0),
+      problem_, optimiser, x,
+      stream_seed(settings_.seed, Stream::kVerification, verified_rivals_, 0),
       settings_.chosen_verification_spp(), settings_.spp);
   result_.phase = Phase::kVerifying;
-  result_.phase_fraction = 0;
+  note_verified(0);
+}
+
+/// Share of this look; those before took as long.
+void Fit::note_verified(double fraction) {
+  result_.phase_fraction = (verified_rivals_ + fraction) / (verified_rivals_ + 1);
 }
 
 bool Fit::verify(Progress* progress) {
   const bool more = verification_->step(renderer(progress));
-  result_.phase_fraction = verification_->fraction() * (others_.empty() ? 1 : kBeforeRivals);
+  note_verified(verification_->fraction() * kBeforeRivals);
   if (too_many_dropped()) return false;
   if (more) return true;
-  // Where the validation finds its values worse, the linear step to them went too far.
-  if (!settle(verification_->values(), progress)) verification_->settle_for(result_.best);
-  result_.report = verification_->report();
-  if (others_.empty()) return stop_after_iterations();
-  rivals_ = std::make_unique<Rivals>(problem_, verification_->weights(), result_.best, others_,
-                                     stream_seed(settings_.seed, Stream::kRivals, 0, 0),
-                                     settings_.chosen_verification_spp());
+  std::vector<Vector> rivals;
+  verified_.x = verification_->values();
+  if (answer_) {
+    rivals = serious_;
+    rivals.push_back(answer_->x);
+  } else {
+    // Where the validation finds its values worse, the linear step to them went too far.
+    if (!settle(verified_.x, progress)) verification_->settle_for(result_.best);
+    verified_.x = result_.best;
+    result_.report = verification_->report();
+    rivals = unknowns_.exchanged(result_.best);
+    rivals.insert(rivals.end(), others_.begin(), others_.end());
+  }
+  verified_.report = verification_->report();
+  if (rivals.empty()) return stop_after_iterations();
+  rivals_ =
+      std::make_unique<Rivals>(problem_, verification_->weights(), verified_.x, std::move(rivals),
+                               stream_seed(settings_.seed, Stream::kRivals, verified_rivals_, 0),
+                               settings_.chosen_verification_spp());
   return true;
 }
 
 bool Fit::compare_with_rivals(Progress* progress) {
   const bool more = rivals_->step(renderer(progress));
-  result_.phase_fraction = kBeforeRivals + (1 - kBeforeRivals) * rivals_->fraction();
+  note_verified(kBeforeRivals + (1 - kBeforeRivals) * rivals_->fraction());
   if (too_many_dropped()) return false;
   if (more) return true;
-  rivals_->judge(result_.report);
-  return stop_after_iterations();
+  decide();
+  rivals_.reset();
+  if (answer_->x != result_.best) settle(answer_->x, progress, true);
+  report_rivals();
+  if (serious_.empty() || verified_rivals_ == kMostRivals) return stop_after_iterations();
+  // At the bottom of its basin it may win or lose. Instruments of other values say little about it.
+  ++verified_rivals_;
+  verify_from(serious_.front(), nullptr);
+  serious_.erase(serious_.begin());
+  return true;
+}
+
+/// Between what has just been verified and the answer so far, if there is another.
+void Fit::decide() {
+  const auto is_answer = [&](const Rivals::Standing& one) {
+    return answer_ && one.x == answer_->x;
+  };
+  std::vector<Rivals::Standing> rest = rivals_->serious(verified_.report);
+  std::erase_if(rest, is_answer);
+  for (const Rivals::Standing& former : rivals_->standing()) {
+    if (!is_answer(former)) continue;
+    if (!former.won()) as_good_.push_back(former.ahead > 0 ? verified_ : *answer_);
+    if (former.ahead > 0) return;
+  }
+  serious_.clear();
+  for (const Rivals::Standing& one : rest) serious_.push_back(one.x);
+  answer_ = verified_;
+}
+
+void Fit::report_rivals() {
+  result_.report = answer_->report;
+  const Coordinates coordinates(unknowns_);
+  for (const Vector& x : serious_) contest(result_.report, coordinates, answer_->x, x, false);
+  for (const Verified& one : as_good_)
+    contest(result_.report, coordinates, answer_->x, one.x, true);
+  for (const Verified& one : as_good_) widen(result_.report, one.report);
 }
 
 bool Fit::stop_after_iterations() {

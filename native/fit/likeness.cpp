@@ -94,6 +94,8 @@ void Nearness::add(const Capture& photo, const Eigen::VectorXf& weights, const P
 
 bool Nearness::certain(double sigmas) const { return sum > sigmas * std::sqrt(variance); }
 
+double Nearness::ahead() const { return variance > 0 ? -sum / std::sqrt(variance) : 0; }
+
 Total::Total(const Eigen::ArrayXd& terms)
     : sum(terms.sum()), deviation(std::sqrt((terms - terms.mean()).square().sum())) {}
 

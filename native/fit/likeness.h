@@ -49,6 +49,8 @@ struct Nearness {
            const Parts& other);
   /// Whether `one` is nearer by so many standard deviations.
   bool certain(double sigmas) const;
+  /// By how many the other is: 0 where the pictures are the same.
+  double ahead() const;
 };
 
 }  // namespace selenite

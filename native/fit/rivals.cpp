@@ -20,6 +20,21 @@ constexpr double kSigmas = 3;
 constexpr double kWidths = 2, kShareOfRange = 0.1;
 constexpr std::size_t kParts = std::tuple_size_v<Parts>;
 
+/// Whether component k of `x` is that of another basin.
+bool far_apart(const Coordinates& coordinates, const Vector& x, const Vector& answer,
+               Eigen::Index k) {
+  const double range = coordinates.maximum()[k] - coordinates.minimum()[k];
+  const double way = coordinates.from_values(x)[k] - coordinates.from_values(answer)[k];
+  return std::abs(way) > kShareOfRange * range;
+}
+
+/// Whether what is told about a component leaves `x` out by so many widths.
+bool leaves_out(const Confidence& told, double x, double widths) {
+  const auto [low, high] = told.interval;
+  const double margin = widths * (high - low);
+  return told.determined && (x < low - margin || x > high + margin);
+}
+
 }  // namespace
 
 Rivals::Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
@@ -82,11 +97,37 @@ void Rivals::end_round() {
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
+  if (++round_ == static_cast<int>(kShares.size())) return;  // `standing` tells by the last one
   for (Candidate& candidate : candidates_) {
     candidate.likeness = {};
     candidate.behind = {};
   }
-  ++round_;
+}
+
+bool Rivals::Standing::won() const { return ahead > kSigmas; }
+
+std::vector<Rivals::Standing> Rivals::standing() const {
+  std::vector<Standing> standing;
+  const Vector& answer = candidates_.front().x;
+  for (auto rival = candidates_.begin() + 1; rival != candidates_.end(); ++rival) {
+    bool far = false;
+    for (Eigen::Index k = 0; k < answer.size(); ++k)
+      far = far || far_apart(coordinates_, rival->x, answer, k);
+    if (far) standing.push_back({rival->x, rival->behind.ahead()});
+  }
+  std::stable_sort(standing.begin(), standing.end(),
+                   [](const Standing& a, const Standing& b) { return a.ahead > b.ahead; });
+  return standing;
+}
+
+std::vector<Rivals::Standing> Rivals::serious(const TrustReport& report) const {
+  std::vector<Standing> found = standing();
+  std::erase_if(found, [&](const Standing& one) {
+    TrustReport judged = report;
+    contest(judged, coordinates_, candidates_.front().x, one.x, false);
+    return !one.won() && judged.rivals.size() == report.rivals.size();
+  });
+  return found;
 }
 
 double Rivals::fraction() const {
@@ -99,34 +140,20 @@ double Rivals::fraction() const {
   return (round_ + done) / rounds;
 }
 
-bool Rivals::far_apart(const Vector& x, std::size_t component, const Confidence& told) const {
-  const auto k = static_cast<Eigen::Index>(component);
-  const double range = coordinates_.maximum()[k] - coordinates_.minimum()[k];
-  const double way =
-      coordinates_.from_values(x)[k] - coordinates_.from_values(candidates_.front().x)[k];
-  if (std::abs(way) <= kShareOfRange * range) return false;
-  const auto [low, high] = told.interval;
-  const double width = high - low;
-  return x[k] < low - kWidths * width || x[k] > high + kWidths * width;
-}
-
-void Rivals::judge(TrustReport& report) const {
-  std::vector<Confidence>& components = report.components;
-  std::vector<bool> contested(components.size(), false);
-  for (std::size_t i = 1; i < candidates_.size(); ++i) {
-    const Vector& x = candidates_[i].x;
-    bool far = false;
-    for (std::size_t k = 0; k < components.size(); ++k) {
-      if (!components[k].determined || !far_apart(x, k, components[k])) continue;
-      far = contested[k] = true;
-    }
-    if (far) report.rivals.push_back(x);
-  }
-  for (std::size_t k = 0; k < components.size(); ++k) {
-    if (!contested[k]) continue;
+void contest(TrustReport& report, const Coordinates& coordinates, const Vector& answer,
+             const Vector& rival, bool refined) {
+  bool any = false;
+  for (std::size_t k = 0; k < report.components.size(); ++k) {
+    Confidence& told = report.components[k];
+    const auto at = static_cast<Eigen::Index>(k);
+    if (!far_apart(coordinates, rival, answer, at) ||
+        !leaves_out(told, rival[at], refined ? 0 : kWidths))
+      continue;
+    any = true;
+    told.determined = false;
     report.contested.push_back(static_cast<int>(k));
-    components[k].determined = false;
   }
+  if (any) report.rivals.push_back(rival);
 }
 
 }  // namespace selenite

@@ -11,9 +11,10 @@
 
 namespace selenite {
 
-/// Compares the answer of a fit with values that its search refined and left for others: where one of
-/// them explains the photos as well, another basin may hold the truth, of which intervals around the
-/// answer know nothing.
+/// Compares the answer of a fit with values that its search refined and left for others, and with
+/// itself after an exchange of what acts alike: where one of them explains the photos as well, another
+/// basin may hold the truth, of which intervals around the answer know nothing. Where one explains
+/// them better, it does.
 ///
 /// Equal seeds, first with a quarter of the samples, then with all for those that still stand. A rival
 /// loses by `Likeness`, coarse or in detail, or by `Nearness`. Refined in small pictures only, it is
@@ -27,9 +28,18 @@ class Rivals {
   /// The next picture; false when it was the last. May throw what `render` throws.
   bool step(const RenderAt& render);
   double fraction() const;
-  /// After the last step: notes in `report` those that stand and lie far outside what it tells, and
-  /// takes back that these values are determined.
-  void judge(TrustReport& report) const;
+  /// After the last step: one that stands and lies far from the answer, and by how many standard
+  /// deviations the photos are nearer to it than to the answer.
+  struct Standing {
+    Vector x;
+    double ahead;
+    /// Nearer for certain.
+    bool won() const;
+  };
+  /// Likewise: those that lie far from the answer, the nearest to the photos first.
+  std::vector<Standing> standing() const;
+  /// Likewise: those of them that matter, because they won or because they contest what `report` tells.
+  std::vector<Standing> serious(const TrustReport& report) const;
 
  private:
   struct Candidate {
@@ -42,7 +52,6 @@ class Rivals {
   int spp() const;
   void end_photo();
   void end_round();
-  bool far_apart(const Vector& x, std::size_t component, const Confidence& told) const;
 
   const Problem* problem_;
   Coordinates coordinates_;
@@ -54,5 +63,11 @@ class Rivals {
   std::size_t capture_ = 0, candidate_ = 0;  ///< of the next picture
   std::size_t part_ = 0;                     ///< likewise
 };
+
+/// Notes in `report`, which is about `answer`, a rival that explains the photos as well if it lies far
+/// outside what is told, and takes back that these values are determined. refined: at the bottom of
+/// its basin; else widths of an interval may lie between what are the same values.
+void contest(TrustReport& report, const Coordinates& coordinates, const Vector& answer,
+             const Vector& rival, bool refined);
 
 }  // namespace selenite

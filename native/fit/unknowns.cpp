@@ -114,6 +114,26 @@ const Parameter& Unknowns::description_of(int component) const {
   return descriptions_.at(static_cast<std::size_t>(parameter));
 }
 
+std::vector<Vector> Unknowns::exchanged(const Vector& x) const {
+  std::vector<Vector> found;
+  for (int i = 0; i < size(); ++i)
+    for (int k = 0; k < size(); ++k) {
+      const Component &one = components_[static_cast<std::size_t>(i)],
+                      &other = components_[static_cast<std::size_t>(k)];
+      const auto owner = [this](const Component& c) {
+        return parameters_[static_cast<std::size_t>(c.parameter)];
+      };
+      const std::string_view twin = description_of(i).twin;
+      if (twin.empty() || twin != description_of(k).name || one.index != other.index ||
+          !owner(one).same_owner(owner(other)))
+        continue;
+      Vector y = x;
+      std::swap(y[i], y[k]);
+      found.push_back(project(y));
+    }
+  return found;
+}
+
 std::vector<double> Unknowns::values_of(int parameter, const Vector& x) const {
   std::vector<double> values;
   for (int k = 0; k < size(); ++k)

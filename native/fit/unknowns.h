@@ -43,6 +43,9 @@ class Unknowns {
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<Component>& components() const { return components_; }
   const Parameter& description_of(int component) const;
+  /// `x` with the values of two parameters exchanged of which one is the other's `Parameter::twin`:
+  /// one point for each such pair.
+  std::vector<Vector> exchanged(const Vector& x) const;
 
   const Vector& start() const { return start_; }
   const Vector& minimum() const { return minimum_; }

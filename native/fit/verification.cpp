@@ -29,13 +29,13 @@ int derivative_spp(int spp) { return std::max(spp / kDerivativeShare, 2); }
 
 }  // namespace
 
-Verification::Verification(const Problem& problem, const Optimiser& optimiser, Vector x,
+Verification::Verification(const Problem& problem, const Optimiser* optimiser, Vector x,
                            std::uint64_t seed, int spp, int iteration_spp)
     : problem_(&problem),
-      evidence_(dynamic_cast<const GaussNewton*>(&optimiser)
-                    ? dynamic_cast<const GaussNewton&>(optimiser)
+      evidence_(dynamic_cast<const GaussNewton*>(optimiser)
+                    ? dynamic_cast<const GaussNewton&>(*optimiser)
                     : GaussNewton(problem)),
-      has_instruments_(dynamic_cast<const GaussNewton*>(&optimiser) != nullptr),
+      has_instruments_(dynamic_cast<const GaussNewton*>(optimiser) != nullptr),
       found_(x.size()),
       x_(std::move(x)),
       seed_(seed),

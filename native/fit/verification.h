@@ -19,8 +19,8 @@ namespace selenite {
 /// the last step is mostly their noise it is weighed against them by the samples of both.
 class Verification {
  public:
-  /// `problem` must outlive it. Takes instruments from `optimiser` where that has some.
-  Verification(const Problem& problem, const Optimiser& optimiser, Vector x, std::uint64_t seed,
+  /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
+  Verification(const Problem& problem, const Optimiser* optimiser, Vector x, std::uint64_t seed,
                int spp, int iteration_spp);
   /// The next photo of a pass; false when it was the last of the last.
   bool step(const RenderAt& render);

@@ -39,6 +39,9 @@ struct Parameter {
   bool diagonal = true;
   /// Colours only: the channels are about alike where photos say nothing else.
   bool alike = false;
+  /// Another parameter of the same owner that acts alike: what a fit finds for the one may be the
+  /// other's value, so that it is compared with the two exchanged.
+  std::string_view twin = {};
   Versions versions = Versions::kBoth;
   std::string_view help;  ///< one sentence for tooltips and the manual
 };

@@ -81,6 +81,7 @@ struct Principled {
                     .fit_upper = 0.999,
                     .initial = 0.5,
                     .coordinate = kBlur,
+                    .twin = "coat_roughness",
                     .help = "Square root of the GGX width; at or below 0.0037 a perfect mirror, "
                             "which has no derivative"},
           m.roughness);

@@ -36,7 +36,7 @@ Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t se
     return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
                                        derivatives ? layout : SlotLayout(), settings, nullptr);
   };
-  Verification verification(problem, none, unknowns.project(x), seed, spp, 16);
+  Verification verification(problem, &none, unknowns.project(x), seed, spp, 16);
   while (verification.step(render)) {
   }
   return {verification.values(), verification.report()};
