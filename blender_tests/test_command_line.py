@@ -128,6 +128,68 @@ def test_gradient_json(scene, tmp_path, capsys):
     assert exr(tmp_path / "slopes" / "Key_Light_power_0.exr").shape == (24, 32, 3)
 
 
+@pytest.fixture
+def painted(tmp_path):
+    """The studio with an image of 4 x 2 linear numbers on the sphere."""
+    made.studio()
+    made.light("Key Light", energy=40)
+    pixels = np.linspace(0.1, 0.9, 24, dtype=np.float32).reshape(2, 4, 3)
+    native.image().write_exr(str(tmp_path / "paint.exr"), pixels)
+    material = bpy.data.materials["Body"]
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = bpy.data.images.load(str(tmp_path / "paint.exr"))
+    node.image.colorspace_settings.name = "Non-Color"
+    material.node_tree.links.new(node.outputs["Color"], made.socket(material, "base_color"))
+    return made.save(tmp_path / "painted.blend"), pixels
+
+
+def test_gradient_by_the_texels_of_an_image(painted, tmp_path, capsys):
+    scene, pixels = painted
+    name, out = "Body:base_color_texture", str(tmp_path / "slopes")
+    words = ("gradient", scene, "--spp=256", "--width=16", "--repeat=2", f"--out-dir={out}")
+    status, report, _ = command(capsys, *words, "--parameter", name)
+    assert status == 0
+    slopes = np.array(report["derivatives"][name]["value"])
+    error = np.array(report["derivatives"][name]["standard_error"])
+    texels = exr(tmp_path / "slopes" / "Body_base_color_texture_texels.exr")
+    assert texels.shape == pixels.shape
+    # a shift of the image shifts every texel; red light is none of green's business
+    np.testing.assert_allclose(texels.sum(axis=(0, 1)), np.diag(slopes), rtol=1e-4)
+    np.testing.assert_array_equal(slopes[~np.eye(3, dtype=bool)], 0)
+    assert (np.diag(slopes) > 20 * np.diag(error)).all() and (np.diag(error) > 0).all()
+    assert len(report["iteration_cpu_seconds"]) == 2 and min(report["iteration_cpu_seconds"]) > 0
+    assert set(report["files"]) == {path.name for path in (tmp_path / "slopes").iterdir()}
+
+    # against the difference of two pictures: the brighter image, made by hand
+    step = 0.02
+    _, before, _ = command(capsys, "render", scene, f"--out={tmp_path / 'a.exr'}", *words[2:4])
+    native.image().write_exr(str(tmp_path / "paint.exr"), pixels + np.float32(step))
+    _, after, _ = command(capsys, "render", scene, f"--out={tmp_path / 'b.exr'}", *words[2:4])
+    difference = (np.array(after["mean_image"]) - before["mean_image"]) / step
+    np.testing.assert_allclose(difference, np.diag(slopes), rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["Body:base_color_texture", "Body:ior"], "name it alone"),
+        (["Ground:base_color_texture"], "no material 'Ground' takes its base colour from an image"),
+    ],
+)
+def test_gradient_by_texels_refuses(painted, names, expected, capsys):
+    assert main(["gradient", painted[0], "--parameter", *names]) == 2
+    assert expected in capsys.readouterr().err
+
+
+def test_gradient_by_texels_refuses_a_subsurface(painted, tmp_path, capsys):
+    material = bpy.data.materials["Body"]
+    made.principled(material).inputs["Subsurface Weight"].default_value = 0.5
+    scene = made.save(tmp_path / "skin.blend")
+    assert main(["gradient", scene, "--parameter", "Body:base_color_texture"]) == 2
+    text = capsys.readouterr().err
+    assert "Body:base_color_texture" in text and "set the weight to 0" in text
+
+
 def _fit_words(scene, tmp_path, *more):
     """Arguments of a fit whose photo is a render with base colour (.2, .6, .4)."""
     photo = str(tmp_path / "photo.exr")

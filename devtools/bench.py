@@ -9,7 +9,7 @@ import environment
 from process import BUILD, PYTHON, ROOT, Failed
 
 # These race or compare with Mitsuba, which has an environment of its own; `./dev` knows them too.
-WITH_MITSUBA = ("equivalence", "fit-race", "race")
+WITH_MITSUBA = ("equivalence", "fit-race", "race", "texture-race")
 
 
 def run_bench(arguments: list[str]) -> int:

@@ -158,7 +158,8 @@ def _add_gradient(commands: argparse._SubParsersAction) -> None:
         nargs="+",
         required=True,
         metavar="OWNER:PARAM",
-        help="what to differentiate by, e.g. Body:ior",
+        help="what to differentiate by, e.g. Body:ior; or alone Body:base_color_texture, by every "
+        "texel of the image that gives the base colour",
     )
     parser.add_argument("--repeat", type=_at_least(0), default=0, help="measured iterations")
     parser.add_argument("--out-dir", metavar="DIR", help="writes the derivative images here")

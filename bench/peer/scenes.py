@@ -9,6 +9,8 @@ import made_scenes as made
 import mathutils
 import numpy as np
 
+from selenite import native
+
 CAMERA = {"origin": (1.9, -3.0, 1.5), "target": (0.0, 0.0, -0.05), "fov": 38.0}
 LAMP = {"origin": (1.1, 0.8, 2.6), "target": (0.0, 0.0, 0.0), "size": 2.4, "power": 240.0}
 WORLD = (0.5, 0.56, 0.66)
@@ -21,18 +23,28 @@ def look_at(item, origin, target):
     item.rotation_euler = towards.to_track_quat("-Z", "Y").to_euler()
 
 
-def write_ply(path, item):
-    """The triangles of an object without transform; nothing but positions."""
+def write_ply(path, item, uv=False):
+    """The triangles of an object without transform: positions, and if wanted UVs of each corner."""
     data = item.data
     data.calc_loop_triangles()
-    points = np.empty(3 * len(data.vertices), np.float32)
-    data.vertices.foreach_get("co", points)
-    corners = np.empty(3 * len(data.loop_triangles), np.int32)
-    data.loop_triangles.foreach_get("vertices", corners)
-    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points) // 3}"]
-    head += [f"property float {axis}" for axis in "xyz"]
-    head += [f"element face {len(corners) // 3}", "property list uchar int vertex_indices"]
-    rows = b"".join(struct.pack("<Biii", 3, *row) for row in corners.reshape(-1, 3).tolist())
+    points = np.empty((len(data.vertices), 3), np.float32)
+    data.vertices.foreach_get("co", points.ravel())
+    corners = np.empty((len(data.loop_triangles), 3), np.int32)
+    data.loop_triangles.foreach_get("vertices", corners.ravel())
+    columns = "xyz"
+    if uv:
+        loops = np.empty((len(data.loop_triangles), 3), np.int32)
+        data.loop_triangles.foreach_get("loops", loops.ravel())
+        places = np.empty((len(data.loops), 2), np.float32)
+        data.uv_layers.active.data.foreach_get("uv", places.ravel())
+        places[:, 1] = 1 - places[:, 1]  # Mitsuba's v runs downwards
+        points = np.hstack([points[corners.ravel()], places[loops.ravel()]])
+        corners = np.arange(len(points), dtype=np.int32).reshape(-1, 3)
+        columns = "xyzuv"
+    head = ["ply", "format binary_little_endian 1.0", f"element vertex {len(points)}"]
+    head += [f"property float {name}" for name in columns]
+    head += [f"element face {len(corners)}", "property list uchar int vertex_indices"]
+    rows = b"".join(struct.pack("<Biii", 3, *row) for row in corners.tolist())
     path.write_bytes(("\n".join([*head, "end_header"]) + "\n").encode() + points.tobytes() + rows)
 
 
@@ -60,6 +72,18 @@ def glass_with_medium():
     return material
 
 
+def painted(image):
+    """A diffuse material whose colour is an image with linear numbers."""
+    material = made.material("Body")
+    node = made.principled(material)
+    node.inputs["Specular IOR Level"].default_value = 0.0
+    texture = material.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.load(str(image))
+    texture.image.colorspace_settings.name = "Non-Color"
+    material.node_tree.links.new(texture.outputs["Color"], node.inputs["Base Color"])
+    return material
+
+
 def set_body(body):
     """Puts the values of a description's body into the open file."""
     material = bpy.data.materials["Body"]
@@ -72,15 +96,15 @@ def set_body(body):
     medium.inputs["Anisotropy"].default_value = body["g"]
 
 
-def make(kind, size, folder):
+def make(kind, size, folder, material=glass_with_medium, subdivisions=5, uv=False):
     """Replaces the open file; returns the description, whose body lacks its values.
 
     "sky": a uniform world. "lamp": a disc above the body in a black world; a lamp of Cycles hides
-    nothing, one of Mitsuba would hide some of the sky.
+    nothing, one of Mitsuba would hide some of the sky. `uv`: the body's file holds them.
     """
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    body = dented_ball()
-    body.data.materials.append(glass_with_medium())
+    body = dented_ball(subdivisions)
+    body.data.materials.append(material())
     bpy.ops.mesh.primitive_plane_add(size=9)
     ground = bpy.context.object
     ground.data.transform(mathutils.Matrix.Translation((0, 0, -1.08)))
@@ -101,7 +125,7 @@ def make(kind, size, folder):
         look_at(item, LAMP["origin"], LAMP["target"])
         lamp = LAMP | {"radiance": 4 * LAMP["power"] / (math.pi * LAMP["size"]) ** 2}
     paths = {name: folder / f"{kind}_{name}.ply" for name in ("body", "ground")}
-    write_ply(paths["body"], body)
+    write_ply(paths["body"], body, uv)
     write_ply(paths["ground"], ground)
     return {
         "size": size,
@@ -111,3 +135,17 @@ def make(kind, size, folder):
         "body": {"mesh": str(paths["body"])},
         "ground": {"mesh": str(paths["ground"]), "reflectance": GROUND},
     }
+
+
+def make_textured(size, folder, texels):
+    """A diffuse body of 82,000 triangles with a painted skin, under a lamp, is saved as skin.blend;
+    returns the description, with "image": the skin, `texels` a side, linear."""
+    across = (np.arange(texels) + 0.5) / texels
+    u, v = np.meshgrid(across, across)
+    waves = [np.sin(a * u + b * v + c) for a, b, c in ((31, 17, 0), (-23, 40, 1), (50, -9, 2))]
+    image = folder / "skin.exr"
+    pixels = 0.5 + 0.3 * np.stack(waves, axis=2)
+    native.image().write_exr(str(image), np.ascontiguousarray(pixels, np.float32))
+    description = make("lamp", size, folder, lambda: painted(image), subdivisions=7, uv=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "skin.blend"), compress=True)
+    return description | {"image": str(image)}

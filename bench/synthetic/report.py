@@ -158,7 +158,7 @@ def _share(some: list[dict[str, str]], low: float, high: float, has: Callable[..
 def _without_roughness(some: list[dict[str, str]]) -> np.ndarray:
     """Mean errors of the other scalars: sharp reflections are narrower than a pixel."""
     others = [name for name in SCALARS if name != "roughness"]
-    return np.array([np.mean([float(one[n]) for n in others if one[n]]) for one in some])
+    return np.array([np.mean([float(one[n]) for n in others if one.get(n)]) for one in some])
 
 
 def plot(groups: dict[tuple[str, str], list[dict[str, str]]], path: Path) -> None:

@@ -166,7 +166,8 @@ FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, cons
                                   const Capture& capture, const Loss& loss,
                                   const RenderSettings& settings, Progress* progress) {
   const auto render = [&](const PixelLoss& pixel) {
-    return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
+    const std::vector<FieldRef> unknown(fields.refs().begin(), fields.refs().end());
+    return render_field_gradient(scene, camera, unknown, settings, pixel, progress);
   };
   if (loss.per_pixel)
     return render([&](std::size_t pixel, const Film& film) {

@@ -5,7 +5,7 @@
 
 #include "module/arrays.h"
 #include "module/bindings.h"
-#include "render/render.h"
+#include "render/field_gradient.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -64,6 +64,40 @@ std::unique_ptr<NamedFilm> render_named(
   out->film = render(scene, from, out->layout,
                      {width, height, spp, seed, depth, threads, frame_of(frame)}, progress);
   return out;
+}
+
+/// A picture, and a loss's derivative by the texels of a base colour's image: (height, width, 3).
+std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
+    const Scene& scene, const std::string& camera, int width, int height, int spp,
+    const std::string& material, const std::optional<Array<float>>& reference, std::uint64_t seed,
+    int depth, int threads, const FrameTuple& frame, Progress* progress) {
+  const ImageRef unknown{scene.material(material)};
+  const Texture& image = *scene.image(unknown).texture;
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  Picture photo;
+  if (reference) {
+    require_shape(*reference, "reference", {height, width, 3});
+    photo.resize(pixels);
+    std::memcpy(static_cast<void*>(photo.data()), reference->data(), photo.size() * sizeof(Colorf));
+  }
+  auto out = std::make_unique<NamedFilm>();
+  for (int c = 0; c < 3; ++c) {
+    out->layout.rows.push_back({0, c, c});
+    out->unknowns.emplace_back(material, kBaseColorTexture, c);
+  }
+  const Camera& from = scene.camera(camera);
+  py::array_t<double> gradient({image.height(), image.width(), 3});
+  std::vector<double> texels;
+  {
+    py::gil_scoped_release release;
+    FieldGradient found = render_field_gradient(
+        scene, from, {unknown}, {width, height, spp, seed, depth, threads, frame_of(frame)},
+        reference ? squared_error(photo) : mean_of_pixels(pixels), progress);
+    out->film = std::move(found.film);
+    texels = std::move(found.fields[0]);
+  }
+  std::memcpy(gradient.mutable_data(), texels.data(), texels.size() * sizeof(double));
+  return {std::move(out), gradient};
 }
 
 }  // namespace
@@ -128,6 +162,17 @@ void bind_render(py::module_& m) {
         "compared with a photo of so many pixels that was brought to its size by an area filter;\n"
         "aspect is that of what the camera takes, width / height; 0: no photo. Raises ValueError, "
         "KeyError, Cancelled.");
+
+  m.def(
+      "texture_gradient", &texture_gradient, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
+      "material"_a, py::kw_only(), "reference"_a = py::none(), "seed"_a = 0, "depth"_a = 0,
+      "threads"_a = 0, "frame"_a = FrameTuple{}, "progress"_a = py::none(),
+      "(Film, gradient) where an image gives a material's base colour; the rest as `render`.\n\n"
+      "gradient: the image's (height, width, 3) float64, row 0 at the top: derivative by each of\n"
+      "its numbers, as it holds them (encoded if it is), of the mean squared error against\n"
+      "`reference` (height, width, 3), unbiased, or without one of the picture's mean, each\n"
+      "channel for itself. The film's Jacobian is that by a shift of the whole (decoded) image.\n"
+      "Raises ValueError (no image, one with alpha, a subsurface), KeyError, Cancelled.");
 }
 
 }  // namespace selenite

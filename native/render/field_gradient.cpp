@@ -13,70 +13,100 @@
 namespace selenite {
 namespace {
 
+int channels_of(const Field& field) {
+  const auto* grid = std::get_if<const PlacedGrid*>(&field);
+  return grid ? (*grid)->grid->channels() : 3;
+}
+std::size_t count_of(const Field& field) {
+  if (const auto* grid = std::get_if<const PlacedGrid*>(&field))
+    return (*grid)->grid->values().size();
+  const Texture& image = *std::get<const Texture*>(field);
+  return 3 * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
+}
+
 /// Adds the gradients of tiles in tile order, whichever is finished first.
 class OrderedSum {
  public:
-  OrderedSum(const std::vector<const PlacedGrid*>& grids, std::vector<std::vector<double>>& sums)
-      : grids_(grids), sums_(sums) {}
+  OrderedSum(const std::vector<Field>& fields, std::vector<std::vector<double>>& sums)
+      : fields_(fields), sums_(sums) {}
 
   void add(int tile, std::vector<SparseGradient> gradients) {
     const std::scoped_lock lock(mutex_);
     waiting_.emplace(tile, std::move(gradients));
     while (!waiting_.empty() && waiting_.begin()->first == next_) {
-      for (std::size_t f = 0; f < grids_.size(); ++f)
-        waiting_.begin()->second[f].add_to(sums_[f], grids_[f]->grid->channels());
+      for (std::size_t f = 0; f < fields_.size(); ++f)
+        waiting_.begin()->second[f].add_to(sums_[f], channels_of(fields_[f]));
       waiting_.erase(waiting_.begin());
       ++next_;
     }
   }
 
  private:
-  const std::vector<const PlacedGrid*>& grids_;
+  const std::vector<Field>& fields_;
   std::vector<std::vector<double>>& sums_;
   std::mutex mutex_;
   std::map<int, std::vector<SparseGradient>> waiting_;
   int next_ = 0;
 };
 
-std::vector<const PlacedGrid*> grids_of(const Scene& scene, const std::vector<GridRef>& unknown) {
-  std::vector<const PlacedGrid*> grids;
-  for (const GridRef& ref : unknown) {
-    const PlacedGrid* placed = &scene.grid(ref);
-    if (std::find(grids.begin(), grids.end(), placed) != grids.end())
-      throw InvalidArgument(
-          scene.appearance.materials.at(static_cast<std::size_t>(ref.material)).name + ":" +
-          grid_name(ref.kind) + " is listed twice; list it once");
-    grids.push_back(placed);
-  }
-  return grids;
+Field find(const Scene& scene, const GridRef& ref) { return &scene.grid(ref); }
+Field find(const Scene& scene, const ImageRef& ref) { return scene.image(ref).texture.get(); }
+const char* name_of(const GridRef& ref) { return grid_name(ref.kind); }
+const char* name_of(const ImageRef&) { return kBaseColorTexture; }
+
+std::vector<Field> fields_of(const Scene& scene, const std::vector<FieldRef>& unknown) {
+  std::vector<Field> fields;
+  for (auto ref = unknown.begin(); ref != unknown.end(); ++ref)
+    std::visit(
+        [&](const auto& one) {
+          if (std::find(unknown.begin(), ref, *ref) != ref)
+            throw InvalidArgument(
+                scene.appearance.materials.at(static_cast<std::size_t>(one.material)).name + ":" +
+                name_of(one) + " is listed twice; list it once");
+          fields.push_back(find(scene, one));
+        },
+        *ref);
+  return fields;
 }
 
 }  // namespace
 
+PixelLoss squared_error(const Picture& reference) {
+  const float share = 2 / static_cast<float>(reference.size());
+  return [&reference, share](std::size_t pixel, const Film& film) {
+    return PixelSlope{(film.mean[pixel] - reference[pixel]) * share, Colorf(share)};
+  };
+}
+
+PixelLoss mean_of_pixels(std::size_t pixels) {
+  const float share = 1 / static_cast<float>(pixels);
+  return [share](std::size_t, const Film&) { return PixelSlope{Colorf(share), {}}; };
+}
+
 FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
-                                    const std::vector<GridRef>& unknown,
+                                    const std::vector<FieldRef>& unknown,
                                     const RenderSettings& settings, const PixelLoss& loss,
                                     Progress* progress) {
   settings.check();
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
-  const std::vector<const PlacedGrid*> grids = grids_of(scene, unknown);
+  const std::vector<Field> fields = fields_of(scene, unknown);
   if (progress) progress->fraction = 0;
 
   FieldGradient result;
   Film& film = result.film;
-  film = Film(settings.width, settings.height, settings.spp);
-  for (const PlacedGrid* placed : grids)
-    result.fields.emplace_back(loss ? placed->grid->values().size() : 0);
+  const bool one_image = unknown.size() == 1 && std::holds_alternative<ImageRef>(unknown[0]);
+  film = Film(settings.width, settings.height, settings.spp, one_image ? 1 : 0);
+  for (const Field& field : fields) result.fields.emplace_back(loss ? count_of(field) : 0);
 
   const Prepared<kTaped> prepared(scene, {}, unknown);
   const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
   std::vector<TileReport> reports(tile_count(settings));
-  OrderedSum sum(grids, result.fields);
+  OrderedSum sum(fields, result.fields);
   for_each_tile(settings, progress, [&](int i, const Tile& tile) {
-    std::vector<SparseGradient> gradients(grids.size());
+    std::vector<SparseGradient> gradients(fields.size());
     reports[i] =
-        render_taped_tile(prepared, pixels, settings, tile, {grids, loss}, film, gradients);
+        render_taped_tile(prepared, pixels, settings, tile, {fields, loss}, film, gradients);
     if (loss) sum.add(i, std::move(gradients));
   });
   add_reports(reports, film);

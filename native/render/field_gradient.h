@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <variant>
 #include <vector>
 
 #include "render/film.h"
@@ -19,23 +20,34 @@ struct PixelSlope {
 /// film and nothing else of it.
 using PixelLoss = std::function<PixelSlope(std::size_t pixel, const Film& film)>;
 
+/// The mean over the pixels of (I - reference)^2, each channel for itself.
+PixelLoss squared_error(const Picture& reference);
+/// The mean of the picture, each channel for itself.
+PixelLoss mean_of_pixels(std::size_t pixels);
+
+/// A field of unknowns: the grid or the image itself.
+using Field = std::variant<const PlacedGrid*, const Texture*>;
+
 /// A picture, and the derivative of a loss by every value of some fields.
 struct FieldGradient {
+  /// Where a single image is unknown it has a slot: the derivative by a shift of all that is looked
+  /// up in the image (decoded).
   Film film;
-  std::vector<std::vector<double>> fields;  ///< each as long as its grid's `values`
+  /// Each as long as its grid's `values`, or three numbers a texel, row 0 at the top.
+  std::vector<std::vector<double>> fields;
 };
 
-/// Renders, and differentiates a loss with respect to every voxel of the grids in `unknown`, in the
-/// same pass: each path leaves a tape, which is swept back when its pixel's residual is known.
-/// The cost does not depend on the number of voxels, and the memory of a pass only by one number for
-/// each.
+/// Renders, and differentiates a loss with respect to every voxel of the grids and every texel of the
+/// images in `unknown`, in the same pass: each path leaves a tape, which is swept back when its pixel's
+/// residual is known. The cost does not depend on their number, and the memory of a pass only by one
+/// number for each.
 ///
 /// For a squared loss this is the unbiased form over all pairs of different samples of a pixel:
 /// sample i weighs slope / n - curvature (I_i - I) / (n (n - 1)). Detached sampling, as `render`.
 /// Equal settings give equal bytes whatever the number of threads. No `loss`: the picture alone,
-/// from the same samples. Throws Cancelled, InvalidArgument (no such grid, one twice).
+/// from the same samples. Throws Cancelled, InvalidArgument (no such field, one twice).
 FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
-                                    const std::vector<GridRef>& unknown,
+                                    const std::vector<FieldRef>& unknown,
                                     const RenderSettings& settings, const PixelLoss& loss,
                                     Progress* progress = nullptr);
 

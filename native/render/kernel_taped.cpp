@@ -14,6 +14,16 @@ Colorf sample_weight(const PixelSlope& pixel, const Colorf& sample, const Colorf
   return weight;
 }
 
+/// Adds the derivative by what was looked up in a field at a position.
+void spread(const Field& field, const Vec3f& position, const Colorf& derivative,
+            SparseGradient& to) {
+  const auto sink = [&](std::uint32_t place, const Colorf& part) { to.add(place, part); };
+  if (const auto* grid = std::get_if<const PlacedGrid*>(&field))
+    (*grid)->spread(position, derivative, sink);
+  else
+    std::get<const Texture*>(field)->spread({position.x, position.y}, derivative, sink);
+}
+
 bool is_zero(const Colorf& c) { return c.r == 0 && c.g == 0 && c.b == 0; }
 
 }  // namespace
@@ -33,26 +43,27 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
     for (int x = tile.x0; x < tile.x1; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
       PixelSums image;
+      SlotSums shift;
       for (int i = 0; i < n; ++i) {
         auto& [random, ray, hit] = camera_samples.next();
         const Radiance<kTaped> radiance = tracer.trace(ray, hit, random);
         report.truncated += tracer.truncated;
         std::swap(tapes[i], tracer.tape);
         samples[i] = radiance.value;
+        Colorf slope = radiance.slope[0];
         if (!is_finite(radiance.value) || !is_finite(radiance.slope[0])) {
           // Counted as a sample of zero: the pixel stays finite and the report says so.
-          samples[i] = Colorf();
+          samples[i] = slope = Colorf();
           tapes[i].clear();
           if (report.dropped++ == 0)
             report.first_dropped = "pixel (" + std::to_string(x) + ", " + std::to_string(y) +
-                                   "), sample " + std::to_string(i) + ", derivative by a grid";
+                                   "), sample " + std::to_string(i) + ", derivative by a field";
         }
         image.add(samples[i], i % 2 == 0);
+        shift.add(slope, samples[i], i % 2 == 0);
       }
-      film.mean[pixel] = image.sum / static_cast<float>(n);
-      const int even_count = (n + 1) / 2;
-      film.half_a[pixel] = image.even / static_cast<float>(even_count);
-      film.variance[pixel] = image.variance(n);
+      image.write(film, pixel, n);
+      if (!film.slots.empty()) shift.write(film.slots[0], pixel, n, image.sum);
       if (!work.loss) continue;
       const PixelSlope slope = work.loss(pixel, film);
       if (is_zero(slope.slope) && is_zero(slope.curvature)) continue;
@@ -60,7 +71,7 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
         if (tapes[i].empty()) continue;
         tapes[i].sweep(sample_weight(slope, samples[i], film.mean[pixel], n),
                        [&](int field, const Vec3f& position, const Colorf& derivative) {
-                         gradients[field].add(work.grids[field]->taps(position), derivative);
+                         spread(work.fields[field], position, derivative, gradients[field]);
                        });
       }
     }

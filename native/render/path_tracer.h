@@ -152,7 +152,7 @@ class PathTracer {
 
     auto sample = draw(bsdf, random);
     if (!sample) return false;
-    beta.multiply(material.factor(sample->weight));
+    material.attenuate(p_.geometry, hit, sample->weight, beta);
     if constexpr (std::is_same_v<X, Scalar>) {
       if (sample->enters) {
         const SubsurfaceMedium<X> medium(values, material.flavour, bsdf.entry_eta());
@@ -387,7 +387,7 @@ class PathTracer {
     Throughput<L> through = beta.branch();
     if (!visible(scatterer.origin(direction), direction, distance, random, beyond, through)) return;
     const float weight = delta ? 1 : power_heuristic(heuristic, bsdf_density);
-    radiance.add(through, scatterer.material.factor(value), emitted, share * weight / density);
+    scatterer.bring(p_.geometry, value, emitted, share * weight / density, through, radiance);
   }
 
   const Prepared<L>& p_;

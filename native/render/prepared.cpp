@@ -17,6 +17,12 @@ constexpr float kLeastShare = 0.1f;
 
 double luminance(const Color<double>& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
 
+/// -1 if it is none of them.
+int number_of(std::span<const FieldRef> fields, const FieldRef& ref) {
+  const auto found = std::find(fields.begin(), fields.end(), ref);
+  return found == fields.end() ? -1 : static_cast<int>(found - fields.begin());
+}
+
 /// All numbers of a material, field by field, three for a colour.
 std::vector<double> flatten(const MaterialParameters<double>& values) {
   std::vector<double> flat;
@@ -64,26 +70,6 @@ bool emits(const Principled<T>& m) {
   return max_channel(value_of(power)) > 0 || has_slope(power);
 }
 
-/// Puts a looked-up colour into one field, clamped to what the model permits; a number takes the
-/// luminance, as Blender's sockets do.
-template <class T>
-struct Put {
-  int field;
-  const Colorf& color;
-  int index = 0;
-  static float inside(const Parameter& p, float x) {
-    return clamp(x, static_cast<float>(p.lower), static_cast<float>(p.upper));
-  }
-  void operator()(const Parameter& p, T& x) {
-    if (index++ != field) return;
-    x = T(inside(p, 0.2126729f * color.r + 0.7151522f * color.g + 0.0721750f * color.b));
-  }
-  void operator()(const Parameter& p, Color<T>& c) {
-    if (index++ != field) return;
-    c = Color<T>(inside(p, color.r), inside(p, color.g), inside(p, color.b));
-  }
-};
-
 /// Probabilities of lights of some flux: half by power, half evenly, so that a weak lamp close by is
 /// not starved.
 std::vector<float> shares(const std::vector<double>& flux) {
@@ -102,22 +88,7 @@ std::vector<float> shares(const std::vector<double>& flux) {
 }  // namespace
 
 template <int L>
-void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
-                                Principled<PathScalar<L>>& room) {
-  Colorf color;
-  if (map.texture) {
-    const Vec2f uv = geometry.uv(hit, map.attribute);
-    const auto& m = map.uv;
-    color = map.texture->at({m[0] * uv.x + m[1] * uv.y + m[2], m[3] * uv.x + m[4] * uv.y + m[5]});
-  } else {
-    color = geometry.color(hit, map.attribute);
-  }
-  Put<PathScalar<L>> put{map.field, color};
-  Principled<PathScalar<L>>::fields(room, put);
-}
-
-template <int L>
-Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const GridRef> fields)
+Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const FieldRef> fields)
     : scene(s),
       geometry(*s.geometry),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
@@ -168,7 +139,7 @@ void Prepared<L>::prepare_roulette(const SlotLayout& layout) {
 }
 
 template <int L>
-void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const GridRef> unknown) {
+void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const FieldRef> unknown) {
   const auto& fields = parameter_table(OwnerKind::kMaterial);
   for (std::size_t m = 0; m < scene.appearance.materials.size(); ++m) {
     const Material& material = scene.appearance.materials[m];
@@ -195,11 +166,12 @@ void Prepared<L>::prepare_materials(const SlotLayout& layout, std::span<const Gr
     bool subsurface = value_of(under) > 0 || has_slope(under);
     for (const FieldMap& map : material.maps)
       subsurface = subsurface || fields[map.field].name == "subsurface_weight";
-    if (subsurface) prepare_inside(static_cast<int>(m));
-    for (std::size_t f = 0; f < unknown.size(); ++f)
-      if (unknown[f].material == static_cast<int>(m))
-        (unknown[f].kind == GridKind::kAlbedo ? prepared.albedo_field : prepared.density_field) =
-            static_cast<int>(f);
+    const auto index = static_cast<int>(m);
+    if (subsurface) prepare_inside(index);
+    prepared.albedo_field = number_of(unknown, GridRef{index, GridKind::kAlbedo});
+    prepared.density_field = number_of(unknown, GridRef{index, GridKind::kDensity});
+    prepared.base_color_field = number_of(unknown, ImageRef{index});
+    if (prepared.base_color_field >= 0) prepared.base_color_map = &scene.image({index});
     prepare_medium(material, prepared);
     materials.push_back(prepared);
   }

@@ -36,8 +36,8 @@ struct PreparedMaterial {
   const PlacedGrid* density_grid = nullptr;  ///< none: 1 everywhere
   Colorf typical_rate;                       ///< `rate` at a middling density, for weights
   float majorant = 0;  ///< above the rate of every channel everywhere; see GridFlight
-  /// Numbers of the fields of unknowns that the grids are, if they are.
-  int albedo_field = -1, density_field = -1;
+  /// Numbers of the fields of unknowns that grids and base colour are, if they are.
+  int albedo_field = -1, density_field = -1, base_color_field = -1;
   /// Of an unknown density: free paths are drawn as if it were at least `least_density`, for where
   /// it is 0 its derivative is not; a shift counts in `density_unit`.
   float least_density = 0, density_unit = 0;
@@ -46,6 +46,7 @@ struct PreparedMaterial {
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   const std::vector<FieldMap>* maps = nullptr;
+  const FieldMap* base_color_map = nullptr;  ///< of an unknown base colour
   /// Cycles samples meshes as lights from an emission of 0.5 up. Refraction must not be sampled
   /// otherwise: see `Prepared::world_density`.
   bool strong_emitter = false;
@@ -68,6 +69,24 @@ struct PreparedMaterial {
     for (const FieldMap& map : *maps) apply(map, geometry, hit, *room);
     return *room;
   }
+  /// Whether what the surface scatters goes on the tape; see `record`.
+  bool is_recorded() const { return L == kTaped && base_color_map; }
+  /// The throughput takes what the surface scatters at a hit.
+  template <class X>
+  void attenuate(const Geometry& geometry, const Hit& hit, const Color<X>& c,
+                 Throughput<L>& beta) const {
+    if constexpr (L == kTaped)
+      if (is_recorded()) return record(geometry, hit, c, beta);
+    beta.multiply(factor(c));
+  }
+  template <class X>
+  void record(const Geometry& geometry, const Hit& hit, const Color<X>& c,
+              Throughput<L>& beta) const requires(L == kTaped) {
+    const Factor<L> f = factor(c);
+    const FieldSlope slope{{f.slope[0][0], f.slope[1][0], f.slope[2][0]}, base_color_field, 1};
+    const Vec2f uv = base_color_map->place(geometry.uv(hit, base_color_map->attribute));
+    beta.multiply_recorded(f.value, &slope, 1, {uv.x, uv.y, 0});
+  }
   template <class X>
   Factor<L> factor(const Color<X>& c) const {
     Factor<L> f{value_of(c), first, 0};
@@ -79,8 +98,8 @@ struct PreparedMaterial {
   }
 
  private:
-  static void apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
-                    Principled<PathScalar<L>>& room);
+  void apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
+             Principled<PathScalar<L>>& room) const;
 };
 
 /// Everything that one render reads, worked out once from scene and layout: seeded materials, the
@@ -88,8 +107,8 @@ struct PreparedMaterial {
 template <int L>
 class Prepared {
  public:
-  /// `fields`: grids that are unknown; in the kernel that keeps a tape, without `layout`.
-  Prepared(const Scene& scene, const SlotLayout& layout, std::span<const GridRef> fields = {});
+  /// `fields`: grids and images that are unknown; in the kernel that keeps a tape, without `layout`.
+  Prepared(const Scene& scene, const SlotLayout& layout, std::span<const FieldRef> fields = {});
 
   const Scene& scene;
   const Geometry& geometry;
@@ -180,7 +199,7 @@ class Prepared {
   }
   void prepare_slots(const SlotLayout& layout);
   void prepare_roulette(const SlotLayout& layout);
-  void prepare_materials(const SlotLayout& layout, std::span<const GridRef> fields);
+  void prepare_materials(const SlotLayout& layout, std::span<const FieldRef> fields);
   void prepare_inside(int material);
   void prepare_medium(const Material& source, PreparedMaterial<L>& material);
   void prepare_emitters();

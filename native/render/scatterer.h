@@ -29,6 +29,16 @@ struct SurfaceScatterer {
   void evaluate(const Vec3f& direction, Color<X>& value, float& density) const {
     bsdf.value_and_density(direction, value, density);
   }
+  /// The radiance takes the light that has come along `through` and is scattered by `value`.
+  void bring(const Geometry& geometry, const Color<X>& value, const Factor<L>& emitted,
+             float weight, Throughput<L>& through, Radiance<L>& radiance) const {
+    if constexpr (L == kTaped)
+      if (material.is_recorded()) {
+        material.record(geometry, hit, value, through);
+        return radiance.add(through, emitted, weight);
+      }
+    radiance.add(through, material.factor(value), emitted, weight);
+  }
 };
 /// The same in a medium; `forward` is the way of the path.
 template <int L>
@@ -56,6 +66,10 @@ struct PhaseScatterer {
     const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
     value = Color<Scalar>(p);
     density = value_of(p);
+  }
+  void bring(const Geometry&, const Color<Scalar>& value, const Factor<L>& emitted, float weight,
+             const Throughput<L>& through, Radiance<L>& radiance) const {
+    radiance.add(through, material.factor(value), emitted, weight);
   }
 };
 

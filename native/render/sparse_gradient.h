@@ -6,26 +6,23 @@
 #include <vector>
 
 #include "math/color.h"
-#include "scene/grid.h"
 
 namespace selenite {
 
-/// Derivatives by the voxels that the paths of one tile have met. Sums are made in the order of the
+/// Derivatives by the voxels or texels that the paths of one tile have met. Sums are made in the order of the
 /// samples, so that they are the same bytes whichever thread makes them.
 class SparseGradient {
  public:
-  void add(const GridTaps& taps, const Colorf& derivative) {
-    for (int k = 0; k < 8; ++k)
-      if (taps.weight[k] > 0)
-        entries_.push_back({taps.voxel[k], Color<double>(derivative * taps.weight[k])});
+  void add(std::uint32_t place, const Colorf& derivative) {
+    entries_.push_back({place, Color<double>(derivative)});
     if (entries_.size() >= most_) compress();
   }
 
-  /// Adds everything to `dense`, three numbers a voxel or their sum.
+  /// Adds everything to `dense`, three numbers a place or their sum.
   void add_to(std::vector<double>& dense, int channels) {
     compress();
     for (const Entry& entry : entries_) {
-      double* to = dense.data() + static_cast<std::size_t>(entry.voxel) * channels;
+      double* to = dense.data() + static_cast<std::size_t>(entry.place) * channels;
       if (channels == 1)
         *to += entry.value.r + entry.value.g + entry.value.b;
       else
@@ -33,13 +30,13 @@ class SparseGradient {
     }
   }
 
-  /// One entry a voxel.
+  /// One entry a place.
   void compress() {
     std::stable_sort(entries_.begin(), entries_.end(),
-                     [](const Entry& a, const Entry& b) { return a.voxel < b.voxel; });
+                     [](const Entry& a, const Entry& b) { return a.place < b.place; });
     std::size_t kept = 0;
     for (std::size_t i = 0; i < entries_.size(); ++i) {
-      if (kept > 0 && entries_[kept - 1].voxel == entries_[i].voxel)
+      if (kept > 0 && entries_[kept - 1].place == entries_[i].place)
         entries_[kept - 1].value += entries_[i].value;
       else
         entries_[kept++] = entries_[i];
@@ -50,7 +47,7 @@ class SparseGradient {
 
  private:
   struct Entry {
-    std::uint32_t voxel;
+    std::uint32_t place;
     Color<double> value;
   };
   static constexpr std::size_t kLeast = 1 << 14;

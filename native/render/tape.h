@@ -21,8 +21,9 @@ struct FieldSlope {
   float unit;
 };
 
-/// Where a path has looked up a field of unknowns (a grid; a texture would do): its throughput took
-/// the factor `value` there, whose derivative by the looked-up colour is `slope`, channel by channel.
+/// Where a path has looked up a field of unknowns (a grid at a point of the scene, an image at
+/// (u, v, 0)): its throughput took the factor `value` there, whose derivative by the looked-up colour
+/// is `slope`, channel by channel.
 struct TapeEvent {
   Colorf throughput;  ///< of the whole path just before
   Colorf since;       ///< of the part of the path since the event before, or since the camera

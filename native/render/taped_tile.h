@@ -9,8 +9,8 @@ namespace selenite {
 
 /// What the paths of a tile need besides the prepared scene.
 struct TapedWork {
-  const std::vector<const PlacedGrid*>& grids;  ///< of the fields
-  const PixelLoss& loss;                        ///< empty: no gradient
+  const std::vector<Field>& fields;
+  const PixelLoss& loss;  ///< empty: no gradient
 };
 
 /// Renders all samples of a tile's pixels and sweeps their tapes; one gradient a field.

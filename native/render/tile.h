@@ -21,10 +21,32 @@ struct PixelSums {
     // Rounding can leave a constant pixel a little below 0.
     return map(covariance(squares, sum, sum, n), [](float v) { return max(v, 0.0f); });
   }
+  void write(Film& film, std::size_t pixel, int n) const {
+    film.mean[pixel] = sum / static_cast<float>(n);
+    film.half_a[pixel] = even / static_cast<float>((n + 1) / 2);
+    film.variance[pixel] = variance(n);
+  }
   static Colorf covariance(const Colorf& products, const Colorf& a, const Colorf& b, int n) {
     if (n < 2) return {};
     const auto count = static_cast<float>(n);
     return (products - a * b / count) / (count * (count - 1));
+  }
+};
+
+/// The same of one derivative, and its products with the radiance.
+struct SlotSums {
+  PixelSums slope;
+  Colorf products;
+  void add(const Colorf& derivative, const Colorf& radiance, bool is_even) {
+    slope.add(derivative, is_even);
+    products += derivative * radiance;
+  }
+  /// `radiance`: summed over the n samples.
+  void write(SlotFilm& film, std::size_t pixel, int n, const Colorf& radiance) const {
+    film.mean[pixel] = slope.sum / static_cast<float>(n);
+    film.half_a[pixel] = slope.even / static_cast<float>((n + 1) / 2);
+    film.variance[pixel] = slope.variance(n);
+    film.covariance[pixel] = PixelSums::covariance(products, radiance, slope.sum, n);
   }
 };
 
@@ -39,16 +61,14 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
   PathTracer<L> tracer(prepared, settings.depth);
   const int slots = L > 0 ? prepared.slots : 0;
   const int n = settings.spp;
-  std::vector<PixelSums> slot_sums(slots);
-  std::vector<Colorf> products(slots);
+  std::vector<SlotSums> slot_sums(slots);
 
   for (int y = tile.y0; y < tile.y1; ++y) {
     CameraSamples samples(prepared, camera, settings, y, tile.x0, tile.x1);
     for (int x = tile.x0; x < tile.x1; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
       PixelSums image;
-      std::fill(slot_sums.begin(), slot_sums.end(), PixelSums{});
-      std::fill(products.begin(), products.end(), Colorf{});
+      std::fill(slot_sums.begin(), slot_sums.end(), SlotSums{});
       for (int i = 0; i < n; ++i) {
         auto& [random, ray, hit] = samples.next();
         const Radiance<L> radiance = tracer.trace(ray, hit, random);
@@ -68,23 +88,10 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
         }
         const bool even = i % 2 == 0;
         image.add(radiance.value, even);
-        for (int s = 0; s < slots; ++s) {
-          slot_sums[s].add(radiance.slope[s], even);
-          products[s] += radiance.slope[s] * radiance.value;
-        }
+        for (int s = 0; s < slots; ++s) slot_sums[s].add(radiance.slope[s], radiance.value, even);
       }
-      const int even_count = (n + 1) / 2;
-      const auto all = static_cast<float>(n), evens = static_cast<float>(even_count);
-      film.mean[pixel] = image.sum / all;
-      film.half_a[pixel] = image.even / evens;
-      film.variance[pixel] = image.variance(n);
-      for (int s = 0; s < slots; ++s) {
-        SlotFilm& slot = film.slots[s];
-        slot.mean[pixel] = slot_sums[s].sum / all;
-        slot.half_a[pixel] = slot_sums[s].even / evens;
-        slot.variance[pixel] = slot_sums[s].variance(n);
-        slot.covariance[pixel] = PixelSums::covariance(products[s], image.sum, slot_sums[s].sum, n);
-      }
+      image.write(film, pixel, n);
+      for (int s = 0; s < slots; ++s) slot_sums[s].write(film.slots[s], pixel, n, image.sum);
     }
   }
   return report;

@@ -70,6 +70,14 @@ struct PlacedGrid {
   explicit operator bool() const { return grid != nullptr; }
   Colorf at(const Vec3f& p) const { return grid->at(to_unit.point(Vec3d(p))); }
   GridTaps taps(const Vec3f& p) const { return grid->taps(to_unit.point(Vec3d(p))); }
+  /// Calls `sink(voxel, derivative)` for the voxels that make up the value at p, where `derivative` is
+  /// by that value: by theirs.
+  template <class Sink>
+  void spread(const Vec3f& p, const Colorf& derivative, Sink&& sink) const {
+    const GridTaps found = taps(p);
+    for (std::size_t k = 0; k < found.voxel.size(); ++k)
+      if (found.weight[k] > 0) sink(found.voxel[k], derivative * found.weight[k]);
+  }
   /// Follows a move of the scene's origin to `origin`.
   void move_origin(const Vec3d& origin) { to_unit.translate(to_unit.vector(origin)); }
 };

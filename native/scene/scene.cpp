@@ -195,6 +195,29 @@ const PlacedGrid& Scene::grid(const GridRef& ref) const {
   return placed;
 }
 
+const FieldMap& Scene::image(const ImageRef& ref) const {
+  const Material& material = appearance.materials.at(static_cast<std::size_t>(ref.material));
+  const std::string who = material.name + ":" + kBaseColorTexture + ": ";
+  const auto& table = parameter_table(OwnerKind::kMaterial);
+  const FieldMap* image = nullptr;
+  bool subsurface = material.values.subsurface_weight > 0;
+  for (const FieldMap& map : material.maps) {
+    if (map.texture && table[map.field].name == "base_color") image = &map;
+    subsurface = subsurface || table[map.field].name == "subsurface_weight";
+  }
+  if (!image)
+    throw InvalidArgument(who +
+                          "no image gives the base colour; name base_color, or link an image");
+  if (image->texture->has_alpha())
+    throw InvalidArgument(who + "image '" + image->texture->name() +
+                          "' has alpha; set its Alpha to None or Channel Packed");
+  if (subsurface)
+    throw InvalidArgument(who +
+                          "the surface scatters light beneath it (subsurface weight above 0), "
+                          "where there is no derivative by an image; set the weight to 0");
+  return *image;
+}
+
 Scene Scene::with_grid(const GridRef& ref, std::vector<float> values) const {
   auto changed = std::make_shared<Grid>(grid(ref).grid->with(std::move(values)));
   Scene scene = *this;

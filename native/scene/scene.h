@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "model/medium.h"
@@ -35,6 +36,16 @@ struct GridRef {
   GridKind kind;
   bool operator==(const GridRef&) const = default;
 };
+
+/// The image of a material's base colour.
+struct ImageRef {
+  int material;
+  bool operator==(const ImageRef&) const = default;
+};
+/// Its name among the parameters of a material.
+inline constexpr const char* kBaseColorTexture = "base_color_texture";
+/// What can be unknown with a value at every place.
+using FieldRef = std::variant<GridRef, ImageRef>;
 
 struct Material {
   std::string name;
@@ -89,6 +100,9 @@ struct Scene {
   int material(std::string_view name) const;
   /// The grid itself; InvalidArgument when the material has none of this kind.
   const PlacedGrid& grid(const GridRef& ref) const;
+  /// The image of a base colour, and how it lies on the surface. InvalidArgument when the material
+  /// has none, or one whose texels' derivatives are not told: with alpha, or over a subsurface.
+  const FieldMap& image(const ImageRef& ref) const;
   /// This scene with other values of a grid; InvalidArgument when there is none, or a value is not
   /// finite or out of range: [0, 1] for an albedo, at least 0 for a density.
   Scene with_grid(const GridRef& ref, std::vector<float> values) const;

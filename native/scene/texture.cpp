@@ -14,6 +14,12 @@ float decode_srgb(float x) {
   return std::pow((x + 0.055f) / 1.055f, 2.4f);
 }
 
+/// Of `decode_srgb`; at 0 that of the numbers above.
+float srgb_slope(float x) {
+  if (x <= 0.04045f) return x < 0 ? 0 : 1 / 12.92f;
+  return 2.4f / 1.055f * std::pow((x + 0.055f) / 1.055f, 1.4f);
+}
+
 /// Index of a texel after the extension rule; -1 where there is none.
 int wrap(int i, int n, Extension extension) {
   switch (extension) {
@@ -94,8 +100,9 @@ Texture::Texture(std::string name, int width, int height, std::vector<Colorf> pi
                           "': a pixel is infinite or not a number; repair the file");
 }
 
-Colorf Texture::at(const Vec2f& uv) const {
-  if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) return {};
+Texture::TexelTaps Texture::taps_at(const Vec2f& uv) const {
+  TexelTaps found;
+  if (!std::isfinite(uv.x) || !std::isfinite(uv.y)) return found;
   // Far outside, the fraction of a repeated coordinate is all that matters (and an int can hold).
   const bool periodic = extension_ == Extension::kRepeat || extension_ == Extension::kMirror;
   const auto taps = [&](float t, int n) {
@@ -103,19 +110,34 @@ Colorf Texture::at(const Vec2f& uv) const {
     return Taps(inside * static_cast<float>(n), n, extension_, interpolation_);
   };
   const Taps across = taps(uv.x, width_), up = taps(uv.y, height_);
-  Colorf c;
-  float alpha = 0;
   for (int j = 0; j < up.count; ++j) {
     if (up.index[j] < 0) continue;
-    const std::size_t row = static_cast<std::size_t>(height_ - 1 - up.index[j]) * width_;
+    const auto row = static_cast<std::uint32_t>(height_ - 1 - up.index[j]) * width_;
     for (int i = 0; i < across.count; ++i) {
       if (across.index[i] < 0) continue;
-      const float weight = up.weight[j] * across.weight[i];
-      c += pixels_[row + across.index[i]] * weight;
-      if (!alpha_.empty()) alpha += alpha_[row + across.index[i]] * weight;
+      found.texel[found.count] = row + static_cast<std::uint32_t>(across.index[i]);
+      found.weight[found.count++] = up.weight[j] * across.weight[i];
     }
   }
-  if (!alpha_.empty() && alpha != 0) c = c / alpha;
+  return found;
+}
+
+Colorf Texture::sum(const TexelTaps& taps) const {
+  Colorf c;
+  for (int k = 0; k < taps.count; ++k) c += pixels_[taps.texel[k]] * taps.weight[k];
+  return c;
+}
+
+Colorf Texture::decoding_slope(const TexelTaps& taps) const { return map(sum(taps), srgb_slope); }
+
+Colorf Texture::at(const Vec2f& uv) const {
+  const TexelTaps taps = taps_at(uv);
+  Colorf c = sum(taps);
+  if (has_alpha()) {
+    float alpha = 0;
+    for (int k = 0; k < taps.count; ++k) alpha += alpha_[taps.texel[k]] * taps.weight[k];
+    if (alpha != 0) c = c / alpha;
+  }
   return encoded_ ? map(c, decode_srgb) : c;
 }
 

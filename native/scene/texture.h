@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,9 +29,33 @@ class Texture {
   Texture(std::string name, int width, int height, std::vector<Colorf> pixels,
           std::vector<float> alpha, bool encoded, Extension extension, Interpolation interpolation);
   Colorf at(const Vec2f& uv) const;
+
+  /// Calls `sink(texel, derivative)` for the texels that make up the colour at uv, where `derivative`
+  /// is by that colour: by the texel's own numbers, as the image holds them. Texel 0 is top left; they
+  /// follow each other row by row. Only without alpha.
+  template <class Sink>
+  void spread(const Vec2f& uv, Colorf derivative, Sink&& sink) const {
+    const TexelTaps taps = taps_at(uv);
+    if (encoded_) derivative = derivative * decoding_slope(taps);
+    for (int k = 0; k < taps.count; ++k) sink(taps.texel[k], derivative * taps.weight[k]);
+  }
+
   const std::string& name() const { return name_; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  bool has_alpha() const { return !alpha_.empty(); }
 
  private:
+  /// What makes up a value: at most 4 x 4 texels and their weights.
+  struct TexelTaps {
+    int count = 0;
+    std::array<std::uint32_t, 16> texel;
+    std::array<float, 16> weight;
+  };
+  TexelTaps taps_at(const Vec2f& uv) const;
+  Colorf sum(const TexelTaps& taps) const;
+  Colorf decoding_slope(const TexelTaps& taps) const;
+
   std::string name_;
   int width_, height_;
   std::vector<Colorf> pixels_;
@@ -46,6 +71,10 @@ struct FieldMap {
   std::shared_ptr<const Texture> texture;     ///< empty: the mesh's colour attribute itself
   std::string attribute;                      ///< UV map or colour attribute; empty: the first
   std::array<float, 6> uv{1, 0, 0, 0, 1, 0};  ///< 2x3, row-major: applied to (u, v, 1)
+
+  Vec2f place(const Vec2f& at) const {
+    return {uv[0] * at.x + uv[1] * at.y + uv[2], uv[3] * at.x + uv[4] * at.y + uv[5]};
+  }
 };
 
 }  // namespace selenite

@@ -34,8 +34,8 @@ double mean_of_all(const Film& film) {
 }
 FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
                           const std::vector<GridKind>& kinds = {GridKind::kDensity}) {
-  std::vector<GridRef> unknown;
-  for (const GridKind kind : kinds) unknown.push_back({scene.material("Medium"), kind});
+  std::vector<FieldRef> unknown;
+  for (const GridKind kind : kinds) unknown.push_back(GridRef{scene.material("Medium"), kind});
   return render_field_gradient(scene, scene.cameras[0], unknown, settings, mean_loss(settings));
 }
 
@@ -209,7 +209,8 @@ TEST(DensityGradient, OfOverlappingMediaIsThatOfEach) {
     return builder.build();
   };
   const Scene grids = scene_of(true), plain = scene_of(false);
-  const std::vector<GridRef> unknown = {{0, GridKind::kDensity}, {1, GridKind::kDensity}};
+  const std::vector<FieldRef> unknown = {GridRef{0, GridKind::kDensity},
+                                         GridRef{1, GridKind::kDensity}};
   Tally sums[2], wants[2];
   for (int seed = 0; seed < 16; ++seed) {
     const RenderSettings settings = settings_of(6, 300, 100 + seed);

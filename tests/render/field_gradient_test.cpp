@@ -38,7 +38,8 @@ Scene grid_ball(const std::vector<float>& albedo, int channels, bool density = f
 FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
                           const PixelLoss& loss) {
   return render_field_gradient(scene, scene.cameras[0],
-                               {{scene.material("Medium"), GridKind::kAlbedo}}, settings, loss);
+                               {GridRef{scene.material("Medium"), GridKind::kAlbedo}}, settings,
+                               loss);
 }
 
 /// The mean of the picture over pixels and channels.

@@ -5,16 +5,21 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .. import native, parameters
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Problem, listed
+from ..scene_read.values import SceneValues
 from . import arguments
 from .scene import camera_of, find_constant, native_scene, open_scene, picture_frame, picture_size
 from .terminal import bar, say
+
+#: A base colour's image, by whose texels the derivative is taken.
+TEXTURE = "base_color_texture"
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -26,7 +31,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     folder = arguments.output_folder(args.out_dir, problems) if args.out_dir else None
     _, values = open_scene(args.scene)
     values.physical_refraction = args.physical_refraction
-    found = [find_constant(values, owner, name, problems) for owner, name in keys]
+    textured = _textured(values, keys, problems)
+    found = [find_constant(values, *key, problems) for key in keys if key[1] != TEXTURE]
     wanted = [(owner.name, parameter.name) for owner, parameter in filter(None, found)]
     camera = camera_of(values, args.camera, problems)
     width, height = picture_size(camera, args.width, args.height, problems)
@@ -34,28 +40,32 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if camera is None:  # cannot be: native_scene raises the problem that camera_of has found
         raise BadInput(problems)
 
-    def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
-        return native.core().render(
-            scene,
-            camera.name,
-            width,
-            height,
-            args.spp,
-            seed=seed,
-            depth=args.depth,
-            threads=args.threads,
-            frame=picture_frame(camera, args.width, args.height),
-            parameters=wanted,
-        )
+    core, view = native.core(), (scene, camera.name, width, height, args.spp)
+    frame = picture_frame(camera, args.width, args.height)
+    usual = {"depth": args.depth, "threads": args.threads, "frame": frame}
 
-    film = render(args.seed)
+    def by_texels(seed: int, reference: np.ndarray | None = None) -> Any:  # noqa: ANN401
+        try:
+            return core.texture_gradient(*view, textured, reference=reference, seed=seed, **usual)
+        except ValueError as error:
+            title, _, rest = str(error).partition(": ")
+            cause, _, cure = rest.partition("; ")
+            raise BadInput(Problem(title, cause, cure)) from error
+
+    def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
+        return core.render(*view, seed=seed, parameters=wanted, **usual)
+
+    film, texels = by_texels(args.seed) if textured else (render(args.seed), None)
+    iteration = (
+        (lambda seed: by_texels(seed, film.image))
+        if textured
+        else (lambda seed: _squared_error_gradient(render(seed), film.image))
+    )
     costs = []
     with bar("measuring") as shown:
         for index in range(args.repeat):
             shown.update(index / args.repeat)
-            costs.append(
-                _iteration_cpu_seconds(lambda i=index: render(args.seed + 1 + i), film.image)
-            )
+            costs.append(_cpu_seconds(iteration, args.seed + 1 + index))
     mean, mean_error = _mean(film.image, film.standard_error)
     report = {
         "camera": camera.name,
@@ -72,6 +82,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     }
     if folder is not None:
         report["files"] = _write(film, folder)
+        if texels is not None:
+            name = f"{_safe(str(textured))}_{TEXTURE}_texels.exr"
+            native.image().write_exr(str(folder / name), texels.astype(np.float32))
+            report["files"].append(name)
     report["seconds"] = time.perf_counter() - started
     for name, row in report["derivatives"].items():
         for component, slope in enumerate(row["value"]):
@@ -79,15 +93,41 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return report
 
 
-def _iteration_cpu_seconds(render: Any, reference: np.ndarray) -> float:  # noqa: ANN401
-    """CPU seconds of one picture with Jacobian and the gradient of its mean squared error."""
+def _textured(
+    values: SceneValues, keys: Sequence[tuple[str, str]], problems: list[Problem]
+) -> str | None:
+    """The material whose base colour's image is differentiated by, if one is asked for."""
+    owners = [owner for owner, name in keys if name == TEXTURE]
+    if not owners:
+        return None
+    title = f"Parameter '{parameters.join_name(owners[0], TEXTURE)}'"
+    if len(keys) > 1:
+        cause = "its derivatives are by every texel, and cannot be told beside others"
+        problems.append(Problem(title, cause, "name it alone"))
+    images = [
+        item.name
+        for item in values.materials
+        if "base_color" in item.maps and item.maps["base_color"].texture
+    ]
+    if owners[0] not in images:
+        cause = f"no material '{owners[0]}' takes its base colour from an image"
+        cure = f"use one of {listed(images)}" if images else "name base_color, or link an image"
+        problems.append(Problem(title, cause, cure))
+    return owners[0]
+
+
+def _cpu_seconds(iteration: Callable[[int], Any], seed: int) -> float:
     started = time.process_time()
-    film = render()
+    iteration(seed)
+    return time.process_time() - started
+
+
+def _squared_error_gradient(film: Any, reference: np.ndarray) -> np.ndarray:  # noqa: ANN401
+    """Gradient of the mean squared error, from a picture with its Jacobian."""
     residual = (film.image - reference).ravel()
     # not by BLAS: its threads go on spinning, and their time would count
     jacobian = film.jacobian.reshape(len(film.unknowns), -1)
-    _ = np.einsum("ij,j->i", jacobian, residual) * (2 / residual.size)
-    return time.process_time() - started
+    return np.einsum("ij,j->i", jacobian, residual) * (2 / residual.size)
 
 
 def _mean(image: np.ndarray, standard_error: np.ndarray) -> tuple[list[float], list[float]]:
@@ -116,9 +156,8 @@ def _write(film: Any, folder: Path) -> list[str]:  # noqa: ANN401
     folder.mkdir(parents=True, exist_ok=True)
     pictures = {"image": (film.image, film.standard_error)}
     for index, (owner, parameter, component) in enumerate(film.unknowns):
-        safe = "".join(c if c.isalnum() or c in "-." else "_" for c in owner)
         rows = (film.jacobian[index], film.jacobian_standard_error[index])
-        pictures[f"{safe}_{parameter}_{component}"] = rows
+        pictures[f"{_safe(owner)}_{parameter}_{component}"] = rows
     names = []
     for name, (value, error) in pictures.items():
         for suffix, pixels in (("", value), ("_sem", error)):
@@ -126,3 +165,7 @@ def _write(film: Any, folder: Path) -> list[str]:  # noqa: ANN401
             native.image().write_exr(str(path), np.ascontiguousarray(pixels, np.float32))
             names.append(path.name)
     return names
+
+
+def _safe(name: str) -> str:
+    return "".join(c if c.isalnum() or c in "-." else "_" for c in name)

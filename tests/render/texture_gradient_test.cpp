@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numeric>
+
+#include "math/error.h"
+#include "render/field_gradient.h"
+#include "render/picture_statistics.h"
+#include "scene/small_scenes.h"
+
+namespace selenite {
+namespace {
+
+struct Look {
+  std::string name;
+  std::vector<float> texels;  ///< 2 x 2, grey, row 0 at the top
+  int texel;
+  double transmission = 0, specular = 0.5;
+  bool encoded = false;
+  Extension extension = Extension::kRepeat;
+  Interpolation interpolation = Interpolation::kLinear;
+};
+void PrintTo(const Look& look, std::ostream* out) { *out << look.name << ", " << look.texel; }
+
+/// A box, textured on all sides, on a textured ground: light is scattered by the image several times.
+Scene textured(const Look& look, std::vector<float> alpha = {}, double subsurface = 0) {
+  std::vector<Colorf> pixels;
+  for (const float x : look.texels) pixels.emplace_back(x, 0.5f * x, 0.3f);
+  Material m = plastic("Body");
+  m.values.roughness = 0.4;
+  m.values.transmission = look.transmission;
+  m.values.specular_level = look.specular;
+  m.values.subsurface_weight = subsurface;
+  FieldMap map;
+  map.texture = std::make_shared<Texture>("Wood", 2, 2, std::move(pixels), std::move(alpha),
+                                          look.encoded, look.extension, look.interpolation);
+  map.uv = {1.3f, 0.2f, 0.1f, -0.1f, 1.1f, 0.15f};
+  const auto& table = parameter_table(OwnerKind::kMaterial);
+  while (table[map.field].name != "base_color") ++map.field;
+  m.maps.push_back(map);
+
+  SceneBuilder builder;
+  const int material = builder.add_material(m);
+  Mesh box = box_mesh(0.6, 0.6, 0.6);
+  std::vector<Vec2f> uv;
+  for (const auto& triangle : box.triangles)
+    for (const int corner : triangle) {
+      const Vec3f p = box.positions[static_cast<std::size_t>(corner)];
+      uv.push_back({0.5f + 0.4f * p.x + 0.1f * p.z, 0.5f + 0.3f * p.y + 0.4f * p.z});
+    }
+  box.uvs.push_back({"UVMap", std::move(uv)});
+  place(builder, box, material, translation({0, 0, 0.6}));
+  place(builder, quad_mesh(2), material);
+  Light lamp;
+  lamp.name = "Lamp";
+  lamp.kind = LightKind::kArea;
+  lamp.size_x = lamp.size_y = 2;
+  lamp.values.power = 80;
+  lamp.to_world = looking_at({2, -1, 3}, {0, 0, 0});
+  builder.add_light(lamp);
+  add_view(builder, {1, -3.5, 2}, {0, 0, 0.4}, 50);
+  set_sky(builder, 0.6);
+  return builder.build();
+}
+
+FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
+                          const PixelLoss& loss) {
+  return render_field_gradient(scene, scene.cameras[0], {ImageRef{0}}, settings, loss);
+}
+PixelLoss mean_loss(const RenderSettings& s) {
+  return mean_of_pixels(static_cast<std::size_t>(s.width * s.height));
+}
+
+class Texel : public testing::TestWithParam<Look> {};
+
+TEST_P(Texel, AgreesWithDifferencesOfRenders) {
+  const Look& look = GetParam();
+  const auto at = static_cast<std::size_t>(look.texel);
+  const float here = look.texels[at];
+  // Beside 0 the tint of glass goes with the root: there the step is small.
+  const float h = look.transmission > 0 && here < 0.1f ? 0.01f : 0.08f;
+  const auto displaced = [&](float step, const RenderSettings& settings) {
+    Look other = look;
+    other.texels[at] = here + step;
+    return mean_of(render_view(textured(other), settings), 0).mean;
+  };
+  const float side = here - h < 0 ? 1.f : here + h > 1 ? -1.f : 0.f;
+  const Scene scene = textured(look);
+  Tally gap, size;
+  for (int seed = 0; seed < 12; ++seed) {
+    const RenderSettings settings = settings_of(8, 100, 70 + seed);
+    const FieldGradient found = gradient_of(scene, settings, mean_loss(settings));
+    ASSERT_TRUE(complete(found.film));
+    const double want = side == 0
+                            ? (displaced(h, settings) - displaced(-h, settings)) / (2 * h)
+                            : side *
+                                  (4 * displaced(side * h, settings) - 3 * displaced(0, settings) -
+                                   displaced(2 * side * h, settings)) /
+                                  (2 * h);
+    // Red is texel, green is half of it.
+    gap.add(found.fields[0][3 * at] - want);
+    size.add(std::abs(want));
+  }
+  const Estimate e = gap.estimate();
+  // Student's t of 11 degrees of freedom beyond 4.4: 1 false alarm in 1000. 2 % for the curvature.
+  EXPECT_LT(std::abs(e.mean), 4.4 * e.error + 0.02 * size.mean())
+      << e.mean << " +- " << e.error << ", slope is about " << size.mean();
+  // A missing derivative would be noticed.
+  EXPECT_LT(e.error, 0.25 * size.mean());
+}
+
+std::vector<Look> looks() {
+  const std::vector<float> mixed = {0.3f, 0.9f, 0.5f, 0.7f}, black(4, 0.0f), white(4, 1.0f);
+  std::vector<float> hole = mixed;
+  hole[2] = 0;
+  Look cubic{"cubic", mixed, 0}, closest{"closest", mixed, 2}, clip{"clipped", mixed, 1},
+      mirror{"mirrored", mixed, 2}, encoded{"encoded", mixed, 3}, glass{"glass", mixed, 1, 1},
+      dark_glass{"dark glass", hole, 2, 0.5}, matte{"matte", mixed, 0, 0, 0};
+  cubic.interpolation = Interpolation::kCubic;
+  closest.interpolation = Interpolation::kClosest;
+  clip.extension = Extension::kClip;
+  mirror.extension = Extension::kMirror;
+  encoded.encoded = true;
+  return {{"plastic", mixed, 0},
+          {"plastic", mixed, 3},
+          {"one black", hole, 2},
+          {"all black", black, 1},
+          {"all white", white, 0},
+          matte,
+          cubic,
+          closest,
+          clip,
+          mirror,
+          encoded,
+          glass,
+          dark_glass};
+}
+INSTANTIATE_TEST_SUITE_P(Looks, Texel, testing::ValuesIn(looks()));
+
+TEST(TextureGradient, TexelsAddUpToTheShift) {
+  const Scene scene = textured({"", {0.3f, 0.9f, 0, 0.7f}, 0, 0.4});
+  const RenderSettings settings = settings_of(12, 16);
+  const FieldGradient found = gradient_of(scene, settings, mean_loss(settings));
+  for (int c = 0; c < 3; ++c) {
+    double sum = 0;
+    for (std::size_t t = 0; t < 4; ++t) sum += found.fields[0][3 * t + static_cast<std::size_t>(c)];
+    const double shift = slope_of(found.film, 0, c).mean;
+    EXPECT_GT(shift, 0.01);
+    EXPECT_NEAR(sum, shift, 1e-5 * shift) << c;  // the same samples
+  }
+}
+
+TEST(TextureGradient, TakesThePictureThatRenderTakes) {
+  const Scene scene = textured({"", {0.3f, 0.9f, 0.1f, 0.7f}, 0});
+  const RenderSettings settings = settings_of(12, 64);
+  const Estimate with = mean_of(gradient_of(scene, settings, mean_loss(settings)).film);
+  const Estimate plain = mean_of(render_view(scene, settings_of(12, 64, 2)));
+  EXPECT_LT(std::abs(with.mean - plain.mean), 4 * std::hypot(with.error, plain.error));
+}
+
+TEST(TextureGradient, SquaredErrorIsUnbiasedInOneSamplePair) {
+  // Two samples a pixel: the slope of the expected error, not that of the noise.
+  const Look look{"", {0.4f, 0.6f, 0.5f, 0.7f}, 0};
+  const Scene scene = textured(look);
+  const RenderSettings many = settings_of(6, 4000, 9);
+  const Film reference = render_view(textured({"", {0.6f, 0.6f, 0.5f, 0.7f}, 0}), many);
+  const FieldGradient precise = gradient_of(scene, many, squared_error(reference.mean));
+  Tally few;
+  for (int seed = 0; seed < 3000; ++seed)
+    few.add(gradient_of(scene, settings_of(6, 2, 100 + seed), squared_error(reference.mean))
+                .fields[0][0]);
+  const Estimate e = few.estimate();
+  EXPECT_LT(std::abs(e.mean - precise.fields[0][0]), 4 * e.error);
+  EXPECT_LT(e.error, 0.1 * std::abs(precise.fields[0][0]));
+}
+
+TEST(TextureGradient, DoesNotDependOnTheNumberOfThreads) {
+  const Scene scene = textured({"", {0.3f, 0.9f, 0.1f, 0.7f}, 0, 0.4});
+  RenderSettings settings = settings_of(40, 4);
+  const FieldGradient one = gradient_of(scene, settings, mean_loss(settings));
+  settings.threads = 3;
+  const FieldGradient three = gradient_of(scene, settings, mean_loss(settings));
+  EXPECT_EQ(one.fields, three.fields);
+  EXPECT_EQ(std::memcmp(one.film.mean.data(), three.film.mean.data(),
+                        one.film.mean.size() * sizeof(Colorf)),
+            0);
+}
+
+TEST(TextureGradient, RefusesWhatHasNone) {
+  const RenderSettings settings = settings_of(2, 1);
+  const auto refused = [&](const Scene& scene, std::vector<FieldRef> unknown) {
+    try {
+      render_field_gradient(scene, scene.cameras[0], unknown, settings, mean_loss(settings));
+    } catch (const InvalidArgument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const Look look{"", {0.3f, 0.9f, 0.1f, 0.7f}, 0};
+  EXPECT_EQ(refused(textured(look, {1, 1, 0.5f, 1}), {ImageRef{0}}),
+            "Body:base_color_texture: image 'Wood' has alpha; set its Alpha to None or Channel "
+            "Packed");
+  EXPECT_NE(refused(textured(look, {}, 0.3), {ImageRef{0}}).find("scatters light beneath it"),
+            std::string::npos);
+  EXPECT_EQ(refused(textured(look), {ImageRef{0}, ImageRef{0}}),
+            "Body:base_color_texture is listed twice; list it once");
+  Scene plain = textured(look);
+  plain.appearance.materials[0].maps.clear();
+  EXPECT_NE(refused(plain, {ImageRef{0}}).find("no image gives the base colour"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace selenite
