@@ -7,6 +7,9 @@
 
 namespace selenite {
 
+/// Of samples 0, 2, ... among n.
+inline int even_count(int n) { return (n + 1) / 2; }
+
 /// Sums over the samples of one pixel. Float is enough: at most a few thousand samples, and what
 /// goes over the whole picture is summed in double elsewhere.
 struct PixelSums {
@@ -23,7 +26,7 @@ struct PixelSums {
   }
   void write(Film& film, std::size_t pixel, int n) const {
     film.mean[pixel] = sum / static_cast<float>(n);
-    film.half_a[pixel] = even / static_cast<float>((n + 1) / 2);
+    film.half_a[pixel] = even / static_cast<float>(even_count(n));
     film.variance[pixel] = variance(n);
   }
   static Colorf covariance(const Colorf& products, const Colorf& a, const Colorf& b, int n) {
@@ -44,7 +47,7 @@ struct SlotSums {
   /// `radiance`: summed over the n samples.
   void write(SlotFilm& film, std::size_t pixel, int n, const Colorf& radiance) const {
     film.mean[pixel] = slope.sum / static_cast<float>(n);
-    film.half_a[pixel] = slope.even / static_cast<float>((n + 1) / 2);
+    film.half_a[pixel] = slope.even / static_cast<float>(even_count(n));
     film.variance[pixel] = slope.variance(n);
     film.covariance[pixel] = PixelSums::covariance(products, radiance, slope.sum, n);
   }

@@ -69,7 +69,7 @@ FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
   return render_field_gradient(scene, scene.cameras[0], {ImageRef{0}}, settings, loss);
 }
 PixelLoss mean_loss(const RenderSettings& s) {
-  return mean_of_pixels(static_cast<std::size_t>(s.width * s.height));
+  return mean_of_pixels(static_cast<std::size_t>(s.width) * s.height);
 }
 
 class Texel : public testing::TestWithParam<Look> {};
@@ -189,7 +189,7 @@ TEST(TextureGradient, DoesNotDependOnTheNumberOfThreads) {
 
 TEST(TextureGradient, RefusesWhatHasNone) {
   const RenderSettings settings = settings_of(2, 1);
-  const auto refused = [&](const Scene& scene, std::vector<FieldRef> unknown) {
+  const auto refused = [&](const Scene& scene, const std::vector<FieldRef>& unknown) {
     try {
       render_field_gradient(scene, scene.cameras[0], unknown, settings, mean_loss(settings));
     } catch (const InvalidArgument& error) {
