@@ -92,6 +92,7 @@ namespace {
 struct Solution {
   Vector step;
   Matrix covariance;
+  Matrix inverse;  ///< of the normal matrix
   double surprise = 0;
 };
 
@@ -133,6 +134,8 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
     spread(j, j) = 1 / (steepest * steepest);
   }
   solution.step = inverse.cwiseProduct(in * reciprocal.cwiseProduct(along));
+  solution.inverse = inverse.asDiagonal() * (in * reciprocal.asDiagonal() * out.transpose()) *
+                     inverse.asDiagonal();
   solution.covariance =
       inverse.asDiagonal() * (in * spread * in.transpose()) * inverse.asDiagonal();
   for (const Eigen::Index m : unseen) {
@@ -202,6 +205,29 @@ double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Inde
   return std::min(step, coordinates.from_values(end)[k] - u[k]);
 }
 
+/// Whether others make up for component k, the `at`-th, but for what goes with its square.
+bool is_squared(const Unknowns& unknowns, const Evidence& evidence, const Solution& solution,
+                Eigen::Index at, Eigen::Index k) {
+  constexpr double kMadeUpFor = 0.1;  // share of its normal matrix that is left, at most
+  const double inverse = solution.inverse(at, at);
+  return unknowns.description_of(static_cast<int>(k)).squared && inverse > 0 &&
+         1 < kMadeUpFor * evidence.normal(k, k) * inverse;
+}
+
+/// Where a value leads whose square goes a step by the slope at x.
+double by_the_square(double x, double step) {
+  return std::sqrt(std::max(x * x + 2 * x * step, 0.0));
+}
+
+/// The others follow, as they make up for it.
+void bend_step(const Unknowns& unknowns, double x, Eigen::Index at, Eigen::Index k,
+               Solution& solution) {
+  const double to =
+      std::clamp(by_the_square(x, solution.step[at]), unknowns.minimum()[k], unknowns.maximum()[k]);
+  const double more = to - x - solution.step[at];
+  solution.step += solution.inverse.col(at) * (more / solution.inverse(at, at));
+}
+
 /// Where both ends of a way that was gone lead into it, the answer lies in between, divided as the two
 /// steps are: neither knows how far its slope goes, and they would go to and fro.
 double turned_back(double gone, double step) {
@@ -226,6 +252,18 @@ Confidence confidence(const Unknowns& unknowns, const Coordinates& coordinates, 
   if (to <= coordinates.minimum()[k]) one.at_bound = AtBound::kMinimum;
   if (to >= coordinates.maximum()[k]) one.at_bound = AtBound::kMaximum;
   return one;
+}
+
+/// The same for one that goes with its square, from x.
+void follow_the_square(const Unknowns& unknowns, double x, double step, double error,
+                       Eigen::Index k, Confidence& one) {
+  const auto end = [&](double way) {
+    return std::clamp(by_the_square(x, way), unknowns.minimum()[k], unknowns.maximum()[k]);
+  };
+  one.interval = {end(step - kQuantile90 * error), end(step + kQuantile90 * error)};
+  one.standard_error = (one.interval[1] - one.interval[0]) / (2 * kQuantile90);
+  one.determined =
+      one.standard_error < kUndetermined * (unknowns.maximum()[k] - unknowns.minimum()[k]);
 }
 
 /// The component whose error goes most with that of the `at`-th, if that is much.
@@ -261,6 +299,11 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
     Solution solution = solve(evidence, coordinates, free, unseen, ways.unsure);
+    const Vector straight = solution.step;
+    for (std::size_t i = 0; i < free.size(); ++i)
+      if (const auto at = static_cast<Eigen::Index>(i);
+          is_squared(unknowns, evidence, solution, at, free[i]))
+        bend_step(unknowns, u[free[i]], at, free[i], solution);
     for (std::size_t i = 0; i < free.size(); ++i)
       if (double& step = solution.step[static_cast<Eigen::Index>(i)]; is_blur(unknowns, free[i])) {
         step = blurred_step(coordinates, u, free[i], step);
@@ -273,6 +316,9 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       const Eigen::Index k = free[i];
       Confidence& one = result.components[static_cast<std::size_t>(k)];
       one = confidence(unknowns, coordinates, u, solution, at, k);
+      if (is_squared(unknowns, evidence, solution, at, k))
+        follow_the_square(unknowns, u[k], straight[at], std::sqrt(solution.covariance(at, at)), k,
+                          one);
       one.correlated_with = strongest_partner(solution.covariance, at, free);
       result.step[k] = solution.step[at];
       if (one.at_bound == AtBound::kNo) {

@@ -42,6 +42,9 @@ struct Parameter {
   /// Another parameter of the same owner that acts alike: what a fit finds for the one may be the
   /// other's value, so that it is compared with the two exchanged.
   std::string_view twin = {};
+  /// Where other parameters make up for what goes with the value itself, a picture goes with its
+  /// square: light that enters and leaves a body crosses its surface twice.
+  bool squared = false;
   Versions versions = Versions::kBoth;
   std::string_view help;  ///< one sentence for tooltips and the manual
 };

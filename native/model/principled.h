@@ -124,6 +124,7 @@ struct Principled {
                     .fit_lower = 0.001,
                     .fit_upper = 0.999,
                     .initial = 0,
+                    .squared = true,
                     .help = "Share of glass in what is not metal"},
           m.transmission);
     visit(Parameter{.name = "specular_level",

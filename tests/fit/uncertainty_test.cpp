@@ -12,10 +12,10 @@
 namespace selenite {
 namespace {
 
-/// Transmission and metallic, both in the middle of [0, 1]: for evidence made by hand.
+/// Coat and metallic, both in the middle of [0, 1]: for evidence made by hand.
 Unknowns two_unknowns() {
   return {synthetic_scene(),
-          {{"Body", "transmission", {0.5}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}}};
+          {{"Body", "coat_weight", {0.5}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}}};
 }
 
 // Evidence made by hand: the sum of two parameters is known well, their difference hardly.
@@ -38,6 +38,37 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
   EXPECT_EQ(apart.components[0].correlated_with, -1);
   // H^-1 of [[1, .5], [.5, 1]] has 4/3 on its diagonal.
   EXPECT_NEAR(apart.components[0].standard_error, 0.01 * std::sqrt(4.0 / 3), 1e-6);
+}
+
+// A low transmission, whose first order a colour makes up for: what is left goes with its square.
+TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
+  constexpr double kHere = 0.03, kTrue = 0.01, kShared = 0.97;
+  constexpr double kQuantile90 = 1.6449;  // of the normal distribution
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kHere}, 0, 1, 0.03},
+                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const Coordinates coordinates(unknowns);
+  const auto looked = [&](double shared) {
+    Evidence evidence(2);
+    evidence.normal << 1, shared, shared, 1;
+    evidence.normal_variance.setConstant(1e-12);
+    // Half of the way, and a little more, is what the slope at 0.03 says.
+    const double straight = (kTrue * kTrue - kHere * kHere) / (2 * kHere);
+    evidence.gradient = -evidence.normal * Vector{{straight, -shared * straight}};
+    evidence.spread = 1e-8 * evidence.normal;
+    return std::pair(estimate(unknowns, coordinates, unknowns.start(), evidence), straight);
+  };
+  const auto [found, straight] = looked(kShared);
+  EXPECT_NEAR(found.step[0], kTrue - kHere, 1e-9);
+  EXPECT_NEAR(found.step[1], -kShared * found.step[0], 1e-9);
+  const double error = 1e-4 / std::sqrt(1 - kShared * kShared);
+  const std::array<double, 2>& interval = found.components[0].interval;
+  EXPECT_NEAR(interval[0], std::sqrt(kTrue * kTrue - 2 * kHere * kQuantile90 * error), 1e-9);
+  EXPECT_NEAR(interval[1], std::sqrt(kTrue * kTrue + 2 * kHere * kQuantile90 * error), 1e-9);
+  EXPECT_GT(kTrue - interval[0], interval[1] - kTrue);  // the way down is the longer one
+
+  // Seen by itself it steps as any other.
+  const auto [apart, direct] = looked(0.5);
+  EXPECT_NEAR(apart.step[0], direct, 1e-9);
 }
 
 // Filters of their own make instruments of columns alike differ; a symmetric mean of both halves
