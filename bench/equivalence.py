@@ -14,7 +14,6 @@ import argparse
 import itertools
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
@@ -27,6 +26,7 @@ import bpy  # noqa: E402
 import numpy as np  # noqa: E402
 import parity_cases as parity  # noqa: E402
 import scenes  # noqa: E402
+from mitsuba_process import Mitsuba  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
@@ -37,27 +37,6 @@ from selenite.scene_read.scene import read_scene  # noqa: E402
 LIMIT, DEVIATIONS = 0.005, 2.0
 IOR, ALBEDO = 1.49, (0.412, 0.824, 0.999)
 SPP, SEEDS = 32, 8  # of one round: Mitsuba's renders, and ours with all of their samples
-
-
-class Mitsuba:
-    """The other process."""
-
-    def __init__(self, python):
-        command = [str(python), str(ROOT / "bench" / "peer" / "mitsuba_side.py")]
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1
-        )
-
-    def ask(self, **request):
-        self.process.stdin.write(json.dumps(request) + "\n")
-        line = self.process.stdout.readline()
-        if not line:
-            sys.exit(f"Mitsuba ended with status {self.process.wait()}")
-        return json.loads(line)
-
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait(60)
 
 
 def ours(mask, seed):
@@ -133,7 +112,7 @@ def main():
     options.out.mkdir(parents=True, exist_ok=True)
     begin = time.perf_counter()
     rows = []
-    mitsuba = Mitsuba(options.peer_python)
+    mitsuba = Mitsuba(options.peer_python, "mitsuba_side.py")
     with tempfile.TemporaryDirectory() as folder:
         for light in options.light or ("sky",):
             description = scenes.make(light, options.size, Path(folder))

@@ -10,7 +10,6 @@ Status 1 if it does not, or if a ratio lies below --require.
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -20,6 +19,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests"), str(ROOT / "be
 
 import numpy as np  # noqa: E402
 import scenes  # noqa: E402
+from mitsuba_process import Mitsuba  # noqa: E402
 from rich.console import Console  # noqa: E402
 from rich.table import Table  # noqa: E402
 
@@ -35,30 +35,6 @@ def ours(folder, spp, seed, threads, *words):
     command += ["--parameter=Body:base_color_texture", f"--seed={seed}", f"--threads={threads}"]
     done = subprocess.run([*command, "--json", *words], check=True, stdout=subprocess.PIPE)
     return json.loads(done.stdout)
-
-
-class Mitsuba:
-    """The other process."""
-
-    def __init__(self, python, scene, threads):
-        side = ROOT / "bench" / "peer" / "mitsuba_texture.py"
-        command = [str(word) for word in (python, side, scene, threads)]
-        environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-        self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
-        )
-
-    def ask(self, **request):
-        self.process.stdin.write(json.dumps(request) + "\n")
-        self.process.stdin.flush()
-        line = self.process.stdout.readline()
-        if not line:
-            sys.exit(f"Mitsuba ended with status {self.process.wait()}")
-        return json.loads(line)
-
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait(60)
 
 
 def blocks(gradient):
@@ -131,7 +107,9 @@ def main():
     for size in options.size or [256]:
         description = scenes.make_textured(size, folder, options.texels)
         (folder / "skin.json").write_text(json.dumps(description), encoding="utf-8")
-        mitsuba = Mitsuba(options.peer_python, folder / "skin.json", options.threads)
+        mitsuba = Mitsuba(
+            options.peer_python, "mitsuba_texture.py", folder / "skin.json", options.threads
+        )
         slope_ratio, correlation = agreement(mitsuba, folder, options)
         judged = {"size": size, "slope_ratio": slope_ratio, "correlation": correlation}
         rows += [judged | race(mitsuba, folder, spp, options) for spp in options.spp or [4]]

@@ -62,8 +62,8 @@ def film(size):
     }
 
 
-def load(scene):
-    """(scene, mask) of a description."""
+def load(scene, body):
+    """A description's scene, and in it a body."""
     transform = mi.ScalarTransform4f()
     size, camera, lamp = scene["size"], scene["camera"], scene["lamp"]
     items = {
@@ -76,7 +76,7 @@ def load(scene):
             "film": film(size),
             "sampler": {"type": "independent"},
         },
-        "body": body_of(scene["body"]),
+        "body": body,
         "ground": mesh(
             scene["ground"]["mesh"],
             {"type": "diffuse", "reflectance": rgb(scene["ground"]["reflectance"])},
@@ -91,26 +91,32 @@ def load(scene):
             "to_world": place @ transform.scale([lamp["size"] / 2] * 3),
             "emitter": {"type": "area", "radiance": rgb([lamp["radiance"]] * 3)},
         }
-    return mi.load_dict(items), np.load(scene["mask"])
+    return mi.load_dict(items)
 
 
-def main():
+def serve(answer):
+    """Answers requests until there are no more."""
     # Nothing that a library prints may come between the answers.
     answers = os.fdopen(os.dup(1), "w", buffering=1)
     os.dup2(2, 1)
+    for line in sys.stdin:
+        answers.write(json.dumps(answer(json.loads(line))) + "\n")
+
+
+def main():
     integrator = mi.load_dict({"type": "volpath", "max_depth": -1, "rr_depth": 8})
     scene = mask = None
-    for line in sys.stdin:
-        request = json.loads(line)
+
+    def answer(request):
+        nonlocal scene, mask
         if "load" in request:
-            scene, mask = load(request["load"])
-            answer = {}
-        else:
-            picture = mi.render(
-                scene, integrator=integrator, spp=request["spp"], seed=request["seed"]
-            )
-            answer = {"mean": np.array(picture, np.float64)[mask].mean(axis=0).tolist()}
-        answers.write(json.dumps(answer) + "\n")
+            wanted = request["load"]
+            scene, mask = load(wanted, body_of(wanted["body"])), np.load(wanted["mask"])
+            return {}
+        picture = mi.render(scene, integrator=integrator, spp=request["spp"], seed=request["seed"])
+        return {"mean": np.array(picture, np.float64)[mask].mean(axis=0).tolist()}
+
+    serve(answer)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "math/error.h"
+#include "render/difference.h"
 #include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 #include "render/tape.h"
@@ -69,29 +70,16 @@ TEST_P(Voxel, AgreesWithDifferencesOfRenders) {
     const Scene scene = grid_ball(albedo, 1, p.density, p.smoky);
     return mean_of_all(render_view(scene, settings));
   };
-  // At an end of the range a one-sided difference, of second order.
-  const float side = here - h < 0 ? 1.f : here + h > 1 ? -1.f : 0.f;
   const Scene scene = grid_ball(p.albedo, 1, p.density, p.smoky);
-  Tally gap, size;
+  DifferencePairs pairs;
   for (int seed = 0; seed < 12; ++seed) {
     const RenderSettings settings = settings_of(6, 150, 70 + seed);
     const FieldGradient found = gradient_of(scene, settings, mean_loss(settings));
     ASSERT_TRUE(complete(found.film));
-    const double want = side == 0
-                            ? (displaced(h, settings) - displaced(-h, settings)) / (2 * h)
-                            : side *
-                                  (4 * displaced(side * h, settings) - 3 * displaced(0, settings) -
-                                   displaced(2 * side * h, settings)) /
-                                  (2 * h);
-    gap.add(found.fields[0][p.voxel] - want);
-    size.add(std::abs(want));
+    pairs.add(found.fields[0][p.voxel],
+              difference_slope(here, h, 1, [&](float step) { return displaced(step, settings); }));
   }
-  const Estimate e = gap.estimate();
-  // Student's t of 11 degrees of freedom beyond 4.4: 1 false alarm in 1000. 2 % for the curvature.
-  EXPECT_LT(std::abs(e.mean), 4.4 * e.error + 0.02 * size.mean())
-      << e.mean << " +- " << e.error << ", slope is about " << size.mean();
-  // A missing derivative would be noticed.
-  EXPECT_LT(e.error, 0.25 * size.mean());
+  pairs.expect_agreement();
 }
 
 std::vector<Place> places() {

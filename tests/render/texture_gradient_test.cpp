@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "math/error.h"
+#include "render/difference.h"
 #include "render/field_gradient.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
@@ -85,29 +86,16 @@ TEST_P(Texel, AgreesWithDifferencesOfRenders) {
     other.texels[at] = here + step;
     return mean_of(render_view(textured(other), settings), 0).mean;
   };
-  const float side = here - h < 0 ? 1.f : here + h > 1 ? -1.f : 0.f;
   const Scene scene = textured(look);
-  Tally gap, size;
+  DifferencePairs pairs;
   for (int seed = 0; seed < 12; ++seed) {
     const RenderSettings settings = settings_of(8, 100, 70 + seed);
     const FieldGradient found = gradient_of(scene, settings, mean_loss(settings));
     ASSERT_TRUE(complete(found.film));
-    const double want = side == 0
-                            ? (displaced(h, settings) - displaced(-h, settings)) / (2 * h)
-                            : side *
-                                  (4 * displaced(side * h, settings) - 3 * displaced(0, settings) -
-                                   displaced(2 * side * h, settings)) /
-                                  (2 * h);
-    // Red is texel, green is half of it.
-    gap.add(found.fields[0][3 * at] - want);
-    size.add(std::abs(want));
+    pairs.add(found.fields[0][3 * at],
+              difference_slope(here, h, 1, [&](float step) { return displaced(step, settings); }));
   }
-  const Estimate e = gap.estimate();
-  // Student's t of 11 degrees of freedom beyond 4.4: 1 false alarm in 1000. 2 % for the curvature.
-  EXPECT_LT(std::abs(e.mean), 4.4 * e.error + 0.02 * size.mean())
-      << e.mean << " +- " << e.error << ", slope is about " << size.mean();
-  // A missing derivative would be noticed.
-  EXPECT_LT(e.error, 0.25 * size.mean());
+  pairs.expect_agreement();
 }
 
 std::vector<Look> looks() {
