@@ -76,7 +76,6 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
       }
     }
   }
-  for (SparseGradient& gradient : gradients) gradient.compress();
   return report;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -9,18 +10,22 @@
 
 namespace selenite {
 
-/// Derivatives by the voxels or texels that the paths of one tile have met. Sums are made in the order of the
-/// samples, so that they are the same bytes whichever thread makes them.
+/// Derivatives by the voxels or texels that the paths of one tile have met. Sums are made in the order
+/// of the samples, so that they are the same bytes whichever thread makes them.
 class SparseGradient {
  public:
   void add(std::uint32_t place, const Colorf& derivative) {
-    entries_.push_back({place, Color<double>(derivative)});
-    if (entries_.size() >= most_) compress();
+    if (2 * entries_.size() >= numbers_.size()) grow();
+    std::uint32_t& number = number_of(place);
+    if (number == 0) {
+      entries_.push_back({place, {}});
+      number = static_cast<std::uint32_t>(entries_.size());
+    }
+    entries_[number - 1].value += Color<double>(derivative);
   }
 
   /// Adds everything to `dense`, three numbers a place or their sum.
-  void add_to(std::vector<double>& dense, int channels) {
-    compress();
+  void add_to(std::vector<double>& dense, int channels) const {
     for (const Entry& entry : entries_) {
       double* to = dense.data() + static_cast<std::size_t>(entry.place) * channels;
       if (channels == 1)
@@ -30,29 +35,33 @@ class SparseGradient {
     }
   }
 
-  /// One entry a place.
-  void compress() {
-    std::stable_sort(entries_.begin(), entries_.end(),
-                     [](const Entry& a, const Entry& b) { return a.place < b.place; });
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < entries_.size(); ++i) {
-      if (kept > 0 && entries_[kept - 1].place == entries_[i].place)
-        entries_[kept - 1].value += entries_[i].value;
-      else
-        entries_[kept++] = entries_[i];
-    }
-    entries_.resize(kept);
-    most_ = std::max(kLeast, 2 * kept);
-  }
-
  private:
   struct Entry {
     std::uint32_t place;
     Color<double> value;
   };
-  static constexpr std::size_t kLeast = 1 << 14;
-  std::vector<Entry> entries_;
-  std::size_t most_ = kLeast;
+
+  /// That of the place's entry, counted from 1, or the 0 that is to become it.
+  std::uint32_t& number_of(std::uint32_t place) {
+    const std::size_t mask = numbers_.size() - 1;
+    // Fibonacci hashing: neighbours lie far apart.
+    std::size_t at = (place * 0x9E3779B97F4A7C15ull) >> shift_;
+    while (numbers_[at] != 0 && entries_[numbers_[at] - 1].place != place) at = (at + 1) & mask;
+    return numbers_[at];
+  }
+  void grow() {
+    const std::size_t size = std::max<std::size_t>(kLeast, 2 * numbers_.size());
+    shift_ = 64 - std::countr_zero(size);
+    numbers_.assign(size, 0);
+    for (std::size_t i = 0; i < entries_.size(); ++i)
+      number_of(entries_[i].place) = static_cast<std::uint32_t>(i + 1);
+  }
+
+  static constexpr std::size_t kLeast = 1 << 12;
+  std::vector<Entry> entries_;  // one a place, in the order in which they were met
+  std::vector<std::uint32_t>
+      numbers_;  // a hash table of entries by place; a power of two, half empty
+  int shift_ = 0;
 };
 
 }  // namespace selenite
