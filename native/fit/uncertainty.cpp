@@ -88,19 +88,27 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
 
 namespace {
 
+/// A component that is not solved for, and how far from its value it may lie: a standard deviation in
+/// its coordinate.
+struct Held {
+  Eigen::Index k;
+  double extent;
+};
+
 /// The step along directions that are resolved, with its covariance.
 struct Solution {
   Vector step;
   Matrix covariance;
   Matrix inverse;  ///< of the normal matrix
+  Matrix answers;  ///< what each held component's extent makes of the others: a column each
   double surprise = 0;
 };
 
 /// Solves for the components `free` alone, in the directions of the scaled normal matrix. Those
-/// whose value is noise do not move and are as wide as the clamps leave them; so are the
-/// components `unseen`, and the others make up for them where the two are seen to be coupled.
+/// whose value is noise do not move and are as wide as the clamps leave them. The components `held`
+/// may lie elsewhere, and the others make up for them where the two are seen to be coupled.
 Solution solve(const Evidence& evidence, const Coordinates& coordinates,
-               const std::vector<Eigen::Index>& free, const std::vector<Eigen::Index>& unseen,
+               const std::vector<Eigen::Index>& free, const std::vector<Held>& held,
                const Vector& unsure) {
   const Vector inverse = evidence.normal.diagonal()(free).cwiseSqrt().cwiseInverse();
   const auto scaled = [&](const Matrix& m) -> Matrix {
@@ -138,19 +146,20 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
                      inverse.asDiagonal();
   solution.covariance =
       inverse.asDiagonal() * (in * spread * in.transpose()) * inverse.asDiagonal();
-  for (const Eigen::Index m : unseen) {
+  solution.answers.resize(n, static_cast<Eigen::Index>(held.size()));
+  for (std::size_t h = 0; h < held.size(); ++h) {
+    const auto& [m, extent] = held[h];
     Vector coupling = evidence.normal.col(m)(free);
     for (Eigen::Index k = 0; k < n; ++k) {
       const double error =
           std::sqrt(evidence.normal_variance(free[static_cast<std::size_t>(k)], m));
       if (std::abs(coupling[k]) <= kCoupled * error) coupling[k] = 0;
     }
-    const Vector answer =
-        kPrior * range_of(coordinates, m) *
-        inverse.cwiseProduct(
-            in * reciprocal.cwiseProduct(out.transpose() * inverse.cwiseProduct(coupling)));
-    solution.covariance += answer * answer.transpose();
+    solution.answers.col(static_cast<Eigen::Index>(h)) =
+        extent * inverse.cwiseProduct(in * reciprocal.cwiseProduct(out.transpose() *
+                                                                   inverse.cwiseProduct(coupling)));
   }
+  solution.covariance += solution.answers * solution.answers.transpose();
   if (unsure.size() > 0) solution.covariance += unsure(free) * unsure(free).transpose();
   return solution;
 }
@@ -267,17 +276,35 @@ void follow_the_square(const Unknowns& unknowns, double x, double step, double e
 }
 
 /// The component whose error goes most with that of the `at`-th, if that is much.
-int strongest_partner(const Matrix& covariance, Eigen::Index at,
-                      const std::vector<Eigen::Index>& free) {
+int strongest_partner(const Solution& solution, Eigen::Index at,
+                      const std::vector<Eigen::Index>& free, const std::vector<Held>& held) {
+  const Matrix& covariance = solution.covariance;
+  const double own = std::sqrt(covariance(at, at));
   int partner = -1;
   double strongest = kCorrelated;
-  for (Eigen::Index j = 0; j < covariance.rows(); ++j) {
-    const double size = std::sqrt(covariance(j, j) * covariance(at, at));
-    if (j == at || !(std::abs(covariance(at, j)) > strongest * size)) continue;
-    strongest = std::abs(covariance(at, j)) / size;
-    partner = static_cast<int>(free[static_cast<std::size_t>(j)]);
-  }
+  const auto look = [&](double correlation, Eigen::Index k) {
+    if (!(std::abs(correlation) > strongest)) return;
+    strongest = std::abs(correlation);
+    partner = static_cast<int>(k);
+  };
+  // First those held: the others, which make up for them, go with each other too.
+  for (std::size_t h = 0; h < held.size(); ++h)
+    look(solution.answers(at, static_cast<Eigen::Index>(h)) / own, held[h].k);
+  if (partner >= 0) return partner;
+  for (Eigen::Index j = 0; j < covariance.rows(); ++j)
+    if (j != at)
+      look(covariance(at, j) / (own * std::sqrt(covariance(j, j))),
+           free[static_cast<std::size_t>(j)]);
   return partner;
+}
+
+/// How far into its range a component may lie that stays at a bound, where its interval ends.
+double extent_from_bound(const Coordinates& coordinates, const Vector& u, Eigen::Index k,
+                         const std::array<double, 2>& interval) {
+  Vector low = coordinates.to_values(u), high = low;
+  low[k] = interval[0];
+  high[k] = interval[1];
+  return (coordinates.from_values(high)[k] - coordinates.from_values(low)[k]) / kQuantile90;
 }
 
 }  // namespace
@@ -288,17 +315,21 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   Estimate result;
   result.step = Vector::Zero(n);
   result.components.resize(static_cast<std::size_t>(n));
-  std::vector<Eigen::Index> free, unseen;
+  std::vector<Eigen::Index> free;
+  std::vector<Held> held;
   for (Eigen::Index k = 0; k < n; ++k) {
     Confidence& one = result.components[static_cast<std::size_t>(k)];
     one.standard_error = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
     const double error = std::sqrt(evidence.normal_variance(k, k));
-    (evidence.normal(k, k) > kResolved * error ? free : unseen).push_back(k);
+    if (evidence.normal(k, k) > kResolved * error)
+      free.push_back(k);
+    else
+      held.push_back({k, kPrior * range_of(coordinates, k)});
   }
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
-    Solution solution = solve(evidence, coordinates, free, unseen, ways.unsure);
+    Solution solution = solve(evidence, coordinates, free, held, ways.unsure);
     const Vector straight = solution.step;
     for (std::size_t i = 0; i < free.size(); ++i)
       if (const auto at = static_cast<Eigen::Index>(i);
@@ -311,6 +342,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       }
     result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
+    std::vector<Held> bounded;
     for (std::size_t i = 0; i < free.size(); ++i) {
       const auto at = static_cast<Eigen::Index>(i);
       const Eigen::Index k = free[i];
@@ -319,7 +351,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       if (is_squared(unknowns, evidence, solution, at, k))
         follow_the_square(unknowns, u[k], straight[at], std::sqrt(solution.covariance(at, at)), k,
                           one);
-      one.correlated_with = strongest_partner(solution.covariance, at, free);
+      one.correlated_with = strongest_partner(solution, at, free, held);
       result.step[k] = solution.step[at];
       if (one.at_bound == AtBound::kNo) {
         kept.push_back(k);
@@ -329,7 +361,9 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       result.step[k] = (low ? coordinates.minimum() : coordinates.maximum())[k] - u[k];
       // It is at the bound for the answer, so the interval reaches there whatever the step says.
       one.interval[low ? 0 : 1] = (low ? unknowns.minimum() : unknowns.maximum())[k];
+      bounded.push_back({k, extent_from_bound(coordinates, u, k, one.interval)});
     }
+    held.insert(held.end(), bounded.begin(), bounded.end());
     again = kept.size() < free.size();
     free = std::move(kept);
   }

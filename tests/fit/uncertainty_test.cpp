@@ -143,6 +143,32 @@ TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
   EXPECT_NEAR(error(), 1e-3, 1e-6);
 }
 
+// Of two that go together one leaves at its bound: it may lie further in, and the other with it.
+TEST(Uncertainty, WhatIsAtItsBoundWidensWhatItIsCoupledTo) {
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "coat_weight", {0.5}, 0, 1, 0.03},
+                                              {"Body", "metallic", {0.5}, 0.5, 1, 0.03}});
+  const auto found = [&](double beyond) {
+    Evidence evidence(2);
+    evidence.normal << 1, 0.9, 0.9, 1;
+    evidence.normal_variance.setConstant(1e-12);
+    evidence.gradient = -evidence.normal * Vector{{0.0, -beyond}};
+    evidence.spread = 1e-4 * evidence.normal;
+    return estimate(unknowns, Coordinates(unknowns), unknowns.start(), evidence);
+  };
+  const Estimate near = found(0.01);
+  const double apart = 0.01 / std::sqrt(1 - 0.9 * 0.9), end = -0.01 + 1.6449 * apart;
+  EXPECT_EQ(near.components[1].at_bound, AtBound::kMinimum);
+  EXPECT_EQ(near.components[1].interval[0], 0.5);
+  EXPECT_NEAR(near.components[1].interval[1], 0.5 + end, 1e-9);
+  EXPECT_NEAR(near.step[0], -0.9 * 0.01, 1e-9);  // what the bound keeps from the one
+  EXPECT_NEAR(near.components[0].standard_error, std::hypot(0.01, 0.9 * end / 1.6449), 1e-9);
+  EXPECT_EQ(near.components[0].correlated_with, 1);
+  // Far beyond the bound it is there for sure.
+  const Estimate far = found(0.1);
+  EXPECT_EQ(far.components[1].interval, (std::array<double, 2>{0.5, 0.5}));
+  EXPECT_NEAR(far.components[0].standard_error, 0.01, 1e-9);
+}
+
 TEST(Uncertainty, SaysOfALowRoughnessOnlyThatItIsLow) {
   const auto interval = [](double roughness) {
     const Unknowns unknowns(synthetic_scene(),
