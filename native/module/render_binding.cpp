@@ -86,18 +86,22 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
     out->unknowns.emplace_back(material, kBaseColorTexture, c);
   }
   const Camera& from = scene.camera(camera);
-  py::array_t<double> gradient({image.height(), image.width(), 3});
-  std::vector<double> texels;
+  auto texels = std::make_unique<std::vector<double>>();
   {
     py::gil_scoped_release release;
     FieldGradient found = render_field_gradient(
         scene, from, {unknown}, {width, height, spp, seed, depth, threads, frame_of(frame)},
         reference ? squared_error(photo) : mean_of_pixels(pixels), progress);
     out->film = std::move(found.film);
-    texels = std::move(found.fields[0]);
+    *texels = std::move(found.fields[0]);
   }
-  std::memcpy(gradient.mutable_data(), texels.data(), texels.size() * sizeof(double));
-  return {std::move(out), gradient};
+  // The array owns the sums: they are the larger part of a small picture's memory.
+  const py::capsule owner(texels.get(), [](void* sums) {
+    delete static_cast<std::vector<double>*>(sums);
+  });
+  const double* values = texels.release()->data();
+  return {std::move(out),
+          py::array_t<double>({image.height(), image.width(), 3}, values, owner)};
 }
 
 }  // namespace
