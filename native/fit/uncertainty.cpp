@@ -298,19 +298,22 @@ int strongest_partner(const Solution& solution, Eigen::Index at,
   return partner;
 }
 
-/// How far into its range a component may lie that stays at a bound, where its interval ends.
-double extent_from_bound(const Coordinates& coordinates, const Vector& u, Eigen::Index k,
-                         const std::array<double, 2>& interval) {
-  Vector low = coordinates.to_values(u), high = low;
-  low[k] = interval[0];
-  high[k] = interval[1];
-  return (coordinates.from_values(high)[k] - coordinates.from_values(low)[k]) / kQuantile90;
+/// How far a component may lie from where it is held.
+double extent_of(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double value,
+                 const std::array<double, 2>& interval) {
+  const auto coordinate = [&](double at) {
+    Vector x = coordinates.to_values(u);
+    x[k] = at;
+    return coordinates.from_values(x)[k];
+  };
+  const double here = coordinate(value);
+  return std::max(coordinate(interval[1]) - here, here - coordinate(interval[0])) / kQuantile90;
 }
 
 }  // namespace
 
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence, const Ways& ways) {
+                  const Evidence& evidence, const OtherLooks& others) {
   const Eigen::Index n = u.size();
   Estimate result;
   result.step = Vector::Zero(n);
@@ -319,6 +322,11 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   std::vector<Held> held;
   for (Eigen::Index k = 0; k < n; ++k) {
     Confidence& one = result.components[static_cast<std::size_t>(k)];
+    if (const auto i = static_cast<std::size_t>(k); !others.known.empty() && others.known[i]) {
+      one = others.known[i]->confidence;
+      held.push_back({k, extent_of(coordinates, u, k, others.known[i]->value, one.interval)});
+      continue;
+    }
     one.standard_error = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
     const double error = std::sqrt(evidence.normal_variance(k, k));
@@ -329,7 +337,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   }
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
-    Solution solution = solve(evidence, coordinates, free, held, ways.unsure);
+    Solution solution = solve(evidence, coordinates, free, held, others.unsure);
     const Vector straight = solution.step;
     for (std::size_t i = 0; i < free.size(); ++i)
       if (const auto at = static_cast<Eigen::Index>(i);
@@ -338,7 +346,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
     for (std::size_t i = 0; i < free.size(); ++i)
       if (double& step = solution.step[static_cast<Eigen::Index>(i)]; is_blur(unknowns, free[i])) {
         step = blurred_step(coordinates, u, free[i], step);
-        if (ways.gone.size() > 0) step = turned_back(ways.gone[free[i]], step);
+        if (others.gone.size() > 0) step = turned_back(others.gone[free[i]], step);
       }
     result.surprise = solution.surprise;
     std::vector<Eigen::Index> kept;
@@ -360,8 +368,9 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       const bool low = one.at_bound == AtBound::kMinimum;
       result.step[k] = (low ? coordinates.minimum() : coordinates.maximum())[k] - u[k];
       // It is at the bound for the answer, so the interval reaches there whatever the step says.
-      one.interval[low ? 0 : 1] = (low ? unknowns.minimum() : unknowns.maximum())[k];
-      bounded.push_back({k, extent_from_bound(coordinates, u, k, one.interval)});
+      const double bound = (low ? unknowns.minimum() : unknowns.maximum())[k];
+      one.interval[low ? 0 : 1] = bound;
+      bounded.push_back({k, extent_of(coordinates, u, k, bound, one.interval)});
     }
     held.insert(held.end(), bounded.begin(), bounded.end());
     again = kept.size() < free.size();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -59,12 +60,18 @@ struct Estimate {
   double surprise = 0;  ///< largest component of it along a direction, in standard deviations
   std::vector<Confidence> components;
 };
-/// Ways in `Coordinates` that other looks went; empty: none.
-struct Ways {
-  Vector gone;    ///< from the look before to this one: a roughness that turns back stays within it
-  Vector unsure;  ///< counts as one standard error more
+/// A component that stays at its value, as another look says how far it may be off.
+struct Known {
+  double value;
+  Confidence confidence;
+};
+/// What other looks say, in `Coordinates`; empty: nothing.
+struct OtherLooks {
+  Vector gone{};  ///< way from the one before to this: a roughness that turns back stays within it
+  Vector unsure{};                            ///< way that counts as one standard error more
+  std::vector<std::optional<Known>> known{};  ///< see beside.h
 };
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence, const Ways& ways = {});
+                  const Evidence& evidence, const OtherLooks& others = {});
 
 }  // namespace selenite

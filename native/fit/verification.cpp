@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "fit/beside.h"
 #include "fit/streams.h"
 
 namespace selenite {
@@ -19,6 +20,7 @@ constexpr int kWarmUp = 100;  ///< purpose of their seeds
 /// The first passes take shares of the samples, unless that are too few to step by.
 constexpr std::array kShares{16, 4};
 constexpr int kLeastOfPass = 32;
+constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with its own instruments
 /// Of the samples of residuals. The Jacobians of the iterations serve on, but where unknowns nearly
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow.
 constexpr int kDerivativeShare = 3;
@@ -43,6 +45,7 @@ Verification::Verification(const Problem& problem, const Optimiser* optimiser, V
       iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp(spp)) {}
 
 int Verification::pass_spp(int pass) const {
+  if (answer_) return std::min(spp_, std::max(spp_ / kShareBeside, kLeastOfPass));
   const auto index = static_cast<std::size_t>(pass);
   return index < kShares.size() ? std::min(spp_, std::max(spp_ / kShares[index], kLeastOfPass))
                                 : spp_;
@@ -78,15 +81,15 @@ bool Verification::step(const RenderAt& render) {
       x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
   const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
   found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
-  if (++capture_ == captures) end_pass();
+  if (++capture_ == captures) answer_ ? end_beside() : end_pass();
   return !over_;
 }
 
 void Verification::end_pass() {
   const Coordinates& coordinates = evidence_.coordinates();
   const Vector before = std::exchange(u_, coordinates.from_values(x_));
-  if (report_.passes > 0) ways_.gone = u_ - before;
-  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_, ways_);
+  if (report_.passes > 0) others_.gone = u_ - before;
+  Estimate now = estimate(problem_->unknowns, coordinates, u_, found_, others_);
   ++report_.passes;
   report_.misfit.value = found_.misfit;
   report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
@@ -100,16 +103,41 @@ void Verification::end_pass() {
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
     found_.gradient *= 1 - 1 / (noise * noise);
-    now = estimate(problem_->unknowns, coordinates, u_, found_, ways_);
+    now = estimate(problem_->unknowns, coordinates, u_, found_, others_);
   }
   x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
   report_.components = now.components;
   if (over_) {
     if (!there) widen(now.step);
+    if (const auto to = beside(problem_->unknowns, x_, report_.components)) look_beside(*to);
     return;
   }
   found_ = Evidence(x_.size());
   capture_ = 0;
+}
+
+void Verification::look_beside(const Vector& x) {
+  over_ = false;
+  answer_ = {std::exchange(evidence_, GaussNewton(*problem_)),
+             std::exchange(found_, Evidence(x.size())), u_, std::exchange(x_, x)};
+  has_instruments_ = false;
+  iteration_spp_ = derivative_spp(pass_spp(report_.passes));
+  capture_ = 0;
+}
+
+void Verification::end_beside() {
+  const Coordinates& coordinates = evidence_.coordinates();
+  const std::vector<Confidence> seen =
+      estimate(problem_->unknowns, coordinates, coordinates.from_values(x_), found_).components;
+  others_.known = known_from(answer_->x, report_.components, x_, seen);
+  evidence_ = std::move(answer_->evidence);
+  found_ = std::move(answer_->found);
+  u_ = answer_->u;
+  x_ = answer_->x;
+  answer_.reset();
+  over_ = true;
+  report_.components =
+      estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, others_).components;
 }
 
 /// Standard deviation of the last step where all of it is noise, over that of its own pass: the pass
@@ -125,9 +153,9 @@ void Verification::settle_for(const Vector& x) {
 }
 
 void Verification::widen(const Vector& way) {
-  ways_.unsure = way;
+  others_.unsure = way;
   report_.components =
-      estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, ways_).components;
+      estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, others_).components;
 }
 
 std::vector<Eigen::VectorXf> Verification::weights() const {
@@ -137,7 +165,7 @@ std::vector<Eigen::VectorXf> Verification::weights() const {
 }
 
 double Verification::fraction() const {
-  if (over_) return 1;
+  if (over_ || answer_) return 1;  // whether there is a look from beside, nobody knew
   const double part =
       static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
   // One more than those with a share is the last, mostly.

@@ -37,6 +37,9 @@ class Verification {
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
   void end_pass();
+  /// Goes on with a look from `x`, which gathers instruments of its own.
+  void look_beside(const Vector& x);
+  void end_beside();
   /// `way`, in `Coordinates`, is an error beside the noise.
   void widen(const Vector& way);
   int pass_spp(int pass) const;
@@ -47,12 +50,19 @@ class Verification {
   bool has_instruments_;
   Evidence found_;  ///< of this pass so far
   Vector u_;        ///< of the last pass, in `Coordinates`
-  Ways ways_;
+  OtherLooks others_;
   std::size_t capture_ = 0;  ///< the next of this pass
   Vector x_;
   std::uint64_t seed_;
   int spp_, iteration_spp_;
   bool over_ = false;
+  /// What belongs to the answer, while a look is taken from beside it.
+  struct Answer {
+    GaussNewton evidence;
+    Evidence found;
+    Vector u, x;
+  };
+  std::optional<Answer> answer_;
   TrustReport report_;
 };
 

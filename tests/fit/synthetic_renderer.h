@@ -141,15 +141,15 @@ struct SyntheticRenderer {
   }
 };
 
-/// A film of one parameter: picture and slope of pixel i are `at(i)`. Samples of the picture are evenly
-/// spread, with a standard deviation of `noise`; slopes have none.
+/// A film whose picture and slopes, one a slot, are `at(i)` in pixel i; a number is all slots' slope.
+/// Samples of the picture are evenly spread, with a standard deviation of `noise`; slopes have none.
 template <class At>
 Film evenly_noisy_film(const SlotLayout& layout, const RenderSettings& settings, double noise,
                        At&& at) {
   Film film(settings.width, settings.height, settings.spp, static_cast<int>(layout.slots.size()));
   const int even = (settings.spp + 1) / 2;
   for (std::size_t i = 0; i < film.size(); ++i) {
-    const auto [value, slope] = at(i);
+    const auto [value, slopes] = at(i);
     for (int c = 0; c < 3; ++c) {
       Random random(settings.seed, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(c));
       double all = 0, half = 0;
@@ -161,8 +161,13 @@ Film evenly_noisy_film(const SlotLayout& layout, const RenderSettings& settings,
       film.mean[i][c] = static_cast<float>(value + all / settings.spp);
       film.half_a[i][c] = static_cast<float>(value + half / even);
       film.variance[i][c] = static_cast<float>(noise * noise / settings.spp);
-      for (SlotFilm& slot : film.slots)
-        slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slope);
+      for (std::size_t s = 0; s < film.slots.size(); ++s) {
+        SlotFilm& slot = film.slots[s];
+        if constexpr (std::is_arithmetic_v<decltype(slopes)>)
+          slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slopes);
+        else
+          slot.mean[i][c] = slot.half_a[i][c] = static_cast<float>(slopes[s]);
+      }
     }
   }
   return film;

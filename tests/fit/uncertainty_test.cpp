@@ -227,7 +227,7 @@ TEST(Uncertainty, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
     evidence.normal_variance << 1e-12;
     evidence.spread << 1e-8;
     evidence.gradient << -pull;
-    return estimate(unknowns, coordinates, u, evidence, {Vector{{gone}}, {}}).step[0];
+    return estimate(unknowns, coordinates, u, evidence, {.gone = Vector{{gone}}}).step[0];
   };
   EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-9);
   EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-9);

@@ -119,6 +119,72 @@ TEST(Verification, PromisesNothingAboutWhatIsNotSeen) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(found.report.components[k].determined, k < 6) << k;
 }
 
+/// Two scalars of which the one makes up for the other but for its square, as a colour does for a low
+/// transmission. Slopes are noisy.
+Film squared_film(const Scene& scene, const SlotLayout& layout, const RenderSettings& settings) {
+  constexpr double kNoise = 0.3, kSlopeNoise = 0.1;
+  const auto& m = scene.appearance.materials[0].values;
+  Film film = evenly_noisy_film(layout, settings, kNoise, [&](std::size_t i) {
+    const double shade = i % 2 == 0 ? 0.5 : 1, second = i / 2 % 2 == 0 ? 1 : -1;
+    return std::pair(shade * (m.metallic + m.transmission / 3) + second * square(m.transmission),
+                     std::array{shade / 3 + 2 * second * m.transmission, shade});
+  });
+  const auto zero = [](std::size_t) { return std::pair(0.0, 0.0); };
+  for (std::size_t s = 0; s < film.slots.size(); ++s) {
+    RenderSettings other = settings;
+    other.seed = mix64(settings.seed + s + 1);
+    const Film noise = evenly_noisy_film(SlotLayout(), other, kSlopeNoise, zero);
+    for (std::size_t i = 0; i < film.size(); ++i) {
+      film.slots[s].mean[i] += noise.mean[i];
+      film.slots[s].half_a[i] += noise.half_a[i];
+    }
+  }
+  return film;
+}
+
+TEST(Verification, LooksFromBesideAtWhatGoesWithItsSquare) {
+  constexpr int kRuns = 60;
+  const std::array truth{0.03, 0.5};
+  const Scene scene = synthetic_scene();
+  const Unknowns unknowns(
+      scene, {{"Body", "transmission", {0}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const SlotLayout layout(scene, unknowns.parameters());
+  const auto rendered = [&](const Vector& at, const SlotLayout& slots, int spp, std::uint64_t key) {
+    RenderSettings settings;
+    settings.width = settings.height = kSize;
+    settings.spp = spp;
+    settings.seed = key;
+    return squared_film(unknowns.scene_with(scene, at), slots, settings);
+  };
+  int held = 0, given = 0;
+  for (int run = 0; run < kRuns; ++run) {
+    Capture photo = grey_capture(kSize);
+    photo.reference =
+        rendered(Vector{{truth[0], truth[1]}}, SlotLayout(), 64, mix64(1000u + run)).mean;
+    std::vector<Capture> captures{photo};
+    check_captures(scene, captures);
+    const Problem problem{unknowns, layout, captures, losses()[0], 10};
+    // The other has made up for it.
+    Verification verification(problem, nullptr, Vector{{0, truth[1] + truth[0] / 3}},
+                              static_cast<std::uint64_t>(run), 64, 16);
+    const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
+                                std::optional<Side> derivatives) {
+      return rendered(at, derivatives ? layout : SlotLayout(), spp, key);
+    };
+    while (verification.step(render)) {
+    }
+    for (std::size_t k = 0; k < truth.size(); ++k) {
+      const Confidence& one = verification.report().components[k];
+      if (!one.determined) continue;
+      ++given;
+      held += one.interval[0] <= truth[k] && truth[k] <= one.interval[1];
+    }
+  }
+  // From where the fit ends, the slopes say nothing about either.
+  EXPECT_GT(given, 2 * kRuns * 9 / 10);
+  EXPECT_GT(held, given * 85 / 100) << given;
+}
+
 TEST(Verification, NamesTheBound) {
   const Scene scene = synthetic_scene();
   auto unknowns = synthetic_unknowns();
