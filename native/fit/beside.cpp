@@ -20,17 +20,16 @@ std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x,
 
 std::vector<std::optional<Known>> known_from(const Vector& x,
                                              const std::vector<Confidence>& components,
-                                             const Vector& there,
+                                             const Vector& there, const Vector& found,
                                              const std::vector<Confidence>& seen) {
   std::vector<std::optional<Known>> known(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const double value = x[static_cast<Eigen::Index>(i)];
-    if (value == there[static_cast<Eigen::Index>(i)] || !seen[i].determined) continue;
-    known[i] = {value, components[i]};
-    Confidence& one = known[i]->confidence;
-    one.determined = true;
-    one.standard_error = seen[i].standard_error;
-    one.interval = {std::min(value, seen[i].interval[0]), std::max(value, seen[i].interval[1])};
+    const auto k = static_cast<Eigen::Index>(i);
+    if (x[k] == there[k] || !seen[i].determined) continue;
+    known[i] = {found[k], seen[i]};
+    if (x[k] < seen[i].interval[0] || x[k] > seen[i].interval[1]) continue;
+    known[i]->value = x[k];
+    known[i]->confidence.at_bound = components[i].at_bound;
   }
   return known;
 }

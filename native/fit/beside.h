@@ -12,10 +12,11 @@ namespace selenite {
 /// vanishes at 0: further in, all else as at x. Empty where there is nothing of the kind.
 std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x,
                              const std::vector<Confidence>& components);
-/// What the look from `there` has determined of it.
+/// What the look from `there`, which led to `found`, says about it: it stays as at x, `components`,
+/// unless its interval tells otherwise.
 std::vector<std::optional<Known>> known_from(const Vector& x,
                                              const std::vector<Confidence>& components,
-                                             const Vector& there,
+                                             const Vector& there, const Vector& found,
                                              const std::vector<Confidence>& seen);
 
 }  // namespace selenite

@@ -88,11 +88,11 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
 
 namespace {
 
-/// A component that is not solved for, and how far from its value it may lie: a standard deviation in
-/// its coordinate.
+/// A component that is not solved for: where it goes, and how far from there it may lie (a standard
+/// deviation), in its coordinate.
 struct Held {
   Eigen::Index k;
-  double extent;
+  double way, extent;
 };
 
 /// The step along directions that are resolved, with its covariance.
@@ -106,7 +106,7 @@ struct Solution {
 
 /// Solves for the components `free` alone, in the directions of the scaled normal matrix. Those
 /// whose value is noise do not move and are as wide as the clamps leave them. The components `held`
-/// may lie elsewhere, and the others make up for them where the two are seen to be coupled.
+/// go elsewhere, or may lie there, and the others make up for it where the two are seen to be coupled.
 Solution solve(const Evidence& evidence, const Coordinates& coordinates,
                const std::vector<Eigen::Index>& free, const std::vector<Held>& held,
                const Vector& unsure) {
@@ -148,16 +148,16 @@ Solution solve(const Evidence& evidence, const Coordinates& coordinates,
       inverse.asDiagonal() * (in * spread * in.transpose()) * inverse.asDiagonal();
   solution.answers.resize(n, static_cast<Eigen::Index>(held.size()));
   for (std::size_t h = 0; h < held.size(); ++h) {
-    const auto& [m, extent] = held[h];
+    const auto& [m, way, extent] = held[h];
     Vector coupling = evidence.normal.col(m)(free);
     for (Eigen::Index k = 0; k < n; ++k) {
       const double error =
           std::sqrt(evidence.normal_variance(free[static_cast<std::size_t>(k)], m));
       if (std::abs(coupling[k]) <= kCoupled * error) coupling[k] = 0;
     }
-    solution.answers.col(static_cast<Eigen::Index>(h)) =
-        extent * inverse.cwiseProduct(in * reciprocal.cwiseProduct(out.transpose() *
-                                                                   inverse.cwiseProduct(coupling)));
+    const Vector answer = solution.inverse * coupling;
+    solution.step -= way * answer;
+    solution.answers.col(static_cast<Eigen::Index>(h)) = extent * answer;
   }
   solution.covariance += solution.answers * solution.answers.transpose();
   if (unsure.size() > 0) solution.covariance += unsure(free) * unsure(free).transpose();
@@ -298,16 +298,21 @@ int strongest_partner(const Solution& solution, Eigen::Index at,
   return partner;
 }
 
-/// How far a component may lie from where it is held.
+/// The coordinate of component k where its value is `value` and all others are as at u.
+double coordinate_of(const Coordinates& coordinates, const Vector& u, Eigen::Index k,
+                     double value) {
+  Vector x = coordinates.to_values(u);
+  x[k] = value;
+  return coordinates.from_values(x)[k];
+}
+
+/// How far a component may lie from `value`, where it is held.
 double extent_of(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double value,
                  const std::array<double, 2>& interval) {
-  const auto coordinate = [&](double at) {
-    Vector x = coordinates.to_values(u);
-    x[k] = at;
-    return coordinates.from_values(x)[k];
-  };
-  const double here = coordinate(value);
-  return std::max(coordinate(interval[1]) - here, here - coordinate(interval[0])) / kQuantile90;
+  const double here = coordinate_of(coordinates, u, k, value);
+  return std::max(coordinate_of(coordinates, u, k, interval[1]) - here,
+                  here - coordinate_of(coordinates, u, k, interval[0])) /
+         kQuantile90;
 }
 
 }  // namespace
@@ -323,8 +328,10 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
   for (Eigen::Index k = 0; k < n; ++k) {
     Confidence& one = result.components[static_cast<std::size_t>(k)];
     if (const auto i = static_cast<std::size_t>(k); !others.known.empty() && others.known[i]) {
-      one = others.known[i]->confidence;
-      held.push_back({k, extent_of(coordinates, u, k, others.known[i]->value, one.interval)});
+      const auto& [value, sure] = *others.known[i];
+      one = sure;
+      result.step[k] = coordinate_of(coordinates, u, k, value) - u[k];
+      held.push_back({k, result.step[k], extent_of(coordinates, u, k, value, sure.interval)});
       continue;
     }
     one.standard_error = std::numeric_limits<double>::infinity();
@@ -333,15 +340,20 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
     if (evidence.normal(k, k) > kResolved * error)
       free.push_back(k);
     else
-      held.push_back({k, kPrior * range_of(coordinates, k)});
+      held.push_back({k, 0, kPrior * range_of(coordinates, k)});
   }
+  const auto goes_by_square = [&](const Solution& solution, Eigen::Index at, Eigen::Index k) {
+    const bool told = !others.squared.empty() && others.squared[static_cast<std::size_t>(k)];
+    const double sure = kUndetermined * range_of(coordinates, k);
+    return (told && solution.covariance(at, at) < square(sure)) ||
+           is_squared(unknowns, evidence, solution, at, k);
+  };
   // Those that would leave at a bound stay there, and the others are solved for without them.
   for (bool again = true; again && !free.empty();) {
     Solution solution = solve(evidence, coordinates, free, held, others.unsure);
     const Vector straight = solution.step;
     for (std::size_t i = 0; i < free.size(); ++i)
-      if (const auto at = static_cast<Eigen::Index>(i);
-          is_squared(unknowns, evidence, solution, at, free[i]))
+      if (const auto at = static_cast<Eigen::Index>(i); goes_by_square(solution, at, free[i]))
         bend_step(unknowns, u[free[i]], at, free[i], solution);
     for (std::size_t i = 0; i < free.size(); ++i)
       if (double& step = solution.step[static_cast<Eigen::Index>(i)]; is_blur(unknowns, free[i])) {
@@ -356,7 +368,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       const Eigen::Index k = free[i];
       Confidence& one = result.components[static_cast<std::size_t>(k)];
       one = confidence(unknowns, coordinates, u, solution, at, k);
-      if (is_squared(unknowns, evidence, solution, at, k))
+      if (goes_by_square(solution, at, k))
         follow_the_square(unknowns, u[k], straight[at], std::sqrt(solution.covariance(at, at)), k,
                           one);
       one.correlated_with = strongest_partner(solution, at, free, held);
@@ -370,7 +382,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       // It is at the bound for the answer, so the interval reaches there whatever the step says.
       const double bound = (low ? unknowns.minimum() : unknowns.maximum())[k];
       one.interval[low ? 0 : 1] = bound;
-      bounded.push_back({k, extent_of(coordinates, u, k, bound, one.interval)});
+      bounded.push_back({k, 0, extent_of(coordinates, u, k, bound, one.interval)});
     }
     held.insert(held.end(), bounded.begin(), bounded.end());
     again = kept.size() < free.size();

@@ -60,7 +60,7 @@ struct Estimate {
   double surprise = 0;  ///< largest component of it along a direction, in standard deviations
   std::vector<Confidence> components;
 };
-/// A component that stays at its value, as another look says how far it may be off.
+/// What another look has found of a component.
 struct Known {
   double value;
   Confidence confidence;
@@ -70,6 +70,7 @@ struct OtherLooks {
   Vector gone{};  ///< way from the one before to this: a roughness that turns back stays within it
   Vector unsure{};                            ///< way that counts as one standard error more
   std::vector<std::optional<Known>> known{};  ///< see beside.h
+  std::vector<bool> squared{};  ///< components of which nothing goes with the value itself
 };
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                   const Evidence& evidence, const OtherLooks& others = {});

@@ -94,7 +94,7 @@ void Verification::end_pass() {
   report_.misfit.value = found_.misfit;
   report_.misfit.standard_error = std::sqrt(found_.misfit_variance);
   report_.misfit.explained = found_.misfit <= kMisfitSigmas * report_.misfit.standard_error;
-  const double reach = now.step.cwiseQuotient(coordinates.cap()).cwiseAbs().maxCoeff();
+  const double reach = reach_of(now);
   const double noise = noise_of_step();
   const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
   const bool near = reach <= kNear && now.surprise <= kSurprise * noise;
@@ -105,8 +105,7 @@ void Verification::end_pass() {
     found_.gradient *= 1 - 1 / (noise * noise);
     now = estimate(problem_->unknowns, coordinates, u_, found_, others_);
   }
-  x_ = problem_->unknowns.project(coordinates.to_values(u_ + now.step / std::max(1.0, reach)));
-  report_.components = now.components;
+  take(now);
   if (over_) {
     if (!there) widen(now.step);
     if (const auto to = beside(problem_->unknowns, x_, report_.components)) look_beside(*to);
@@ -114,6 +113,17 @@ void Verification::end_pass() {
   }
   found_ = Evidence(x_.size());
   capture_ = 0;
+}
+
+/// The longest of its steps, in units of those that may be taken at once.
+double Verification::reach_of(const Estimate& now) const {
+  return now.step.cwiseQuotient(evidence_.coordinates().cap()).cwiseAbs().maxCoeff();
+}
+
+void Verification::take(const Estimate& now) {
+  const Vector step = now.step / std::max(1.0, reach_of(now));
+  x_ = problem_->unknowns.project(evidence_.coordinates().to_values(u_ + step));
+  report_.components = now.components;
 }
 
 void Verification::look_beside(const Vector& x) {
@@ -126,18 +136,23 @@ void Verification::look_beside(const Vector& x) {
 }
 
 void Verification::end_beside() {
+  const Unknowns& unknowns = problem_->unknowns;
   const Coordinates& coordinates = evidence_.coordinates();
-  const std::vector<Confidence> seen =
-      estimate(problem_->unknowns, coordinates, coordinates.from_values(x_), found_).components;
-  others_.known = known_from(answer_->x, report_.components, x_, seen);
+  const Vector u = coordinates.from_values(x_);
+  OtherLooks answer;
+  for (Eigen::Index k = 0; k < u.size(); ++k) answer.squared.push_back(x_[k] != answer_->x[k]);
+  const Estimate seen = estimate(unknowns, coordinates, u, found_, answer);
+  others_.known =
+      known_from(answer_->x, report_.components, x_,
+                 unknowns.project(coordinates.to_values(u + seen.step)), seen.components);
   evidence_ = std::move(answer_->evidence);
   found_ = std::move(answer_->found);
   u_ = answer_->u;
   x_ = answer_->x;
   answer_.reset();
   over_ = true;
-  report_.components =
-      estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, others_).components;
+  if (std::ranges::any_of(others_.known, [](const auto& one) { return one.has_value(); }))
+    take(estimate(unknowns, evidence_.coordinates(), u_, found_, others_));
 }
 
 /// Standard deviation of the last step where all of it is noise, over that of its own pass: the pass

@@ -37,6 +37,8 @@ class Verification {
   Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
   void end_pass();
+  double reach_of(const Estimate& now) const;
+  void take(const Estimate& now);
   /// Goes on with a look from `x`, which gathers instruments of its own.
   void look_beside(const Vector& x);
   void end_beside();

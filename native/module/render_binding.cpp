@@ -96,12 +96,10 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
     *texels = std::move(found.fields[0]);
   }
   // The array owns the sums: they are the larger part of a small picture's memory.
-  const py::capsule owner(texels.get(), [](void* sums) {
-    delete static_cast<std::vector<double>*>(sums);
-  });
+  const py::capsule owner(texels.get(),
+                          [](void* sums) { delete static_cast<std::vector<double>*>(sums); });
   const double* values = texels.release()->data();
-  return {std::move(out),
-          py::array_t<double>({image.height(), image.width(), 3}, values, owner)};
+  return {std::move(out), py::array_t<double>({image.height(), image.width(), 3}, values, owner)};
 }
 
 }  // namespace
