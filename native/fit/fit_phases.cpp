@@ -125,7 +125,10 @@ bool Fit::verify(Progress* progress) {
     rivals.insert(rivals.end(), others_.begin(), others_.end());
   }
   verified_.report = verification_->report();
-  if (rivals.empty()) return stop_after_iterations();
+  if (rivals.empty()) {
+    note_verified(1);
+    return stop_after_iterations();
+  }
   rivals_ =
       std::make_unique<Rivals>(problem_, verification_->weights(), verified_.x, std::move(rivals),
                                stream_seed(settings_.seed, Stream::kRivals, verified_rivals_, 0),

@@ -247,6 +247,7 @@ TEST(Verification, AFitEndsWithItsReport) {
   while (fit.step()) verified = verified || fit.result().phase == Phase::kVerifying;
   const FitResult& result = fit.result();
   EXPECT_EQ(result.stopped, StopReason::kArrived) << result.message;
+  EXPECT_EQ(result.phase_fraction, 1);
   EXPECT_TRUE(verified);
   ASSERT_EQ(result.report.components.size(), 6u);
   EXPECT_EQ(result.best, result.last);
@@ -258,6 +259,17 @@ TEST(Verification, AFitEndsWithItsReport) {
     EXPECT_LE(one.interval[0], result.best[k]);
     EXPECT_GE(one.interval[1], result.best[k]);
   }
+}
+
+TEST(Verification, AFitThatNothingRivalsHasCountedToTheEnd) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = default_settings();
+  settings.search = "off";  // finds no rivals
+  Fit fit(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(fit.result().phase, Phase::kVerifying);
+  EXPECT_EQ(fit.result().phase_fraction, 1);
 }
 
 TEST(Verification, AFitIteratesLongerTheLessItKnows) {
