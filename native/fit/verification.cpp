@@ -81,7 +81,11 @@ bool Verification::step(const RenderAt& render) {
       x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
   const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
   found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
-  if (++capture_ == captures) answer_ ? end_beside() : end_pass();
+  if (++capture_ < captures) return true;
+  if (answer_)
+    end_beside();
+  else
+    end_pass();
   return !over_;
 }
 
@@ -139,9 +143,9 @@ void Verification::end_beside() {
   const Unknowns& unknowns = problem_->unknowns;
   const Coordinates& coordinates = evidence_.coordinates();
   const Vector u = coordinates.from_values(x_);
-  OtherLooks answer;
-  for (Eigen::Index k = 0; k < u.size(); ++k) answer.squared.push_back(x_[k] != answer_->x[k]);
-  const Estimate seen = estimate(unknowns, coordinates, u, found_, answer);
+  OtherLooks moved;
+  for (Eigen::Index k = 0; k < u.size(); ++k) moved.squared.push_back(x_[k] != answer_->x[k]);
+  const Estimate seen = estimate(unknowns, coordinates, u, found_, moved);
   others_.known =
       known_from(answer_->x, report_.components, x_,
                  unknowns.project(coordinates.to_values(u + seen.step)), seen.components);
@@ -164,6 +168,13 @@ double Verification::noise_of_step() const {
 
 void Verification::settle_for(const Vector& x) {
   const Coordinates& coordinates = evidence_.coordinates();
+  for (std::size_t i = 0; i < others_.known.size(); ++i)
+    if (std::optional<Known>& one = others_.known[i]) {
+      one->value = x[static_cast<Eigen::Index>(i)];
+      auto& [low, high] = one->confidence.interval;
+      low = std::min(low, one->value);
+      high = std::max(high, one->value);
+    }
   widen(coordinates.from_values(x_) - coordinates.from_values(x));
 }
 
