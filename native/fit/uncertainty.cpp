@@ -205,13 +205,20 @@ void follow_the_blur(const Unknowns& unknowns, const Coordinates& coordinates, c
                              unknowns.maximum()[k]);
 }
 
+/// The coordinate of component k where its value is `value` and all others are as at u.
+double coordinate_of(const Coordinates& coordinates, const Vector& u, Eigen::Index k,
+                     double value) {
+  Vector x = coordinates.to_values(u);
+  x[k] = value;
+  return coordinates.from_values(x)[k];
+}
+
 /// A step down to a low roughness falls short in its coordinate (see `by_the_blur`). So does one up,
 /// and stays so: noise alone would take a smooth body to a roughness that looks the same.
 double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double step) {
   if (step >= 0) return step;
-  Vector end = coordinates.to_values(u);
-  end[k] = by_the_blur(coordinates, u, k, step);
-  return std::min(step, coordinates.from_values(end)[k] - u[k]);
+  const double end = by_the_blur(coordinates, u, k, step);
+  return std::min(step, coordinate_of(coordinates, u, k, end) - u[k]);
 }
 
 /// Whether others make up for component k, the `at`-th, but for what goes with its square.
@@ -296,14 +303,6 @@ int strongest_partner(const Solution& solution, Eigen::Index at,
       look(covariance(at, j) / (own * std::sqrt(covariance(j, j))),
            free[static_cast<std::size_t>(j)]);
   return partner;
-}
-
-/// The coordinate of component k where its value is `value` and all others are as at u.
-double coordinate_of(const Coordinates& coordinates, const Vector& u, Eigen::Index k,
-                     double value) {
-  Vector x = coordinates.to_values(u);
-  x[k] = value;
-  return coordinates.from_values(x)[k];
 }
 
 /// How far a component may lie from `value`, where it is held.

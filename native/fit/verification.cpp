@@ -45,10 +45,9 @@ Verification::Verification(const Problem& problem, const Optimiser* optimiser, V
       iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp(spp)) {}
 
 int Verification::pass_spp(int pass) const {
-  if (answer_) return std::min(spp_, std::max(spp_ / kShareBeside, kLeastOfPass));
   const auto index = static_cast<std::size_t>(pass);
-  return index < kShares.size() ? std::min(spp_, std::max(spp_ / kShares[index], kLeastOfPass))
-                                : spp_;
+  const int share = answer_ ? kShareBeside : index < kShares.size() ? kShares[index] : 1;
+  return std::min(spp_, std::max(spp_ / share, kLeastOfPass));
 }
 
 Observation Verification::derivatives(int purpose, std::size_t capture,

@@ -58,9 +58,9 @@ class SparseGradient {
   }
 
   static constexpr std::size_t kLeast = 1 << 12;
-  std::vector<Entry> entries_;  // one a place, in the order in which they were met
-  std::vector<std::uint32_t>
-      numbers_;  // a hash table of entries by place; a power of two, half empty
+  std::vector<Entry> entries_;  ///< one a place, in the order in which they were met
+  /// Hash table of entries by place: a power of two, at least half empty.
+  std::vector<std::uint32_t> numbers_;
   int shift_ = 0;
 };
 
