@@ -12,7 +12,8 @@ namespace selenite {
 namespace {
 
 /// Shares of the samples, a round each.
-constexpr std::array kShares{4, 1};
+constexpr std::array kShares{16, 4, 1};
+constexpr int kLeastOfRound = 16;  ///< samples, where there are as many
 /// Standard deviations by which a rival must be worse to lose.
 constexpr double kSigmas = 3;
 /// Widths of its interval, and share of its range, that a value of a rival lies off at least: what is
@@ -50,8 +51,9 @@ Rivals::Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vec
 
 /// Of a part.
 int Rivals::spp() const {
-  return std::max(most_spp_ / kShares[static_cast<std::size_t>(round_)] / static_cast<int>(kParts),
-                  2);
+  const int share = kShares[static_cast<std::size_t>(round_)];
+  const int all = std::max(most_spp_ / share, std::min(kLeastOfRound, most_spp_));
+  return std::max(all / static_cast<int>(kParts), 2);
 }
 
 bool Rivals::step(const RenderAt& render) {

@@ -16,9 +16,10 @@ namespace selenite {
 /// basin may hold the truth, of which intervals around the answer know nothing. Where one explains
 /// them better, it does.
 ///
-/// Equal seeds, first with a quarter of the samples, then with all for those that still stand. A rival
-/// loses by `Likeness`, coarse or in detail, or by `Nearness`. Refined in small pictures only, it is
-/// worse than the bottom of its basin: photos that tell basins apart do so here, too.
+/// Equal seeds, first with a sixteenth of the samples, then with a quarter and with all for those
+/// that still stand. A rival loses by `Likeness`, coarse or in detail, or by `Nearness`. Refined in
+/// small pictures only, it is worse than the bottom of its basin: photos that tell basins apart do so
+/// here, too.
 class Rivals {
  public:
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
