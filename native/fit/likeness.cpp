@@ -57,21 +57,11 @@ void Likeness::append(const Likeness& other, double share) {
 }
 
 Film whole(const Parts& parts) {
-  Film film(parts[0].width, parts[0].height, parts[0].spp + parts[1].spp,
-            static_cast<int>(parts[0].slots.size()));
-  const auto put = [](auto& whole, const auto& one, const auto& other) {
-    for (std::size_t i = 0; i < one.mean.size(); ++i) {
-      whole.mean[i] = (one.mean[i] + other.mean[i]) / 2.f;
-      whole.half_a[i] = one.mean[i];
-      whole.variance[i] = (one.variance[i] + other.variance[i]) / 4.f;
-    }
-  };
-  put(film, parts[0], parts[1]);
-  for (std::size_t s = 0; s < film.slots.size(); ++s) {
-    const SlotFilm &one = parts[0].slots[s], &other = parts[1].slots[s];
-    put(film.slots[s], one, other);
-    for (std::size_t i = 0; i < film.size(); ++i)
-      film.slots[s].covariance[i] = (one.covariance[i] + other.covariance[i]) / 4.f;
+  Film film(parts[0].width, parts[0].height, parts[0].spp + parts[1].spp);
+  for (std::size_t i = 0; i < film.size(); ++i) {
+    film.mean[i] = (parts[0].mean[i] + parts[1].mean[i]) / 2.f;
+    film.half_a[i] = parts[0].mean[i];
+    film.variance[i] = (parts[0].variance[i] + parts[1].variance[i]) / 4.f;
   }
   return film;
 }

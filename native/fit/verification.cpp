@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "fit/beside.h"
-#include "fit/likeness.h"
 #include "fit/streams.h"
 
 namespace selenite {
@@ -17,7 +16,7 @@ constexpr int kMostPasses = 4;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 /// Share of the longest step within which a linear step is as good as a look from its end.
 constexpr double kNear = 0.1;
-constexpr int kWarmUp = 100;  ///< look of their seeds
+constexpr int kWarmUp = 100;  ///< purpose of their seeds
 /// The first passes take shares of the samples, unless that are too few to step by.
 constexpr std::array kShares{16, 4};
 constexpr int kLeastOfPass = 32;
@@ -28,8 +27,7 @@ constexpr int kDerivativeShare = 3;
 constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 constexpr double kMisfitSigmas = 3;
 
-/// Even, for there are two sides.
-int derivative_spp(int spp) { return std::max(spp / kDerivativeShare / 2 * 2, 2); }
+int derivative_spp(int spp) { return std::max(spp / kDerivativeShare, 2); }
 
 }  // namespace
 
@@ -52,21 +50,12 @@ int Verification::pass_spp(int pass) const {
   return std::min(spp_, std::max(spp_ / share, kLeastOfPass));
 }
 
-/// Differences of pictures from above with one half of the samples, from below with the other: together
-/// as central as those from both sides at once, and as quiet, for half as many pictures.
-Observation Verification::derivatives(int look, std::size_t capture, const RenderAt& render) const {
-  const int half = derivative_spp(pass_spp(report_.passes)) / 2;
-  const auto from = [&](Draw draw, Side side) {
-    return render(x_, problem_->captures[capture], half, seed_for(look, draw, capture), side);
-  };
+Observation Verification::derivatives(int purpose, std::size_t capture,
+                                      const RenderAt& render) const {
   return {static_cast<int>(capture),
-          whole({from(Draw::kAbove, Side::kUp), from(Draw::kBelow, Side::kDown)}),
+          render(x_, problem_->captures[capture], derivative_spp(pass_spp(report_.passes)),
+                 seed_of(seed_, purpose, static_cast<int>(capture)), Side::kBoth),
           {}};
-}
-
-std::uint64_t Verification::seed_for(int look, Draw draw, std::size_t capture) const {
-  constexpr int kDraws = 3;
-  return seed_of(seed_, kDraws * look + static_cast<int>(draw), static_cast<int>(capture));
 }
 
 /// Steps of its own are not taken: only what they have seen counts.
@@ -85,10 +74,11 @@ bool Verification::step(const RenderAt& render) {
   if (!has_instruments_) gather_instruments(render);
   const std::size_t captures = problem_->captures.size();
   const Capture& photo = problem_->captures[capture_];
-  const Film film = render(x_, photo, pass_spp(report_.passes),
-                           seed_for(report_.passes, Draw::kResidual, capture_), std::nullopt);
-  const Observation slopes = derivatives(report_.passes, capture_, render);
-  const double weight = static_cast<double>(slopes.film.spp) / iteration_spp_;
+  const int spp = pass_spp(report_.passes);
+  const double weight = static_cast<double>(derivative_spp(spp)) / iteration_spp_;
+  const Film film = render(
+      x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
+  const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
   found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
   if (++capture_ < captures) return true;
   if (answer_)

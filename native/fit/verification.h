@@ -35,9 +35,7 @@ class Verification {
   std::vector<Eigen::VectorXf> weights() const;
 
  private:
-  enum class Draw { kResidual, kAbove, kBelow };
-  Observation derivatives(int look, std::size_t capture, const RenderAt& render) const;
-  std::uint64_t seed_for(int look, Draw draw, std::size_t capture) const;
+  Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
   void end_pass();
   double reach_of(const Estimate& now) const;

@@ -25,6 +25,7 @@ struct Color {
   constexpr Color& operator+=(const Color& o) { return *this = *this + o; }
   constexpr Color& operator*=(const Color& o) { return *this = *this * o; }
 
+  friend constexpr bool operator==(const Color& a, const Color& b) = default;
   friend constexpr Color operator+(const Color& a, const Color& b) {
     return {a.r + b.r, a.g + b.g, a.b + b.b};
   }

@@ -42,6 +42,9 @@ Vec3<S> deflect(const Vec3<S>& direction, S cosine, S u) {
       {sine * std::cos(phi), sine * std::sin(phi), cosine}));
 }
 
+/// Exponentially distributed with mean 1. u of `Random` has 24 bits: 1 - u is exact.
+inline float exponential(float u) { return -std::log(1 - u); }
+
 /// Weight of the strategy with density `a` against the one with density `b`.
 /// Source: Veach 1997, power heuristic with exponent 2 (what Cycles uses).
 template <class S>

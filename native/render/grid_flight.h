@@ -125,7 +125,7 @@ class GridFlight {
 
   Vec3f at(float t) const { return origin_ + direction_ * t; }
   float free_path(float u) const {
-    return majorant_ > 0 ? -std::log1p(-u) / majorant_ : std::numeric_limits<float>::infinity();
+    return majorant_ > 0 ? exponential(u) / majorant_ : std::numeric_limits<float>::infinity();
   }
   /// A null collision: the majorant less what the media have there.
   void pass(const Vec3f& p, float scale, Throughput<L>& beta) const {

@@ -74,10 +74,8 @@ class MediaStack {
     if (vary()) grids(ray, true).attenuate(inside(length), random.branch(dimension), beta);
     for (int i = 0; i < count_; ++i) {
       const PreparedMaterial<L>& m = material(i);
-      if (m.density_grid) continue;
-      beta.multiply(m.factor(map(m.values.extinction, [length](const auto& sigma) {
-        return transmittance(sigma, length);
-      })));
+      if (!m.density_grid)
+        carry(m, transmittance(value_of(m.values.extinction), length), length, beta);
     }
   }
 
@@ -103,9 +101,10 @@ class MediaStack {
   float density(float length, const Throughput<L>& beta) const {
     const Colorf rate = rates(), share = channel_shares(beta.value);
     length += beside_;
+    const Colorf through = transmittance(rate, length);
     float density = 0;
     for (int c = 0; c < 3; ++c)
-      if (share[c] > 0) density += share[c] * rate[c] * transmittance(rate[c], length);
+      if (share[c] > 0) density += share[c] * rate[c] * through[c];
     return density;
   }
   /// True inside a closed boundary that no shadow ray passes, with every light outside of it.
@@ -121,7 +120,7 @@ class MediaStack {
     const Colorf rate = rates(), share = channel_shares(beta.value);
     const int channel = u_channel < share.r ? 0 : (u_channel < share.r + share.g ? 1 : 2);
     if (!(rate[channel] > 0)) return std::numeric_limits<float>::infinity();
-    return -std::log1p(-u_length) / rate[channel];
+    return exponential(u_length) / rate[channel];
   }
   /// Flies the length that was drawn, at most `distance`, and multiplies `beta` by what it carries:
   /// weighted for all channels (balance heuristic), or by null collisions from `dimension` of the
@@ -136,13 +135,14 @@ class MediaStack {
     // A flight that ends before the ray's origin has no place of its own: it takes the origin.
     flight.length = std::max(flown - beside_, 0.0f);
     const Colorf rate = rates(), share = channel_shares(beta.value);
+    const Colorf through = transmittance(rate, flown);
     float density = 0;
-    for (int c = 0; c < 3; ++c) {
-      if (!(share[c] > 0)) continue;
-      const float through = transmittance(rate[c], flown);
-      density += share[c] * (scatters ? rate[c] * through : through);
-    }
-    attenuate(ray, flown, random, dimension, beta);
+    for (int c = 0; c < 3; ++c)
+      if (share[c] > 0) density += share[c] * (scatters ? rate[c] * through[c] : through[c]);
+    if (count_ == 1 && rate == value_of(material(0).values.extinction))
+      carry(material(0), through, flown, beta);
+    else
+      attenuate(ray, flown, random, dimension, beta);
     beta.multiply(1 / density);
     beside_ = 0;
     if (!scatters) return flight;
@@ -215,13 +215,30 @@ class MediaStack {
       entries_[count_++] = entry;
   }
 
-  template <class T>
-  static T transmittance(const T& sigma, float length) {
-    using std::exp;
-    if (value_of(sigma) == 0 && !has_slope(sigma)) return T(1);
-    // An endless way: nothing is left, and nothing of a derivative.
-    if (length == std::numeric_limits<float>::infinity()) return T(value_of(sigma) > 0 ? 0.f : 1.f);
-    return exp(sigma * -length);
+  static float transmittance(float sigma, float length) {
+    return sigma == 0 ? 1 : std::exp(sigma * -length);
+  }
+  /// By channel; equal ones, as those of a grey medium, are worked out once.
+  static Colorf transmittance(const Colorf& sigma, float length) {
+    Colorf through(transmittance(sigma.r, length));
+    if (sigma.g != sigma.r) through.g = transmittance(sigma.g, length);
+    if (sigma.b != sigma.r) through.b = transmittance(sigma.b, length);
+    return through;
+  }
+  /// `beta` takes what is `through` after a length of a medium.
+  static void carry(const PreparedMaterial<L>& medium, const Colorf& through, float length,
+                    Throughput<L>& beta) {
+    if constexpr (L == 0) {
+      beta.multiply(medium.factor(through));
+    } else {
+      // An endless way: nothing is left, and nothing of a derivative.
+      const bool endless = length == std::numeric_limits<float>::infinity();
+      Color<PathScalar<L>> factor;
+      for (int c = 0; c < 3; ++c)
+        factor[c] =
+            chain(medium.values.extinction[c], through[c], endless ? 0 : -length * through[c]);
+      beta.multiply(medium.factor(factor));
+    }
   }
 
   static Colorf channel_shares(const Colorf& throughput) {

@@ -193,8 +193,9 @@ class PathTracer {
   /// Russian roulette. A power below 1 keeps more of the dim paths than their share.
   bool survives(int scatterings, const Random& random, Throughput<L>& beta) const {
     if (scatterings < kRouletteStart) return true;
-    const float root = std::sqrt(beta.importance(p_.roulette_scales));
-    const float survival = std::min(1.0f, root * std::sqrt(root));
+    const float importance = beta.importance(p_.roulette_scales);
+    if (importance >= 1) return true;
+    const float root = std::sqrt(importance), survival = root * std::sqrt(root);
     if (!(random.uniform(kRoulette) < survival)) return false;
     beta.multiply(1 / survival);
     return true;

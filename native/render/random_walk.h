@@ -68,7 +68,7 @@ class RandomWalk {
       const float u = random.uniform(dimension + kChannel);
       const int channel = u < share.r ? 0 : (u < share.r + share.g || share.b == 0 ? 1 : 2);
       const float free =
-          -std::log1p(-random.uniform(dimension + kDistance)) / stage.sigma_t[channel];
+          exponential(random.uniform(dimension + kDistance)) / stage.sigma_t[channel];
       ray.t_max = free;
       const auto hit = geometry.intersect_inside(instance, ray);
       const float length = hit ? hit->t : free;

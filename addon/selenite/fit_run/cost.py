@@ -74,7 +74,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     per_pixel = iterations * spp * path + validations * validation
     if few:
         verified = verification_spp(settings)
-        slopes = _DERIVATIVES + differences
+        slopes = _DERIVATIVES + 2 * differences
         per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
         per_pixel += validation + _VERIFICATION_PASSES * per_pass
         if searches:
