@@ -7,7 +7,6 @@
 
 #include "fit/directions.h"
 #include "fit/secants.h"
-#include "fit/weights.h"
 
 namespace selenite {
 namespace {
@@ -29,64 +28,6 @@ double range_of(const Coordinates& coordinates, Eigen::Index k) {
   constexpr double kDecades = 4.6;
   return std::min(coordinates.maximum()[k] - coordinates.minimum()[k], kDecades);
 }
-
-}  // namespace
-
-void Evidence::add(const Capture& capture, const GaussNewton::Equations& equations,
-                   std::size_t captures) {
-  const auto& [halves, z, weight] = equations;
-  const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
-  Matrix noise_a(n, n), noise_b(n, n);
-  Vector term(n);
-  for (Eigen::Index i = 0; i < pixels; ++i) {
-    if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
-    noise_a.setZero();
-    noise_b.setZero();
-    term.setZero();
-    for (Eigen::Index j = 3 * i; j < 3 * i + 3; ++j) {
-      const double w = weight[j] / 2;
-      const Vector a = w * z.a.instruments.row(j).cast<double>();
-      const Vector b = w * z.b.instruments.row(j).cast<double>();
-      normal.noalias() += a * z.b.slopes.row(j).cast<double>();
-      normal.noalias() += b * z.a.slopes.row(j).cast<double>();
-      noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
-      noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
-      term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
-    }
-    normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
-    gradient += term;
-    spread.noalias() += term * term.transpose();
-  }
-  // A pixel's residual in one half times its neighbours' in the other: only what they share stays.
-  const Eigen::VectorXf relative = relative_weights(capture, captures);
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * capture.width + x; };
-  for (int y = 0; y < capture.height; ++y)
-    for (int x = 0; x < capture.width; ++x) {
-      if (capture.weight[at(x, y)] == 0) continue;
-      std::array<double, 3> around{};
-      int count = 0;
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
-          const int p = x + dx, q = y + dy;
-          if ((dx == 0 && dy == 0) || p < 0 || q < 0 || p >= capture.width || q >= capture.height)
-            continue;
-          if (capture.weight[at(p, q)] == 0) continue;
-          ++count;
-          for (std::size_t c = 0; c < 3; ++c)
-            around[c] += halves.residual_b[static_cast<Eigen::Index>(3 * at(p, q) + c)];
-        }
-      if (count == 0) continue;
-      double part = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const auto i = static_cast<Eigen::Index>(3 * at(x, y) + c);
-        part += relative[i] * halves.residual_a[i] * around[c] / count;
-      }
-      misfit += part;
-      misfit_variance += part * part;
-    }
-}
-
-namespace {
 
 /// A component that is not solved for: where it goes, and how far from there it may lie (a standard
 /// deviation), in its coordinate.
@@ -388,6 +329,24 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
     free = std::move(kept);
   }
   return result;
+}
+
+void hold(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& x,
+          std::vector<Confidence>& components) {
+  const Vector u = coordinates.from_values(x);
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    Confidence& one = components[static_cast<std::size_t>(k)];
+    auto& [low, high] = one.interval;
+    if (low <= x[k] && x[k] <= high) continue;
+    low = std::min(low, x[k]);
+    high = std::max(high, x[k]);
+    const double error =
+        (coordinate_of(coordinates, u, k, high) - coordinate_of(coordinates, u, k, low)) /
+        (2 * kQuantile90);
+    one.standard_error = std::max(one.standard_error, (high - low) / (2 * kQuantile90));
+    if (error >= kUndetermined * range_of(coordinates, k)) one.determined = false;
+    if (unknowns.minimum()[k] < x[k] && x[k] < unknowns.maximum()[k]) one.at_bound = AtBound::kNo;
+  }
 }
 
 }  // namespace selenite

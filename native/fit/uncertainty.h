@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/gauss_newton.h"
+#include "fit/evidence.h"
 
 namespace selenite {
 
@@ -38,22 +38,6 @@ struct TrustReport {
   std::vector<int> contested;  ///< components that were determined but for them
 };
 
-/// What one look at frozen values says, summed over photos and pixels; in `Coordinates`.
-struct Evidence {
-  Eigen::MatrixXd normal;           ///< Z^T w J; not symmetric
-  Eigen::MatrixXd normal_variance;  ///< of each of its entries
-  Eigen::MatrixXd spread;           ///< covariance of `gradient`, noise of the photos included
-  Vector gradient;                  ///< Z^T w (I - photo)
-  double misfit = 0, misfit_variance = 0;
-
-  explicit Evidence(Eigen::Index n)
-      : normal(Eigen::MatrixXd::Zero(n, n)),
-        normal_variance(normal),
-        spread(normal),
-        gradient(Vector::Zero(n)) {}
-  void add(const Capture& capture, const GaussNewton::Equations& equations, std::size_t captures);
-};
-
 /// One Gauss-Newton step from the evidence, and how sure it is.
 struct Estimate {
   Vector step;          ///< in determined directions only, inside the bounds
@@ -74,5 +58,10 @@ struct OtherLooks {
 };
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                   const Evidence& evidence, const OtherLooks& others = {});
+
+/// Widens the intervals to hold x, which is what the user gets: a step may lead beyond the end of the
+/// longest that is taken, or of a bound, and then the interval of where it leads may not reach back.
+void hold(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& x,
+          std::vector<Confidence>& components);
 
 }  // namespace selenite

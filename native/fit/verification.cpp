@@ -110,7 +110,7 @@ void Verification::end_pass() {
   }
   take(now);
   if (over_) {
-    if (!there) widen(now.step);
+    if (!there) widen(now.step, x_);
     if (const auto to = beside(problem_->unknowns, x_, report_.components)) look_beside(*to);
     return;
   }
@@ -126,7 +126,7 @@ double Verification::reach_of(const Estimate& now) const {
 void Verification::take(const Estimate& now) {
   const Vector step = now.step / std::max(1.0, reach_of(now));
   x_ = problem_->unknowns.project(evidence_.coordinates().to_values(u_ + step));
-  report_.components = now.components;
+  tell(now, x_);
 }
 
 void Verification::look_beside(const Vector& x) {
@@ -167,20 +167,21 @@ double Verification::noise_of_step() const {
 
 void Verification::settle_for(const Vector& x) {
   const Coordinates& coordinates = evidence_.coordinates();
+  // The intervals are about where the whole step leads, `values` only as far along it as one may go.
+  const Vector end = u_ + estimate(problem_->unknowns, coordinates, u_, found_, others_).step;
   for (std::size_t i = 0; i < others_.known.size(); ++i)
-    if (std::optional<Known>& one = others_.known[i]) {
-      one->value = x[static_cast<Eigen::Index>(i)];
-      auto& [low, high] = one->confidence.interval;
-      low = std::min(low, one->value);
-      high = std::max(high, one->value);
-    }
-  widen(coordinates.from_values(x_) - coordinates.from_values(x));
+    if (std::optional<Known>& one = others_.known[i]) one->value = x[static_cast<Eigen::Index>(i)];
+  widen(end - coordinates.from_values(x), x);
 }
 
-void Verification::widen(const Vector& way) {
+void Verification::widen(const Vector& way, const Vector& x) {
   others_.unsure = way;
-  report_.components =
-      estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, others_).components;
+  tell(estimate(problem_->unknowns, evidence_.coordinates(), u_, found_, others_), x);
+}
+
+void Verification::tell(const Estimate& now, const Vector& x) {
+  report_.components = now.components;
+  hold(problem_->unknowns, evidence_.coordinates(), x, report_.components);
 }
 
 std::vector<Eigen::VectorXf> Verification::weights() const {

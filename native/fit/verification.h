@@ -43,8 +43,10 @@ class Verification {
   /// Goes on with a look from `x`, which gathers instruments of its own.
   void look_beside(const Vector& x);
   void end_beside();
-  /// `way`, in `Coordinates`, is an error beside the noise.
-  void widen(const Vector& way);
+  /// `way`, in `Coordinates`, is an error beside the noise of the answer x.
+  void widen(const Vector& way, const Vector& x);
+  /// What is known of x.
+  void tell(const Estimate& now, const Vector& x);
   int pass_spp(int pass) const;
   double noise_of_step() const;
 

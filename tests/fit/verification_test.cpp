@@ -142,6 +142,37 @@ Film squared_film(const Scene& scene, const SlotLayout& layout, const RenderSett
   return film;
 }
 
+// Slopes a twentieth of what they are: each look leads twenty times too far, to and fro, and as far as one
+// step may go. The fourth ends where the first began.
+TEST(Verification, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
+  constexpr double kStart = 0.45, kTruth = 0.5, kToldSlope = 0.05;
+  const Scene scene = synthetic_scene();
+  const Unknowns unknowns(scene, {{"Body", "metallic", {kStart}, 0, 1, 0.03}});
+  const SlotLayout layout(scene, unknowns.parameters());
+  std::vector<Capture> captures{grey_capture(kSize)};
+  check_captures(scene, captures);
+  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const Vector start = Vector::Constant(1, kStart);
+  Verification verification(problem, nullptr, start, 1, 64, 16);
+  const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
+                              std::optional<Side> derivatives) {
+    RenderSettings settings;
+    settings.width = settings.height = kSize;
+    settings.spp = spp;
+    settings.seed = key;
+    return evenly_noisy_film(derivatives ? layout : SlotLayout(), settings, 0.01, [&](std::size_t) {
+      return std::pair(0.5 + at[0] - kTruth, kToldSlope);
+    });
+  };
+  while (verification.step(render)) {
+  }
+  verification.settle_for(start);
+  const Confidence told = verification.report().components[0];
+  EXPECT_LE(told.interval[0], kStart);
+  EXPECT_GE(told.interval[1], kStart);
+  EXPECT_FALSE(told.determined);
+}
+
 struct VerifiedFromZero : Verified {
   TrustReport settled;  ///< where the answer is not taken
 };
