@@ -184,7 +184,7 @@ class PrincipledBsdf {
       if constexpr (kDensity) p += base_reflection_pick(cos_m) * seen(base_);
     }
     if (coat_.spreads) {
-      if constexpr (kValue) f += reflectance(layers_.coat, cos_m) * shape(layers_.coat_width2);
+      if constexpr (kValue) f += layers_.coat.at(cos_m) * shape(layers_.coat_width2);
       if constexpr (kDensity) p += layers_.pick[kCoat] * seen(coat_);
     }
   }
@@ -195,20 +195,11 @@ class PrincipledBsdf {
     const X i = ggx_lambda(tan2_i, width2), o = ggx_lambda(tan2_o, width2);
     return X(1) / (layers_.version1 ? (i + S(1)) * (o + S(1)) : i + o + S(1));
   }
-  /// Weighted Fresnel term of one dielectric reflection.
-  Color<T> reflectance(const Gloss<T>& gloss, S cos_m) const {
-    return gloss.at(rise(gloss, cos_m));
-  }
-  static T rise(const Gloss<T>& gloss, S cos_m) {
-    return narrow(gloss.excess, [&](const auto& e) {
-      return dielectric_rise(std::decay_t<decltype(e)>(cos_m), e);
-    });
-  }
   /// Weighted Fresnel terms of the reflections that share the base roughness.
   Color<T> base_reflectance(S cos_m) const {
     Color<T> sum{};
-    if (has(kSpecular)) sum += reflectance(layers_.specular, cos_m);
-    if (has(kGlass)) sum += reflectance(layers_.glass, cos_m);
+    if (has(kSpecular)) sum += layers_.specular.at(cos_m);
+    if (has(kGlass)) sum += layers_.glass.at(cos_m);
     if (has(kMetal)) sum += layers_.metal_weight * layers_.metal.at(cos_m);
     return sum;
   }
@@ -221,7 +212,7 @@ class PrincipledBsdf {
   /// Probability that the glass lobe reflects at a micronormal, close to its share of the energy.
   S reflected_share(S cos_m) const {
     if (layers_.version1) return layers_.macro_reflected;
-    return reflected_share_of_rise(dielectric_rise(cos_m, value_of(layers_.glass.excess)));
+    return reflected_share_of_rise(layers_.glass.rise.value_at(cos_m));
   }
   S reflected_share_of_rise(S rise) const {
     if (rise >= 1) return 1;  // total internal reflection
@@ -251,9 +242,11 @@ class PrincipledBsdf {
             using X = std::decay_t<decltype(n)>;
             const Refraction<X> g(wi_, o, n, drawn);
             const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
-            return layers_.version1
-                       ? lobe
-                       : lobe * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1))));
+            if (layers_.version1) return lobe;
+            if constexpr (std::is_same_v<X, S>)
+              return lobe * (1 - layers_.glass.rise.value_at(g.cos_m));
+            else
+              return lobe * (X(1) - dielectric_rise(g.cos_m, (n - X(1)) * (n + X(1))));
           });
       f += layers_.glass_through * shape;
     }
@@ -343,7 +336,7 @@ class PrincipledBsdf {
       p += base_reflection_pick(cos_m);
     }
     if (has(kCoat) && coat_.singular) {
-      f += reflectance(layers_.coat, cos_m);
+      f += layers_.coat.at(cos_m);
       p += layers_.pick[kCoat];
     }
     return BsdfSample<T>{wo, p, f / p, true, false};
@@ -360,9 +353,7 @@ class PrincipledBsdf {
     if (!(dot(point_.ng, wo) < 0)) return std::nullopt;
     const S p = layers_.pick[kGlass] * (1 - reflected_share(cos_m));
     if (!(p > 0)) return std::nullopt;
-    const T through = T(1) - narrow(layers_.glass.excess, [&](const auto& x) {
-                        return dielectric_rise(std::decay_t<decltype(x)>(cos_m), x);
-                      });
+    const T through = T(1) - layers_.glass.rise.at(cos_m);
     return BsdfSample<T>{wo, p, layers_.glass_through * through / p, true, true};
   }
 

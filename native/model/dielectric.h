@@ -2,7 +2,7 @@
 #pragma once
 
 #include "math/color.h"
-#include "model/narrow.h"
+#include "model/fresnel.h"
 
 namespace selenite {
 
@@ -53,13 +53,17 @@ struct Dielectric {
   static constexpr scalar_t<T> kLeastAxis = scalar_t<T>(0.01);  // |n - 1| = 2e-4
 };
 
-/// Reflectance flat + risen * rise(c) of a tinted dielectric, weight of the lobe included.
+/// Reflectance of a tinted dielectric, weight of the lobe included: flat + risen * rise.
 template <class T>
 struct Gloss {
   Color<T> flat{}, risen{};
-  T excess{};
+  DielectricRise<T> rise{};
 
-  Color<T> at(const T& rise) const { return flat + risen * rise; }
+  Color<T> at(scalar_t<T> c) const { return flat + risen * rise.at(c); }
+  bool has_slope() const {
+    return selenite::has_slope(flat) || selenite::has_slope(risen) ||
+           selenite::has_slope(rise.excess());
+  }
 };
 
 }  // namespace selenite

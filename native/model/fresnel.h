@@ -45,6 +45,40 @@ T dielectric_rise(const T& c, const T& e) {
   return fresnel_rise(fresnel_dielectric(c, e), fresnel_normal(e));
 }
 
+/// The same of one interface, which is seen at several cosines.
+template <class T>
+class DielectricRise {
+  using S = scalar_t<T>;
+  using Narrow = std::conditional_t<std::is_same_v<T, S>, S, Dual<S, 1>>;
+
+ public:
+  DielectricRise() = default;
+  explicit DielectricRise(const T& excess) : excess_(excess) {
+    if constexpr (std::is_same_v<T, S>)
+      normal_ = fresnel_normal(excess);
+    else
+      normal_ = fresnel_normal(Narrow::variable(excess.v, 0));
+  }
+  const T& excess() const { return excess_; }
+
+  T at(S c) const {
+    return narrow(excess_, [&](const auto& e) { return at(std::decay_t<decltype(e)>(c), e); });
+  }
+  S value_at(S c) const { return at(c, value_of(excess_)); }
+
+ private:
+  template <class X>
+  X at(const X& c, const X& e) const {
+    if constexpr (std::is_same_v<X, S>)
+      return fresnel_rise(fresnel_dielectric(c, e), value_of(normal_));
+    else
+      return fresnel_rise(fresnel_dielectric(c, e), normal_);
+  }
+
+  T excess_{};
+  Narrow normal_{};
+};
+
 /// Cosine-weighted mean of the dielectric reflectance over the hemisphere; a rational fit that Cycles
 /// uses for energy compensation, so its error (up to 0.006) is part of the picture.
 template <class T>

@@ -154,7 +154,7 @@ struct Layers {
                  const T& roughness, bool compensate, const T& share, T& w, S& albedo) const {
     const T weight = w * share;
     const Dielectric<T> d = interface(parameter);
-    Gloss<T> gloss{.excess = d.excess};
+    Gloss<T> gloss{.rise = DielectricRise<T>(d.excess)};
     T reflected(0);
     if (is_constant_grey(tint)) {
       const auto terms = narrow_all(roughness, parameter, [&](const auto& r, const auto& x) {
@@ -250,14 +250,14 @@ struct Layers {
       const Color<T> mean = opaque ? f0 + (Color<T>(T(1)) - f0) * rise_mean : tint;
       lobe = map_tint(mean, [&](const T& f) { return weight * compensation(f, e, e_mean); });
     }
-    glass = {f0 * lobe, (Color<T>(T(1)) - f0) * lobe, d.excess};
+    glass = {f0 * lobe, (Color<T>(T(1)) - f0) * lobe, DielectricRise<T>(d.excess)};
     glass_through = tint * glass.risen;  // 1 - F' = (1 - f0) (1 - rise)
     glass_flat = mean_channel(value_of(f0));
     glass_tint = mean_channel(value_of(tint * (Color<T>(T(1)) - f0)));
     if (has_slope(f0)) glass_least = S(0.05);
     if (has_slope(tint)) glass_most = S(0.95);
     present[kGlass] = true;
-    const S rise = value_of(dielectric_rise(T(cos_i_), d.excess));
+    const S rise = glass.rise.value_at(cos_i_);
     estimate_[kGlass] =
         value_of(weight) * (glass_flat + (1 - glass_flat) * rise + glass_tint * (1 - rise));
     carries_slope_[kGlass] = has_slope(glass.flat) || has_slope(glass.risen) ||
@@ -292,8 +292,7 @@ struct Layers {
     specular = layer(reflectance, interface, map_tint(m.specular_tint, nonnegative), roughness,
                      compensate_, T(1), w, estimate_[kSpecular]);
     present[kSpecular] = true;
-    carries_slope_[kSpecular] = has_slope(specular.flat) || has_slope(specular.risen) ||
-                                has_slope(specular.excess) || has_slope(width2);
+    carries_slope_[kSpecular] = specular.has_slope() || has_slope(width2);
   }
 
   void add_diffuse(const Principled<T>& m, const T& w, const Color<T>& below,

@@ -38,14 +38,13 @@ void Layers<T>::stack_version1(const Principled<T>& m, const T& alpha, bool back
     const T luminance = base.r * S(0.3) + base.g * S(0.6) + base.b * S(0.1);
     const Color<T> hue = value_of(luminance) > 0 ? base / luminance : Color<T>(T(1));
     const Color<T> f0 = mix(hue) * (reflectance * dielectric) + base * metallic;
-    specular.excess = Dielectric<T>::from_amplitude(capped_root(least, kLeastAmplitude)).excess;
+    specular.rise = DielectricRise<T>(
+        Dielectric<T>::from_amplitude(capped_root(least, kLeastAmplitude)).excess);
     specular.flat = f0 * opaque;
     specular.risen = (Color<T>(T(1)) - f0) * opaque;
     present[kSpecular] = true;
-    const T rise = dielectric_rise(T(cos_i_), specular.excess);
-    estimate_[kSpecular] = value_of(mean_channel(specular.at(rise)));
-    carries_slope_[kSpecular] = has_slope(specular.flat) || has_slope(specular.risen) ||
-                                has_slope(specular.excess) || has_slope(width2);
+    estimate_[kSpecular] = value_of(mean_channel(specular.at(cos_i_)));
+    carries_slope_[kSpecular] = specular.has_slope() || has_slope(width2);
   }
 
   const T glass_weight = alpha * transmission;
@@ -58,7 +57,8 @@ void Layers<T>::stack_version1(const Principled<T>& m, const T& alpha, bool back
     through_width2 = square(square(T(1) - smoothness));
     const Color<T> f0 = mix(base);
     const T mirrors = glass_weight * reflected;
-    if (matters(mirrors)) glass = {f0 * mirrors, (Color<T>(T(1)) - f0) * mirrors, d.excess};
+    if (matters(mirrors))
+      glass = {f0 * mirrors, (Color<T>(T(1)) - f0) * mirrors, DielectricRise<T>(d.excess)};
     const Color<T> through = base * (glass_weight * max(T(1) - reflected, T(S(1e-4))));
     if (matters(through)) glass_through = through;
     present[kGlass] = true;
