@@ -18,7 +18,7 @@ constexpr double kSurprise = 3;  ///< standard deviations: the answer was not th
 constexpr double kNear = 0.1;
 constexpr int kWarmUp = 100;  ///< purpose of their seeds
 /// The first passes take shares of the samples, unless that are too few to step by.
-constexpr std::array kShares{16, 8};
+constexpr std::array kShares{16, 4};
 constexpr int kLeastOfPass = 32;
 constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with its own instruments
 /// Of the samples of residuals. The Jacobians of the iterations serve on, but where unknowns nearly

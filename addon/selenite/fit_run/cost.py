@@ -23,9 +23,9 @@ _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
 _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 850, 680
 # Of the verification: least samples, the share of them that have derivatives, and its passes: with
-# a sixteenth and an eighth of them before a whole one, which is mostly the last. Then, after a
+# a sixteenth and a quarter of them before a whole one, which is mostly the last. Then, after a
 # search, pictures of the answer and of up to three rivals with a sixteenth of them.
-_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.3
+_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.4
 _RIVAL_PICTURES, _RIVAL_SHARE = 4, 16
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
