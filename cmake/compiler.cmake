@@ -39,19 +39,33 @@ function(selenite_compile_rules target)
   endif()
 endfunction()
 
-# A kernel file is compiled once per instruction set under its own name: kernel_avx2.cpp gets AVX2 and FMA,
-# any other file the baseline. Such a file holds no STL container and keeps all it defines in a namespace named
-# for the instruction set, so that the linker cannot hand its code to an older CPU (see CONTRIBUTING.md).
-function(selenite_instruction_sets)
-  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+# The kernel that traces eight paths in lockstep, for AVX2 and FMA: files named *_avx2.cpp. It is chosen when a render
+# starts, on processors that have both. Functions of headers that it shares with the rest are compiled in it as well,
+# for AVX2, under the same names; the linker would keep one copy for all, and on an older processor that may be the
+# wrong one. So its objects are joined to one of which nothing but the entry points is seen from outside.
+# Elsewhere than with GNU's tools on x86-64 there are no lanes, and every path is traced alone.
+function(selenite_add_lanes target)
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$" OR NOT CMAKE_SYSTEM_NAME STREQUAL "Linux"
+     OR NOT CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
     return()
   endif()
-  foreach(source IN LISTS ARGN)
-    if(source MATCHES "_avx2\\.cpp$")
-      set_source_files_properties("${source}" PROPERTIES
-        COMPILE_OPTIONS "$<IF:$<BOOL:${MSVC}>,/arch:AVX2,-mavx2;-mfma;-mbmi2>")
-    endif()
-  endforeach()
+  set(lanes ${target}_lanes)
+  add_library(${lanes} OBJECT ${ARGN})
+  selenite_compile_rules(${lanes})
+  selenite_inline_kernels(${ARGN})
+  target_compile_options(${lanes} PRIVATE -mavx2 -mfma -mbmi2 -mtune=haswell -Wno-psabi
+    -mmove-max=256 -mstore-max=256 -mmemcpy-strategy=vector_loop:2048:align,libcall:-1:noalign
+    -mmemset-strategy=vector_loop:2048:align,libcall:-1:noalign)
+  target_include_directories(${lanes} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
+  target_compile_definitions(${lanes} PRIVATE $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>)
+  set(joined "${CMAKE_CURRENT_BINARY_DIR}/${lanes}.o")
+  add_custom_command(OUTPUT "${joined}"
+    COMMAND "${CMAKE_LINKER}" -r --force-group-allocation -o "${joined}" $<TARGET_OBJECTS:${lanes}>
+    COMMAND "${CMAKE_OBJCOPY}" --wildcard --keep-global-symbol=*render_tile_by_lanes* "${joined}"
+    DEPENDS ${lanes} $<TARGET_OBJECTS:${lanes}> COMMAND_EXPAND_LISTS VERBATIM)
+  set_source_files_properties("${joined}" PROPERTIES EXTERNAL_OBJECT ON GENERATED ON)
+  target_sources(${target} PRIVATE "${joined}")
+  target_compile_definitions(${target} PRIVATE SELENITE_LANES)
 endfunction()
 
 # A path's functions are many and small, called once or twice each. Measured: a render takes a tenth less time if

@@ -132,6 +132,13 @@ def _add_view(parser: argparse.ArgumentParser, spp: int) -> None:
     parser.add_argument("--seed", type=_at_least(0), default=0)
     parser.add_argument("--depth", type=_at_least(0), default=0, help="bounces; 0: unlimited")
     parser.add_argument("--threads", type=_at_least(0), default=0, help="0: all")
+    parser.add_argument(
+        "--lanes",
+        type=int,
+        choices=(0, 1),
+        default=0,
+        help="paths a thread traces in lockstep: 1, or 0 for 8 where processor and scene permit",
+    )
     parser.add_argument("--physical-refraction", action="store_true", help=_PHYSICAL)
     parser.add_argument(
         "--set",

@@ -25,7 +25,7 @@ struct Color {
   constexpr Color& operator+=(const Color& o) { return *this = *this + o; }
   constexpr Color& operator*=(const Color& o) { return *this = *this * o; }
 
-  friend constexpr bool operator==(const Color& a, const Color& b) = default;
+  friend constexpr bool operator==(const Color& a, const Color& b) requires(!kIsLanes<T>) = default;
   friend constexpr Color operator+(const Color& a, const Color& b) {
     return {a.r + b.r, a.g + b.g, a.b + b.b};
   }
@@ -38,15 +38,23 @@ struct Color {
   friend constexpr Color operator/(const Color& a, const Color& b) {
     return {a.r / b.r, a.g / b.g, a.b / b.b};
   }
-  template <class S>
-  friend constexpr Color operator*(const Color& a, const S& s) {
-    return {a.r * s, a.g * s, a.b * s};
-  }
-  template <class S>
-  friend constexpr Color operator/(const Color& a, const S& s) {
-    return {a.r / s, a.g / s, a.b / s};
-  }
 };
+
+/// Scaling; the factor may vary over the lanes while the colour does not.
+template <class T, class S>
+constexpr auto operator*(const Color<T>& a, const S& s) -> Color<decltype(a.r * s)> {
+  return {a.r * s, a.g * s, a.b * s};
+}
+template <class T, class S>
+constexpr auto operator/(const Color<T>& a, const S& s) -> Color<decltype(a.r / s)> {
+  return {a.r / s, a.g / s, a.b / s};
+}
+/// Of a colour that all lanes share and one of each lane.
+template <class A, class B>
+  requires(!std::is_same_v<A, B>)
+constexpr auto operator*(const Color<A>& a, const Color<B>& b) -> Color<decltype(a.r * b.r)> {
+  return {a.r * b.r, a.g * b.g, a.b * b.b};
+}
 
 using Colorf = Color<float>;
 
@@ -64,12 +72,17 @@ constexpr T max_channel(const Color<T>& c) {
 }
 template <class T>
 constexpr T mean_channel(const Color<T>& c) {
-  return (c.r + c.g + c.b) * (scalar_t<T>(1) / 3);
+  return (c.r + c.g + c.b) * (number_t<T>(1) / 3);
 }
 /// Per-channel function, one name for values and duals.
 template <class T, class F>
-constexpr Color<T> map(const Color<T>& c, F&& f) {
+constexpr auto map(const Color<T>& c, F&& f) -> Color<std::decay_t<decltype(f(c.r))>> {
   return {f(c.r), f(c.g), f(c.b)};
+}
+template <class M, class T>
+  requires(std::is_same_v<M, mask_t<T>>&& kIsLanes<T>)
+Color<T> select(const M& mask, const Color<T>& a, const Color<T>& b) {
+  return {select(mask, a.r, b.r), select(mask, a.g, b.g), select(mask, a.b, b.b)};
 }
 
 }  // namespace selenite

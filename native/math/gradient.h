@@ -3,6 +3,8 @@
 
 #include <bit>
 
+#include "math/scalar.h"
+
 namespace selenite {
 
 /// The N derivatives of a dual number, all treated alike.
@@ -14,7 +16,7 @@ struct Gradient {
   constexpr const S& operator[](int k) const { return d[k]; }
   constexpr const S* begin() const { return d; }
   constexpr const S* end() const { return d + N; }
-  constexpr bool operator==(const Gradient&) const = default;
+  constexpr bool operator==(const Gradient&) const requires(!kIsLanes<S>) = default;
 
   /// Slot by slot f(a) or f(a, b).
   template <class F>
@@ -43,11 +45,11 @@ struct Gradient {
   }
   /// a s, but exactly 0 where a is 0, whatever s is.
   friend constexpr Gradient scaled(const Gradient& a, S s) {
-    return each(a, [s](S x) { return x == 0 ? S(0) : x * s; });
+    return each(a, [s](S x) { return select(x == S(0), S(0), S(x * s)); });
   }
   friend constexpr bool any(const Gradient& a) {
     for (int k = 0; k < N; ++k)
-      if (a.d[k] != 0) return true;
+      if (any(a.d[k] != S(0))) return true;
     return false;
   }
 };

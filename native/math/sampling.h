@@ -8,12 +8,15 @@ namespace selenite {
 /// Unit square to unit disc, area-preserving and continuous. Source: Shirley and Chiu 1997.
 template <class S>
 Vec2<S> square_to_disc(S u, S v) {
+  using std::abs, std::cos, std::sin;
   const S a = 2 * u - 1, b = 2 * v - 1;
-  if (a == 0 && b == 0) return {};
-  const bool wide = std::abs(a) > std::abs(b);
-  const S radius = wide ? a : b;
-  const S angle = wide ? kPi<S> / 4 * (b / a) : kPi<S> / 2 - kPi<S> / 4 * (a / b);
-  return {radius * std::cos(angle), radius * std::sin(angle)};
+  const mask_t<S> centre = (a == S(0)) & (b == S(0));
+  if (all(centre)) return {};
+  const mask_t<S> wide = abs(a) > abs(b);
+  const S radius = select(wide, a, b);
+  const S eighth = kPi<S> / 4 * (select(wide, b, a) / select(centre, S(1), radius));
+  const S angle = select(wide, eighth, S(kPi<S> / 2 - eighth));
+  return {radius * cos(angle), radius * sin(angle)};
 }
 
 /// Direction in the upper hemisphere with density cos/pi.
@@ -37,21 +40,27 @@ Vec3<S> square_to_cone(S u, S v, S one_minus_cos_max) {
 /// A unit vector turned by an angle of the given cosine, to the side that u in [0, 1) says.
 template <class S>
 Vec3<S> deflect(const Vec3<S>& direction, S cosine, S u) {
+  using std::cos, std::sin;
   const S sine = safe_sqrt((1 - cosine) * (1 + cosine)), phi = 2 * kPi<S> * u;
-  return normalize(Frame<S>::from_normal(direction).to_world(
-      {sine * std::cos(phi), sine * std::sin(phi), cosine}));
+  return normalize(
+      Frame<S>::from_normal(direction).to_world({sine * cos(phi), sine * sin(phi), cosine}));
 }
 
 /// Exponentially distributed with mean 1. u of `Random` has 24 bits: 1 - u is exact.
-inline float exponential(float u) { return -std::log(1 - u); }
+template <class S>
+S exponential(S u) {
+  using std::log;
+  return -log(1 - u);
+}
 
 /// Weight of the strategy with density `a` against the one with density `b`.
 /// Source: Veach 1997, power heuristic with exponent 2 (what Cycles uses).
 template <class S>
 S power_heuristic(S a, S b) {
-  if (!(a > 0)) return 0;
+  const mask_t<S> possible = a > S(0);
+  if (!any(possible)) return S(0);
   const S ratio = b / a;  // keeps a^2 from overflowing
-  return S(1) / (S(1) + ratio * ratio);
+  return select(possible, S(S(1) / (S(1) + ratio * ratio)), S(0));
 }
 
 }  // namespace selenite

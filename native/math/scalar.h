@@ -4,14 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 // Plain scalars behind the same names that dual numbers answer to, so that a lobe is written once.
 namespace selenite {
-
-template <class T>
-inline constexpr T kPi = std::numbers::pi_v<T>;
-template <class T>
-inline constexpr T kInvPi = std::numbers::inv_pi_v<T>;
 
 /// The scalar that carries the value of T: float for float, float for Dual<float, N>.
 template <class T>
@@ -20,6 +16,45 @@ struct ScalarOf {
 };
 template <class T>
 using scalar_t = typename ScalarOf<T>::type;
+
+/// The mask that comparing two T gives: a bool, or a bool for each of the paths that are traced in
+/// lockstep (lanes.h).
+template <class S>
+struct MaskOf {
+  using type = bool;
+};
+template <class T>
+using mask_t = typename MaskOf<scalar_t<T>>::type;
+/// Whether T holds a number for each of several paths.
+template <class T>
+inline constexpr bool kIsLanes = !std::is_same_v<mask_t<T>, bool>;
+
+constexpr bool any(bool mask) { return mask; }
+constexpr bool all(bool mask) { return mask; }
+
+/// What T is where all paths have the same: float for lanes, Dual<float, N> for duals of lanes, else T.
+template <class T>
+struct UniformOf {
+  using type = T;
+};
+template <class T>
+using uniform_t = typename UniformOf<T>::type;
+/// The plain number behind T: float for lanes, for Dual<float, N> and for duals of lanes.
+template <class T>
+using number_t = scalar_t<uniform_t<T>>;
+
+/// An index into a table for each number of T.
+template <class S>
+struct IndexOf {
+  using type = int;
+};
+template <class T>
+using index_t = typename IndexOf<scalar_t<T>>::type;
+
+template <class T>
+inline constexpr number_t<T> kPi = std::numbers::pi_v<number_t<T>>;
+template <class T>
+inline constexpr number_t<T> kInvPi = std::numbers::inv_pi_v<number_t<T>>;
 
 template <class T>
   requires std::is_floating_point_v<T>

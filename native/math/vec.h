@@ -59,6 +59,11 @@ template <class T>
 Vec3<T> normalize(const Vec3<T>& v) {
   return v / length(v);
 }
+template <class M, class T>
+  requires(std::is_same_v<M, mask_t<T>>&& kIsLanes<T>)
+Vec3<T> select(const M& mask, const Vec3<T>& a, const Vec3<T>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
 
 template <class T>
 struct Vec2 {
@@ -75,7 +80,8 @@ struct Frame {
   Vec3<T> s, t, n;
 
   static Frame from_normal(const Vec3<T>& n) {
-    const T sign = std::copysign(T(1), n.z);
+    using std::copysign;
+    const T sign = copysign(T(1), n.z);
     const T a = T(-1) / (sign + n.z);
     const T b = n.x * n.y * a;
     return {

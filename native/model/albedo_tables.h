@@ -13,7 +13,7 @@ namespace selenite {
 /// our own quadrature at first use.
 ///
 /// Axes, all uniform on [0, 1]: roughness, cosine c of the viewer's direction, and
-/// z = sqrt(|n - 1| / (n + 1)) for the index of refraction n.
+/// z = sqrt(|n - 1| / (n + 1)) for the index of refraction n. Of these only c differs from lane to lane.
 class AlbedoTables {
  public:
   static constexpr int kFine = 32, kCoarse = 16;
@@ -25,12 +25,15 @@ class AlbedoTables {
   static void prepare();
 
   /// Reflection lobe with reflectance 1.
-  template <class T>
-  T mirror(const T& roughness, scalar_t<T> c) const {
+  template <class T, class C>
+  auto mirror(const T& roughness, const C& c) const {
     return narrow(roughness, [&](const auto& x) {
       const Cell<std::decay_t<decltype(x)>> i(x, kFine);
-      const Cell<scalar_t<T>> j(c, kFine);
-      const auto row = [&](int k) { return j.mix(mirror_[k][j.index], mirror_[k][j.index + 1]); };
+      const Cell<C> j(c, kFine);
+      const auto row = [&](int k) {
+        const float* entries = mirror_[k].data();
+        return j.mix(entry<C>(entries, j.index), entry<C>(entries + 1, j.index));
+      };
       return i.mix(row(i.index), row(i.index + 1));
     });
   }
@@ -45,14 +48,14 @@ class AlbedoTables {
   }
   /// Mean over visible micronormals of the rise of the dielectric reflectance (see fresnel.h);
   /// reflections that end below the horizon count 0.
-  template <class T>
-  T rise(const T& roughness, scalar_t<T> c, const T& z) const {
+  template <class T, class C>
+  auto rise(const T& roughness, const C& c, const T& z) const {
     return look_up(rise_, roughness, c, z);
   }
   /// White glass lobe, reflection and refraction; `optically_thinner`: the far side has the lower
   /// index of refraction.
-  template <class T>
-  T glass(const T& roughness, scalar_t<T> c, const T& z, bool optically_thinner) const {
+  template <class T, class C>
+  auto glass(const T& roughness, const C& c, const T& z, bool optically_thinner) const {
     return look_up(glass_[optically_thinner], roughness, c, z);
   }
   template <class T>
@@ -77,15 +80,16 @@ class AlbedoTables {
   using Row = std::array<float, N>;
   using Cube = std::array<std::array<Row<kCoarse>, kCoarse>, kCoarse>;  // roughness, c, z
 
-  template <class T>
-  T look_up(const Cube& table, const T& roughness, scalar_t<T> c, const T& z) const {
-    using S = scalar_t<T>;
-    const Cell<S> j(c, kCoarse);
+  template <class T, class C>
+  auto look_up(const Cube& table, const T& roughness, const C& c, const T& z) const {
+    const Cell<C> j(c, kCoarse);
+    const auto start = j.index * kCoarse;  // of the row of z
     return narrow(roughness, z, [&](const auto& x, const auto& y) {
       using X = std::decay_t<decltype(x)>;
       const Cell<X> i(x, kCoarse), k(y, kCoarse);
       const auto at = [&](int a, int b) {
-        return j.mix(S(table[a][j.index][b]), S(table[a][j.index + 1][b]));
+        const float* entries = table[a].data()->data() + b;
+        return j.mix(entry<C>(entries, start), entry<C>(entries + kCoarse, start));
       };
       const auto row = [&](int a) { return k.mix(at(a, k.index), at(a, k.index + 1)); };
       return i.mix(row(i.index), row(i.index + 1));

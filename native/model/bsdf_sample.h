@@ -9,15 +9,18 @@ namespace selenite {
 /// A drawn direction.
 template <class T>
 struct BsdfSample {
+  using Mask = mask_t<T>;
+
   Vec3<scalar_t<T>> wo;  ///< world frame, unit, away from the surface
   scalar_t<T> density;   ///< of the whole mixture, 1/sr; a probability if singular
   Color<T> weight;       ///< value / density; derivatives are those of the value alone
-  bool singular;
-  bool transmits;        ///< wo lies behind the geometric surface
-  bool diffuse = false;  ///< drawn from a diffuse lobe
+  Mask singular;
+  Mask transmits;        ///< wo lies behind the geometric surface
+  Mask diffuse = false;  ///< drawn from a diffuse lobe
   /// The light goes on under the surface, by a random walk that starts towards wo; the weight is that
   /// of the lobe without its colour.
-  bool enters = false;
+  Mask enters = false;
+  Mask exists = true;  ///< the light is not absorbed; else nothing else here counts
 };
 
 }  // namespace selenite

@@ -19,16 +19,18 @@ T capped_root(const T& x, scalar_t<T> least) {
   }
 }
 
-/// base^exponent for base >= 0, exponent >= 1.
+/// base^exponent for base >= 0, exponent >= 1, which may differ from lane to lane.
 template <class T>
-T tint_power(const T& base, const T& exponent) {
+T tint_power(const uniform_t<T>& base, const T& exponent) {
+  using std::pow;
   using S = scalar_t<T>;
-  const S b = value_of(base), e = value_of(exponent), v = std::pow(b, e);
+  const number_t<T> b = value_of(base);
+  const S e = value_of(exponent), v = pow(b, e);
   if constexpr (std::is_same_v<T, S>) {
     return v;
   } else {
-    return chain(base, v, e * std::pow(b, e - 1)) +
-           chain(exponent, S(0), b > 0 ? v * std::log(b) : S(0));
+    return chain(base, v, S(e * pow(b, S(e - 1)))) +
+           chain(exponent, S(0), b > 0 ? S(v * std::log(b)) : S(0));
   }
 }
 
@@ -57,13 +59,9 @@ struct Dielectric {
 template <class T>
 struct Gloss {
   Color<T> flat{}, risen{};
-  DielectricRise<T> rise{};
+  DielectricRise<uniform_t<T>> rise{};
 
   Color<T> at(scalar_t<T> c) const { return flat + risen * rise.at(c); }
-  bool has_slope() const {
-    return selenite::has_slope(flat) || selenite::has_slope(risen) ||
-           selenite::has_slope(rise.excess());
-  }
 };
 
 }  // namespace selenite

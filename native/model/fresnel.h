@@ -11,16 +11,18 @@ namespace selenite {
 /// Unpolarised reflectance of a smooth dielectric at incidence cosine c > 0; 1 beyond the critical
 /// angle. Fresnel's equations with g = eta cos_t = sqrt(e + c^2), multiplied out:
 /// r_s = -e / (c + g)^2,  r_p = e ((e + 2) c^2 - 1) / ((e + 1) c + g)^2.
-template <class T>
-T fresnel_dielectric(const T& c, const T& e) {
+template <class C, class E>
+auto fresnel_dielectric(const C& c, const E& e) {
   using std::sqrt;
-  const T c2 = c * c;
+  using T = decltype(c * e);
+  const C c2 = c * c;
   const T g2 = e + c2;
-  if (!(g2 > T(0))) return T(1);
+  const auto total = !(g2 > T(0));
+  if (all(total)) return T(1);
   const T g = sqrt(g2);
   const T s = e / square(c + g);
-  const T p = e * ((e + T(2)) * c2 - T(1)) / square((e + T(1)) * c + g);
-  return (s * s + p * p) * scalar_t<T>(0.5);
+  const T p = e * ((e + E(2)) * c2 - T(1)) / square((e + E(1)) * c + g);
+  return select(total, T(1), T((s * s + p * p) * number_t<T>(0.5)));
 }
 
 /// Reflectance at normal incidence, ((eta - 1) / (eta + 1))^2 = (e / (eta + 1)^2)^2.
@@ -34,18 +36,19 @@ T fresnel_normal(const T& e) {
 /// Principled lobes replace f0 by a tinted one and keep the rise. Where f0 is 1 (in float, below an
 /// index of 2e-4) all but light at exactly normal incidence is reflected: there the rise is over.
 template <class T>
-T fresnel_rise(const T& reflectance, const T& f0) {
-  if (!(value_of(f0) < 1)) return T(value_of(reflectance) < value_of(f0) ? 0 : 1);
-  return clamp01((reflectance - f0) / (T(1) - f0));
+T fresnel_rise(const T& reflectance, const uniform_t<T>& f0) {
+  using S = scalar_t<T>;
+  if (!(value_of(f0) < 1)) return T(select(value_of(reflectance) < S(value_of(f0)), S(0), S(1)));
+  return clamp01(T((reflectance - f0) / (uniform_t<T>(1) - f0)));
 }
 
 /// Rise of the exact dielectric reflectance at cosine c.
-template <class T>
-T dielectric_rise(const T& c, const T& e) {
+template <class C, class E>
+auto dielectric_rise(const C& c, const E& e) {
   return fresnel_rise(fresnel_dielectric(c, e), fresnel_normal(e));
 }
 
-/// The same of one interface, which is seen at several cosines.
+/// The same of one interface, which is seen at several cosines. The interface is one for all lanes.
 template <class T>
 class DielectricRise {
   using S = scalar_t<T>;
@@ -61,14 +64,18 @@ class DielectricRise {
   }
   const T& excess() const { return excess_; }
 
-  T at(S c) const {
-    return narrow(excess_, [&](const auto& e) { return at(std::decay_t<decltype(e)>(c), e); });
+  template <class C>
+  auto at(const C& c) const {
+    return narrow(excess_, [&](const auto& e) { return at(c, e); });
   }
-  S value_at(S c) const { return at(c, value_of(excess_)); }
+  template <class C>
+  C value_at(const C& c) const {
+    return at(c, value_of(excess_));
+  }
 
  private:
-  template <class X>
-  X at(const X& c, const X& e) const {
+  template <class C, class X>
+  auto at(const C& c, const X& e) const {
     if constexpr (std::is_same_v<X, S>)
       return fresnel_rise(fresnel_dielectric(c, e), value_of(normal_));
     else
@@ -104,10 +111,11 @@ struct MetalFresnel {
   }
   MetalFresnel() = default;
 
-  Color<T> at(scalar_t<T> c) const {
-    using S = scalar_t<T>;
-    const S q = 1 - c, q5 = q * q * q * q * q;
-    return map(f0 * (1 - q5) + Color<T>(T(q5)) - bump * (c * q5 * q), clamp01<T>);
+  template <class C>
+  auto at(const C& c) const {
+    using R = decltype(f0.r * c);
+    const C q = 1 - c, q5 = q * q * q * q * q;
+    return map(f0 * C(1 - q5) + Color<R>(R(q5)) - bump * C(c * q5 * q), clamp01<R>);
   }
   /// Cosine-weighted mean over the hemisphere (without the clamp).
   Color<T> mean() const {

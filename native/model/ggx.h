@@ -16,16 +16,17 @@ inline constexpr double kSingularWidth2 = 2e-10, kSingularWidth2V1 = 1e-7;
 
 /// Density of micronormals, 1/sr. r2 = x^2 + y^2 and z2 = z^2 of the unit micronormal.
 template <class T, class U>
-T ggx_normals(const U& r2, const U& z2, const T& width2) {
+auto ggx_normals(const U& r2, const U& z2, const T& width2) {
   return width2 / (square(width2 * z2 + r2) * kPi<scalar_t<T>>);
 }
 
 /// Smith's Lambda of a direction with squared tangent tan2 to the shading normal.
 template <class T, class U>
-T ggx_lambda(const U& tan2, const T& width2) {
+auto ggx_lambda(const U& tan2, const T& width2) {
   using std::sqrt;
-  const T t = width2 * tan2;
-  return t / ((sqrt(t + T(1)) + T(1)) * scalar_t<T>(2));
+  using R = decltype(width2 * tan2);
+  const R t = width2 * tan2;
+  return R(t / ((sqrt(t + R(1)) + R(1)) * scalar_t<R>(2)));
 }
 
 /// Squared tangent of the angle of a unit vector to the z axis; the cosine is kept off zero, where
@@ -49,8 +50,9 @@ Vec3<S> ggx_sample_visible(const Vec3<S>& wi, S width, const Vec2<S>& turn, S u)
 }
 template <class S>
 Vec3<S> ggx_sample_visible(const Vec3<S>& wi, S width, S u1, S u2) {
+  using std::cos, std::sin;
   const S phi = 2 * kPi<S> * u1;
-  return ggx_sample_visible(wi, width, Vec2<S>{std::cos(phi), std::sin(phi)}, u2);
+  return ggx_sample_visible(wi, width, Vec2<S>{cos(phi), sin(phi)}, u2);
 }
 
 }  // namespace selenite

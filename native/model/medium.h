@@ -57,17 +57,17 @@ struct Medium {
 };
 
 /// Phase function of Henyey and Greenstein 1941, 1/sr; `cosine` of the deflection, 1 straight on.
-template <class T>
-T henyey_greenstein(const T& g, scalar_t<T> cosine) {
+template <class T, class S>
+auto henyey_greenstein(const T& g, const S& cosine) {
   using std::sqrt;
-  using S = scalar_t<T>;
-  const T d = T(1) + g * g - g * (2 * cosine);
-  return (T(1) - g * g) / (d * sqrt(d)) * (S(0.25) * kInvPi<S>);
+  using X = decltype(g * cosine);
+  const X d = T(1) + g * g - g * (2 * cosine);
+  return X((T(1) - g * g) / (d * sqrt(d)) * (number_t<T>(0.25) * kInvPi<T>));
 }
 /// Draws the cosine of the deflection with that density: its distribution function, inverted.
 template <class S>
-S sample_henyey_greenstein(S g, S u) {
-  if (std::abs(g) < S(0.05)) {
+S sample_henyey_greenstein(std::type_identity_t<number_t<S>> g, S u) {
+  if (std::abs(g) < number_t<S>(0.05)) {
     // The same without a division by g: nothing jumps at 0, where light is scattered evenly.
     const S x = 2 * u - 1;
     const S sum = x + g * ((3 + x * x) / 2 + g * (x + g * (x * x - 1) / 2));

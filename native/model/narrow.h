@@ -12,15 +12,29 @@
 // keeps the cost of a lobe almost independent of the number of parameters.
 namespace selenite {
 
-/// f(x). `f` is a generic callable that returns the type of its argument.
+/// T with the values V instead of its own: what a function of T gives that meets lanes inside.
+template <class T, class V>
+struct WithValues {
+  using type = V;
+};
+template <class S, int N, class V>
+struct WithValues<Dual<S, N>, V> {
+  using type = Dual<V, N>;
+};
+template <class T, class V>
+using with_values_t = typename WithValues<T, V>::type;
+
+/// f(x). `f` is a generic callable that returns the type of its argument, or that over lanes if it
+/// meets numbers that differ from lane to lane.
 template <class T, class F>
-T narrow(const T& x, F&& f) {
+auto narrow(const T& x, F&& f) {
   using S = scalar_t<T>;
   if constexpr (std::is_same_v<T, S>) {
     return f(x);
   } else {
-    if (!has_slope(x)) return T(f(x.v));
-    const Dual<S, 1> y = f(Dual<S, 1>::variable(x.v, 0));
+    using R = with_values_t<T, decltype(f(x.v))>;
+    if (!has_slope(x)) return R(f(x.v));
+    const auto y = f(Dual<S, 1>::variable(x.v, 0));
     return chain(x, y.v, y.d[0]);
   }
 }
@@ -32,17 +46,20 @@ auto narrow_all(const T& x, const T& y, F&& f) {
   if constexpr (std::is_same_v<T, S>) {
     return f(x, y);
   } else {
-    constexpr std::size_t kOutputs = std::tuple_size_v<decltype(f(x.v, y.v))>;
-    std::array<T, kOutputs> result;
+    using Outputs = decltype(f(x.v, y.v));
+    constexpr std::size_t kOutputs = std::tuple_size_v<Outputs>;
+    using V = typename Outputs::value_type;
+    using R = with_values_t<T, V>;
+    std::array<R, kOutputs> result;
     const bool x_moves = has_slope(x), y_moves = has_slope(y);
     if (!x_moves && !y_moves) {
       const auto z = f(x.v, y.v);
-      for (std::size_t i = 0; i < kOutputs; ++i) result[i] = T(z[i]);
+      for (std::size_t i = 0; i < kOutputs; ++i) result[i] = R(z[i]);
     } else if (x_moves && y_moves) {
       using D = Dual<S, 2>;
       const auto z = f(D::variable(x.v, 0), D::variable(y.v, 1));
       for (std::size_t i = 0; i < kOutputs; ++i)
-        result[i] = chain(x, z[i].v, z[i].d[0]) + chain(y, S(0), z[i].d[1]);
+        result[i] = chain(x, z[i].v, z[i].d[0]) + chain(y, V(0), z[i].d[1]);
     } else {
       using D = Dual<S, 1>;
       const auto z = x_moves ? f(D::variable(x.v, 0), D(y.v)) : f(D(x.v), D::variable(y.v, 0));
@@ -55,7 +72,7 @@ auto narrow_all(const T& x, const T& y, F&& f) {
 
 /// f(x, y), both arguments of one type.
 template <class T, class F>
-T narrow(const T& x, const T& y, F&& f) {
+auto narrow(const T& x, const T& y, F&& f) {
   return narrow_all(x, y, [&](const auto& a, const auto& b) { return std::array{f(a, b)}; })[0];
 }
 

@@ -5,7 +5,7 @@
 
 namespace selenite {
 
-/// Where a ray meets a surface; world frame, unit vectors.
+/// Where a ray meets a surface; world frame, unit vectors. The flags are the same for all lanes.
 template <class S>
 struct SurfacePoint {
   Vec3<S> ng;       ///< geometric normal on the viewer's side: dot(ng, wi) > 0
@@ -25,20 +25,26 @@ struct SurfacePoint {
 /// r = |(x, z)|, b = atan2(x, z); it equals the wanted height t first at 2a = b + acos(t / r).
 template <class S>
 Vec3<S> visible_normal(const SurfacePoint<S>& p) {
+  using Mask = mask_t<S>;
   const S cos_g = dot(p.ng, p.wi), cos_n = dot(p.n, p.wi), cos_gn = dot(p.n, p.ng);
   const S wanted = min(S(0.9) * cos_g, S(0.01));
-  if (cos_gn > 0 && 2 * cos_n * cos_gn - cos_g >= wanted) return p.n;
+  const Mask visible = (cos_gn > S(0)) & (2 * cos_n * cos_gn - cos_g >= wanted);
+  if (all(visible)) return p.n;
   const Vec3<S> side = p.n - p.ng * cos_gn;
   const S side_length = length(side);
-  if (!(side_length > S(1e-6))) return p.ng;  // the normals are parallel: no plane, nothing to tilt
+  Mask flat = !(side_length > S(1e-6));  // the normals are parallel: no plane, nothing to tilt
+  if (all(visible | flat)) return select(visible, p.n, p.ng);
   const Vec3<S> axis = side / side_length;
   const S x = dot(axis, p.wi), r2 = x * x + cos_g * cos_g;
-  if (!(r2 > wanted * wanted)) return p.ng;
+  flat |= !(r2 > wanted * wanted);
+  if (all(visible | flat)) return select(visible, p.n, p.ng);
   const S rise = safe_sqrt(r2 - wanted * wanted);
   const S cos_2a = (cos_g * wanted - x * rise) / r2, sin_2a = (x * wanted + cos_g * rise) / r2;
   const S cos_a = safe_sqrt((1 + cos_2a) / 2);
-  if (!(cos_a > S(1e-3))) return p.ng;
-  return normalize(p.ng * cos_a + axis * (sin_2a / (2 * cos_a)));
+  flat |= !(cos_a > S(1e-3));
+  if (all(visible | flat)) return select(visible, p.n, p.ng);
+  const Vec3<S> tilted = normalize(p.ng * cos_a + axis * (sin_2a / (2 * cos_a)));
+  return select(visible, p.n, select(flat, p.ng, tilted));
 }
 
 }  // namespace selenite

@@ -11,19 +11,36 @@ namespace selenite {
 /// multilinear interpolation as Cycles does it.
 template <class T>
 struct Cell {
-  int index;
+  index_t<T> index;
   T t;
 
   Cell(const T& x, int nodes) {
     using S = scalar_t<T>;
     const T p = clamp01(x) * S(nodes - 1);
-    index = std::min(static_cast<int>(value_of(p)), nodes - 2);
-    t = p - T(S(index));
+    if constexpr (kIsLanes<S>) {
+      // Of a lane that does not count x may be anything, NaN as well: its cell is one of the table's.
+      index = min(max(truncate(value_of(p)), 0), nodes - 2);
+      t = p - T(to_lanes(index));
+    } else {
+      index = std::min(static_cast<int>(value_of(p)), nodes - 2);
+      t = p - T(S(index));
+    }
   }
   template <class A>
-  T mix(const A& a, const A& b) const {
-    return T(a) + t * (T(b) - T(a));
+  auto mix(const A& a, const A& b) const {
+    using R = decltype(t * a);
+    return R(a) + t * (R(b) - R(a));
   }
 };
+
+/// table[index] as S, of each lane its own.
+template <class S, class Index>
+S entry(const float* table, const Index& index) {
+  if constexpr (kIsLanes<S>) {
+    return gather(table, index);
+  } else {
+    return S(table[index]);
+  }
+}
 
 }  // namespace selenite

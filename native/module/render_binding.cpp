@@ -50,7 +50,7 @@ py::array_t<float> jacobian(const NamedFilm& f, Select&& select) {
 
 std::unique_ptr<NamedFilm> render_named(
     const Scene& scene, const std::string& camera, int width, int height, int spp,
-    std::uint64_t seed, int depth, int threads, const FrameTuple& frame,
+    std::uint64_t seed, int depth, int threads, const FrameTuple& frame, int lanes,
     const std::vector<std::pair<std::string, std::string>>& parameters, Progress* progress) {
   auto out = std::make_unique<NamedFilm>();
   std::vector<ParameterRef> refs;
@@ -62,7 +62,7 @@ std::unique_ptr<NamedFilm> render_named(
   const Camera& from = scene.camera(camera);
   py::gil_scoped_release release;
   out->film = render(scene, from, out->layout,
-                     {width, height, spp, seed, depth, threads, frame_of(frame)}, progress);
+                     {width, height, spp, seed, depth, threads, frame_of(frame), lanes}, progress);
   return out;
 }
 
@@ -150,20 +150,23 @@ void bind_render(py::module_& m) {
       .def_property_readonly("first_dropped",
                              [](const NamedFilm& f) { return f.film.first_dropped; })
       .def_property_readonly("truncated", [](const NamedFilm& f) { return f.film.truncated; })
+      .def_property_readonly("lanes", [](const NamedFilm& f) { return f.film.lanes; })
       .def_property_readonly("spp", [](const NamedFilm& f) { return f.film.spp; })
       .def_property_readonly("seconds", [](const NamedFilm& f) { return f.film.seconds; })
       .def_property_readonly("cpu_seconds", [](const NamedFilm& f) { return f.film.cpu_seconds; });
 
   m.def("render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
         py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
+        "lanes"_a = 0,
         "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
         "progress"_a = py::none(),
         "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
         "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"
         "number of threads. frame: (aspect, width, height) where the picture is\n"
         "compared with a photo of so many pixels that was brought to its size by an area filter;\n"
-        "aspect is that of what the camera takes, width / height; 0: no photo. Raises ValueError, "
-        "KeyError, Cancelled.");
+        "aspect is that of what the camera takes, width / height; 0: no photo. lanes: paths that\n"
+        "a thread traces in lockstep, 1 or 8; 0: eight where processor and scene permit. Raises\n"
+        "ValueError, KeyError, Cancelled.");
 
   m.def(
       "texture_gradient", &texture_gradient, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,

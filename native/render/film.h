@@ -34,6 +34,7 @@ struct Film {
   }
 
   int width = 0, height = 0, spp = 0;
+  int lanes = 1;  ///< paths that were traced in lockstep
   Picture mean;
   Picture half_a;    ///< mean over the even samples
   Picture variance;  ///< of `mean`; 0 where spp is 1

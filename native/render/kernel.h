@@ -17,6 +17,10 @@ struct TileReport {
   std::int64_t dropped = 0;
   std::int64_t truncated = 0;
   std::string first_dropped;
+
+  /// A sample had something that is not finite: its radiance (slot -1) or a derivative. It counts as
+  /// zero: the pixel stays finite and the report says so.
+  void drop(int x, int y, int sample, int slot);
 };
 
 /// Pixels from (x0, y0) up to but without (x1, y1).

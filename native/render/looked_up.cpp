@@ -47,6 +47,8 @@ template void PreparedMaterial<0>::apply(const FieldMap&, const Geometry&, const
                                          Principled<PathScalar<0>>&) const;
 template void PreparedMaterial<kTaped>::apply(const FieldMap&, const Geometry&, const Hit&,
                                               Principled<PathScalar<kTaped>>&) const;
+template void PreparedMaterial<2>::apply(const FieldMap&, const Geometry&, const Hit&,
+                                         Principled<PathScalar<2>>&) const;
 template void PreparedMaterial<4>::apply(const FieldMap&, const Geometry&, const Hit&,
                                          Principled<PathScalar<4>>&) const;
 template void PreparedMaterial<8>::apply(const FieldMap&, const Geometry&, const Hit&,

@@ -358,11 +358,13 @@ const typename Prepared<L>::EmissiveTriangle& Prepared<L>::choose_triangle(float
 
 template struct PreparedMaterial<0>;
 template struct PreparedMaterial<1>;
+template struct PreparedMaterial<2>;
 template struct PreparedMaterial<4>;
 template struct PreparedMaterial<8>;
 template struct PreparedMaterial<16>;
 template class Prepared<0>;
 template class Prepared<1>;
+template class Prepared<2>;
 template class Prepared<4>;
 template class Prepared<8>;
 template class Prepared<16>;

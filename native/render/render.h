@@ -17,6 +17,9 @@ struct RenderSettings {
   int depth = 0;    ///< largest number of bounces; 0 = no limit (Russian roulette ends the paths)
   int threads = 0;  ///< 0 = one per core
   PhotoFrame frame;
+  /// Paths that a thread traces in lockstep: 1, 8, or 0 for eight where processor and scene permit.
+  /// The picture is the same but for rounding.
+  int lanes = 0;
   void check() const;
 };
 

@@ -17,6 +17,7 @@
 
 #include "math/error.h"
 #include "scene/camera.h"
+#include "scene/packet.h"
 
 namespace selenite {
 
@@ -125,6 +126,60 @@ class Accelerator {
       found[i] = found_of(hit.geomID[i], hit.instID[0][i], hit.primID[i], hit.u[i], hit.v[i],
                           query.ray.tfar[i]);
   }
+  /// Eight rays, of which those with a bit in `lanes` count, that need not run close together.
+  void intersect(const RayPacket& rays, unsigned lanes, HitPacket& hits) const {
+    if (!packets_) {
+      for (int i = 0; i < kPacket; ++i) {
+        hits.instance[i] = -1;
+        if (!(lanes >> i & 1)) continue;
+        if (const auto found = intersect(ray_of(rays, i), false))
+          hits.instance[i] = found->item, hits.triangle[i] = found->triangle,
+          hits.b1[i] = found->b1, hits.b2[i] = found->b2, hits.t[i] = found->t;
+      }
+      return;
+    }
+    RTCRayHit8 query;
+    alignas(32) std::array<int, kPacket> valid;
+    set(query.ray, valid.data(), rays, lanes);
+    for (int i = 0; i < kPacket; ++i)
+      query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+#if RTC_VERSION_MAJOR >= 4
+    rtcIntersect8(valid.data(), scene_, &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect8(valid.data(), scene_, &context, &query);
+#endif
+    for (int i = 0; i < kPacket; ++i) {
+      const unsigned geometry = query.hit.geomID[i], instance = query.hit.instID[0][i];
+      hits.instance[i] =
+          static_cast<int>(instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry);
+      hits.triangle[i] = static_cast<int>(query.hit.primID[i]);
+      hits.b1[i] = query.hit.u[i], hits.b2[i] = query.hit.v[i], hits.t[i] = query.ray.tfar[i];
+    }
+  }
+  /// The lanes, among those asked for, whose rays meet something.
+  unsigned occluded(const RayPacket& rays, unsigned lanes) const {
+    unsigned found = 0;
+    if (!packets_) {
+      for (int i = 0; i < kPacket; ++i)
+        if (lanes >> i & 1 && occluded(ray_of(rays, i))) found |= 1u << i;
+      return found;
+    }
+    RTCRay8 query;
+    alignas(32) std::array<int, kPacket> valid;
+    set(query, valid.data(), rays, lanes);
+#if RTC_VERSION_MAJOR >= 4
+    rtcOccluded8(valid.data(), scene_, &query);
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded8(valid.data(), scene_, &context, &query);
+#endif
+    for (int i = 0; i < kPacket; ++i)
+      if (query.tfar[i] < 0) found |= 1u << i;
+    return found & lanes;
+  }
   /// As `intersect`, as if there were no other item; needs `build_item`.
   std::optional<Found> intersect_item(int item, const Ray& ray) const {
     auto found = intersect(alone_[item], ray, false);
@@ -167,6 +222,25 @@ class Accelerator {
     if (geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
     const unsigned item = instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry;
     return Found{static_cast<int>(item), static_cast<int>(triangle), b1, b2, t};
+  }
+
+  static void set(RTCRay8& query, int* valid, const RayPacket& rays, unsigned lanes) {
+    for (int i = 0; i < kPacket; ++i) {
+      valid[i] = -static_cast<int>(lanes >> i & 1);
+      query.org_x[i] = rays.origin[0][i], query.org_y[i] = rays.origin[1][i];
+      query.org_z[i] = rays.origin[2][i], query.tnear[i] = 0;
+      query.dir_x[i] = rays.direction[0][i], query.dir_y[i] = rays.direction[1][i];
+      query.dir_z[i] = rays.direction[2][i], query.time[i] = 0;
+      query.tfar[i] = rays.t_max[i];
+      query.mask[i] = kOtherMask;
+      query.id[i] = query.flags[i] = 0;
+    }
+  }
+  static Ray ray_of(const RayPacket& rays, int i) {
+    return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
+            {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
+            0,
+            rays.t_max[i]};
   }
 
   RTCScene new_scene() {

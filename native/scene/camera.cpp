@@ -75,20 +75,6 @@ PixelCamera::PixelCamera(const Camera& camera, int width, int height, const Phot
   eye_ = Vec3f(camera.to_world.translation());
 }
 
-Ray PixelCamera::ray(float px, float py) const {
-  const Camera& c = camera_;
-  const double x = px * aspect_x_ * unit_ + left_;
-  const double y = top_ - py * c.pixel_aspect_y * unit_;
-  if (c.orthographic)
-    return {Vec3f(c.to_world.point({x, y, 0})), Vec3f(-c.to_world.column(2)),
-            static_cast<float>(c.clip_start), static_cast<float>(c.clip_end)};
-  // The clip planes are perpendicular to the axis: this has depth 1.
-  const Vec3d towards{x, y, -1};
-  const double stretch = length(towards);
-  return {eye_, Vec3f(c.to_world.vector(towards / stretch)),
-          static_cast<float>(c.clip_start * stretch), static_cast<float>(c.clip_end * stretch)};
-}
-
 Vec2<double> PixelCamera::project(const Vec3d& point) const {
   const Camera& c = camera_;
   const Vec3d d = point - c.to_world.translation();

@@ -52,7 +52,19 @@ class PixelCamera {
  public:
   PixelCamera(const Camera& camera, int width, int height, const PhotoFrame& frame = {});
   /// (px, py) in pixels from the top left corner; pixel i spans [i, i + 1).
-  Ray ray(float px, float py) const;
+  Ray ray(float px, float py) const {
+    const Camera& c = camera_;
+    const double x = px * aspect_x_ * unit_ + left_;
+    const double y = top_ - py * c.pixel_aspect_y * unit_;
+    if (c.orthographic)
+      return {Vec3f(c.to_world.point({x, y, 0})), Vec3f(-c.to_world.column(2)),
+              static_cast<float>(c.clip_start), static_cast<float>(c.clip_end)};
+    // The clip planes are perpendicular to the axis: this has depth 1.
+    const Vec3d towards{x, y, -1};
+    const double stretch = length(towards);
+    return {eye_, Vec3f(c.to_world.vector(towards / stretch)),
+            static_cast<float>(c.clip_start * stretch), static_cast<float>(c.clip_end * stretch)};
+  }
   /// A point uniform in the photo's pixel that holds (px, py); u, v in [0, 1). Of a point that is
   /// uniform in a pixel of the picture it makes one whose mean radiance is what an area filter
   /// leaves of the photo there.

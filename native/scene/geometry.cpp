@@ -208,6 +208,18 @@ void Geometry::prepare_inside(int instance) const {
 
 bool Geometry::occluded(const Ray& ray) const { return accelerator_->occluded(ray); }
 
+void Geometry::intersect(const RayPacket& rays, unsigned lanes, HitPacket& hits) const {
+  static_assert(kPacket == kTogether);
+  accelerator_->intersect(rays, lanes, hits);
+  for (int i = 0; i < kPacket; ++i)
+    if (hits.instance[i] >= 0)
+      prefetch(faces_[instances_[hits.instance[i]].mesh][hits.triangle[i]]);
+}
+
+unsigned Geometry::occluded(const RayPacket& rays, unsigned lanes) const {
+  return accelerator_->occluded(rays, lanes);
+}
+
 std::array<Vec3f, 3> Geometry::corners(int index, int triangle) const {
   const Instance& instance = instances_[index];
   std::array<Vec3f, 3> p = faces_[instance.mesh][triangle].corners;
@@ -287,6 +299,22 @@ Surface Geometry::surface(const Hit& hit) const {
   s.n = size > 0 ? n / size : s.ng;  // opposite corner normals cancel: fall back on the face
   s.offset = kPositionError * coordinate;
   return s;
+}
+
+void Geometry::surfaces(const HitPacket& hits, unsigned lanes, SurfacePacket& found) const {
+  for (int i = 0; i < kPacket; ++i) {
+    if (!(lanes >> i & 1)) continue;
+    const Surface s =
+        surface({hits.instance[i], hits.triangle[i], hits.b1[i], hits.b2[i], hits.t[i]});
+    const auto put = [i](Packet<float>* to, const Vec3f& v) {
+      to[0][i] = v.x, to[1][i] = v.y, to[2][i] = v.z;
+    };
+    put(found.position, s.position);
+    put(found.ng, s.ng);
+    put(found.n, s.n);
+    found.offset[i] = s.offset;
+    found.material[i] = s.material;
+  }
 }
 
 }  // namespace selenite

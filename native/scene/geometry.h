@@ -12,6 +12,7 @@
 #include "math/box.h"
 #include "math/color.h"
 #include "scene/camera.h"
+#include "scene/packet.h"
 #include "scene/transform.h"
 
 namespace selenite {
@@ -82,11 +83,16 @@ class Geometry {
   static constexpr int kTogether = 8;
   void intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const;
   bool occluded(const Ray& ray) const;
+  /// The same of eight rays; only those with a bit in `lanes` count. None is a camera ray.
+  void intersect(const RayPacket& rays, unsigned lanes, HitPacket& hits) const;
+  unsigned occluded(const RayPacket& rays, unsigned lanes) const;
   /// The first hit with one instance, as if it were alone in the scene: for walks inside it. Needs a
   /// hierarchy of its own, which `prepare_inside` makes; that may be called from any thread.
   std::optional<Hit> intersect_inside(int instance, const Ray& ray) const;
   void prepare_inside(int instance) const;
   Surface surface(const Hit& hit) const;
+  /// Of those hits that have a bit in `lanes`.
+  void surfaces(const HitPacket& hits, unsigned lanes, SurfacePacket& found) const;
   /// Of a UV map or colour attribute by name (empty: the first); zero where the mesh has none, as in
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;

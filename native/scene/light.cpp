@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "scene/light.h"
+#include "scene/area_light.h"
 
 #include <limits>
 
@@ -139,12 +139,6 @@ float Light::spot_factor(const Vec3f& from_light) const {
   return factor;
 }
 
-float Light::area_factor(float cos_light) const {
-  if (tan_spread == kInfinity) return 1;
-  const float tangent = safe_sqrt(1 - square(cos_light)) / cos_light;
-  return max(0.0f, 1 - tangent / tan_spread) * spread_norm;
-}
-
 std::optional<LightSample> Light::sample(const Vec3f& point, float u1, float u2) const {
   if (kind == LightKind::kSun) {
     if (is_delta()) return LightSample{-axis, kInfinity, 1, scale, true};
@@ -154,22 +148,14 @@ std::optional<LightSample> Light::sample(const Vec3f& point, float u1, float u2)
                        scale, false};
   }
 
-  const Vec3f to_center = position - point;
-  const float center_distance2 = dot(to_center, to_center);
   if (kind == LightKind::kArea) {
-    const Vec2f s = ellipse ? square_to_disc(u1, u2) : Vec2f{2 * u1 - 1, 2 * u2 - 1};
-    const Vec3f d = to_center + u * s.x + v * s.y;
-    const float distance2 = dot(d, d);
-    if (!(distance2 > 0)) return std::nullopt;
-    const float distance = std::sqrt(distance2);
-    const Vec3f direction = d / distance;
-    const float cos_light = -dot(direction, axis);
-    if (!(cos_light > 0)) return std::nullopt;  // one-sided
-    const float factor = scale * area_factor(cos_light);
-    if (!(factor > 0)) return std::nullopt;
-    return LightSample{direction, distance, distance2 / (cos_light * area), factor, false};
+    const auto s = sample_area(*this, point, u1, u2);
+    if (!s.exists) return std::nullopt;
+    return LightSample{s.direction, s.distance, s.density, s.factor, false};
   }
 
+  const Vec3f to_center = position - point;
+  const float center_distance2 = dot(to_center, to_center);
   if (!(center_distance2 > 0)) return std::nullopt;
   const float center_distance = std::sqrt(center_distance2);
   const Vec3f towards = to_center / center_distance;
@@ -213,20 +199,12 @@ std::optional<LightHit> Light::intersect(const Vec3f& origin, const Vec3f& direc
     if (dot(difference, difference) > 2 * one_minus_cos_sun) return std::nullopt;
     return LightHit{1 / (2 * kPi<float> * one_minus_cos_sun), scale, kInfinity};
   }
-  const Vec3f to_center = position - origin;
   if (kind == LightKind::kArea) {
-    const float cos_light = -dot(direction, axis);
-    if (!(cos_light > 0)) return std::nullopt;
-    const float t = -dot(to_center, axis) / cos_light;
-    if (!(t > t_min && t < t_max)) return std::nullopt;
-    const Vec3f d = direction * t - to_center;
-    // Coordinates in the half edges, which a sheared object leaves oblique: solve the 2x2 system.
-    const float uu = dot(u, u), uv = dot(u, v), vv = dot(v, v), du = dot(d, u), dv = dot(d, v);
-    const float determinant = uu * vv - uv * uv;
-    const float a = (du * vv - dv * uv) / determinant, b = (dv * uu - du * uv) / determinant;
-    if (ellipse ? a * a + b * b > 1 : (std::abs(a) > 1 || std::abs(b) > 1)) return std::nullopt;
-    return LightHit{t * t / (cos_light * area), scale * area_factor(cos_light), t};
+    const auto hit = intersect_area(*this, origin, direction, t_min, t_max);
+    if (!hit.exists) return std::nullopt;
+    return LightHit{hit.density, hit.factor, hit.distance};
   }
+  const Vec3f to_center = position - origin;
   const float distance2 = dot(to_center, to_center);
   const auto r = static_cast<float>(radius);
   const float along = dot(direction, to_center);

@@ -99,7 +99,6 @@ struct Light {
 
  private:
   float spot_factor(const Vec3f& from_light) const;
-  float area_factor(float cos_light) const;
 };
 
 }  // namespace selenite

@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             raise BadInput(Problem(title, cause, cure)) from error
 
     def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
-        return core.render(*view, seed=seed, parameters=wanted, **usual)
+        return core.render(*view, seed=seed, parameters=wanted, lanes=args.lanes, **usual)
 
     film, texels = by_texels(args.seed) if textured else (render(args.seed), None)
     iteration = (
@@ -72,6 +72,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "width": width,
         "height": height,
         "spp": film.spp,
+        "lanes": film.lanes,
         "seed": args.seed,
         "mean_image": mean,
         "mean_image_standard_error": mean_error,

@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         seed=args.seed,
         depth=args.depth,
         threads=args.threads,
+        lanes=args.lanes,
         frame=picture_frame(camera, args.width, args.height),
     )
     image = native.image()

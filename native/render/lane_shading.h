@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "model/bsdf.h"
+#include "render/dimension.h"
+#include "render/lane_lights.h"
+
+namespace selenite {
+
+/// Evaluates and samples the bsdfs of all surface points that the paths of a tracer have met, eight at
+/// a time. Those eight lie on the same side of the same material, whatever packets they come from: its
+/// parameters are plain numbers to them, and branches on these are branches.
+template <int L>
+class LaneShading {
+ public:
+  using Paths = LanePaths<L>;
+  using Vertices = LaneVertices<L>;
+
+  explicit LaneShading(const Prepared<L>& prepared) : p_(prepared) {
+    for (const PreparedMaterial<L>& m : p_.materials) kinds_.push_back(kind_of(m));
+  }
+
+  /// What the vertices' materials are.
+  void classify(Vertices& v) const {
+    for (LaneMask left = v.met; any(left);) {
+      const int index = v.material[std::countr_zero(left.bits())];
+      const LaneMask lanes = left & (v.material == index);
+      left &= !lanes;
+      if (p_.materials[index].has_medium) v.medium |= lanes;
+      if (p_.materials[index].sealed) v.sealed |= lanes;
+      if (kinds_[index].all_singular) v.dim |= lanes;
+      if (kinds_[index].opaque) v.opaque |= lanes;
+    }
+  }
+
+  /// Of all packets.
+  void shade(const std::vector<Paths>& packets, std::vector<Vertices>& vertices) const {
+    const int count = static_cast<int>(packets.size());
+    LaneMask left[kMost];
+    for (int i = 0; i < count; ++i) left[i] = vertices[i].met;
+    for (int i = 0; i < count; ++i)
+      while (any(left[i])) {
+        const int first = std::countr_zero(left[i].bits());
+        const int material = vertices[i].material[first];
+        const bool back = vertices[i].back[first];
+        Batch batch;
+        for (int j = i; j < count; ++j) {
+          const Vertices& v = vertices[j];
+          const LaneMask same =
+              left[j] & (v.material == material) & (back ? v.back : !v.back);
+          left[j] &= !same;
+          for_each_lane(same, [&](int lane) {
+            batch.at[batch.size++] = {j, lane};
+            if (batch.size < kLanes) return;
+            shade(batch, p_.materials[material], back, packets, vertices);
+            batch.size = 0;
+          });
+        }
+        if (batch.size > 0) shade(batch, p_.materials[material], back, packets, vertices);
+      }
+  }
+
+  /// The radiance takes what comes from the sampled lights.
+  void bring(const LaneLights<L>& lights, const Vertices& v, Paths& paths) const {
+    const LaneLightSamples& s = v.lights;
+    if (!any(s.lit)) return;
+    const Lanes weight = select(s.delta, Lanes(1), power_heuristic(s.heuristic, v.value_density));
+    const Color<Lanes> w = masked(s.lit, s.shape * (weight / s.density), 0);
+    const Color<Lanes> fw = w * masked(s.lit, value_of(v.value), 0);
+    Color<Lanes> e(Lanes(0));
+    for (LaneMask left = s.lit; any(left);) {
+      const int source = s.source[std::countr_zero(left.bits())];
+      const LaneMask lanes = left & (s.source == source);
+      left &= !lanes;
+      const Factor<L>& emitted = lights.emitted(source);
+      e += masked(lanes, lanes_of(emitted.value), 0);
+      if (emitted.count > 0)
+        paths.radiance.add_slopes(emitted, masked(lanes, paths.beta.value * fw, 0));
+    }
+    paths.radiance.add(paths.beta, fw * e);
+    const Color<Lanes> others = paths.beta.value * (w * e);
+    for_each_ticked(s.lit, v, [&](const LaneMask& lanes, const PreparedMaterial<L>& material) {
+      paths.radiance.add_slopes(lanes, material, others, v.value);
+    });
+  }
+
+  /// The throughput takes the weights of the sampled directions.
+  void attenuate(const Vertices& v, Paths& paths) const {
+    const Color<Lanes> before = paths.beta.value;
+    paths.beta.multiply(v.goes, value_of(v.weight));
+    for_each_ticked(v.goes, v, [&](const LaneMask& lanes, const PreparedMaterial<L>& material) {
+      paths.beta.add_slopes(lanes, material, before, v.weight);
+    });
+  }
+
+ private:
+  static constexpr int kMost = 16;  // packets
+
+  /// What of a material decides whether light is looked for.
+  struct Kind {
+    bool all_singular;  ///< from either side
+    bool opaque;        ///< no light comes through
+  };
+  static Kind kind_of(const PreparedMaterial<L>& m) {
+    const auto& transmission = m.values.transmission;
+    Kind kind{true, value_of(transmission) == 0 && !has_slope(transmission)};
+    for (const bool back : {false, true}) {
+      const Vec3f up{0, 0, 1};
+      const PrincipledBsdf<PathScalar<L>> bsdf(m.values, m.flavour,
+                                               SurfacePoint<float>{up, up, up, back});
+      kind.all_singular = kind.all_singular && bsdf.all_singular();
+    }
+    return kind;
+  }
+
+  struct Place {
+    int packet, lane;
+  };
+  /// Surface points that are shaded together.
+  struct Batch {
+    Place at[kLanes];
+    int size = 0;
+    LaneMask active() const {
+      LaneMask mask(false);
+      for (int i = 0; i < size; ++i) mask.set(i, true);
+      return mask;
+    }
+  };
+  static float& at(Lanes& x, int lane) { return reinterpret_cast<float*>(&x.v)[lane]; }
+  static float at(const Lanes& x, int lane) {
+    return reinterpret_cast<const float*>(&x.v)[lane];
+  }
+  /// get(packet)'s lanes side by side; those that are left over repeat the first.
+  template <class Get>
+  static Lanes gather(const Batch& batch, Get&& get) {
+    Lanes x;
+    for (int i = 0; i < kLanes; ++i) {
+      const auto [packet, lane] = batch.at[i < batch.size ? i : 0];
+      at(x, i) = at(get(packet), lane);
+    }
+    return x;
+  }
+  template <class Get>
+  static Vec3<Lanes> gather3(const Batch& batch, Get&& get) {
+    return {gather(batch, [&](int k) -> const Lanes& { return get(k).x; }),
+            gather(batch, [&](int k) -> const Lanes& { return get(k).y; }),
+            gather(batch, [&](int k) -> const Lanes& { return get(k).z; })};
+  }
+  static void scatter(const Lanes& x, int i, int lane, Lanes& to) { at(to, lane) = at(x, i); }
+  template <int N>
+  static void scatter(const Dual<Lanes, N>& x, int i, int lane, Dual<Lanes, N>& to) {
+    scatter(x.v, i, lane, to.v);
+    for (int k = 0; k < N; ++k) scatter(x.d[k], i, lane, to.d[k]);
+  }
+  /// Of a material without derivatives.
+  template <int N>
+  static void scatter(const Lanes& x, int i, int lane, Dual<Lanes, N>& to) {
+    scatter(x, i, lane, to.v);
+  }
+  template <class X, class Y>
+  static void scatter(const Color<X>& x, int i, int lane, Color<Y>& to) {
+    for (int c = 0; c < 3; ++c) scatter(x[c], i, lane, to[c]);
+  }
+
+  void shade(const Batch& batch, const PreparedMaterial<L>& material, bool back,
+             const std::vector<Paths>& packets, std::vector<Vertices>& vertices) const {
+    if (material.plain)
+      shade<Lanes>(batch, material.plain_values, material.flavour, back, packets, vertices);
+    else
+      shade<LaneScalar<L>>(batch, material.values, material.flavour, back, packets, vertices);
+  }
+
+  template <class X, class U>
+  void shade(const Batch& batch, const Principled<U>& values, const Flavour& flavour, bool back,
+             const std::vector<Paths>& packets, std::vector<Vertices>& vertices) const {
+    const Vec3<Lanes> ng = gather3(batch, [&](int k) -> auto& { return vertices[k].ng; });
+    const Vec3<Lanes> n = gather3(batch, [&](int k) -> auto& { return vertices[k].n; });
+    const Vec3<Lanes> d = gather3(batch, [&](int k) -> auto& { return packets[k].direction; });
+    LaneRandom random;
+    for (int i = 0; i < kLanes; ++i) {
+      const auto [packet, lane] = batch.at[i < batch.size ? i : 0];
+      random.take(i, packets[packet].random, lane);
+    }
+    const LaneMask active = batch.active();
+    const PrincipledBsdf<X> bsdf(
+        values, flavour, SurfacePoint<Lanes>{back ? -ng : ng, back ? -n : n, -d, back}, active);
+
+    bool lit = false;
+    for (int i = 0; i < batch.size; ++i)
+      lit = lit || vertices[batch.at[i].packet].lights.lit[batch.at[i].lane];
+    if (lit) {
+      Color<X> value;
+      Lanes density;
+      bsdf.value_and_density(
+          gather3(batch, [&](int k) -> auto& { return vertices[k].lights.direction; }), value,
+          density);
+      for (int i = 0; i < batch.size; ++i) {
+        const auto [packet, lane] = batch.at[i];
+        scatter(value, i, lane, vertices[packet].value);
+        scatter(density, i, lane, vertices[packet].value_density);
+      }
+    }
+    const BsdfSample<X> sample =
+        bsdf.draw(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
+    for (int i = 0; i < batch.size; ++i) {
+      const auto [packet, lane] = batch.at[i];
+      Vertices& v = vertices[packet];
+      if (!sample.exists[i]) continue;
+      v.goes.set(lane, true);
+      v.transmits.set(lane, sample.transmits[i]);
+      v.singular.set(lane, sample.singular[i]);
+      scatter(sample.wo.x, i, lane, v.wo.x);
+      scatter(sample.wo.y, i, lane, v.wo.y);
+      scatter(sample.wo.z, i, lane, v.wo.z);
+      scatter(sample.density, i, lane, v.density);
+      scatter(sample.weight, i, lane, v.weight);
+    }
+  }
+
+  /// f(lanes, material) for each material of which something is ticked.
+  template <class F>
+  void for_each_ticked(const LaneMask& on, const Vertices& v, F&& f) const {
+    if constexpr (L > 0)
+      for (LaneMask left = on; any(left);) {
+        const int index = v.material[std::countr_zero(left.bits())];
+        const LaneMask lanes = left & (v.material == index);
+        left &= !lanes;
+        if (p_.materials[index].count > 0) f(lanes, p_.materials[index]);
+      }
+  }
+
+  const Prepared<L>& p_;
+  std::vector<Kind> kinds_;  ///< of the materials
+};
+
+}  // namespace selenite
