@@ -174,6 +174,13 @@ inline Lanes copysign(const Lanes& size, const Lanes& sign) {
   return Lanes(std::bit_cast<Lanes::Raw>((std::bit_cast<LaneInts::Raw>(size.v) & ~kSign) |
                                          (std::bit_cast<LaneInts::Raw>(sign.v) & kSign)));
 }
+inline Lanes floor(const Lanes& x) {
+#if defined(__AVX2__)
+  return Lanes(std::bit_cast<Lanes::Raw>(_mm256_floor_ps(std::bit_cast<__m256>(x.v))));
+#else
+  return lanes_detail::each(x, [](float a) { return std::floor(a); });
+#endif
+}
 /// Towards zero.
 inline LaneInts truncate(const Lanes& x) {
   return LaneInts(__builtin_convertvector(x.v, LaneInts::Raw));
@@ -226,6 +233,69 @@ inline Lanes pow(const Lanes& x, const Lanes& y) {
 /// One base >= 0 for all lanes.
 inline Lanes pow(float x, const Lanes& y) {
   return x > 0 ? exp(y * std::log(x)) : select(y == 0, Lanes(1), Lanes(0));
+}
+
+/// A double for each lane.
+struct LaneDoubles {
+  using Raw = double __attribute__((vector_size(64)));
+  Raw v{};
+
+  LaneDoubles() = default;
+  LaneDoubles(double x) : v(Raw{} + x) {}  // NOLINT: a constant is the same in all lanes
+  explicit LaneDoubles(const Raw& v) : v(v) {}
+  explicit LaneDoubles(const Lanes& x) : v(__builtin_convertvector(x.v, Raw)) {}
+  explicit operator Lanes() const { return Lanes(__builtin_convertvector(v, Lanes::Raw)); }
+
+  friend LaneDoubles operator-(const LaneDoubles& a) { return LaneDoubles(-a.v); }
+  friend LaneDoubles operator+(const LaneDoubles& a, const LaneDoubles& b) {
+    return LaneDoubles(a.v + b.v);
+  }
+  friend LaneDoubles operator-(const LaneDoubles& a, const LaneDoubles& b) {
+    return LaneDoubles(a.v - b.v);
+  }
+  friend LaneDoubles operator*(const LaneDoubles& a, const LaneDoubles& b) {
+    return LaneDoubles(a.v * b.v);
+  }
+  friend LaneDoubles operator/(const LaneDoubles& a, const LaneDoubles& b) {
+    return LaneDoubles(a.v / b.v);
+  }
+};
+inline LaneDoubles sqrt(const LaneDoubles& x) {
+  LaneDoubles r;
+#if defined(__AVX2__)
+  const double* from = reinterpret_cast<const double*>(&x.v);
+  double* to = reinterpret_cast<double*>(&r.v);
+  for (int half = 0; half < kLanes; half += 4)
+    _mm256_storeu_pd(to + half, _mm256_sqrt_pd(_mm256_loadu_pd(from + half)));
+#else
+  for (int i = 0; i < kLanes; ++i) r.v[i] = std::sqrt(x.v[i]);
+#endif
+  return r;
+}
+
+/// Eight rows of eight floats as eight columns: lane i of columns[k] is rows[i][k].
+inline void transpose(const float* const* rows, Lanes* columns) {
+#if defined(__AVX2__)
+  __m256 a[8], b[8];
+  for (int i = 0; i < 8; ++i) a[i] = _mm256_loadu_ps(rows[i]);
+  for (int i = 0; i < 8; i += 2) {
+    b[i] = _mm256_unpacklo_ps(a[i], a[i + 1]);
+    b[i + 1] = _mm256_unpackhi_ps(a[i], a[i + 1]);
+  }
+  for (int i = 0; i < 8; i += 4) {
+    a[i] = _mm256_shuffle_ps(b[i], b[i + 2], 0x44);
+    a[i + 1] = _mm256_shuffle_ps(b[i], b[i + 2], 0xee);
+    a[i + 2] = _mm256_shuffle_ps(b[i + 1], b[i + 3], 0x44);
+    a[i + 3] = _mm256_shuffle_ps(b[i + 1], b[i + 3], 0xee);
+  }
+  for (int i = 0; i < 4; ++i) {
+    columns[i].v = std::bit_cast<Lanes::Raw>(_mm256_permute2f128_ps(a[i], a[i + 4], 0x20));
+    columns[i + 4].v = std::bit_cast<Lanes::Raw>(_mm256_permute2f128_ps(a[i], a[i + 4], 0x31));
+  }
+#else
+  for (int i = 0; i < kLanes; ++i)
+    for (int k = 0; k < kLanes; ++k) columns[k].v[i] = rows[i][k];
+#endif
 }
 
 #endif  // defined(__GNUC__)

@@ -40,8 +40,6 @@ class Random {
     return static_cast<float>(bits >> 40) * 0x1p-24f;
   }
 
-  /// What seed, pixel and sample make of the key, for whoever works out many numbers at once.
-  std::uint64_t key() const { return key_; }
   static constexpr std::uint64_t kGolden = 0x9e3779b97f4a7c15ull;
 
  private:

@@ -93,6 +93,7 @@ class LaneLights {
     RayPacket rays;
     store(v.leave(s.direction), rays.origin);
     store(s.direction, rays.direction);
+    store(Lanes(0), rays.t_min);
     store(s.distance, rays.t_max);
     const unsigned hidden = p_.geometry.occluded(rays, s.lit.bits());
     for_each_lane(s.lit, [&](int i) {

@@ -1,36 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
-
 #include "math/lanes.h"
+#include "render/lane_camera.h"
 #include "render/lane_light.h"
-#include "render/lane_random.h"
 #include "render/path.h"
-#include "scene/packet.h"
 
 namespace selenite {
-
-// Vectors and packets lane by lane.
-inline void set(Vec3<Lanes>& v, int lane, const Vec3f& x) {
-  v.x.set(lane, x.x), v.y.set(lane, x.y), v.z.set(lane, x.z);
-}
-inline Vec3f at(const Vec3<Lanes>& v, int lane) { return {v.x[lane], v.y[lane], v.z[lane]}; }
-inline Lanes load(const Packet<float>& from) {
-  return Lanes(*reinterpret_cast<const Lanes::Raw*>(from.lane));
-}
-inline Vec3<Lanes> load3(const Packet<float>* from) {
-  return {load(from[0]), load(from[1]), load(from[2])};
-}
-inline LaneInts load(const Packet<int>& from) {
-  return LaneInts(*reinterpret_cast<const LaneInts::Raw*>(from.lane));
-}
-inline void store(const Lanes& x, Packet<float>& to) {
-  *reinterpret_cast<Lanes::Raw*>(to.lane) = x.v;
-}
-inline void store(const Vec3<Lanes>& v, Packet<float>* to) {
-  store(v.x, to[0]), store(v.y, to[1]), store(v.z, to[2]);
-}
 
 /// Eight paths and what they carry; see Path. `travelled` is left out: nothing is transparent.
 template <int L>
@@ -51,18 +27,18 @@ struct LanePaths {
 
   explicit LanePaths(int slots) : beta(slots), radiance(slots) {}
 
-  void start(int lane, const Random& numbers, const Ray& ray, const std::optional<Hit>& hit,
-             bool is_inside) {
-    first.instance[lane] = -1;
-    if (hit) {
-      first.instance[lane] = hit->instance, first.triangle[lane] = hit->triangle;
-      first.b1[lane] = hit->b1, first.b2[lane] = hit->b2, first.t[lane] = hit->t;
-    }
-    random.start(lane, numbers);
-    set(origin, lane, ray.origin);
-    set(direction, lane, ray.direction);
-    set(from, lane, {});
-    t_max.set(lane, ray.t_max);
+  /// Takes up the path of a camera ray that lies in lane `from`.
+  void start(int lane, const LaneCamera& rays, int from, bool is_inside) {
+    random.take(lane, rays.random, from);
+    set(origin, lane, at(rays.origin, from));
+    set(direction, lane, at(rays.direction, from));
+    t_max.set(lane, rays.t_max[from]);
+    first.instance[lane] = rays.hits.instance[from];
+    first.triangle[lane] = rays.hits.triangle[from];
+    first.b1[lane] = rays.hits.b1[from];
+    first.b2[lane] = rays.hits.b2[from];
+    first.t[lane] = rays.hits.t[from];
+    set(this->from, lane, {});
     density.set(lane, Path::kSingular);
     beside.set(lane, 0);
     for (LaneMask* mask : {&refracted, &sealed, &truncated}) mask->set(lane, false);
@@ -98,6 +74,8 @@ struct LaneVertices {
   LaneMask medium, sealed;  ///< as has_medium and sealed of the material
   LaneMask dim, opaque;     ///< light is of no use, or of none from behind
   LaneLightSamples lights;
+  Vec3<Lanes> direction;  ///< of the ray
+  Lanes u[3];             ///< for the bsdf
 
   // What the bsdf makes of it.
   Color<LaneScalar<L>> value;  ///< towards the light; derivatives only where they are ticked

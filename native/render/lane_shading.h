@@ -36,8 +36,8 @@ class LaneShading {
   }
 
   /// Of all packets.
-  void shade(const std::vector<Paths>& packets, std::vector<Vertices>& vertices) const {
-    const int count = static_cast<int>(packets.size());
+  void shade(std::vector<Vertices>& vertices) const {
+    const int count = static_cast<int>(vertices.size());
     LaneMask left[kMost];
     for (int i = 0; i < count; ++i) left[i] = vertices[i].met;
     for (int i = 0; i < count; ++i)
@@ -54,11 +54,11 @@ class LaneShading {
           for_each_lane(same, [&](int lane) {
             batch.at[batch.size++] = {j, lane};
             if (batch.size < kLanes) return;
-            shade(batch, p_.materials[material], back, packets, vertices);
+            shade(batch, p_.materials[material], back, vertices);
             batch.size = 0;
           });
         }
-        if (batch.size > 0) shade(batch, p_.materials[material], back, packets, vertices);
+        if (batch.size > 0) shade(batch, p_.materials[material], back, vertices);
       }
   }
 
@@ -128,95 +128,98 @@ class LaneShading {
       return mask;
     }
   };
-  static float& at(Lanes& x, int lane) { return reinterpret_cast<float*>(&x.v)[lane]; }
-  static float at(const Lanes& x, int lane) {
-    return reinterpret_cast<const float*>(&x.v)[lane];
-  }
-  /// get(packet)'s lanes side by side; those that are left over repeat the first.
-  template <class Get>
-  static Lanes gather(const Batch& batch, Get&& get) {
-    Lanes x;
-    for (int i = 0; i < kLanes; ++i) {
-      const auto [packet, lane] = batch.at[i < batch.size ? i : 0];
-      at(x, i) = at(get(packet), lane);
+  /// Moves between the lanes of a batch and those of the packets that its points come from.
+  class Exchange {
+   public:
+    Exchange(const Batch& batch, std::vector<Vertices>& vertices)
+        : batch_(batch), vertices_(vertices) {
+      static_assert(sizeof(Vertices) % sizeof(float) == 0);
+      for (int i = 0; i < kLanes; ++i) {
+        const auto [packet, lane] = batch.at[i < batch.size ? i : 0];
+        index_.set(i, packet * static_cast<int>(sizeof(Vertices) / sizeof(float)) + lane);
+      }
     }
-    return x;
-  }
-  template <class Get>
-  static Vec3<Lanes> gather3(const Batch& batch, Get&& get) {
-    return {gather(batch, [&](int k) -> const Lanes& { return get(k).x; }),
-            gather(batch, [&](int k) -> const Lanes& { return get(k).y; }),
-            gather(batch, [&](int k) -> const Lanes& { return get(k).z; })};
-  }
-  static void scatter(const Lanes& x, int i, int lane, Lanes& to) { at(to, lane) = at(x, i); }
-  template <int N>
-  static void scatter(const Dual<Lanes, N>& x, int i, int lane, Dual<Lanes, N>& to) {
-    scatter(x.v, i, lane, to.v);
-    for (int k = 0; k < N; ++k) scatter(x.d[k], i, lane, to.d[k]);
-  }
-  /// Of a material without derivatives.
-  template <int N>
-  static void scatter(const Lanes& x, int i, int lane, Dual<Lanes, N>& to) {
-    scatter(x, i, lane, to.v);
-  }
-  template <class X, class Y>
-  static void scatter(const Color<X>& x, int i, int lane, Color<Y>& to) {
-    for (int c = 0; c < 3; ++c) scatter(x[c], i, lane, to[c]);
-  }
+    /// `in_first`: a member of the first packet's vertices. Lanes that are left over repeat the first.
+    Lanes take(const Lanes& in_first) const {
+      return gather(reinterpret_cast<const float*>(&in_first), index_);
+    }
+    Vec3<Lanes> take(const Vec3<Lanes>& in_first) const {
+      return {take(in_first.x), take(in_first.y), take(in_first.z)};
+    }
+    /// `member(vertices)` of the packets takes x, which is made of lanes.
+    template <class X, class Member>
+    void put(const X& x, Member&& member) const {
+      constexpr int kNumbers = sizeof(X) / sizeof(Lanes);
+      const float* from = reinterpret_cast<const float*>(&x);
+      for (int i = 0; i < batch_.size; ++i) {
+        const auto [packet, lane] = batch_.at[i];
+        X& field = member(vertices_[packet]);
+        float* to = reinterpret_cast<float*>(&field) + lane;
+        for (int k = 0; k < kNumbers; ++k) to[k * kLanes] = from[k * kLanes + i];
+      }
+    }
+    /// Numbers without derivatives, of a material where nothing is ticked.
+    template <class Member>
+    void put_color(const Color<Lanes>& x, Member&& member) const {
+      for (int c = 0; c < 3; ++c)
+        put(x[c], [&](Vertices& v) -> Lanes& {
+          if constexpr (L == 0)
+            return member(v)[c];
+          else
+            return member(v)[c].v;
+        });
+    }
+    template <class Member>
+    void put_color(const Color<LaneScalar<L>>& x, Member&& member) const requires(L > 0) {
+      put(x, member);
+    }
+
+   private:
+    const Batch& batch_;
+    std::vector<Vertices>& vertices_;
+    LaneInts index_;
+  };
 
   void shade(const Batch& batch, const PreparedMaterial<L>& material, bool back,
-             const std::vector<Paths>& packets, std::vector<Vertices>& vertices) const {
+             std::vector<Vertices>& vertices) const {
     if (material.plain)
-      shade<Lanes>(batch, material.plain_values, material.flavour, back, packets, vertices);
+      shade<Lanes>(batch, material.plain_values, material.flavour, back, vertices);
     else
-      shade<LaneScalar<L>>(batch, material.values, material.flavour, back, packets, vertices);
+      shade<LaneScalar<L>>(batch, material.values, material.flavour, back, vertices);
   }
 
   template <class X, class U>
   void shade(const Batch& batch, const Principled<U>& values, const Flavour& flavour, bool back,
-             const std::vector<Paths>& packets, std::vector<Vertices>& vertices) const {
-    const Vec3<Lanes> ng = gather3(batch, [&](int k) -> auto& { return vertices[k].ng; });
-    const Vec3<Lanes> n = gather3(batch, [&](int k) -> auto& { return vertices[k].n; });
-    const Vec3<Lanes> d = gather3(batch, [&](int k) -> auto& { return packets[k].direction; });
-    LaneRandom random;
-    for (int i = 0; i < kLanes; ++i) {
-      const auto [packet, lane] = batch.at[i < batch.size ? i : 0];
-      random.take(i, packets[packet].random, lane);
-    }
-    const LaneMask active = batch.active();
-    const PrincipledBsdf<X> bsdf(
-        values, flavour, SurfacePoint<Lanes>{back ? -ng : ng, back ? -n : n, -d, back}, active);
-
+             std::vector<Vertices>& vertices) const {
+    const Exchange exchange(batch, vertices);
+    const Vertices& first = vertices[0];
+    const Vec3<Lanes> ng = exchange.take(first.ng), n = exchange.take(first.n);
+    const PrincipledBsdf<X> bsdf(values, flavour,
+                                 SurfacePoint<Lanes>{back ? -ng : ng, back ? -n : n,
+                                                     -exchange.take(first.direction), back},
+                                 batch.active());
     bool lit = false;
     for (int i = 0; i < batch.size; ++i)
       lit = lit || vertices[batch.at[i].packet].lights.lit[batch.at[i].lane];
     if (lit) {
       Color<X> value;
       Lanes density;
-      bsdf.value_and_density(
-          gather3(batch, [&](int k) -> auto& { return vertices[k].lights.direction; }), value,
-          density);
-      for (int i = 0; i < batch.size; ++i) {
-        const auto [packet, lane] = batch.at[i];
-        scatter(value, i, lane, vertices[packet].value);
-        scatter(density, i, lane, vertices[packet].value_density);
-      }
+      bsdf.value_and_density(exchange.take(first.lights.direction), value, density);
+      exchange.put_color(value, [](Vertices& v) -> auto& { return v.value; });
+      exchange.put(density, [](Vertices& v) -> auto& { return v.value_density; });
     }
     const BsdfSample<X> sample =
-        bsdf.draw(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
+        bsdf.draw(exchange.take(first.u[0]), exchange.take(first.u[1]), exchange.take(first.u[2]));
     for (int i = 0; i < batch.size; ++i) {
       const auto [packet, lane] = batch.at[i];
       Vertices& v = vertices[packet];
-      if (!sample.exists[i]) continue;
-      v.goes.set(lane, true);
+      v.goes.set(lane, sample.exists[i]);
       v.transmits.set(lane, sample.transmits[i]);
       v.singular.set(lane, sample.singular[i]);
-      scatter(sample.wo.x, i, lane, v.wo.x);
-      scatter(sample.wo.y, i, lane, v.wo.y);
-      scatter(sample.wo.z, i, lane, v.wo.z);
-      scatter(sample.density, i, lane, v.density);
-      scatter(sample.weight, i, lane, v.weight);
     }
+    exchange.put(sample.wo, [](Vertices& v) -> auto& { return v.wo; });
+    exchange.put(sample.density, [](Vertices& v) -> auto& { return v.density; });
+    exchange.put_color(sample.weight, [](Vertices& v) -> auto& { return v.weight; });
   }
 
   /// f(lanes, material) for each material of which something is ticked.

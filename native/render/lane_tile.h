@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "render/kernel.h"
@@ -16,28 +15,21 @@ namespace selenite {
 template <int L>
 TileReport trace_tile(const Prepared<L>& prepared, const PixelCamera& camera,
                       const RenderSettings& settings, const Tile& tile, Film& film) {
-  struct Sample {
-    int pixel = 0, number = 0;  // of the tile's pixels; of the pixel's samples
-  };
   const int width = tile.x1 - tile.x0, pixels = width * (tile.y1 - tile.y0), n = settings.spp;
   const int slots = L > 0 ? prepared.slots : 0;
   TileReport report;
   std::vector<PixelSums> images(pixels);
   std::vector<SlotSums> slot_sums(static_cast<std::size_t>(pixels) * slots);
   LaneTracer<L> tracer(prepared, settings.depth);
-  std::optional<CameraSamples> row;
-  Sample running[LaneTracer<L>::kPackets][kLanes], next;
+  LaneCamera rays(prepared, camera, settings, tile.x0, tile.y0, tile.x1, tile.y1);
+  LaneCamera::Sample running[LaneTracer<L>::kPackets][kLanes];
 
   const auto start = [&](int packet, int lane) {
-    if (next.pixel == pixels) return;
-    if (next.number == 0 && next.pixel % width == 0)
-      row.emplace(prepared, camera, settings, tile.y0 + next.pixel / width, tile.x0, tile.x1);
-    tracer.start(packet, lane, row->next());
-    running[packet][lane] = next;
-    if (++next.number == n) next = {next.pixel + 1, 0};
+    LaneCamera::Sample& sample = running[packet][lane];
+    if (rays.next(sample)) tracer.start(packet, lane, rays, sample.lane);
   };
   const auto finish = [&](int packet, int lane) {
-    const auto [pixel, number] = running[packet][lane];
+    const auto [pixel, number, unused] = running[packet][lane];
     const auto in_lane = [lane](const Color<Lanes>& c) {
       return Colorf{c.r[lane], c.g[lane], c.b[lane]};
     };

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstddef>
 #include <limits>
 #include <vector>
 
 #include "math/sampling.h"
 #include "model/medium.h"
-#include "render/camera_samples.h"
 #include "render/dimension.h"
 #include "render/lane_flight.h"
 #include "render/lane_lights.h"
@@ -35,15 +35,15 @@ class LaneTracer {
       if (m.has_medium) medium_ = &m;
   }
 
-  /// Puts a new path into a lane of a packet.
-  void start(int packet, int lane, const CameraSamples::Sample& sample) {
+  /// Puts the path of a camera ray, in lane `from`, into a lane of a packet.
+  void start(int packet, int lane, const LaneCamera& camera, int from) {
     bool inside = false;
     if (medium_) {
       MediaStack<L> media(p_);
-      media.locate(sample.ray.origin);
+      media.locate(at(camera.origin, from));
       inside = !media.empty();
     }
-    packets_[packet].start(lane, sample.random, sample.ray, sample.hit, inside);
+    packets_[packet].start(lane, camera, from, inside);
   }
 
   const LanePaths<L>& packet(int i) const { return packets_[i]; }
@@ -56,7 +56,7 @@ class LaneTracer {
   template <class Ended>
   void step(Ended&& ended) {
     for (int i = 0; i < kPackets; ++i) travel(packets_[i], vertices_[i]);
-    shading_.shade(packets_, vertices_);
+    shading_.shade(vertices_);
     for (int i = 0; i < kPackets; ++i) {
       Paths& paths = packets_[i];
       if (!any(paths.live)) continue;
@@ -123,8 +123,9 @@ class LaneTracer {
       RayPacket rays;
       store(paths.origin, rays.origin);
       store(paths.direction, rays.direction);
+      store(Lanes(0), rays.t_min);
       store(paths.t_max, rays.t_max);
-      p_.geometry.intersect(rays, others.bits(), v.hits);
+      p_.geometry.intersect(rays, others.bits(), false, v.hits);
     } else {
       v.hits.instance = {-1, -1, -1, -1, -1, -1, -1, -1};
     }
@@ -138,15 +139,58 @@ class LaneTracer {
     return hit & !(camera & (v.distance > paths.t_max));
   }
 
+  /// Geometry::surface of those that are met.
   void load_surfaces(const Paths& paths, Vertices& v) const {
-    SurfacePacket found;
-    p_.geometry.surfaces(v.hits, v.met.bits(), found);
-    v.material = load(found.material);
-    v.position = load3(found.position);
-    v.ng = load3(found.ng);
-    v.n = load3(found.n);
-    v.offset = load(found.offset);
+    using Face = Geometry::Face;
+    static_assert(sizeof(Face) == 24 * sizeof(float) && offsetof(Face, slot) == 21 * sizeof(float));
+    const float* rows[kLanes];
+    LaneMask elsewhere(false);  // instances that are not kept in world space
+    const Face* any_face = nullptr;
+    for_each_lane(v.met, [&](int i) {
+      const Face* face = p_.geometry.face(v.hits.instance[i], v.hits.triangle[i]);
+      rows[i] = reinterpret_cast<const float*>(face);
+      if (face) {
+        v.material.set(i, p_.geometry.instances()[v.hits.instance[i]].materials[face->slot]);
+        any_face = face;
+      } else {
+        elsewhere.set(i, true);
+      }
+    });
+    if (any_face) {
+      for_each_lane((!v.met) | elsewhere,
+                    [&](int i) { rows[i] = reinterpret_cast<const float*>(any_face); });
+      Lanes f[24];
+      for (int block = 0; block < 3; ++block) {
+        const float* at[kLanes];
+        for (int i = 0; i < kLanes; ++i) at[i] = rows[i] + 8 * block;
+        transpose(at, f + 8 * block);
+      }
+      const Lanes b1 = load(v.hits.b1), b2 = load(v.hits.b2), b0 = Lanes(1) - b1 - b2;
+      const auto mix = [&](const Lanes* c) {
+        return Vec3<Lanes>{c[0] * b0 + c[3] * b1 + c[6] * b2, c[1] * b0 + c[4] * b1 + c[7] * b2,
+                           c[2] * b0 + c[5] * b1 + c[8] * b2};
+      };
+      v.position = mix(f);
+      v.ng = {f[18], f[19], f[20]};
+      const Vec3<Lanes> n = mix(f + 9);
+      const Lanes size = length(n);
+      v.n = select(size > 0, n / size, v.ng);
+      v.offset = f[22] * Geometry::kPositionError;
+    }
+    for_each_lane(elsewhere, [&](int i) {
+      const Surface s = p_.geometry.surface({v.hits.instance[i], v.hits.triangle[i], v.hits.b1[i],
+                                             v.hits.b2[i], v.hits.t[i]});
+      set(v.position, i, s.position);
+      set(v.ng, i, s.ng);
+      set(v.n, i, s.n);
+      v.offset.set(i, s.offset);
+      v.material.set(i, s.material);
+    });
     v.back = dot(v.ng, paths.direction) > 0;
+    v.direction = paths.direction;
+    v.u[0] = paths.random.uniform(kLobe);
+    v.u[1] = paths.random.uniform(kLobe1);
+    v.u[2] = paths.random.uniform(kLobe2);
   }
 
   void scatter_in_medium(const LaneMask& scattered, const LaneFlight& flight, Paths& paths) const {

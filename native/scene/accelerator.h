@@ -88,51 +88,14 @@ class Accelerator {
   std::optional<Found> intersect(const Ray& ray, bool camera_ray) const {
     return intersect(scene_, ray, camera_ray);
   }
-  /// Rays in one go.
-  static constexpr int kTogether = 8;
-  /// The same for up to that many camera rays that run close together: they share their way down the
-  /// hierarchy, which takes a third of the time.
-  void intersect_camera_rays(std::span<const Ray> rays, std::optional<Found>* found) const {
-    if (!packets_) {
-      for (const Ray& ray : rays) *found++ = intersect(ray, true);
-      return;
-    }
-    alignas(32) std::array<int, kTogether> valid{};
-    RTCRayHit8 query;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const auto& [origin, direction, t_min, t_max] = rays[i];
-      valid[i] = -1;
-      query.ray.org_x[i] = origin.x, query.ray.org_y[i] = origin.y, query.ray.org_z[i] = origin.z;
-      query.ray.dir_x[i] = direction.x, query.ray.dir_y[i] = direction.y;
-      query.ray.dir_z[i] = direction.z, query.ray.time[i] = 0;
-      query.ray.tnear[i] = t_min, query.ray.tfar[i] = t_max;
-      query.ray.mask[i] = kCameraMask;
-      query.ray.id[i] = query.ray.flags[i] = 0;
-      query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-    }
-#if RTC_VERSION_MAJOR >= 4
-    RTCIntersectArguments arguments;
-    rtcInitIntersectArguments(&arguments);
-    arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
-    rtcIntersect8(valid.data(), scene_, &query, &arguments);
-#else
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect8(valid.data(), scene_, &context, &query);
-#endif
-    const auto& hit = query.hit;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      found[i] = found_of(hit.geomID[i], hit.instID[0][i], hit.primID[i], hit.u[i], hit.v[i],
-                          query.ray.tfar[i]);
-  }
-  /// Eight rays, of which those with a bit in `lanes` count, that need not run close together.
-  void intersect(const RayPacket& rays, unsigned lanes, HitPacket& hits) const {
+  /// Eight rays, of which those with a bit in `lanes` count. Camera rays that run close together share
+  /// their way down the hierarchy, which takes a third of the time.
+  void intersect(const RayPacket& rays, unsigned lanes, bool camera_rays, HitPacket& hits) const {
     if (!packets_) {
       for (int i = 0; i < kPacket; ++i) {
         hits.instance[i] = -1;
         if (!(lanes >> i & 1)) continue;
-        if (const auto found = intersect(ray_of(rays, i), false))
+        if (const auto found = intersect(ray_of(rays, i), camera_rays))
           hits.instance[i] = found->item, hits.triangle[i] = found->triangle,
           hits.b1[i] = found->b1, hits.b2[i] = found->b2, hits.t[i] = found->t;
       }
@@ -140,20 +103,22 @@ class Accelerator {
     }
     RTCRayHit8 query;
     alignas(32) std::array<int, kPacket> valid;
-    set(query.ray, valid.data(), rays, lanes);
+    set(query.ray, valid.data(), rays, lanes, camera_rays);
     for (int i = 0; i < kPacket; ++i)
       query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
-    rtcIntersect8(valid.data(), scene_, &query);
+    RTCIntersectArguments arguments;
+    rtcInitIntersectArguments(&arguments);
+    if (camera_rays) arguments.flags = RTC_RAY_QUERY_FLAG_COHERENT;
+    rtcIntersect8(valid.data(), scene_, &query, &arguments);
 #else
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    if (camera_rays) context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect8(valid.data(), scene_, &context, &query);
 #endif
     for (int i = 0; i < kPacket; ++i) {
-      const unsigned geometry = query.hit.geomID[i], instance = query.hit.instID[0][i];
-      hits.instance[i] =
-          static_cast<int>(instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry);
+      hits.instance[i] = item_of(query.hit.geomID[i], query.hit.instID[0][i]);
       hits.triangle[i] = static_cast<int>(query.hit.primID[i]);
       hits.b1[i] = query.hit.u[i], hits.b2[i] = query.hit.v[i], hits.t[i] = query.ray.tfar[i];
     }
@@ -168,7 +133,7 @@ class Accelerator {
     }
     RTCRay8 query;
     alignas(32) std::array<int, kPacket> valid;
-    set(query, valid.data(), rays, lanes);
+    set(query, valid.data(), rays, lanes, false);
 #if RTC_VERSION_MAJOR >= 4
     rtcOccluded8(valid.data(), scene_, &query);
 #else
@@ -215,31 +180,32 @@ class Accelerator {
     rtcIntersect1(scene, &context, &query);
 #endif
     const RTCHit& hit = query.hit;
-    return found_of(hit.geomID, hit.instID[0], hit.primID, hit.u, hit.v, query.ray.tfar);
+    if (hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
+    return Found{item_of(hit.geomID, hit.instID[0]), static_cast<int>(hit.primID), hit.u, hit.v,
+                 query.ray.tfar};
   }
-  static std::optional<Found> found_of(unsigned geometry, unsigned instance, unsigned triangle,
-                                       float b1, float b2, float t) {
-    if (geometry == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    const unsigned item = instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry;
-    return Found{static_cast<int>(item), static_cast<int>(triangle), b1, b2, t};
+  /// -1 if there is no geometry.
+  static int item_of(unsigned geometry, unsigned instance) {
+    return static_cast<int>(instance != RTC_INVALID_GEOMETRY_ID ? instance : geometry);
   }
 
-  static void set(RTCRay8& query, int* valid, const RayPacket& rays, unsigned lanes) {
+  static void set(RTCRay8& query, int* valid, const RayPacket& rays, unsigned lanes,
+                  bool camera_rays) {
     for (int i = 0; i < kPacket; ++i) {
       valid[i] = -static_cast<int>(lanes >> i & 1);
       query.org_x[i] = rays.origin[0][i], query.org_y[i] = rays.origin[1][i];
-      query.org_z[i] = rays.origin[2][i], query.tnear[i] = 0;
+      query.org_z[i] = rays.origin[2][i], query.tnear[i] = rays.t_min[i];
       query.dir_x[i] = rays.direction[0][i], query.dir_y[i] = rays.direction[1][i];
       query.dir_z[i] = rays.direction[2][i], query.time[i] = 0;
       query.tfar[i] = rays.t_max[i];
-      query.mask[i] = kOtherMask;
+      query.mask[i] = camera_rays ? kCameraMask : kOtherMask;
       query.id[i] = query.flags[i] = 0;
     }
   }
   static Ray ray_of(const RayPacket& rays, int i) {
     return {{rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]},
             {rays.direction[0][i], rays.direction[1][i], rays.direction[2][i]},
-            0,
+            rays.t_min[i],
             rays.t_max[i]};
   }
 

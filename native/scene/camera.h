@@ -53,22 +53,37 @@ class PixelCamera {
   PixelCamera(const Camera& camera, int width, int height, const PhotoFrame& frame = {});
   /// (px, py) in pixels from the top left corner; pixel i spans [i, i + 1).
   Ray ray(float px, float py) const {
+    Ray ray;
+    this->ray<double>(px, py, ray.origin, ray.direction, ray.t_min, ray.t_max);
+    return ray;
+  }
+  /// The same of one position or of eight: S is float or lanes, D the same in double.
+  template <class D, class S>
+  void ray(const S& px, const S& py, Vec3<S>& origin, Vec3<S>& direction, S& t_min,
+           S& t_max) const {
+    using std::sqrt;
     const Camera& c = camera_;
-    const double x = px * aspect_x_ * unit_ + left_;
-    const double y = top_ - py * c.pixel_aspect_y * unit_;
-    if (c.orthographic)
-      return {Vec3f(c.to_world.point({x, y, 0})), Vec3f(-c.to_world.column(2)),
-              static_cast<float>(c.clip_start), static_cast<float>(c.clip_end)};
+    const D x = D(px) * (aspect_x_ * unit_) + left_;
+    const D y = top_ - D(py) * (c.pixel_aspect_y * unit_);
+    if (c.orthographic) {
+      origin = Vec3<S>(c.to_world.point(Vec3<D>{x, y, 0}));
+      direction = Vec3<S>(Vec3f(-c.to_world.column(2)));
+      t_min = S(static_cast<float>(c.clip_start));
+      t_max = S(static_cast<float>(c.clip_end));
+      return;
+    }
     // The clip planes are perpendicular to the axis: this has depth 1.
-    const Vec3d towards{x, y, -1};
-    const double stretch = length(towards);
-    return {eye_, Vec3f(c.to_world.vector(towards / stretch)),
-            static_cast<float>(c.clip_start * stretch), static_cast<float>(c.clip_end * stretch)};
+    const D stretch = sqrt(x * x + y * y + D(1)), inverse = D(1) / stretch;
+    origin = Vec3<S>(eye_);
+    direction = Vec3<S>(c.to_world.vector(Vec3<D>{x * inverse, y * inverse, -inverse}));
+    t_min = S(stretch * D(c.clip_start));
+    t_max = S(stretch * D(c.clip_end));
   }
   /// A point uniform in the photo's pixel that holds (px, py); u, v in [0, 1). Of a point that is
   /// uniform in a pixel of the picture it makes one whose mean radiance is what an area filter
   /// leaves of the photo there.
-  Vec2<float> in_photo(float px, float py, float u, float v) const {
+  template <class S>
+  Vec2<S> in_photo(const S& px, const S& py, const S& u, const S& v) const {
     return {in_photo(px, photo_across_, u), in_photo(py, photo_down_, v)};
   }
   /// Whether `in_photo` does anything: where every pixel of the photo lies in one of the picture, it
@@ -78,8 +93,10 @@ class PixelCamera {
   Vec2<double> project(const Vec3d& point) const;
 
  private:
-  static float in_photo(float p, float scale, float u) {
-    return scale > 0 ? (std::floor(p * scale) + u) / scale : p;
+  template <class S>
+  static S in_photo(const S& p, float scale, const S& u) {
+    using std::floor;
+    return scale > 0 ? (floor(p * scale) + u) / scale : p;
   }
 
   const Camera& camera_;

@@ -10,9 +10,6 @@
 namespace selenite {
 namespace {
 
-/// Rounding of a barycentric point, in units of its triangle's largest coordinate: 20 ulp.
-/// Source: facts sheet "native", section 5 (no leak, no self-hit from 1e-4 to 1e5 units).
-constexpr float kPositionError = 20 * 0x1p-23f;
 
 bool finite(const Vec3f& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -183,15 +180,21 @@ std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
   return Hit{found->item, found->triangle, found->b1, found->b2, found->t};
 }
 
-void Geometry::intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const {
-  static_assert(kTogether <= Accelerator::kTogether);
-  std::array<std::optional<Accelerator::Found>, kTogether> found;
-  accelerator_->intersect_camera_rays(rays, found.data());
+void Geometry::intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* found) const {
+  RayPacket packet;
   for (std::size_t i = 0; i < rays.size(); ++i) {
-    hits[i].reset();
-    if (!found[i]) continue;
-    prefetch(faces_[instances_[found[i]->item].mesh][found[i]->triangle]);
-    hits[i] = Hit{found[i]->item, found[i]->triangle, found[i]->b1, found[i]->b2, found[i]->t};
+    const auto& [origin, direction, t_min, t_max] = rays[i];
+    packet.origin[0][i] = origin.x, packet.origin[1][i] = origin.y, packet.origin[2][i] = origin.z;
+    packet.direction[0][i] = direction.x, packet.direction[1][i] = direction.y;
+    packet.direction[2][i] = direction.z;
+    packet.t_min[i] = t_min, packet.t_max[i] = t_max;
+  }
+  HitPacket hits;
+  intersect(packet, (1u << rays.size()) - 1, true, hits);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    found[i].reset();
+    if (hits.instance[i] >= 0)
+      found[i] = Hit{hits.instance[i], hits.triangle[i], hits.b1[i], hits.b2[i], hits.t[i]};
   }
 }
 
@@ -208,9 +211,10 @@ void Geometry::prepare_inside(int instance) const {
 
 bool Geometry::occluded(const Ray& ray) const { return accelerator_->occluded(ray); }
 
-void Geometry::intersect(const RayPacket& rays, unsigned lanes, HitPacket& hits) const {
+void Geometry::intersect(const RayPacket& rays, unsigned lanes, bool camera_rays,
+                         HitPacket& hits) const {
   static_assert(kPacket == kTogether);
-  accelerator_->intersect(rays, lanes, hits);
+  accelerator_->intersect(rays, lanes, camera_rays, hits);
   for (int i = 0; i < kPacket; ++i)
     if (hits.instance[i] >= 0)
       prefetch(faces_[instances_[hits.instance[i]].mesh][hits.triangle[i]]);
@@ -299,22 +303,6 @@ Surface Geometry::surface(const Hit& hit) const {
   s.n = size > 0 ? n / size : s.ng;  // opposite corner normals cancel: fall back on the face
   s.offset = kPositionError * coordinate;
   return s;
-}
-
-void Geometry::surfaces(const HitPacket& hits, unsigned lanes, SurfacePacket& found) const {
-  for (int i = 0; i < kPacket; ++i) {
-    if (!(lanes >> i & 1)) continue;
-    const Surface s =
-        surface({hits.instance[i], hits.triangle[i], hits.b1[i], hits.b2[i], hits.t[i]});
-    const auto put = [i](Packet<float>* to, const Vec3f& v) {
-      to[0][i] = v.x, to[1][i] = v.y, to[2][i] = v.z;
-    };
-    put(found.position, s.position);
-    put(found.ng, s.ng);
-    put(found.n, s.n);
-    found.offset[i] = s.offset;
-    found.material[i] = s.material;
-  }
 }
 
 }  // namespace selenite

@@ -83,16 +83,30 @@ class Geometry {
   static constexpr int kTogether = 8;
   void intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const;
   bool occluded(const Ray& ray) const;
-  /// The same of eight rays; only those with a bit in `lanes` count. None is a camera ray.
-  void intersect(const RayPacket& rays, unsigned lanes, HitPacket& hits) const;
+  /// The same of eight rays; only those with a bit in `lanes` count. Camera rays should run close
+  /// together.
+  void intersect(const RayPacket& rays, unsigned lanes, bool camera_rays, HitPacket& hits) const;
   unsigned occluded(const RayPacket& rays, unsigned lanes) const;
   /// The first hit with one instance, as if it were alone in the scene: for walks inside it. Needs a
   /// hierarchy of its own, which `prepare_inside` makes; that may be called from any thread.
   std::optional<Hit> intersect_inside(int instance, const Ray& ray) const;
   void prepare_inside(int instance) const;
   Surface surface(const Hit& hit) const;
-  /// Of those hits that have a bit in `lanes`.
-  void surfaces(const HitPacket& hits, unsigned lanes, SurfacePacket& found) const;
+
+  /// A triangle with all that a hit asks for side by side, in exactly two cache lines: three fewer.
+  struct alignas(32) Face {
+    std::array<Vec3f, 3> corners, normals;
+    Vec3f ng;
+    int slot;
+    float coordinate;  ///< the largest
+  };
+  /// Of an instance whose mesh is kept in world space; null for others, of which `surface` knows.
+  const Face* face(int instance, int triangle) const {
+    return in_world_space_[instance] ? &faces_[instances_[instance].mesh][triangle] : nullptr;
+  }
+  /// Rounding of a barycentric point, in units of its triangle's largest coordinate: 20 ulp.
+  /// Source: facts sheet "native", section 5 (no leak, no self-hit from 1e-4 to 1e5 units).
+  static constexpr float kPositionError = 20 * 0x1p-23f;
   /// Of a UV map or colour attribute by name (empty: the first); zero where the mesh has none, as in
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
@@ -112,13 +126,6 @@ class Geometry {
   long triangle_count() const;
 
  private:
-  /// A triangle with all that a hit asks for side by side, in exactly two cache lines: three fewer.
-  struct alignas(32) Face {
-    std::array<Vec3f, 3> corners, normals;
-    Vec3f ng;
-    int slot;
-    float coordinate;  ///< the largest
-  };
   static void prefetch(const Face& face);
   static std::vector<Face> faces_of(const Mesh& mesh);
 

@@ -15,17 +15,11 @@ struct alignas(32) Packet {
 };
 
 struct RayPacket {
-  Packet<float> origin[3], direction[3], t_max;  ///< t_min is 0
+  Packet<float> origin[3], direction[3], t_min, t_max;
 };
 struct HitPacket {
   Packet<int> instance;  ///< -1: nothing was hit
   Packet<int> triangle;
   Packet<float> b1, b2, t;
 };
-/// See Surface.
-struct SurfacePacket {
-  Packet<float> position[3], ng[3], n[3], offset;
-  Packet<int> material;
-};
-
 }  // namespace selenite

@@ -13,8 +13,15 @@ struct Transform {
 
   Vec3d column(int j) const { return {m[0][j], m[1][j], m[2][j]}; }
   Vec3d translation() const { return column(3); }
-  Vec3d vector(const Vec3d& v) const { return column(0) * v.x + column(1) * v.y + column(2) * v.z; }
-  Vec3d point(const Vec3d& p) const { return vector(p) + translation(); }
+  /// D: double, or doubles in lanes.
+  template <class D>
+  Vec3<D> vector(const Vec3<D>& v) const {
+    return column(0) * v.x + column(1) * v.y + column(2) * v.z;
+  }
+  template <class D>
+  Vec3<D> point(const Vec3<D>& p) const {
+    return vector(p) + Vec3<D>(translation());
+  }
   /// Normal by the cofactor matrix (inverse transpose times determinant); not normalised. Keeps the
   /// side of the surface where the determinant is positive.
   Vec3d normal(const Vec3d& n) const {
