@@ -2,6 +2,8 @@
 #
 # Compiler rules shared by all targets.
 
+include(CheckCXXCompilerFlag)
+
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -53,9 +55,15 @@ function(selenite_add_lanes target)
   add_library(${lanes} OBJECT ${ARGN})
   selenite_compile_rules(${lanes})
   selenite_inline_kernels(${ARGN})
-  target_compile_options(${lanes} PRIVATE -mavx2 -mfma -mbmi2 -mtune=haswell -Wno-psabi
-    -mmove-max=256 -mstore-max=256 -mmemcpy-strategy=vector_loop:2048:align,libcall:-1:noalign
-    -mmemset-strategy=vector_loop:2048:align,libcall:-1:noalign)
+  target_compile_options(${lanes} PRIVATE -mavx2 -mfma -mbmi2 -Wno-psabi)
+  # GCC 12 and later: eight numbers are moved as such. Measured: without it a bsdf takes twice the time.
+  foreach(option IN ITEMS -mmove-max=256 -mstore-max=256)
+    string(MAKE_C_IDENTIFIER "SELENITE${option}" known)
+    check_cxx_compiler_flag(${option} ${known})
+    if(${known})
+      target_compile_options(${lanes} PRIVATE ${option})
+    endif()
+  endforeach()
   target_include_directories(${lanes} PRIVATE $<TARGET_PROPERTY:${target},INCLUDE_DIRECTORIES>)
   target_compile_definitions(${lanes} PRIVATE $<TARGET_PROPERTY:${target},COMPILE_DEFINITIONS>)
   set(joined "${CMAKE_CURRENT_BINARY_DIR}/${lanes}.o")

@@ -122,7 +122,10 @@ constexpr Dual<S, N> chain(const Dual<S, N>& x, S value, S slope) {
 template <class S, int N, class V>
   requires(!std::is_same_v<V, S> && std::is_same_v<uniform_t<V>, S>)
 Dual<V, N> chain(const Dual<S, N>& x, const V& value, const V& slope) {
-  return chain(Dual<V, N>(x), value, slope);
+  Dual<V, N> y(value);
+  for (int k = 0; k < N; ++k)
+    if (x.d[k] != 0) y.d[k] = slope * V(x.d[k]);
+  return y;
 }
 /// From `a` the value and all derivatives where the mask is set, else from `b`: nothing of the other
 /// side is left, not even what is not finite.

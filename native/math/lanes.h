@@ -28,7 +28,8 @@ struct LaneMask {
   Raw m{};
 
   LaneMask() = default;
-  LaneMask(bool all) : m(Raw{} - static_cast<std::int32_t>(all)) {}  // NOLINT: as a number is its lanes
+  LaneMask(bool all)
+      : m(Raw{} - static_cast<std::int32_t>(all)) {}  // NOLINT: as a number is its lanes
   explicit LaneMask(const Raw& m) : m(m) {}
 
   bool operator[](int lane) const { return m[lane] != 0; }
@@ -94,28 +95,28 @@ struct Lanes {
 
   Lanes() = default;
   template <class X>
-    requires std::is_arithmetic_v<X>
-  Lanes(X x) : v(Raw{} + static_cast<float>(x)) {}  // NOLINT: a constant is the same in all lanes
-  explicit Lanes(const Raw& v) : v(v) {}
+    requires std::is_arithmetic_v<X> Lanes(X x)
+        : v(Raw{} + static_cast<float>(x)) {}  // NOLINT: a constant is the same in all lanes
+    explicit Lanes(const Raw& v) : v(v) {}
 
-  float operator[](int lane) const { return v[lane]; }
-  void set(int lane, float x) { v[lane] = x; }
+    float operator[](int lane) const { return v[lane]; }
+    void set(int lane, float x) { v[lane] = x; }
 
-  Lanes& operator+=(const Lanes& o) { return v += o.v, *this; }
-  Lanes& operator-=(const Lanes& o) { return v -= o.v, *this; }
-  Lanes& operator*=(const Lanes& o) { return v *= o.v, *this; }
-  Lanes& operator/=(const Lanes& o) { return v /= o.v, *this; }
-  friend Lanes operator-(const Lanes& a) { return Lanes(-a.v); }
-  friend Lanes operator+(const Lanes& a, const Lanes& b) { return Lanes(a.v + b.v); }
-  friend Lanes operator-(const Lanes& a, const Lanes& b) { return Lanes(a.v - b.v); }
-  friend Lanes operator*(const Lanes& a, const Lanes& b) { return Lanes(a.v * b.v); }
-  friend Lanes operator/(const Lanes& a, const Lanes& b) { return Lanes(a.v / b.v); }
-  friend LaneMask operator<(const Lanes& a, const Lanes& b) { return LaneMask(a.v < b.v); }
-  friend LaneMask operator>(const Lanes& a, const Lanes& b) { return LaneMask(a.v > b.v); }
-  friend LaneMask operator<=(const Lanes& a, const Lanes& b) { return LaneMask(a.v <= b.v); }
-  friend LaneMask operator>=(const Lanes& a, const Lanes& b) { return LaneMask(a.v >= b.v); }
-  friend LaneMask operator==(const Lanes& a, const Lanes& b) { return LaneMask(a.v == b.v); }
-  friend LaneMask operator!=(const Lanes& a, const Lanes& b) { return LaneMask(a.v != b.v); }
+    Lanes& operator+=(const Lanes& o) { return v += o.v, *this; }
+    Lanes& operator-=(const Lanes& o) { return v -= o.v, *this; }
+    Lanes& operator*=(const Lanes& o) { return v *= o.v, *this; }
+    Lanes& operator/=(const Lanes& o) { return v /= o.v, *this; }
+    friend Lanes operator-(const Lanes& a) { return Lanes(-a.v); }
+    friend Lanes operator+(const Lanes& a, const Lanes& b) { return Lanes(a.v + b.v); }
+    friend Lanes operator-(const Lanes& a, const Lanes& b) { return Lanes(a.v - b.v); }
+    friend Lanes operator*(const Lanes& a, const Lanes& b) { return Lanes(a.v * b.v); }
+    friend Lanes operator/(const Lanes& a, const Lanes& b) { return Lanes(a.v / b.v); }
+    friend LaneMask operator<(const Lanes& a, const Lanes& b) { return LaneMask(a.v < b.v); }
+    friend LaneMask operator>(const Lanes& a, const Lanes& b) { return LaneMask(a.v > b.v); }
+    friend LaneMask operator<=(const Lanes& a, const Lanes& b) { return LaneMask(a.v <= b.v); }
+    friend LaneMask operator>=(const Lanes& a, const Lanes& b) { return LaneMask(a.v >= b.v); }
+    friend LaneMask operator==(const Lanes& a, const Lanes& b) { return LaneMask(a.v == b.v); }
+    friend LaneMask operator!=(const Lanes& a, const Lanes& b) { return LaneMask(a.v != b.v); }
 };
 template <>
 struct MaskOf<Lanes> {

@@ -157,8 +157,7 @@ void bind_render(py::module_& m) {
 
   m.def("render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
         py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
-        "lanes"_a = 0,
-        "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
+        "lanes"_a = 0, "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
         "progress"_a = py::none(),
         "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
         "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"

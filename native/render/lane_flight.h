@@ -23,8 +23,7 @@ Color<Lanes> channel_shares(const Color<Lanes>& throughput) {
   const Lanes sum = throughput.r + throughput.g + throughput.b;
   // Derivatives may live in a channel whose light is gone.
   const Lanes scale = (L > 0 ? 0.9f : 1.0f) / sum;
-  const Color<Lanes> share =
-      throughput * scale + Color<Lanes>(Lanes(L > 0 ? 0.1f / 3 : 0.0f));
+  const Color<Lanes> share = throughput * scale + Color<Lanes>(Lanes(L > 0 ? 0.1f / 3 : 0.0f));
   return masked(sum > 0, share, 1.0f / 3);
 }
 
@@ -62,8 +61,9 @@ LaneFlight fly(const PreparedMaterial<L>& medium, const LaneMask& flying, const 
   const Color<Lanes> share = channel_shares<L>(beta.value), through = transmittance(rate, flown);
   Lanes density(0);
   for (int c = 0; c < 3; ++c)
-    density += select(share[c] > 0,
-                      share[c] * select(flight.scatters, through[c] * rate[c], through[c]), Lanes(0));
+    density +=
+        select(share[c] > 0, share[c] * select(flight.scatters, through[c] * rate[c], through[c]),
+               Lanes(0));
   const Lanes inverse = Lanes(1) / density;
 
   const auto& sigma_t = medium.values.extinction;

@@ -22,8 +22,7 @@ inline Color<Lanes> lanes_of(const Colorf& c) { return {c.r, c.g, c.b}; }
 /// Adds `others` times the derivatives of f to the slots of a material.
 template <int L>
 void add_slopes_of(const LaneMask& mask, const PreparedMaterial<L>& owner,
-                   const Color<Lanes>& others, const Color<LaneScalar<L>>& f,
-                   Color<Lanes>* slots) {
+                   const Color<Lanes>& others, const Color<LaneScalar<L>>& f, Color<Lanes>* slots) {
   if constexpr (L > 0)
     for (int k = 0; k < owner.count; ++k)
       for (int c = 0; c < 3; ++c)
@@ -98,8 +97,7 @@ class LaneRadiance {
   void add_slopes(const Factor<L>& emitted, const Color<Lanes>& f) {
     if constexpr (L > 0)
       for (int k = 0; k < emitted.count; ++k)
-        for (int c = 0; c < 3; ++c)
-          slope_[emitted.first + k][c] += f[c] * emitted.slope[c][k];
+        for (int c = 0; c < 3; ++c) slope_[emitted.first + k][c] += f[c] * emitted.slope[c][k];
   }
   /// The same of a bsdf's value.
   void add_slopes(const LaneMask& mask, const PreparedMaterial<L>& owner,

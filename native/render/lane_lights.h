@@ -41,7 +41,8 @@ class LaneLights {
         light = hit.density * probability(i, paths.refracted);
       } else {
         for_each_lane(lit, [&](int k) {
-          const auto hit = lights[i].intersect(at(paths.from, k), at(paths.direction, k), 0, reach[k]);
+          const auto hit =
+              lights[i].intersect(at(paths.from, k), at(paths.direction, k), 0, reach[k]);
           if (!hit || !(hit->factor > 0)) return;
           met.set(k, true);
           factor.set(k, hit->factor);

@@ -48,8 +48,7 @@ class LaneShading {
         Batch batch;
         for (int j = i; j < count; ++j) {
           const Vertices& v = vertices[j];
-          const LaneMask same =
-              left[j] & (v.material == material) & (back ? v.back : !v.back);
+          const LaneMask same = left[j] & (v.material == material) & (back ? v.back : !v.back);
           left[j] &= !same;
           for_each_lane(same, [&](int lane) {
             batch.at[batch.size++] = {j, lane};
@@ -194,10 +193,10 @@ class LaneShading {
     const Exchange exchange(batch, vertices);
     const Vertices& first = vertices[0];
     const Vec3<Lanes> ng = exchange.take(first.ng), n = exchange.take(first.n);
-    const PrincipledBsdf<X> bsdf(values, flavour,
-                                 SurfacePoint<Lanes>{back ? -ng : ng, back ? -n : n,
-                                                     -exchange.take(first.direction), back},
-                                 batch.active());
+    const PrincipledBsdf<X> bsdf(
+        values, flavour,
+        SurfacePoint<Lanes>{back ? -ng : ng, back ? -n : n, -exchange.take(first.direction), back},
+        batch.active());
     bool lit = false;
     for (int i = 0; i < batch.size; ++i)
       lit = lit || vertices[batch.at[i].packet].lights.lit[batch.at[i].lane];
@@ -205,8 +204,10 @@ class LaneShading {
       Color<X> value;
       Lanes density;
       bsdf.value_and_density(exchange.take(first.lights.direction), value, density);
-      exchange.put_color(value, [](Vertices& v) -> auto& { return v.value; });
-      exchange.put(density, [](Vertices& v) -> auto& { return v.value_density; });
+      exchange.put_color(
+          value, [](Vertices & v) -> auto& { return v.value; });
+      exchange.put(
+          density, [](Vertices & v) -> auto& { return v.value_density; });
     }
     const BsdfSample<X> sample =
         bsdf.draw(exchange.take(first.u[0]), exchange.take(first.u[1]), exchange.take(first.u[2]));
@@ -217,9 +218,12 @@ class LaneShading {
       v.transmits.set(lane, sample.transmits[i]);
       v.singular.set(lane, sample.singular[i]);
     }
-    exchange.put(sample.wo, [](Vertices& v) -> auto& { return v.wo; });
-    exchange.put(sample.density, [](Vertices& v) -> auto& { return v.density; });
-    exchange.put_color(sample.weight, [](Vertices& v) -> auto& { return v.weight; });
+    exchange.put(
+        sample.wo, [](Vertices & v) -> auto& { return v.wo; });
+    exchange.put(
+        sample.density, [](Vertices & v) -> auto& { return v.density; });
+    exchange.put_color(
+        sample.weight, [](Vertices & v) -> auto& { return v.weight; });
   }
 
   /// f(lanes, material) for each material of which something is ticked.

@@ -49,7 +49,8 @@ class LaneTracer {
   const LanePaths<L>& packet(int i) const { return packets_[i]; }
   /// Whether any path is under way.
   bool busy() const {
-    return std::any_of(packets_.begin(), packets_.end(), [](const Paths& p) { return any(p.live); });
+    return std::any_of(packets_.begin(), packets_.end(),
+                       [](const Paths& p) { return any(p.live); });
   }
 
   /// One vertex of every path; then `ended(packet, lanes)` for those whose paths have ended.
@@ -178,8 +179,8 @@ class LaneTracer {
       v.offset = f[22] * Geometry::kPositionError;
     }
     for_each_lane(elsewhere, [&](int i) {
-      const Surface s = p_.geometry.surface({v.hits.instance[i], v.hits.triangle[i], v.hits.b1[i],
-                                             v.hits.b2[i], v.hits.t[i]});
+      const Surface s = p_.geometry.surface(
+          {v.hits.instance[i], v.hits.triangle[i], v.hits.b1[i], v.hits.b2[i], v.hits.t[i]});
       set(v.position, i, s.position);
       set(v.ng, i, s.ng);
       set(v.n, i, s.n);

@@ -20,7 +20,8 @@ int count_media(const Prepared<L>& prepared) {
   for (const Instance& instance : prepared.geometry.instances()) {
     std::vector<int> found;
     for (const int m : instance.materials)
-      if (prepared.materials[m].has_medium && std::find(found.begin(), found.end(), m) == found.end())
+      if (prepared.materials[m].has_medium &&
+          std::find(found.begin(), found.end(), m) == found.end())
         found.push_back(m);
     count += static_cast<int>(found.size());
   }

@@ -89,7 +89,8 @@ void RenderSettings::check() const {
           static_cast<long long>(width) * height, "at most 268435456");
   require(spp >= 1 && spp <= 1 << 20, "samples per pixel", spp, "1 to 1048576");
   require(depth >= 0, "depth", depth, "0 (no limit) or more");
-  require(lanes == 0 || lanes == 1 || lanes == kPacket, "lanes", lanes, "0 (as many as go), 1 or 8");
+  require(lanes == 0 || lanes == 1 || lanes == kPacket, "lanes", lanes,
+          "0 (as many as go), 1 or 8");
   require(threads >= 0 && threads <= 1024, "threads", threads, "0 (all) to 1024");
   frame.check();
 }

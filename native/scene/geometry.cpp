@@ -10,7 +10,6 @@
 namespace selenite {
 namespace {
 
-
 bool finite(const Vec3f& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
@@ -181,7 +180,7 @@ std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
 }
 
 void Geometry::intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* found) const {
-  RayPacket packet;
+  RayPacket packet{};
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const auto& [origin, direction, t_min, t_max] = rays[i];
     packet.origin[0][i] = origin.x, packet.origin[1][i] = origin.y, packet.origin[2][i] = origin.z;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "scene/area_light.h"
-
 #include <limits>
 
 #include "math/error.h"
 #include "math/sampling.h"
+#include "scene/area_light.h"
 
 // Radiometry of Blender's lamps: facts sheet "cycles", section 3 (measured on both versions).
 namespace selenite {

@@ -65,10 +65,8 @@ Material coloured(Material m) {
 }
 
 std::vector<Case> cases() {
-  const Ticks surface{{"Body", "base_color"},
-                      {"Body", "roughness"},
-                      {"Body", "transmission"},
-                      {"Body", "ior"}};
+  const Ticks surface{
+      {"Body", "base_color"}, {"Body", "roughness"}, {"Body", "transmission"}, {"Body", "ior"}};
   Ticks many = surface;
   for (const char* name : {"metallic", "coat_weight", "coat_roughness", "coat_tint"})
     many.emplace_back("Body", name);
@@ -102,13 +100,18 @@ std::vector<Case> cases() {
   Light sun = lamp_of(LightKind::kSun, "Sun", {-1, -1, 3}, 2);
   sun.angle = 0.1;
 
-  const Ticks medium{{"Body", "extinction"}, {"Body", "albedo"}, {"Body", "anisotropy"},
-                     {"Body", "roughness"},  {"Body", "ior"}};
+  const Ticks medium{{"Body", "extinction"},
+                     {"Body", "albedo"},
+                     {"Body", "anisotropy"},
+                     {"Body", "roughness"},
+                     {"Body", "ior"}};
   std::vector<Case> all;
-  all.push_back({"matte", scene_of(coloured(matte("Body", 1)), {area()}), {{"Body", "base_color"}}, .01});
+  all.push_back(
+      {"matte", scene_of(coloured(matte("Body", 1)), {area()}), {{"Body", "base_color"}}, .01});
   all.push_back({"plastic", scene_of(coloured(plastic("Body")), {area()}), surface, .02});
   all.push_back({"picture", scene_of(coloured(plastic("Body")), {area()}), {}, .02});
-  all.push_back({"smooth_glass", scene_of(coloured(glass("Body")), {area()}), {{"Body", "base_color"}}, .1});
+  all.push_back(
+      {"smooth_glass", scene_of(coloured(glass("Body")), {area()}), {{"Body", "base_color"}}, .1});
   all.push_back({"rough_glass", scene_of(coloured(glass("Body", 1.5, .3)), {area()}), surface, .1});
   all.push_back({"half", scene_of(half, {area()}), surface, .1});
   all.push_back({"half_depth", scene_of(half, {area()}), surface, .1, 3});
