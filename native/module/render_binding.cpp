@@ -6,6 +6,7 @@
 #include "module/arrays.h"
 #include "module/bindings.h"
 #include "render/field_gradient.h"
+#include "render/lanes.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -166,6 +167,10 @@ void bind_render(py::module_& m) {
         "aspect is that of what the camera takes, width / height; 0: no photo. lanes: paths that\n"
         "a thread traces in lockstep, 1 or 8; 0: eight where processor and scene permit. Raises\n"
         "ValueError, KeyError, Cancelled.");
+
+  m.def(
+      "lanes_obstacle", [](const Scene& scene) { return lanes_obstacle(scene); }, "scene"_a,
+      "What keeps a scene from being traced eight paths at a time; empty if nothing does.");
 
   m.def(
       "texture_gradient", &texture_gradient, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,

@@ -1,31 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "render/lanes.h"
 
+#include <set>
+
 namespace selenite {
 namespace {
 
+/// What of a material alone is in the way; null if nothing is.
 template <int L>
-bool suits_lanes(const Prepared<L>& prepared, int index) {
-  const PreparedMaterial<L>& m = prepared.materials[index];
-  const auto absent = [](const auto& x) { return value_of(x) == 0 && !has_slope(x); };
-  return m.maps->empty() && !m.transparent && !(m.emitter_density > 0) &&
-         absent(m.values.subsurface_weight) && absent(m.values.sheen_weight) && !m.albedo_grid &&
-         !m.density_grid && (!m.has_medium || m.sealed);
-}
-
-/// Of bodies with a medium and their materials.
-template <int L>
-int count_media(const Prepared<L>& prepared) {
-  int count = 0;
-  for (const Instance& instance : prepared.geometry.instances()) {
-    std::vector<int> found;
-    for (const int m : instance.materials)
-      if (prepared.materials[m].has_medium &&
-          std::find(found.begin(), found.end(), m) == found.end())
-        found.push_back(m);
-    count += static_cast<int>(found.size());
-  }
-  return count;
+const char* obstacle(const PreparedMaterial<L>& m) {
+  const auto acts = [](const auto& x) { return value_of(x) != 0 || has_slope(x); };
+  if (!m.maps->empty()) return "has textures";
+  if (m.transparent) return "lets rays pass straight through (alpha)";
+  if (m.emitter_density > 0) return "emits light";
+  if (acts(m.values.subsurface_weight)) return "scatters light under its surface";
+  if (acts(m.values.sheen_weight)) return "has sheen";
+  if (!m.has_medium) return nullptr;
+  if (m.density_grid || m.albedo_grid) return "has a medium that varies";
+  if (!m.sealed) return "has a medium into which light may be seen (a lamp near it, or an opening)";
+  return nullptr;
 }
 
 }  // namespace
@@ -40,15 +33,28 @@ bool has_lanes() {
 }
 
 template <int L>
-bool suits_lanes(const Prepared<L>& prepared) {
-  for (int i = 0; i < static_cast<int>(prepared.materials.size()); ++i)
-    if (!suits_lanes(prepared, i)) return false;
-  return count_media(prepared) <= 1;
+std::string lanes_obstacle(const Prepared<L>& prepared) {
+  const auto& materials = prepared.materials;
+  for (std::size_t i = 0; i < materials.size(); ++i)
+    if (const char* what = obstacle(materials[i]))
+      return "material '" + prepared.scene.appearance.materials[i].name + "' " + what;
+  std::set<std::pair<std::size_t, int>> media;  // objects and materials
+  const auto& instances = prepared.geometry.instances();
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    for (const int m : instances[i].materials)
+      if (materials[m].has_medium) media.emplace(i, m);
+  if (media.size() > 1) return "there is more than one body with a medium";
+  return {};
 }
 
-template bool suits_lanes(const Prepared<0>&);
-template bool suits_lanes(const Prepared<2>&);
-template bool suits_lanes(const Prepared<4>&);
-template bool suits_lanes(const Prepared<8>&);
+std::string lanes_obstacle(const Scene& scene) {
+  if (!has_lanes()) return "this processor or this build has no AVX2";
+  return lanes_obstacle(Prepared<0>(scene, SlotLayout()));
+}
+
+template std::string lanes_obstacle(const Prepared<0>&);
+template std::string lanes_obstacle(const Prepared<2>&);
+template std::string lanes_obstacle(const Prepared<4>&);
+template std::string lanes_obstacle(const Prepared<8>&);
 
 }  // namespace selenite

@@ -1,21 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <string>
+
 #include "render/kernel.h"
 
 namespace selenite {
 
-/// Whether this build has the kernel that traces eight paths in lockstep, and this processor AVX2 and
-/// FMA, for which it is compiled.
+/// Whether this build has the kernel that traces paths eight at a time in lockstep, and this processor
+/// AVX2 and FMA, for which it is compiled.
 bool has_lanes();
 
-/// Whether the scene is one for that kernel: materials that are the same everywhere, without emission,
-/// transparency, sheen and subsurface scattering, and at most one medium, homogeneous and inside of a
-/// closed body from where no light is seen. Anything else is traced path by path.
+/// What keeps a scene from being traced by that kernel, in words; empty if nothing does. It is for
+/// materials that are the same everywhere, without emission, transparency, sheen and subsurface
+/// scattering, and for at most one medium, homogeneous and inside of a closed body from where no light
+/// is seen. Anything else is traced path by path.
 template <int L>
-bool suits_lanes(const Prepared<L>& prepared);
+std::string lanes_obstacle(const Prepared<L>& prepared);
+/// The same of processor and scene.
+std::string lanes_obstacle(const Scene& scene);
 
-/// As `render_tile`, for a scene that suits lanes, where there are lanes.
+/// As `render_tile`, where there are lanes and no obstacle.
 template <int L>
 TileReport render_tile_by_lanes(const Prepared<L>& prepared, const PixelCamera& camera,
                                 const RenderSettings& settings, const Tile& tile, Film& film);

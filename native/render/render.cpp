@@ -42,7 +42,7 @@ template <int L>
 bool render_all_by_lanes(const Scene& scene, const Camera& camera, const SlotLayout& layout,
                          const RenderSettings& settings, Progress* progress, Film& film) {
   const Prepared<L> prepared(scene, layout);
-  if (!suits_lanes(prepared)) return false;
+  if (!lanes_obstacle(prepared).empty()) return false;
   render_tiles(prepared, camera, settings, progress, film, render_tile_by_lanes<L>);
   return true;
 }

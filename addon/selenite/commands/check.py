@@ -7,7 +7,7 @@ import argparse
 from typing import Any
 
 from .. import mean_free_path, parameters
-from ..fit_run.plan import build_scene
+from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL
 from ..problems import BadInput, listed
 from ..scene_read.values import Owner, SceneValues
@@ -23,9 +23,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     scene, values = open_scene(args.scene)
     problems = list(values.problems)
     dropped: dict[str, int] = {}
+    paths = None
     if not problems:
         try:
-            dropped = dict(build_scene(values).dropped_triangles)
+            built = build_scene(values)
+            dropped = dict(built.dropped_triangles)
+            paths = paths_traced(built)
         except BadInput as error:
             problems = error.problems
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
@@ -49,6 +52,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "bodies": [body.as_json() for body in values.bodies],
         "flavour": sorted({item.flavour for item in values.materials}),
         "model": _model(values),
+        "paths": paths,
         "problems": [problem.as_json() for problem in problems],
         "warnings": values.warnings,
         "render_settings": [item.as_json() for item in remarks],
@@ -86,6 +90,8 @@ def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
 
 def _say(report: dict[str, Any], values: SceneValues) -> None:
     say(f"{report['objects']} objects, {report['triangles']} triangles; model {report['model']}")
+    if report["paths"]:
+        say(f"paths are traced {report['paths']}")
     for camera in report["cameras"]:
         say(f"camera '{camera['name']}': {camera['width']} x {camera['height']}")
     for light in report["lights"]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from .. import native
 from ..problems import BadInput, Problem
 from ..scene_read.build import build
 from ..scene_read.values import SceneValues
@@ -109,6 +110,12 @@ def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene ha
     for name, count in scene.dropped_triangles.items():
         values.warn(f"Mesh '{name}': {count} degenerate triangles are left out")
     return scene
+
+
+def paths_traced(scene: Any) -> str:  # noqa: ANN401 - a native Scene has no Python type
+    """How many paths of the scene a thread traces together, and why."""
+    obstacle = native.core().lanes_obstacle(scene)
+    return f"one at a time: {obstacle}" if obstacle else "eight at a time"
 
 
 def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> str:

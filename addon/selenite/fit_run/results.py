@@ -22,7 +22,7 @@ from . import trust
 from .captures import Capture
 from .fields import FieldUnknown
 from .job import fitted_values, scene_at
-from .plan import FitPlan
+from .plan import FitPlan, paths_traced
 from .unknowns import Unknown
 
 SCHEMA = 1
@@ -244,6 +244,7 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
         f"Selenite {__version__}, Blender {report['versions']['blender']}",
         f"Scene: {plan.request.scene}",
         f"Model: {plan.model}",
+        f"Paths are traced {paths_traced(plan.scene)}",
         *(
             f"Camera {item.camera}: {item.photo}, {item.photo_size[0]} x {item.photo_size[1]} "
             f"compared at {item.reference.shape[1]} x {item.reference.shape[0]}"
