@@ -63,7 +63,7 @@ def _clang_format(fix: bool) -> bool:
 
 def _clang_tidy(fix: bool) -> bool:
     """Of native/ as the release build compiles it; again only when a file or a header changed."""
-    database = BUILD / "release"
+    database = _clang_database(BUILD / "release")
     headers = [*_cpp_files(".h"), ROOT / ".clang-tidy", ROOT / "cmake" / "compiler.cmake"]
     shared = digest(headers)
     listed = (database / "compile_commands.json").read_text()
@@ -88,6 +88,15 @@ def _clang_tidy(fix: bool) -> bool:
 
     with ThreadPoolExecutor(JOBS) as pool:
         return all(list(pool.map(check, sources)))
+
+
+def _clang_database(compiled: Path) -> Path:
+    """A folder with the compile commands, without the options that only GCC knows."""
+    folder = BUILD / "tidy"
+    folder.mkdir(parents=True, exist_ok=True)
+    text = (compiled / "compile_commands.json").read_text()
+    (folder / "compile_commands.json").write_text(re.sub(r" -m(move|store)-max=\d+", "", text))
+    return folder
 
 
 def _ruff(fix: bool) -> bool:

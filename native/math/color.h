@@ -25,7 +25,7 @@ struct Color {
   constexpr Color& operator+=(const Color& o) { return *this = *this + o; }
   constexpr Color& operator*=(const Color& o) { return *this = *this * o; }
 
-  friend constexpr bool operator==(const Color& a, const Color& b) requires(!kIsLanes<T>) = default;
+  friend bool operator==(const Color& a, const Color& b) requires(!kIsLanes<T>) = default;
   friend constexpr Color operator+(const Color& a, const Color& b) {
     return {a.r + b.r, a.g + b.g, a.b + b.b};
   }

@@ -16,7 +16,7 @@ struct Gradient {
   constexpr const S& operator[](int k) const { return d[k]; }
   constexpr const S* begin() const { return d; }
   constexpr const S* end() const { return d + N; }
-  constexpr bool operator==(const Gradient&) const requires(!kIsLanes<S>) = default;
+  bool operator==(const Gradient&) const requires(!kIsLanes<S>) = default;
 
   /// Slot by slot f(a) or f(a, b).
   template <class F>

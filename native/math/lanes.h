@@ -28,8 +28,8 @@ struct LaneMask {
   Raw m{};
 
   LaneMask() = default;
-  LaneMask(bool all)
-      : m(Raw{} - static_cast<std::int32_t>(all)) {}  // NOLINT: as a number is its lanes
+  // NOLINTNEXTLINE(google-explicit-constructor): a constant is the same in all lanes
+  LaneMask(bool all) : m(Raw{} - static_cast<std::int32_t>(all)) {}
   explicit LaneMask(const Raw& m) : m(m) {}
 
   bool operator[](int lane) const { return m[lane] != 0; }
@@ -67,7 +67,7 @@ struct LaneInts {
   Raw v{};
 
   LaneInts() = default;
-  LaneInts(int x) : v(Raw{} + x) {}  // NOLINT: a constant is the same in all lanes
+  LaneInts(int x) : v(Raw{} + x) {}  // NOLINT(google-explicit-constructor): likewise
   explicit LaneInts(const Raw& v) : v(v) {}
 
   int operator[](int lane) const { return v[lane]; }
@@ -94,29 +94,30 @@ struct Lanes {
   Raw v{};
 
   Lanes() = default;
-  template <class X>
-    requires std::is_arithmetic_v<X> Lanes(X x)
-        : v(Raw{} + static_cast<float>(x)) {}  // NOLINT: a constant is the same in all lanes
-    explicit Lanes(const Raw& v) : v(v) {}
+  template <std::floating_point X>
+  Lanes(X x) : v(Raw{} + static_cast<float>(x)) {}  // NOLINT(google-explicit-constructor)
+  template <std::integral X>
+  Lanes(X x) : v(Raw{} + static_cast<float>(x)) {}  // NOLINT(google-explicit-constructor)
+  explicit Lanes(const Raw& v) : v(v) {}
 
-    float operator[](int lane) const { return v[lane]; }
-    void set(int lane, float x) { v[lane] = x; }
+  float operator[](int lane) const { return v[lane]; }
+  void set(int lane, float x) { v[lane] = x; }
 
-    Lanes& operator+=(const Lanes& o) { return v += o.v, *this; }
-    Lanes& operator-=(const Lanes& o) { return v -= o.v, *this; }
-    Lanes& operator*=(const Lanes& o) { return v *= o.v, *this; }
-    Lanes& operator/=(const Lanes& o) { return v /= o.v, *this; }
-    friend Lanes operator-(const Lanes& a) { return Lanes(-a.v); }
-    friend Lanes operator+(const Lanes& a, const Lanes& b) { return Lanes(a.v + b.v); }
-    friend Lanes operator-(const Lanes& a, const Lanes& b) { return Lanes(a.v - b.v); }
-    friend Lanes operator*(const Lanes& a, const Lanes& b) { return Lanes(a.v * b.v); }
-    friend Lanes operator/(const Lanes& a, const Lanes& b) { return Lanes(a.v / b.v); }
-    friend LaneMask operator<(const Lanes& a, const Lanes& b) { return LaneMask(a.v < b.v); }
-    friend LaneMask operator>(const Lanes& a, const Lanes& b) { return LaneMask(a.v > b.v); }
-    friend LaneMask operator<=(const Lanes& a, const Lanes& b) { return LaneMask(a.v <= b.v); }
-    friend LaneMask operator>=(const Lanes& a, const Lanes& b) { return LaneMask(a.v >= b.v); }
-    friend LaneMask operator==(const Lanes& a, const Lanes& b) { return LaneMask(a.v == b.v); }
-    friend LaneMask operator!=(const Lanes& a, const Lanes& b) { return LaneMask(a.v != b.v); }
+  Lanes& operator+=(const Lanes& o) { return v += o.v, *this; }
+  Lanes& operator-=(const Lanes& o) { return v -= o.v, *this; }
+  Lanes& operator*=(const Lanes& o) { return v *= o.v, *this; }
+  Lanes& operator/=(const Lanes& o) { return v /= o.v, *this; }
+  friend Lanes operator-(const Lanes& a) { return Lanes(-a.v); }
+  friend Lanes operator+(const Lanes& a, const Lanes& b) { return Lanes(a.v + b.v); }
+  friend Lanes operator-(const Lanes& a, const Lanes& b) { return Lanes(a.v - b.v); }
+  friend Lanes operator*(const Lanes& a, const Lanes& b) { return Lanes(a.v * b.v); }
+  friend Lanes operator/(const Lanes& a, const Lanes& b) { return Lanes(a.v / b.v); }
+  friend LaneMask operator<(const Lanes& a, const Lanes& b) { return LaneMask(a.v < b.v); }
+  friend LaneMask operator>(const Lanes& a, const Lanes& b) { return LaneMask(a.v > b.v); }
+  friend LaneMask operator<=(const Lanes& a, const Lanes& b) { return LaneMask(a.v <= b.v); }
+  friend LaneMask operator>=(const Lanes& a, const Lanes& b) { return LaneMask(a.v >= b.v); }
+  friend LaneMask operator==(const Lanes& a, const Lanes& b) { return LaneMask(a.v == b.v); }
+  friend LaneMask operator!=(const Lanes& a, const Lanes& b) { return LaneMask(a.v != b.v); }
 };
 template <>
 struct MaskOf<Lanes> {
@@ -201,10 +202,10 @@ inline Lanes gather(const float* table, const LaneInts& index) {
 
 #if defined(__AVX2__) && defined(__x86_64__) && defined(__GLIBC__)
 // Of the C library's vector functions, which are good to 4 units in the last place.
-extern "C" Lanes::Raw _ZGVdN8v_expf(Lanes::Raw);
-extern "C" Lanes::Raw _ZGVdN8v_logf(Lanes::Raw);
-extern "C" Lanes::Raw _ZGVdN8v_sinf(Lanes::Raw);
-extern "C" Lanes::Raw _ZGVdN8v_cosf(Lanes::Raw);
+extern "C" Lanes::Raw _ZGVdN8v_expf(Lanes::Raw);  // NOLINT(bugprone-reserved-identifier)
+extern "C" Lanes::Raw _ZGVdN8v_logf(Lanes::Raw);  // NOLINT(bugprone-reserved-identifier)
+extern "C" Lanes::Raw _ZGVdN8v_sinf(Lanes::Raw);  // NOLINT(bugprone-reserved-identifier)
+extern "C" Lanes::Raw _ZGVdN8v_cosf(Lanes::Raw);  // NOLINT(bugprone-reserved-identifier)
 inline Lanes exp(const Lanes& x) { return Lanes(_ZGVdN8v_expf(x.v)); }
 inline Lanes log(const Lanes& x) { return Lanes(_ZGVdN8v_logf(x.v)); }
 inline Lanes sin(const Lanes& x) { return Lanes(_ZGVdN8v_sinf(x.v)); }
@@ -242,7 +243,7 @@ struct LaneDoubles {
   Raw v{};
 
   LaneDoubles() = default;
-  LaneDoubles(double x) : v(Raw{} + x) {}  // NOLINT: a constant is the same in all lanes
+  LaneDoubles(double x) : v(Raw{} + x) {}  // NOLINT(google-explicit-constructor): likewise
   explicit LaneDoubles(const Raw& v) : v(v) {}
   explicit LaneDoubles(const Lanes& x) : v(__builtin_convertvector(x.v, Raw)) {}
   explicit operator Lanes() const { return Lanes(__builtin_convertvector(v, Lanes::Raw)); }

@@ -24,11 +24,9 @@ class ActiveLanes {
   /// has_slope of what they hold: a number, a dual or a colour.
   template <class X>
   bool move(const X& x) const {
-    if constexpr (!kIsLanes<S>) {
-      return has_slope(x);
-    } else if constexpr (requires { x.r; }) {
+    if constexpr (kIsLanes<S> && requires { x.r; }) {
       return move(x.r) || move(x.g) || move(x.b);
-    } else if constexpr (kIsLanes<X> && requires { x.d; }) {
+    } else if constexpr (kIsLanes<S> && kIsLanes<X> && requires { x.d; }) {
       mask_t<S> moving = false;
       for (const S& slope : x.d) moving |= slope != S(0);
       return some(moving);

@@ -65,7 +65,7 @@ class PrincipledBsdf {
   }
 
   /// Draws a direction from three uniform numbers; empty if the light is absorbed.
-  std::optional<BsdfSample<T>> sample(S u_lobe, S u1, S u2) const requires(!kIsLanes<S>) {
+  std::optional<BsdfSample<T>> sample(S u_lobe, S u1, S u2) const requires(!kIsLanes<T>) {
     const BsdfSample<T> s = draw(u_lobe, u1, u2);
     return s.exists ? std::optional(s) : std::nullopt;
   }
@@ -148,7 +148,7 @@ class PrincipledBsdf {
   }
 
   template <bool kValue, bool kDensity>
-  void add_sheen(const Vec3<S>& wo, Color<T>& f, S& p) const requires(!kIsLanes<S>) {
+  void add_sheen(const Vec3<S>& wo, Color<T>& f, S& p) const requires(!kIsLanes<T>) {
     if (!(dot(point_.n, wo) > 0)) return;
     if constexpr (kValue) f += layers_.sheen_weight * layers_.sheen.value(wo);
     if constexpr (kDensity) p += layers_.pick[kSheen] * layers_.sheen.density(wo);
@@ -285,8 +285,8 @@ class PrincipledBsdf {
   void mirror_or_refract(const Choice& choice, const S& u1, const S& u2, Proposal& proposal) const;
   BsdfSample<T> weigh(const Proposal& proposal) const;
   void weigh_singular(const Proposal& proposal, Color<T>& f, S& p) const;
-  BsdfSample<T> enter(S u, S u1, S u2) const requires(!kIsLanes<S>);
-  T entry_change(const Vec3<S>& o, const Vec3<S>& m) const requires(!kIsLanes<S>);
+  BsdfSample<T> enter(S u, S u1, S u2) const requires(!kIsLanes<T>);
+  T entry_change(const Vec3<S>& o, const Vec3<S>& m) const requires(!kIsLanes<T>);
 
   SurfacePoint<S> point_;
   Frame<S> frame_;  // of the bent normal

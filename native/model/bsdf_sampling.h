@@ -168,7 +168,7 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
 /// Refraction at a visible micronormal without Fresnel term, masking or shadowing; for skin every
 /// second time along a cosine lobe instead.
 template <class T>
-inline BsdfSample<T> PrincipledBsdf<T>::enter(S u, S u1, S u2) const requires(!kIsLanes<S>) {
+inline BsdfSample<T> PrincipledBsdf<T>::enter(S u, S u1, S u2) const requires(!kIsLanes<T>) {
   Vec3<S> o;
   T change(1);  // of the density of the direction, with the parameters that shape it
   if (skin_ && u < S(0.5)) {
@@ -196,7 +196,7 @@ inline BsdfSample<T> PrincipledBsdf<T>::enter(S u, S u1, S u2) const requires(!k
 /// of skin is left out: its micronormals end abruptly at the horizon, so that their image moves.
 template <class T>
 inline T PrincipledBsdf<T>::entry_change(const Vec3<S>& o, const Vec3<S>& m) const
-    requires(!kIsLanes<S>) {
+    requires(!kIsLanes<T>) {
   const T &width2 = layers_.entry_width2, &eta = layers_.entry_eta;
   if constexpr (std::is_same_v<T, S>) {
     return 1;

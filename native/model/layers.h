@@ -200,7 +200,7 @@ struct Layers {
   }
 
   void add_sheen(const Principled<U>& m, const Color<T>& tint, const T& share,
-                 const SurfacePoint<S>& point, T& w) requires(!kIsLanes<S>) {
+                 const SurfacePoint<S>& point, T& w) requires(!kIsLanes<T>) {
     const Sheen<T> lobe(clamp01(m.sheen_roughness), point.n, point.wi);
     if (!lobe.exists()) return;
     const T reflected = lobe.albedo() * share;
@@ -337,7 +337,7 @@ struct Layers {
   /// The channels that scatter under the surface; the others, and all of them after a diffuse
   /// scattering, are reflected diffusely. `subsurface` is the lobe's weight without its colour.
   void add_subsurface(const Principled<U>& m, const T& weight,
-                      bool after_diffuse) requires(!kIsLanes<S>) {
+                      bool after_diffuse) requires(!kIsLanes<T>) {
     const Color<T> base = base01(m);
     for (int c = 0; c < 3; ++c) {
       if (after_diffuse || !scatters_under(m, c))

@@ -18,6 +18,8 @@ class LaneShading {
   using Paths = LanePaths<L>;
   using Vertices = LaneVertices<L>;
 
+  static constexpr int kMostPackets = 16;
+
   explicit LaneShading(const Prepared<L>& prepared) : p_(prepared) {
     for (const PreparedMaterial<L>& m : p_.materials) kinds_.push_back(kind_of(m));
   }
@@ -38,7 +40,7 @@ class LaneShading {
   /// Of all packets.
   void shade(std::vector<Vertices>& vertices) const {
     const int count = static_cast<int>(vertices.size());
-    LaneMask left[kMost];
+    LaneMask left[kMostPackets];
     for (int i = 0; i < count; ++i) left[i] = vertices[i].met;
     for (int i = 0; i < count; ++i)
       while (any(left[i])) {
@@ -95,8 +97,6 @@ class LaneShading {
   }
 
  private:
-  static constexpr int kMost = 16;  // packets
-
   /// What of a material decides whether light is looked for.
   struct Kind {
     bool all_singular;  ///< from either side
@@ -132,10 +132,10 @@ class LaneShading {
    public:
     Exchange(const Batch& batch, std::vector<Vertices>& vertices)
         : batch_(batch), vertices_(vertices) {
-      static_assert(sizeof(Vertices) % sizeof(float) == 0);
+      constexpr int kStride = sizeof(Vertices) / sizeof(Lanes) * kLanes;  // in numbers
       for (int i = 0; i < kLanes; ++i) {
         const auto [packet, lane] = batch.at[i < batch.size ? i : 0];
-        index_.set(i, packet * static_cast<int>(sizeof(Vertices) / sizeof(float)) + lane);
+        index_.set(i, packet * kStride + lane);
       }
     }
     /// `in_first`: a member of the first packet's vertices. Lanes that are left over repeat the first.
@@ -148,7 +148,7 @@ class LaneShading {
     /// `member(vertices)` of the packets takes x, which is made of lanes.
     template <class X, class Member>
     void put(const X& x, Member&& member) const {
-      constexpr int kNumbers = sizeof(X) / sizeof(Lanes);
+      constexpr int kNumbers = sizeof(X) / sizeof(Lanes);  // NOLINT(bugprone-sizeof-expression)
       const float* from = reinterpret_cast<const float*>(&x);
       for (int i = 0; i < batch_.size; ++i) {
         const auto [packet, lane] = batch_.at[i];

@@ -23,6 +23,7 @@ class LaneTracer {
   /// Packets under way together: enough of them that their surface points fill most lanes of the
   /// bsdfs, few enough to stay in the nearest cache.
   static constexpr int kPackets = 8;
+  static_assert(kPackets <= LaneShading<L>::kMostPackets);
 
   LaneTracer(const Prepared<L>& prepared, int depth)
       : p_(prepared),
