@@ -62,8 +62,9 @@ void Fit::add_secants(const Vector& x, const FieldValues& fields, const Camera& 
                       const RenderSettings& settings, Purpose purpose, Side side, Film& film,
                       Progress* progress) {
   if (!secants_) return;
-  const auto render = [&](const Vector& at) {
-    Film other = settings_.renderer(scene_at(at, fields), camera, SlotLayout(), settings, progress);
+  const auto render = [&](const Vector& at, bool like_film) {
+    Film other = settings_.renderer(scene_at(at, fields), camera,
+                                    like_film ? problem_.layout : SlotLayout(), settings, progress);
     count(other);
     return other;
   };

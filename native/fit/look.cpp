@@ -28,7 +28,10 @@ Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camer
   Observation seen{0, picture(x, layout), {}};
   take_secants(
       problem, coordinates, unknowns.scene_with(scene, x), x, Purpose::kInstrument, Side::kUp,
-      [&](const Vector& at) { return picture(at, SlotLayout()); }, seen.film);
+      [&](const Vector& at, bool like_film) {
+        return picture(at, like_film ? layout : SlotLayout());
+      },
+      seen.film);
   Halves halves = split_halves(problem, seen, coordinates.slope(x));
   return {std::move(seen.film), std::move(halves.jacobian_a), std::move(halves.jacobian_b)};
 }

@@ -149,8 +149,9 @@ void take_secants(const Problem& problem, const Coordinates& coordinates, const 
     Reach reach = reach_of(step, side);
     if (reach.up > 0 && !permitted(reach.up)) reach = {0, step};
     if (reach.down > 0 && !permitted(-reach.down)) reach = {step, 0};
-    const Film above = reach.up > 0 ? render(moved(reach.up)) : Film();
-    const Film below = reach.down > 0 ? render(moved(-reach.down)) : Film();
+    const bool one_sided = !(reach.up > 0 && reach.down > 0);
+    const Film above = reach.up > 0 ? render(moved(reach.up), one_sided) : Film();
+    const Film below = reach.down > 0 ? render(moved(-reach.down), one_sided) : Film();
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
       // Slots are by the parameter; channel c of a colour has a slope of its own.

@@ -14,8 +14,10 @@ enum class Side { kUp, kDown, kBoth };
 /// Distance of the two pictures in the coordinate of a roughness.
 inline constexpr double kBlurSecant = 0.4;
 
-/// Picture of the capture in question at other values, with the seed of `film`.
-using PictureAt = std::function<Film(const Vector& x)>;
+/// Picture of the capture in question at other values, with the seed of `film`. A path chooses lobes and
+/// lengths otherwise where it carries derivatives: what is to be held against `film` has to carry the
+/// same ones (`like_film`), or equal seeds are not equal paths.
+using PictureAt = std::function<Film(const Vector& x, bool like_film)>;
 
 /// Side of the differences that an iteration takes.
 Side side_of(Purpose purpose, int iteration);

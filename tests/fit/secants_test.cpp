@@ -37,7 +37,8 @@ struct Setting {
     Film result = film(x, renderer, spp, seed);
     take_secants(
         problem, coordinates, unknowns.scene_with(scene, x), x, purpose, side,
-        [&](const Vector& at) { return film(at, renderer, spp, seed, false); }, result);
+        [&](const Vector& at, bool like_film) { return film(at, renderer, spp, seed, like_film); },
+        result);
     return result;
   }
   Vector gradient(const Film& of) const {
@@ -101,8 +102,34 @@ TEST(Secants, ATexturedRoughnessMayBeSharp) {
   Film film = plain;
   take_secants(
       s.problem, s.coordinates, scene, s.x, Purpose::kGradient, Side::kBoth,
-      [&](const Vector&) { return s.film(s.x, renderer, 4, 2, false); }, film);
+      [&](const Vector&, bool) { return s.film(s.x, renderer, 4, 2, false); }, film);
   EXPECT_NE(film.slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+}
+
+/// Paths choose otherwise where they carry derivatives: equal seeds are not equal paths then. Two
+/// pictures without derivatives go together, and one with the film does if it has the film's.
+TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
+  Setting s;
+  const SyntheticRenderer renderer{0.5, 0.5};
+  const auto alike = [&](Side side) {
+    std::vector<bool> asked;
+    Film film = s.film(s.x, renderer, 4, 1);
+    take_secants(
+        s.problem, s.coordinates, s.unknowns.scene_with(s.scene, s.x), s.x, Purpose::kInstrument,
+        side,
+        [&](const Vector& at, bool like_film) {
+          asked.push_back(like_film);
+          return s.film(at, renderer, 4, 1, like_film);
+        },
+        film);
+    return asked;
+  };
+  EXPECT_EQ(alike(Side::kUp), std::vector<bool>(2, true));  // roughness and IOR
+  EXPECT_EQ(alike(Side::kDown), std::vector<bool>(2, true));
+  EXPECT_EQ(alike(Side::kBoth), std::vector<bool>(4, false));
+  // At its bound the roughness has one side only.
+  s.x[kRoughness] = s.unknowns.descriptions()[kRoughness].upper;
+  EXPECT_EQ(alike(Side::kBoth), (std::vector<bool>{true, false, false}));
 }
 
 TEST(Secants, InstrumentsTakeTheRoughnessToo) {
