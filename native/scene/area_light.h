@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
+#include <limits>
+
 #include "math/lanes.h"
 #include "math/sampling.h"
 #include "scene/light.h"
