@@ -46,7 +46,7 @@ TileReport trace_tile(const Prepared<L>& prepared, const PixelCamera& camera,
     }
     const bool even = number % 2 == 0;
     images[pixel].add(value, even);
-    SlotSums* sums = &slot_sums[static_cast<std::size_t>(pixel) * slots];
+    SlotSums* sums = slot_sums.data() + static_cast<std::size_t>(pixel) * slots;
     for (int s = 0; s < slots; ++s) sums[s].add(in_lane(radiance.slope(s)), value, even);
   };
 
