@@ -156,7 +156,7 @@ class Gathered:
 
 def half_covariance(base: Shot, slope: np.ndarray, slope_a: np.ndarray) -> np.ndarray:
     """Covariance of two means over an even number of samples, from their independent halves: as
-    `take_secants` does it, because samples of two renders are not multiplied one by one."""
+    `render_derivatives` does it, because samples of two renders are not multiplied one by one."""
     return (base.half_a - base.mean) * (slope_a - slope)
 
 

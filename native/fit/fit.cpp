@@ -46,20 +46,6 @@ Scene checked(Scene scene, std::vector<Capture>& captures,
   throw InvalidArgument(problems);
 }
 
-std::vector<SlotLayout> split(const Scene& scene, const std::vector<ParameterRef>& parameters) {
-  std::vector<SlotLayout> passes;
-  std::vector<ParameterRef> portion;
-  for (const ParameterRef& parameter : parameters) {
-    portion.push_back(parameter);
-    if (SlotLayout(scene, portion).slots.size() <= static_cast<std::size_t>(kMaxSlots)) continue;
-    portion.pop_back();
-    passes.emplace_back(scene, portion);
-    portion = {parameter};
-  }
-  passes.emplace_back(scene, portion);
-  return passes;
-}
-
 }  // namespace
 
 const char* stop_text(StopReason reason) {
@@ -90,7 +76,6 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
       settings_(std::move(settings)),
       loss_(find_loss(settings_.loss)),
       layout_(scene_, unknowns_.parameters()),
-      passes_(split(scene_, unknowns_.parameters())),
       problem_{unknowns_, layout_, captures_, loss_, settings_.iterations},
       field_adam_(fields_),
       x_(unknowns_.start()),
@@ -111,7 +96,7 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
   // What Gauss-Newton gathers over iterations would be about fields that have moved since.
   in_turns_ = !fields_.empty() && kind.few_unknowns;
   if (in_turns_) problem_.iterations = (settings_.iterations + 1) / 2;
-  if (settings_.secants) secants_ = std::make_unique<Coordinates>(unknowns_);
+  if (settings_.secants) coordinates_ = std::make_unique<Coordinates>(unknowns_);
   const bool few = fields_.empty() && unknowns_.size() <= kFewUnknowns;
   if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns && few)) {
     if (!few)
@@ -145,22 +130,18 @@ void Fit::count(const Film& film) {
   if (film.dropped > 0 && first_dropped_.empty()) first_dropped_ = film.first_dropped;
 }
 
-/// All slots, in several passes where one is not enough; equal seeds make the image the same in
-/// each.
-Film Fit::render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
-                       Progress* progress) {
-  Film film;
-  for (const SlotLayout& pass : passes_) {
-    Film part = settings_.renderer(scene, camera, pass, settings, progress);
-    count(part);
-    if (&pass == &passes_.front()) {
-      film = std::move(part);
-      continue;
-    }
-    film.dropped += part.dropped;
-    std::move(part.slots.begin(), part.slots.end(), std::back_inserter(film.slots));
-  }
-  return film;
+Film Fit::derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
+                      std::uint64_t seed, Purpose purpose, Side side, Progress* progress) {
+  const Scene scene = scene_at(x, fields);
+  const RenderSettings settings = render_settings(photo, spp, seed);
+  return render_derivatives(problem_, coordinates_.get(), scene, x, purpose, side,
+                            [&](const Vector& at, const SlotLayout& layout) {
+                              const Scene there = scene_at(at, fields);
+                              Film film = settings_.renderer(there, there.camera(photo.camera),
+                                                             layout, settings, progress);
+                              count(film);
+                              return film;
+                            });
 }
 
 Fit::Turn Fit::turn() const {
@@ -194,9 +175,8 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     seen.film = std::move(found.film);
   }
   if (turn.scalars && (fields_.empty() || unknowns_.size() > 0)) {
-    seen.film = render_slots(scene, camera, settings, progress);
-    add_secants(x, fields, camera, settings, purpose_, side_of(purpose_, result_.iterations),
-                seen.film, progress);
+    seen.film = derivatives(x, fields, photo, settings_.spp, seed, purpose_,
+                            side_of(purpose_, result_.iterations), progress);
   }
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);

@@ -117,10 +117,9 @@ class Fit {
   void note_verified(double fraction);
   bool stop_after_iterations();
   RenderAt renderer(Progress* progress);
-  /// Differences of pictures in place of the derivatives of `film` that they estimate better.
-  void add_secants(const Vector& x, const FieldValues& fields, const Camera& camera,
-                   const RenderSettings& settings, Purpose purpose, Side side, Film& film,
-                   Progress* progress);
+  /// See `render_derivatives`.
+  Film derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
+                   std::uint64_t seed, Purpose purpose, Side side, Progress* progress);
   /// What moves in an iteration: scalars and fields together, or in turns.
   struct Turn {
     bool scalars, fields;
@@ -146,8 +145,6 @@ class Fit {
   bool within_tolerance() const;
   std::string fingerprint() const;
   void members(SavedState& state);
-  Film render_slots(const Scene& scene, const Camera& camera, RenderSettings settings,
-                    Progress* progress);
   RenderSettings render_settings(const Capture& photo, int spp, std::uint64_t seed) const;
   void count(const Film& film);
 
@@ -158,12 +155,11 @@ class Fit {
   FitSettings settings_;
   const Loss& loss_;
   SlotLayout layout_;
-  std::vector<SlotLayout> passes_;  ///< `layout_` in portions of at most kMaxSlots
   Problem problem_;
   std::string optimiser_name_;
   std::unique_ptr<Optimiser> optimiser_;
   Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
-  std::unique_ptr<Coordinates> secants_;        ///< of the steps; none: all derivatives as they are
+  std::unique_ptr<Coordinates> coordinates_;    ///< of differences; none: all are carried
   std::unique_ptr<Search> search_;              ///< until it is over
   std::vector<Vector> others_;                  ///< that the search refined and left
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on

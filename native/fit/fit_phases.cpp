@@ -41,34 +41,16 @@ const char* phase_text(Phase phase) {
 
 RenderAt Fit::renderer(Progress* progress) {
   return [this, progress](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
-                          std::optional<Side> derivatives) {
+                          std::optional<Side> side) {
+    // Search and verification take Gauss-Newton steps whatever the iterations do.
+    if (side)
+      return derivatives(x, field_values_, photo, spp, seed, Purpose::kInstrument, *side, progress);
     const Scene scene = scene_at(x, field_values_);
-    const Camera& camera = scene.camera(photo.camera);
-    const RenderSettings settings = render_settings(photo, spp, seed);
-    if (derivatives) {
-      Film film = render_slots(scene, camera, settings, progress);
-      // Search and verification take Gauss-Newton steps whatever the iterations do.
-      add_secants(x, field_values_, camera, settings, Purpose::kInstrument, *derivatives, film,
-                  progress);
-      return film;
-    }
-    Film film = settings_.renderer(scene, camera, SlotLayout(), settings, progress);
+    Film film = settings_.renderer(scene, scene.camera(photo.camera), SlotLayout(),
+                                   render_settings(photo, spp, seed), progress);
     count(film);
     return film;
   };
-}
-
-void Fit::add_secants(const Vector& x, const FieldValues& fields, const Camera& camera,
-                      const RenderSettings& settings, Purpose purpose, Side side, Film& film,
-                      Progress* progress) {
-  if (!secants_) return;
-  const auto render = [&](const Vector& at, bool like_film) {
-    Film other = settings_.renderer(scene_at(at, fields), camera,
-                                    like_film ? problem_.layout : SlotLayout(), settings, progress);
-    count(other);
-    return other;
-  };
-  take_secants(problem_, *secants_, scene_at(x, fields), x, purpose, side, render, film);
 }
 
 bool Fit::search(Progress* progress) {

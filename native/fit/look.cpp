@@ -20,18 +20,14 @@ Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camer
   black.reference.resize(static_cast<std::size_t>(settings.width) * settings.height);
   const std::vector<Capture> captures{black};
   const Problem problem{unknowns, layout, captures, losses()[0], 1};
-  const auto picture = [&](const Vector& x, const SlotLayout& slots) {
-    const Scene at = unknowns.scene_with(scene, x);
-    return render(at, at.camera(camera), slots, settings, progress);
-  };
   const Vector& x = unknowns.start();
-  Observation seen{0, picture(x, layout), {}};
-  take_secants(
-      problem, coordinates, unknowns.scene_with(scene, x), x, Purpose::kInstrument, Side::kUp,
-      [&](const Vector& at, bool like_film) {
-        return picture(at, like_film ? layout : SlotLayout());
-      },
-      seen.film);
+  Film film = render_derivatives(
+      problem, &coordinates, unknowns.scene_with(scene, x), x, Purpose::kInstrument, Side::kUp,
+      [&](const Vector& at, const SlotLayout& slots) {
+        const Scene there = unknowns.scene_with(scene, at);
+        return render(there, there.camera(camera), slots, settings, progress);
+      });
+  Observation seen{0, std::move(film), {}};
   Halves halves = split_halves(problem, seen, coordinates.slope(x));
   return {std::move(seen.film), std::move(halves.jacobian_a), std::move(halves.jacobian_b)};
 }

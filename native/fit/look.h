@@ -17,7 +17,7 @@ struct Look {
   Jacobian a, b;
 };
 
-/// Takes differences in place of derivatives where a fit does (`take_secants`): one render more for
+/// Takes differences in place of derivatives where a fit does (`render_derivatives`): one render more for
 /// each. Throws Cancelled, InvalidArgument (fewer than two samples; what `render` refuses),
 /// UnknownName.
 Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camera,

@@ -56,7 +56,7 @@ class Optimiser {
 };
 
 /// What an optimiser uses derivative pictures for, on which it depends which estimate of them pays:
-/// see `take_secants`.
+/// see `render_derivatives`.
 enum class Purpose {
   kInstrument,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
   kGradient,    ///< multiplied with the residuals of the same render

@@ -2,6 +2,9 @@
 #include "fit/secants.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
+#include <vector>
 
 namespace selenite {
 namespace {
@@ -66,15 +69,74 @@ double secant_step(const Scene& scene, const ParameterRef& ref, Purpose purpose)
                                        : step_for_instrument(description);
 }
 
-using Members = std::vector<Eigen::Index>;
+/// A parameter whose derivative pictures are differences.
+struct Secant {
+  std::vector<Eigen::Index> members;  ///< its components
+  double step;                        ///< distance of the two pictures, in `Coordinates`
+  const Parameter& description;
+};
 
-/// Components of each parameter.
-std::vector<Members> members_of(const Unknowns& unknowns) {
-  std::vector<Members> members(unknowns.parameters().size());
+/// Those of the unknowns, and the parameters that are left.
+struct Shares {
+  std::vector<Secant> secants;
+  std::vector<ParameterRef> carried;
+};
+
+Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bool differences) {
+  const Unknowns& unknowns = problem.unknowns;
+  const auto count = unknowns.parameters().size();
+  std::vector<std::vector<Eigen::Index>> members(count);
   for (int k = 0; k < unknowns.size(); ++k)
     members[static_cast<std::size_t>(unknowns.components()[static_cast<std::size_t>(k)].parameter)]
         .push_back(k);
-  return members;
+  Shares shares;
+  for (std::size_t p = 0; p < count; ++p) {
+    const ParameterRef& ref = unknowns.parameters()[p];
+    const Parameter& description = unknowns.descriptions()[p];
+    // Channels that are diagonal move together: each shows in its own channel of the picture.
+    const bool together = members[p].size() == 1 || description.diagonal;
+    const double step = differences && together ? secant_step(scene, ref, purpose) : 0;
+    if (step > 0)
+      shares.secants.push_back({std::move(members[p]), step, description});
+    else
+      shares.carried.push_back(ref);
+  }
+  return shares;
+}
+
+/// The slots of the parameters, in portions of what a render takes.
+std::vector<SlotLayout> passes_of(const Scene& scene, const std::vector<ParameterRef>& parameters) {
+  std::vector<SlotLayout> passes;
+  std::vector<ParameterRef> portion;
+  for (const ParameterRef& parameter : parameters) {
+    portion.push_back(parameter);
+    if (SlotLayout(scene, portion).slots.size() <= static_cast<std::size_t>(kMaxSlots)) continue;
+    portion.pop_back();
+    passes.emplace_back(scene, portion);
+    portion = {parameter};
+  }
+  passes.emplace_back(scene, portion);
+  return passes;
+}
+
+/// The picture of the first pass, with the derivatives of all in the slots of the problem's layout.
+Film render_passes(const SlotLayout& layout, const std::vector<SlotLayout>& passes, const Vector& x,
+                   const PictureAt& render) {
+  Film film;
+  std::vector<SlotFilm> slots(layout.slots.size());
+  for (const SlotLayout& pass : passes) {
+    Film part = render(x, pass);
+    for (std::size_t i = 0; i < pass.slots.size(); ++i) {
+      const auto to = std::ranges::find(layout.slots, pass.slots[i]) - layout.slots.begin();
+      slots[static_cast<std::size_t>(to)] = std::move(part.slots[i]);
+    }
+    if (&pass == &passes.front())
+      film = std::move(part);
+    else
+      film.dropped += part.dropped;
+  }
+  film.slots = std::move(slots);
+  return film;
 }
 
 /// How far the pictures lie above and below.
@@ -93,6 +155,34 @@ Reach reach_of(double step, Side side) {
   }
 }
 
+/// The ends of a difference, one of which may be x itself (none).
+struct Ends {
+  std::optional<Vector> above, below;
+  double apart;
+};
+
+Ends ends_of(const Secant& secant, const Coordinates& coordinates, const Vector& x, Side side) {
+  const Vector u = coordinates.from_values(x);
+  const auto moved = [&](double by) -> std::optional<Vector> {
+    if (by == 0) return std::nullopt;
+    Vector to = u;
+    for (const Eigen::Index k : secant.members) to[k] += by;
+    to = coordinates.to_values(to);
+    Vector result = x;
+    for (const Eigen::Index k : secant.members) result[k] = to[k];
+    return result;
+  };
+  const auto forbidden = [&](const std::optional<Vector>& to) {
+    return to && std::ranges::any_of(secant.members, [&](Eigen::Index k) {
+             return (*to)[k] < secant.description.lower || (*to)[k] > secant.description.upper;
+           });
+  };
+  Reach reach = reach_of(secant.step, side);
+  if (forbidden(moved(reach.up))) reach = {0, secant.step};
+  if (forbidden(moved(-reach.down))) reach = {secant.step, 0};
+  return {moved(reach.up), moved(-reach.down), reach.up + reach.down};
+}
+
 /// Samples of two renders cannot be multiplied one by one, but their halves can: the even samples of
 /// one are independent of the odd ones of the other.
 Colorf covariance_of_halves(const Film& film, const SlotFilm& slot, std::size_t i) {
@@ -103,13 +193,15 @@ Colorf covariance_of_halves(const Film& film, const SlotFilm& slot, std::size_t 
 }
 
 /// `per_channel`: what a difference of the pictures is multiplied with.
-void put_difference(const Film& high, const Film& low, const Colorf& per_channel, const Film& film,
-                    SlotFilm& slot) {
+SlotFilm difference(const Film& high, const Film& low, const Colorf& per_channel,
+                    const Film& film) {
+  SlotFilm slot = std::move(Film(film.width, film.height, film.spp, 1).slots.front());
   for (std::size_t i = 0; i < film.size(); ++i) {
     slot.mean[i] = (high.mean[i] - low.mean[i]) * per_channel;
     slot.half_a[i] = (high.half_a[i] - low.half_a[i]) * per_channel;
     slot.covariance[i] = covariance_of_halves(film, slot, i);
   }
+  return slot;
 }
 
 }  // namespace
@@ -120,48 +212,29 @@ Side side_of(Purpose purpose, int iteration) {
   return iteration % 2 == 0 ? Side::kUp : Side::kDown;
 }
 
-void take_secants(const Problem& problem, const Coordinates& coordinates, const Scene& scene,
-                  const Vector& x, Purpose purpose, Side side, const PictureAt& render,
-                  Film& film) {
-  const Unknowns& unknowns = problem.unknowns;
-  const Vector u = coordinates.from_values(x), slope = coordinates.slope(x);
-  const std::vector<Members> parameters = members_of(unknowns);
-  for (std::size_t p = 0; p < parameters.size(); ++p) {
-    const Parameter& description = unknowns.descriptions()[p];
-    const Members& members = parameters[p];
-    const double step = secant_step(scene, unknowns.parameters()[p], purpose);
-    // Channels that are diagonal move together: each shows in its own channel of the picture.
-    if (step == 0 || (members.size() > 1 && !description.diagonal)) continue;
-    const auto moved = [&](double by) {
-      Vector to = u;
-      for (const Eigen::Index k : members) to[k] += by;
-      to = coordinates.to_values(to);
-      Vector result = x;
-      for (const Eigen::Index k : members) result[k] = to[k];
-      return result;
-    };
-    const auto permitted = [&](double by) {
-      const Vector to = moved(by);
-      return std::all_of(members.begin(), members.end(), [&](Eigen::Index k) {
-        return to[k] >= description.lower && to[k] <= description.upper;
-      });
-    };
-    Reach reach = reach_of(step, side);
-    if (reach.up > 0 && !permitted(reach.up)) reach = {0, step};
-    if (reach.down > 0 && !permitted(-reach.down)) reach = {step, 0};
-    const bool one_sided = !(reach.up > 0 && reach.down > 0);
-    const Film above = reach.up > 0 ? render(moved(reach.up), one_sided) : Film();
-    const Film below = reach.down > 0 ? render(moved(-reach.down), one_sided) : Film();
+Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
+                        const Vector& x, Purpose purpose, Side side, const PictureAt& render) {
+  const Shares shares = shares_of(problem, scene, purpose, coordinates != nullptr);
+  const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
+  Film film = render_passes(problem.layout, passes, x, render);
+  for (const Secant& secant : shares.secants) {
+    const auto [above, below, apart] = ends_of(secant, *coordinates, x, side);
+    const SlotLayout& like = above && below ? SlotLayout() : passes.front();
+    const Film high = above ? render(*above, like) : Film();
+    const Film low = below ? render(*below, like) : Film();
+    const Vector slope = coordinates->slope(x);
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
       // Slots are by the parameter; channel c of a colour has a slope of its own.
-      const Eigen::Index k = members[members.size() == 1 ? 0 : static_cast<std::size_t>(c)];
-      scale[c] = static_cast<float>(1 / ((reach.up + reach.down) * slope[k]));
+      const bool colour = secant.members.size() > 1;
+      const Eigen::Index k = secant.members[colour ? static_cast<std::size_t>(c) : 0];
+      scale[c] = static_cast<float>(1 / (apart * slope[k]));
     }
-    const int slot = problem.layout.rows[static_cast<std::size_t>(members.front())].slot;
-    put_difference(reach.up > 0 ? above : film, reach.down > 0 ? below : film, scale, film,
-                   film.slots[static_cast<std::size_t>(slot)]);
+    const auto slot = static_cast<std::size_t>(
+        problem.layout.rows[static_cast<std::size_t>(secant.members.front())].slot);
+    film.slots[slot] = difference(above ? high : film, below ? low : film, scale, film);
   }
+  return film;
 }
 
 }  // namespace selenite

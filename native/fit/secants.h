@@ -14,18 +14,17 @@ enum class Side { kUp, kDown, kBoth };
 /// Distance of the two pictures in the coordinate of a roughness.
 inline constexpr double kBlurSecant = 0.4;
 
-/// Picture of the capture in question at other values, with the seed of `film`. A path chooses lobes and
-/// lengths otherwise where it carries derivatives: what is to be held against `film` has to carry the
-/// same ones (`like_film`), or equal seeds are not equal paths.
-using PictureAt = std::function<Film(const Vector& x, bool like_film)>;
+/// The capture in question at values x, with the derivatives of `layout`; always with the same seed.
+using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout)>;
 
 /// Side of the differences that an iteration takes.
 Side side_of(Purpose purpose, int iteration);
 
-/// Puts differences of two pictures with equal seeds in place of those derivative pictures of
-/// `film`, a render of `scene`, which is that at x, for which that is the better estimate: one more
-/// picture for each of those parameters, two with `Side::kBoth`. A side that leaves the permitted
-/// range gives way to the other.
+/// The picture of `scene`, which is that at x, with a derivative picture for every slot of the problem:
+/// those that the paths carry along, and in place of those for which that is the better estimate
+/// differences of two pictures with equal seeds: one more picture for each of these parameters, two
+/// with `Side::kBoth`. A side that leaves the permitted range gives way to the other. Without
+/// `coordinates` no differences are taken.
 ///
 /// Instruments take roughness, IOR and extinction so, gradients the IOR of what refracts sharply.
 ///
@@ -36,8 +35,12 @@ Side side_of(Purpose purpose, int iteration);
 /// instrument need not be; a gradient that is made of it vanishes where the residuals do.
 /// Sources: facts sheet "estimators", Q1, and `./dev bench estimators` (docs/manual/derivatives.md).
 ///
-/// A slot gets `mean`, `half_a` and `covariance`; its `variance` stays that of the derivative.
-void take_secants(const Problem& problem, const Coordinates& coordinates, const Scene& scene,
-                  const Vector& x, Purpose purpose, Side side, const PictureAt& render, Film& film);
+/// What is replaced is not carried: it would cost time, and paths that bring nothing else are kept
+/// alive for it. A path chooses lobes and lengths by what it carries, so what a picture is held
+/// against carries the same: else equal seeds are not equal paths.
+///
+/// Of a difference a slot has `mean`, `half_a` and `covariance`; its `variance` is 0.
+Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
+                        const Vector& x, Purpose purpose, Side side, const PictureAt& render);
 
 }  // namespace selenite

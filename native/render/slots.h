@@ -13,6 +13,7 @@ namespace selenite {
 struct Slot {
   ParameterRef parameter;
   int component;  ///< -1: all three, diagonally; 0 for a scalar
+  bool operator==(const Slot&) const = default;
 };
 
 /// Row of a Jacobian: one scalar unknown.

@@ -12,8 +12,8 @@ constexpr Eigen::Index kRoughness = 3, kTransmission = 4, kIor = 5;
 
 /// Away from the truth, so that residuals do not vanish.
 struct Setting {
-  Scene scene = synthetic_scene();
-  Unknowns unknowns{scene, synthetic_unknowns()};
+  Scene scene;
+  Unknowns unknowns;
   SlotLayout layout{scene, unknowns.parameters()};
   std::vector<Capture> captures{synthetic_capture(scene, "Left")};
   Vector x{{0.25, 0.3, 0.5, 0.25, 0.7, 1.35}};
@@ -21,25 +21,31 @@ struct Setting {
   Problem problem{unknowns, layout, captures, loss, 10};
   Coordinates coordinates{unknowns};
 
-  Setting() { check_captures(scene, captures); }
+  explicit Setting(const std::vector<UnknownParameter>& wanted = synthetic_unknowns(),
+                   int materials = 1)
+      : scene(synthetic_scene(materials)), unknowns(scene, wanted) {
+    check_captures(scene, captures);
+  }
 
   Film film(const Vector& at, const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
-            bool slots = true) const {
+            const SlotLayout& slots) const {
     RenderSettings settings;
     settings.width = settings.height = kSyntheticSize;
     settings.spp = spp;
     settings.seed = seed;
     const Scene now = unknowns.scene_with(scene, at);
-    return renderer(now, now.cameras[0], slots ? layout : SlotLayout(), settings, nullptr);
+    return renderer(now, now.cameras[0], slots, settings, nullptr);
+  }
+  Film film(const Vector& at, const SyntheticRenderer& renderer, int spp,
+            std::uint64_t seed) const {
+    return film(at, renderer, spp, seed, layout);
   }
   Film with_secants(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
                     Purpose purpose = Purpose::kGradient, Side side = Side::kBoth) const {
-    Film result = film(x, renderer, spp, seed);
-    take_secants(
-        problem, coordinates, unknowns.scene_with(scene, x), x, purpose, side,
-        [&](const Vector& at, bool like_film) { return film(at, renderer, spp, seed, like_film); },
-        result);
-    return result;
+    return render_derivatives(problem, &coordinates, unknowns.scene_with(scene, x), x, purpose,
+                              side, [&](const Vector& at, const SlotLayout& slots) {
+                                return film(at, renderer, spp, seed, slots);
+                              });
   }
   Vector gradient(const Film& of) const {
     return loss_gradient(layout, of, loss.evaluate(of, captures[0]));
@@ -89,46 +95,82 @@ TEST(Secants, GradientsKeepTheDerivativeByIorWithoutSharpRefraction) {
 }
 
 TEST(Secants, ATexturedRoughnessMayBeSharp) {
-  Setting s;
-  s.x[kRoughness] = 0.9;
-  const SyntheticRenderer renderer{0.5, 0.5};
-  const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
-  const Film plain = s.film(s.x, renderer, 4, 1);
-  EXPECT_EQ(s.with_secants(renderer, 4, 1).slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+  const Setting s({synthetic_unknowns()[3]});
+  Scene scene = s.scene;
+  const auto pictures = [&] {
+    int count = 0;
+    (void)render_derivatives(s.problem, &s.coordinates, scene, s.unknowns.start(),
+                             Purpose::kGradient, Side::kBoth,
+                             [&](const Vector& at, const SlotLayout& layout) {
+                               ++count;
+                               return s.film(at, {0.5, 0.5}, 4, 1, layout);
+                             });
+    return count;
+  };
+  scene.appearance.materials[0].values.roughness = 0.9;
+  EXPECT_EQ(pictures(), 1);
   FieldMap map;
-  map.field = s.scene.find("Body", "roughness").field;
-  Scene scene = s.unknowns.scene_with(s.scene, s.x);
+  map.field = scene.find("Body", "roughness").field;
   scene.appearance.materials[0].maps = {map};
-  Film film = plain;
-  take_secants(
-      s.problem, s.coordinates, scene, s.x, Purpose::kGradient, Side::kBoth,
-      [&](const Vector&, bool) { return s.film(s.x, renderer, 4, 2, false); }, film);
-  EXPECT_NE(film.slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
+  EXPECT_EQ(pictures(), 3);
 }
 
 /// Paths choose otherwise where they carry derivatives: equal seeds are not equal paths then. Two
-/// pictures without derivatives go together, and one with the film does if it has the film's.
+/// pictures without derivatives go together, and one with the film does if it carries what the film
+/// does. What differences replace nothing carries.
 TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   Setting s;
-  const SyntheticRenderer renderer{0.5, 0.5};
-  const auto alike = [&](Side side) {
-    std::vector<bool> asked;
-    Film film = s.film(s.x, renderer, 4, 1);
-    take_secants(
-        s.problem, s.coordinates, s.unknowns.scene_with(s.scene, s.x), s.x, Purpose::kInstrument,
-        side,
-        [&](const Vector& at, bool like_film) {
-          asked.push_back(like_film);
-          return s.film(at, renderer, 4, 1, like_film);
-        },
-        film);
-    return asked;
+  const std::size_t all = s.layout.slots.size();
+  const auto asked = [&](Purpose purpose, Side side) {
+    std::vector<std::size_t> slots;
+    (void)render_derivatives(s.problem, &s.coordinates, s.unknowns.scene_with(s.scene, s.x), s.x,
+                             purpose, side, [&](const Vector& at, const SlotLayout& layout) {
+                               slots.push_back(layout.slots.size());
+                               return s.film(at, {0.5, 0.5}, 4, 1, layout);
+                             });
+    return slots;
   };
-  EXPECT_EQ(alike(Side::kUp), std::vector<bool>(2, true));  // roughness and IOR
-  EXPECT_EQ(alike(Side::kDown), std::vector<bool>(2, true));
-  EXPECT_EQ(alike(Side::kBoth), std::vector<bool>(4, false));
+  using Slots = std::vector<std::size_t>;
+  const std::size_t rest = all - 2;  // without roughness and IOR
+  EXPECT_EQ(asked(Purpose::kInstrument, Side::kUp), Slots(3, rest));
+  EXPECT_EQ(asked(Purpose::kInstrument, Side::kDown), Slots(3, rest));
+  EXPECT_EQ(asked(Purpose::kInstrument, Side::kBoth), (Slots{rest, 0, 0, 0, 0}));
+  EXPECT_EQ(asked(Purpose::kGradient, Side::kBoth), (Slots{all - 1, 0, 0}));
   s.x[kIor] = 9.5;  // up by 0.3 in log(x - 1) would be beyond 10: one side only
-  EXPECT_EQ(alike(Side::kBoth), (std::vector<bool>{false, false, true}));
+  EXPECT_EQ(asked(Purpose::kInstrument, Side::kBoth), (Slots{rest, 0, 0, rest}));
+}
+
+/// Slots of one owner follow each other in the layout, whatever the order of the unknowns; of so many
+/// a render takes a part at a time.
+TEST(Secants, EveryDerivativeIsInItsSlot) {
+  constexpr int kMaterials = 12;
+  std::vector<UnknownParameter> wanted;
+  for (UnknownParameter one : synthetic_unknowns())
+    for (int i = 0; i < kMaterials; ++i) {
+      one.owner = i == 0 ? "Body" : "Body" + std::to_string(i);
+      wanted.push_back(one);
+    }
+  const Setting s(wanted, kMaterials);
+  ASSERT_GT(s.layout.slots.size(), static_cast<std::size_t>(kMaxSlots));
+  const auto name = [](const Slot& slot) {
+    return static_cast<float>(100 * slot.parameter.owner + 10 * slot.parameter.field +
+                              slot.component);
+  };
+  int passes = 0;
+  const Film film =
+      render_derivatives(s.problem, nullptr, s.scene, s.unknowns.start(), Purpose::kInstrument,
+                         Side::kUp, [&](const Vector&, const SlotLayout& layout) {
+                           ++passes;
+                           EXPECT_LE(layout.slots.size(), static_cast<std::size_t>(kMaxSlots));
+                           Film part(1, 1, 2, static_cast<int>(layout.slots.size()));
+                           for (std::size_t i = 0; i < layout.slots.size(); ++i)
+                             part.slots[i].mean[0].r = name(layout.slots[i]);
+                           return part;
+                         });
+  EXPECT_GT(passes, 1);
+  ASSERT_EQ(film.slots.size(), s.layout.slots.size());
+  for (std::size_t i = 0; i < film.slots.size(); ++i)
+    EXPECT_EQ(film.slots[i].mean[0].r, name(s.layout.slots[i])) << i;
 }
 
 TEST(Secants, InstrumentsTakeTheRoughnessToo) {
