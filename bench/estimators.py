@@ -50,6 +50,8 @@ ROUGHNESSES = (0.02, 0.05, 0.1, 0.3, 0.6)
 #: The photo lies this many steps of the differences away in every parameter.
 _DISPLACED = 1.0
 _PHOTO_SEED = 987654321
+#: Two pictures on both sides have random numbers of their own, as in a fit.
+_OTHER_SEEDS = 500000
 #: Renders by which the cost of one slot is told.
 _TIMED = 3
 COLUMNS = (
@@ -69,52 +71,90 @@ def photo_of(camera, values, options):
 
 
 def gather(camera, values, options):
-    """(parameter, estimator) -> Gathered, and lists of CPU seconds by kind of render."""
+    """(parameter, estimator) -> Gathered alone, the same in a fit of all parameters, and the median
+    CPU seconds by kind of render.
+
+    A render that carries derivatives has other paths than one that does not. Alone differences are
+    between pictures without. In a fit the picture carries what is not a difference, and so does one
+    that is held against it."""
     photo = photo_of(camera, values, options)
     names = tuple(values)
-    found = {(n, e): Gathered() for n in names for e in (DETACHED, *(p.name for p in PAIRS))}
+    kinds = [(n, e) for n in names for e in (DETACHED, *(p.name for p in PAIRS))]
+    alone, in_fit = ({kind: Gathered() for kind in kinds} for _ in range(2))
     cpu = {"joint": [], "primal": []} | {name: [] for name in names}
+    cpu |= {_without(name): [] for name in names}
     for seed in range(options.seeds):
         base = camera.shoot(values, seed, names)
         cpu["joint"].append(base.cpu)
-        cpu["primal"].append(camera.shoot(values, seed).cpu)
+        plain = camera.shoot(values, seed)
+        cpu["primal"].append(plain.cpu)
         for name in names:
             coordinate = Coordinate(name)
             if seed < _TIMED:
                 cpu[name].append(camera.shoot(values, seed, (name,)).cpu)
             slope, covariance = detached_of(base, name, coordinate.slope(values[name]))
-            found[name, DETACHED].add(slope, covariance, base, photo)
-            shots = {0: base}
-            for offset in {offset for pair in PAIRS for offset in pair.offsets}:
-                moved = coordinate.moved(values[name], offset * coordinate.step)
-                shots[offset] = camera.shoot(values | {name: moved}, seed)
-                cpu["primal"].append(shots[offset].cpu)
+            for gathered in (alone, in_fit):
+                gathered[name, DETACHED].add(slope, covariance, base, photo)
+            others = tuple(other for other in names if other != name)
+            carrying = camera.shoot(values, seed, others)
+            cpu[_without(name)].append(carrying.cpu)
+
+            def shots(pair, base, slots, name=name, coordinate=coordinate, seed=seed):
+                result = {0: base}
+                for offset in pair.offsets:
+                    moved = coordinate.moved(values[name], offset * coordinate.step)
+                    own = _OTHER_SEEDS if len(pair.offsets) == 2 else 0
+                    result[offset] = camera.shoot(values | {name: moved}, seed + own, slots)
+                return result
+
             for pair in PAIRS:
-                high, low = shots[pair.above], shots[-pair.below]
                 distance = (pair.above + pair.below) * coordinate.step
-                slope = (high.mean - low.mean) / distance
-                covariance = half_covariance(base, slope, (high.half_a - low.half_a) / distance)
-                found[name, pair.name].add(slope, covariance, base, photo)
-    return found, {kind: float(np.median(seconds)) for kind, seconds in cpu.items()}
+                pictures = shots(pair, plain, ())
+                alone[name, pair.name].add(*_difference(pair, pictures, distance), plain, photo)
+                if len(pair.offsets) == 1:
+                    pictures = shots(pair, carrying, others)
+                in_fit[name, pair.name].add(*_difference(pair, pictures, distance), carrying, photo)
+    return alone, in_fit, {kind: float(np.median(seconds)) for kind, seconds in cpu.items()}
 
 
-def rows_of(material, roughness, found, cpu, options):
-    """Rows of the table."""
+def _difference(pair, shots, distance):
+    """Derivative picture, and its covariance with the picture at the values."""
+    high, low = shots[pair.above], shots[-pair.below]
+    slope = (high.mean - low.mean) / distance
+    if len(pair.offsets) == 2:
+        return slope, np.zeros_like(slope)
+    return slope, half_covariance(shots[0], slope, (high.half_a - low.half_a) / distance)
+
+
+def _without(name):
+    """Kind of render: all parameters but one are carried."""
+    return f"without {name}"
+
+
+def _cost_in_fit(pair, name, cpu):
+    others = cpu[_without(name)]
+    return 2 * others if len(pair.offsets) == 1 else others + 2 * cpu["primal"]
+
+
+def rows_of(material, roughness, found, options):
+    """Rows of the table; `found`: of `gather`."""
+    alone, in_fit, cpu = found
     pairs = {pair.name: pair for pair in PAIRS}
     rows, reference = [], {}
-    for (name, estimator), gathered in found.items():
+    for (name, estimator), gathered in alone.items():
         renders = len(pairs[estimator].offsets) if estimator in pairs else 0
         mean, gradient, power = gathered.mean_picture(), gathered.gradient(), gathered.power()
         # The derivative alone: two pictures; with the loss, the picture at the values as well.
-        alone = 2 * cpu["primal"] if renders else cpu[name]
+        seconds = 2 * cpu["primal"] if renders else cpu[name]
         with_loss = (1 + renders) * cpu["primal"] if renders else cpu[name]
-        in_fit = cpu["joint"] + renders * cpu["primal"]
-        costs = np.array([gradient.variance * with_loss, gradient.variance * in_fit, power])
+        in_step = _cost_in_fit(pairs[estimator], name, cpu) if renders else cpu["joint"]
+        step = in_fit[name, estimator].gradient().variance
+        costs = np.array([gradient.variance * with_loss, step * in_step, power])
         reference.setdefault(name, costs)
         relative = costs / np.maximum(reference[name], 1e-300)
         errors = [np.sqrt(s.variance / options.seeds) for s in (mean, gradient)]
         numbers = (
-            alone, mean.mean, errors[0], np.sqrt(mean.variance * alone), relative[2],
+            seconds, mean.mean, errors[0], np.sqrt(mean.variance * seconds), relative[2],
             gradient.mean, errors[1], np.sqrt(relative[0]), np.sqrt(relative[1]), gradient.doubt,
         )  # fmt: skip
         row = (material, roughness, name, estimator, *(float(f"{x:.4g}") for x in numbers))
@@ -185,7 +225,7 @@ def measure(material, roughness, options):
     if options.only:
         values = {name: value for name, value in values.items() if name in options.only}
     camera = Camera(scene, options.size, options.spp)
-    return rows_of(material, roughness, *gather(camera, values, options), options)
+    return rows_of(material, roughness, gather(camera, values, options), options)
 
 
 def main():

@@ -20,8 +20,8 @@ from selenite import native, parameters
 
 from .scenes import OWNER
 
-#: h, the unit of the distances, by coordinate.
-STEPS = {"log": 0.3, "blur": 0.3, "log_excess": 0.2, "linear": 0.06, "reflectance": 0.06}
+#: h, the unit of the distances, by coordinate. Gradients by IOR are central 3h/2.
+STEPS = {"log": 0.3, "blur": 0.3, "log_excess": 0.7 / 3, "linear": 0.06, "reflectance": 0.06}
 
 
 @dataclass(frozen=True)

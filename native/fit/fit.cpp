@@ -133,15 +133,16 @@ void Fit::count(const Film& film) {
 Film Fit::derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
                       std::uint64_t seed, Purpose purpose, Side side, Progress* progress) {
   const Scene scene = scene_at(x, fields);
-  const RenderSettings settings = render_settings(photo, spp, seed);
-  return render_derivatives(problem_, coordinates_.get(), scene, x, purpose, side,
-                            [&](const Vector& at, const SlotLayout& layout) {
-                              const Scene there = scene_at(at, fields);
-                              Film film = settings_.renderer(there, there.camera(photo.camera),
-                                                             layout, settings, progress);
-                              count(film);
-                              return film;
-                            });
+  return render_derivatives(
+      problem_, coordinates_.get(), scene, x, purpose, side,
+      [&](const Vector& at, const SlotLayout& layout, Paths paths) {
+        const Scene there = scene_at(at, fields);
+        const std::uint64_t its_seed = paths == Paths::kOfFilm ? seed : seed_of(seed, 1, 0);
+        Film film = settings_.renderer(there, there.camera(photo.camera), layout,
+                                       render_settings(photo, spp, its_seed), progress);
+        count(film);
+        return film;
+      });
 }
 
 Fit::Turn Fit::turn() const {

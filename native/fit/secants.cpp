@@ -16,10 +16,10 @@ namespace {
 /// of a roughness the difference no longer goes with the slope: see `Coordinates`.
 constexpr double kStepLog = 0.5, kStepLogExcess = 0.4;
 /// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
-/// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are
+/// Source: `./dev bench estimators`, between central 3h/2 and central 2h. Differences by extinction, colours and weights are
 /// worse than the derivative there; those by roughness are better where it is low, but the other
 /// parameters would pay for two more renders.
-constexpr double kGradientStepLogExcess = 0.6;
+constexpr double kGradientStepLogExcess = 0.7;
 /// The derivative by IOR is the worse estimate from this ratio of transmission and roughness on.
 /// Source: the same; it orders the measured materials.
 constexpr double kSharp = 2;
@@ -125,7 +125,7 @@ Film render_passes(const SlotLayout& layout, const std::vector<SlotLayout>& pass
   Film film;
   std::vector<SlotFilm> slots(layout.slots.size());
   for (const SlotLayout& pass : passes) {
-    Film part = render(x, pass);
+    Film part = render(x, pass, Paths::kOfFilm);
     for (std::size_t i = 0; i < pass.slots.size(); ++i) {
       const auto to = std::ranges::find(layout.slots, pass.slots[i]) - layout.slots.begin();
       slots[static_cast<std::size_t>(to)] = std::move(part.slots[i]);
@@ -183,25 +183,24 @@ Ends ends_of(const Secant& secant, const Coordinates& coordinates, const Vector&
   return {moved(reach.up), moved(-reach.down), reach.up + reach.down};
 }
 
-/// Samples of two renders cannot be multiplied one by one, but their halves can: the even samples of
-/// one are independent of the odd ones of the other.
-Colorf covariance_of_halves(const Film& film, const SlotFilm& slot, std::size_t i) {
-  const int even = (film.spp + 1) / 2, odd = film.spp / 2;
-  if (odd == 0) return {};
-  const float ratio = static_cast<float>(even) / static_cast<float>(odd);
-  return (film.half_a[i] - film.mean[i]) * (slot.half_a[i] - slot.mean[i]) * ratio;
-}
-
 /// `per_channel`: what a difference of the pictures is multiplied with.
-SlotFilm difference(const Film& high, const Film& low, const Colorf& per_channel,
-                    const Film& film) {
-  SlotFilm slot = std::move(Film(film.width, film.height, film.spp, 1).slots.front());
-  for (std::size_t i = 0; i < film.size(); ++i) {
+SlotFilm difference(const Film& high, const Film& low, const Colorf& per_channel) {
+  SlotFilm slot = std::move(Film(high.width, high.height, high.spp, 1).slots.front());
+  for (std::size_t i = 0; i < high.size(); ++i) {
     slot.mean[i] = (high.mean[i] - low.mean[i]) * per_channel;
     slot.half_a[i] = (high.half_a[i] - low.half_a[i]) * per_channel;
-    slot.covariance[i] = covariance_of_halves(film, slot, i);
   }
   return slot;
+}
+
+/// Samples of two renders cannot be multiplied one by one, but their halves can: the even samples of
+/// one are independent of the odd ones of the other.
+void note_covariance(const Film& film, SlotFilm& slot) {
+  const int even = (film.spp + 1) / 2, odd = film.spp / 2;
+  if (odd == 0) return;
+  const float ratio = static_cast<float>(even) / static_cast<float>(odd);
+  for (std::size_t i = 0; i < film.size(); ++i)
+    slot.covariance[i] = (film.half_a[i] - film.mean[i]) * (slot.half_a[i] - slot.mean[i]) * ratio;
 }
 
 }  // namespace
@@ -219,9 +218,12 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
   Film film = render_passes(problem.layout, passes, x, render);
   for (const Secant& secant : shares.secants) {
     const auto [above, below, apart] = ends_of(secant, *coordinates, x, side);
-    const SlotLayout& like = above && below ? SlotLayout() : passes.front();
-    const Film high = above ? render(*above, like) : Film();
-    const Film low = below ? render(*below, like) : Film();
+    const bool apart_from_film = above && below;
+    const SlotLayout& like = apart_from_film ? SlotLayout() : passes.front();
+    const bool independent = apart_from_film && purpose == Purpose::kGradient;
+    const Paths paths = independent ? Paths::kOther : Paths::kOfFilm;
+    const Film high = above ? render(*above, like, paths) : Film();
+    const Film low = below ? render(*below, like, paths) : Film();
     const Vector slope = coordinates->slope(x);
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
@@ -232,7 +234,8 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
     }
     const auto slot = static_cast<std::size_t>(
         problem.layout.rows[static_cast<std::size_t>(secant.members.front())].slot);
-    film.slots[slot] = difference(above ? high : film, below ? low : film, scale, film);
+    film.slots[slot] = difference(above ? high : film, below ? low : film, scale);
+    if (!independent) note_covariance(film, film.slots[slot]);
   }
   return film;
 }

@@ -14,8 +14,11 @@ enum class Side { kUp, kDown, kBoth };
 /// Distance of the two pictures in the coordinate of a roughness.
 inline constexpr double kBlurSecant = 0.4;
 
-/// The capture in question at values x, with the derivatives of `layout`; always with the same seed.
-using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout)>;
+/// Whose random numbers a picture has.
+enum class Paths { kOfFilm, kOther };
+
+/// The capture in question at values x, with the derivatives of `layout`.
+using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout, Paths paths)>;
 
 /// Side of the differences that an iteration takes.
 Side side_of(Purpose purpose, int iteration);
@@ -37,7 +40,9 @@ Side side_of(Purpose purpose, int iteration);
 ///
 /// What is replaced is not carried: it would cost time, and paths that bring nothing else are kept
 /// alive for it. A path chooses lobes and lengths by what it carries, so what a picture is held
-/// against carries the same: else equal seeds are not equal paths.
+/// against carries the same: else equal seeds are not equal paths. A gradient multiplies the
+/// difference with the residuals of the film: two pictures have random numbers of their own then, so
+/// that the product has no bias of noise, and none that has to be estimated.
 ///
 /// Of a difference a slot has `mean`, `half_a` and `covariance`; its `variance` is 0.
 Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
