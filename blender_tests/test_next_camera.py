@@ -281,14 +281,15 @@ def test_looks_are_the_same_whatever_the_number_of_threads():
     for key in ("image", "half_a", "half_b", "variance", "jacobian_a", "jacobian_b"):
         assert (one[key] == two[key]).all(), key
     same = native_scene.with_values({("Body", "base_color"): [0.5] * 3})
-    named = [row[:2] for row in asked]  # all of them: roulette looks at every derivative
-    film = core.render(same, "Camera", 20, 16, 8, seed=3, parameters=named)
+    # The roughness is a difference of pictures, so that no path carries its derivative.
+    carried = [("Body", "base_color")]
+    film = core.render(same, "Camera", 20, 16, 8, seed=3, parameters=carried)
     both = (one["jacobian_a"] + one["jacobian_b"]) / 2
     found = core.coordinates(native_scene, asked)
     assert found["names"][0] == "Body:base_color[0]"
     # Of a roughness in log(x^3 + 0.15^3) / 3.
     assert found["slope"] == pytest.approx([1, 1, 1, (0.5**3 + 0.15**3) / 0.5**2])
-    assert both[:3] == pytest.approx(film.jacobian[:3], rel=1e-4, abs=1e-5)
+    assert both[:3] == pytest.approx(film.jacobian, rel=1e-4, abs=1e-5)
     with pytest.raises(ValueError, match="spp of at least 2"):
         core.look(native_scene, asked, "Camera", 20, 16, 1)
     with pytest.raises(ValueError, match="not two different finite points"):

@@ -10,8 +10,8 @@ namespace {
 constexpr double kCapLog = 0.25, kCapLogExcess = 0.2, kCapLinear = 0.3;
 /// Of log(x^3 + shift^3) / 3 of a roughness. Next to 0 pictures change with about its fourth power
 /// (3.6 from 0.01 to 0.23 on the thesis' bunny), far above with its logarithm. Of (power, shift) from
-/// (2, 0.1) to (4, 0.3) this keeps what `render_derivatives` measures closest to the true slope: on five
-/// bodies and roughness 0.01 to 0.5 between 0.6 and 1.7 of it, where log x, or (2, 0.1) with a longer
+/// (2, 0.1) to (4, 0.3) this keeps what `render_derivatives` measures closest to the true slope: on
+/// five bodies and roughness 0.01 to 0.5 between 0.6 and 1.7 of it, where log x, or (2, 0.1) with a longer
 /// difference, lose the sign. Where it measures too much, steps fall short and intervals are too sure.
 constexpr double kBlurShift = 0.15;
 /// At roughness 0 the slope dx/du is infinite; derivatives by u vanish there.

@@ -17,8 +17,8 @@ struct Look {
   Jacobian a, b;
 };
 
-/// Takes differences in place of derivatives where a fit does (`render_derivatives`): one render more for
-/// each. Throws Cancelled, InvalidArgument (fewer than two samples; what `render` refuses),
+/// Takes differences in place of derivatives where a fit does (`render_derivatives`): one render more
+/// for each. Throws Cancelled, InvalidArgument (fewer than two samples; what `render` refuses),
 /// UnknownName.
 Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camera,
           const RenderSettings& settings, Progress* progress = nullptr);

@@ -16,7 +16,7 @@ namespace {
 /// of a roughness the difference no longer goes with the slope: see `Coordinates`.
 constexpr double kStepLog = 0.5, kStepLogExcess = 0.4;
 /// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
-/// Source: `./dev bench estimators`, between central 3h/2 and central 2h. Differences by extinction, colours and weights are
+/// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are
 /// worse than the derivative there; those by roughness are better where it is low, but the other
 /// parameters would pay for two more renders.
 constexpr double kGradientStepLogExcess = 0.7;

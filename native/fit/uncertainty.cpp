@@ -121,8 +121,8 @@ bool is_blur(const Unknowns& unknowns, Eigen::Index k) {
 }
 
 /// Roughness k where pictures are as far from those at u as a step `way` of its coordinate says. The
-/// slope by a low roughness is a difference with a picture above it (`render_derivatives`): below there is
-/// no room. Down to the bound pictures change by far less than it says: with the fourth power of
+/// slope by a low roughness is a difference with a picture above it (`render_derivatives`): below there
+/// is no room. Down to the bound pictures change by far less than it says: with the fourth power of
 /// roughness (3.6, measured from 0.01 to 0.07 and 0.23 on the thesis' bunny). So the way is gone in
 /// log(x^4 + s^4) / 4, which is the coordinate of the steps again where x is high.
 double by_the_blur(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double way) {
