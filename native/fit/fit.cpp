@@ -155,17 +155,16 @@ Fit::Turn Fit::turn() const {
 
 Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                          std::vector<std::vector<double>>& gradients, Progress* progress) {
-  const Scene scene = scene_at(x, fields);
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
   const std::uint64_t seed =
       stream_seed(settings_.seed, Stream::kStep, result_.iterations, capture);
   Observation seen;
   seen.capture = capture;
-  const Camera& camera = scene.camera(photo.camera);
-  const RenderSettings settings = render_settings(photo, settings_.spp, seed);
   if (turn.fields) {
+    const Scene scene = scene_at(x, fields);
     FieldGradient found =
-        loss_field_gradient(scene, camera, fields_, photo, loss_, settings, progress);
+        loss_field_gradient(scene, scene.camera(photo.camera), fields_, photo, loss_,
+                            render_settings(photo, settings_.spp, seed), progress);
     count(found.film);
     gradients.resize(found.fields.size());
     for (std::size_t f = 0; f < gradients.size(); ++f) {
@@ -175,10 +174,9 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     }
     seen.film = std::move(found.film);
   }
-  if (turn.scalars && (fields_.empty() || unknowns_.size() > 0)) {
+  if (turn.scalars && (fields_.empty() || unknowns_.size() > 0))
     seen.film = derivatives(x, fields, photo, settings_.spp, seed, purpose_,
                             side_of(purpose_, result_.iterations), progress);
-  }
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;

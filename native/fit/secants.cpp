@@ -216,15 +216,16 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
   const Shares shares = shares_of(problem, scene, purpose, coordinates != nullptr);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
   Film film = render_passes(problem.layout, passes, x, render);
+  if (shares.secants.empty()) return film;
+  const Vector slope = coordinates->slope(x);
   for (const Secant& secant : shares.secants) {
     const auto [above, below, apart] = ends_of(secant, *coordinates, x, side);
-    const bool apart_from_film = above && below;
-    const SlotLayout& like = apart_from_film ? SlotLayout() : passes.front();
-    const bool independent = apart_from_film && purpose == Purpose::kGradient;
+    const bool two_more = above && below;
+    const SlotLayout layout = two_more ? SlotLayout() : passes.front();
+    const bool independent = two_more && purpose == Purpose::kGradient;
     const Paths paths = independent ? Paths::kOther : Paths::kOfFilm;
-    const Film high = above ? render(*above, like, paths) : Film();
-    const Film low = below ? render(*below, like, paths) : Film();
-    const Vector slope = coordinates->slope(x);
+    const Film high = above ? render(*above, layout, paths) : Film();
+    const Film low = below ? render(*below, layout, paths) : Film();
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
       // Slots are by the parameter; channel c of a colour has a slope of its own.
