@@ -131,10 +131,10 @@ void Fit::count(const Film& film) {
 }
 
 Film Fit::derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
-                      std::uint64_t seed, Purpose purpose, Side side, Progress* progress) {
+                      std::uint64_t seed, Purpose purpose, Differences which, Progress* progress) {
   const Scene scene = scene_at(x, fields);
   return render_derivatives(
-      problem_, coordinates_.get(), scene, x, purpose, side,
+      problem_, coordinates_.get(), scene, x, purpose, which,
       [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         const Scene there = scene_at(at, fields);
         const std::uint64_t its_seed = paths == Paths::kOfFilm ? seed : seed_of(seed, 1, 0);
@@ -176,7 +176,7 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
   }
   if (turn.scalars && (fields_.empty() || unknowns_.size() > 0))
     seen.film = derivatives(x, fields, photo, settings_.spp, seed, purpose_,
-                            side_of(purpose_, result_.iterations), progress);
+                            differences_of(purpose_, result_.iterations, !in_turns_), progress);
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;

@@ -119,7 +119,7 @@ class Fit {
   RenderAt renderer(Progress* progress);
   /// See `render_derivatives`.
   Film derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
-                   std::uint64_t seed, Purpose purpose, Side side, Progress* progress);
+                   std::uint64_t seed, Purpose purpose, Differences which, Progress* progress);
   /// What moves in an iteration: scalars and fields together, or in turns.
   struct Turn {
     bool scalars, fields;

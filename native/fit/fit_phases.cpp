@@ -44,7 +44,8 @@ RenderAt Fit::renderer(Progress* progress) {
                           std::optional<Side> side) {
     // Search and verification take Gauss-Newton steps whatever the iterations do.
     if (side)
-      return derivatives(x, field_values_, photo, spp, seed, Purpose::kInstrument, *side, progress);
+      return derivatives(x, field_values_, photo, spp, seed, Purpose::kInstrument, {*side},
+                         progress);
     const Scene scene = scene_at(x, field_values_);
     Film film = settings_.renderer(scene, scene.camera(photo.camera), SlotLayout(),
                                    render_settings(photo, spp, seed), progress);

@@ -147,9 +147,9 @@ GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
   for (std::size_t v = 0; v < seen.size(); ++v) {
     const Capture& capture = problem_->captures[static_cast<std::size_t>(seen[v].capture)];
     View& view = views_[static_cast<std::size_t>(seen[v].capture)];
-    const JacobianSums::Set z =
-        view.jacobians.add(*problem_, capture, halves[v], view.weight, keep);
     const Eigen::VectorXf& w = view.weight;
+    view.jacobians.add(halves[v], keep);
+    const JacobianSums::Set z = view.jacobians.all(*problem_, capture, w);
     sum.normal += (weighted_product(z.a.instruments, w, z.b.slopes) +
                    weighted_product(z.b.instruments, w, z.a.slopes)) /
                   2;
@@ -218,14 +218,16 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   return problem_->unknowns.project(coordinates_.to_values(next));
 }
 
-GaussNewton::Equations GaussNewton::equations(const Vector& x, const Observation& derivatives,
-                                              const Film& residual, double weight) {
-  const auto index = static_cast<std::size_t>(derivatives.capture);
-  View& view = views_[index];
-  const Capture& capture = problem_->captures[index];
-  const Halves halves = split_halves(*problem_, derivatives, coordinates_.slope(x));
-  JacobianSums::Set z = view.jacobians.add(*problem_, capture, halves, view.weight, 1, weight);
-  return {residual_halves(residual, capture), std::move(z), view.weight};
+void GaussNewton::gather(const Vector& x, const Observation& derivatives, double weight) {
+  views_[static_cast<std::size_t>(derivatives.capture)].jacobians.add(
+      split_halves(*problem_, derivatives, coordinates_.slope(x)), 1, weight);
+}
+
+GaussNewton::Equations GaussNewton::equations(std::size_t i, const Film& residual) const {
+  const Capture& capture = problem_->captures[i];
+  const View& view = views_[i];
+  return {residual_halves(residual, capture), view.jacobians.all(*problem_, capture, view.weight),
+          view.weight};
 }
 
 /// The instruments serve on: what is wrong about them slows the way and leaves its end.

@@ -36,10 +36,10 @@ class GaussNewton final : public Optimiser {
     JacobianSums::Set z;
     const Eigen::VectorXf& weight;
   };
-  /// `derivatives` joins the sums, `weight` being its samples in units of those of an iteration;
-  /// `residual` is a render of its own with other seeds.
-  Equations equations(const Vector& x, const Observation& derivatives, const Film& residual,
-                      double weight);
+  /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
+  void gather(const Vector& x, const Observation& derivatives, double weight);
+  /// Of photo i; `residual` is a render of its own with other seeds.
+  Equations equations(std::size_t i, const Film& residual) const;
   const Coordinates& coordinates() const { return coordinates_; }
   /// Of the residuals of photo i, 3 numbers a pixel.
   const Eigen::VectorXf& weight(std::size_t i) const { return views_[i].weight; }

@@ -71,11 +71,14 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
   const Eigen::Index rows = as_vector(film.mean).size();
   Halves halves = residual_halves(film, capture);
-  halves.jacobian_a.resize(rows, unknowns);
-  halves.jacobian_b.resize(rows, unknowns);
+  halves.jacobian_a.setZero(rows, unknowns);
+  halves.jacobian_b.setZero(rows, unknowns);
+  halves.differentiated.resize(unknowns);
   for (Eigen::Index k = 0; k < unknowns; ++k) {
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
     const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
+    halves.differentiated[k] = !slot.mean.empty();
+    if (!halves.differentiated[k]) continue;
     const float scale = static_cast<float>(slope[k]);
     set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
     set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
@@ -96,23 +99,33 @@ void JacobianSums::members(SavedState& state) { state(parts_[0], parts_[1], adds
 
 void JacobianSums::Part::members(SavedState& state) { state(a, b, weight); }
 
-JacobianSums::Set JacobianSums::add(const Problem& problem, const Capture& capture,
-                                    const Halves& halves, const Eigen::VectorXf& importance,
-                                    double keep, double weight) {
+void JacobianSums::add(const Halves& halves, double keep, double weight) {
   const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
-  // 0 1 1 0 0 1 1 0 ...: secants from above and from below, which take turns, are in both.
-  Part& now = parts_[static_cast<std::size_t>((adds_ + 1) / 2 % 2)];
+  const Eigen::Index columns = halves.jacobian_a.cols();
+  adds_.resize(static_cast<std::size_t>(columns));
   for (Part& part : parts_) {
-    if (adds_ == 0)
-      part.a = part.b = Jacobian::Zero(halves.jacobian_a.rows(), halves.jacobian_a.cols());
+    if (part.weight.size() == 0) {
+      part.a = part.b = Jacobian::Zero(halves.jacobian_a.rows(), columns);
+      part.weight = Eigen::VectorXd::Zero(columns);
+    }
     part.a *= kept;
     part.b *= kept;
     part.weight *= keep;
   }
-  now.a += fresh * halves.jacobian_a;
-  now.b += fresh * halves.jacobian_b;
-  now.weight += weight;
-  ++adds_;
+  for (Eigen::Index k = 0; k < columns; ++k) {
+    if (!halves.differentiated[k]) continue;
+    // 0 1 1 0 0 1 1 0 ...: secants from above and from below, which take turns, are in both.
+    int& adds = adds_[static_cast<std::size_t>(k)];
+    Part& now = parts_[static_cast<std::size_t>((adds + 1) / 2 % 2)];
+    ++adds;
+    now.a.col(k) += fresh * halves.jacobian_a.col(k);
+    now.b.col(k) += fresh * halves.jacobian_b.col(k);
+    now.weight[k] += weight;
+  }
+}
+
+JacobianSums::Set JacobianSums::all(const Problem& problem, const Capture& capture,
+                                    const Eigen::VectorXf& importance) const {
   return {half(problem, capture, &Part::a, importance),
           half(problem, capture, &Part::b, importance)};
 }
@@ -121,28 +134,29 @@ JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& cap
                                       Jacobian Part::*which,
                                       const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
-  const double all = first.weight + second.weight;
-  Half result;
-  result.slopes = (first.*which + second.*which) / static_cast<float>(all);
-  result.instruments.resize(result.slopes.rows(), result.slopes.cols());
-  const auto channel_of = [&](Eigen::Index k) {
-    return problem.layout.rows[static_cast<std::size_t>(k)].channel;
-  };
-  if (first.weight == 0 || second.weight == 0) {
-    for (Eigen::Index k = 0; k < result.slopes.cols(); ++k)
-      result.instruments.col(k) = box_blur(clipped(result.slopes.col(k), capture, channel_of(k)),
-                                           capture.width, capture.height, kBlurRadius);
-    result.noise = result.slopes;  // nothing is known of it yet
-    return result;
+  const Jacobian zero = Jacobian::Zero((first.*which).rows(), (first.*which).cols());
+  Half result{zero, zero, zero};
+  for (Eigen::Index k = 0; k < zero.cols(); ++k) {
+    const double all = first.weight[k] + second.weight[k];
+    if (all == 0) continue;  // no picture had it yet
+    const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
+    const Eigen::VectorXf slope =
+        ((first.*which).col(k) + (second.*which).col(k)) / static_cast<float>(all);
+    result.slopes.col(k) = slope;
+    if (first.weight[k] == 0 || second.weight[k] == 0) {
+      result.instruments.col(k) =
+          box_blur(clipped(slope, capture, channel), capture.width, capture.height, kBlurRadius);
+      result.noise.col(k) = slope;  // nothing is known of it yet
+      continue;
+    }
+    const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
+    const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
+    // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
+    const double share = first.weight[k] * second.weight[k] / (all * all);
+    result.noise.col(k) = (one - other) * static_cast<float>(std::sqrt(share));
+    result.instruments.col(k) =
+        instrument_of(slope, one, other, share, capture, channel, importance);
   }
-  const Jacobian one = first.*which / static_cast<float>(first.weight);
-  const Jacobian other = second.*which / static_cast<float>(second.weight);
-  // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
-  const double share = first.weight * second.weight / (all * all);
-  result.noise = (one - other) * static_cast<float>(std::sqrt(share));
-  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k)
-    result.instruments.col(k) = instrument_of(result.slopes.col(k), one.col(k), other.col(k), share,
-                                              capture, channel_of(k), importance);
   return result;
 }
 

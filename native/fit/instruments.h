@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "fit/optimiser.h"
 
@@ -16,6 +17,8 @@ struct Halves {
   Eigen::VectorXf residual_a, residual_b;  ///< half-buffer minus photo
   Eigen::VectorXf variance;                ///< of one half-buffer
   Jacobian jacobian_a, jacobian_b;
+  /// By unknown: whether the film has a derivative by it, its columns being 0 otherwise.
+  Eigen::ArrayX<bool> differentiated;
 };
 
 /// Without the Jacobians.
@@ -44,25 +47,25 @@ class JacobianSums {
   struct Set {
     Half a, b;
   };
-  /// Forgets, adds the halves of this iteration, and returns what all say. `importance` of the rows,
-  /// as in the sums that they will be part of; `weight`: samples of these halves in units of those
-  /// of a usual iteration.
-  Set add(const Problem& problem, const Capture& capture, const Halves& halves,
-          const Eigen::VectorXf& importance, double keep, double weight = 1);
+  /// Forgets, and adds the halves of this iteration. Columns that these do not have keep what is known
+  /// of them. `weight`: samples of these halves in units of those of a usual iteration.
+  void add(const Halves& halves, double keep, double weight = 1);
+  /// What all say. `importance` of the rows, as in the sums that they will be part of.
+  Set all(const Problem& problem, const Capture& capture, const Eigen::VectorXf& importance) const;
   void members(SavedState& state);
 
  private:
   /// Each half is in two parts, whose likeness tells its signal from its noise.
   struct Part {
     Jacobian a, b;
-    double weight = 0;
+    Eigen::VectorXd weight;  ///< of the columns
     void members(SavedState& state);
   };
   Half half(const Problem& problem, const Capture& capture, Jacobian Part::*which,
             const Eigen::VectorXf& importance) const;
 
   std::array<Part, 2> parts_;
-  int adds_ = 0;
+  std::vector<int> adds_;  ///< to the columns
 };
 
 }  // namespace selenite

@@ -22,7 +22,7 @@ Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camer
   const Problem problem{unknowns, layout, captures, losses()[0], 1};
   const Vector& x = unknowns.start();
   Film film = render_derivatives(
-      problem, &coordinates, unknowns.scene_with(scene, x), x, Purpose::kInstrument, Side::kUp,
+      problem, &coordinates, unknowns.scene_with(scene, x), x, Purpose::kInstrument, {Side::kUp},
       [&](const Vector& at, const SlotLayout& slots, Paths) {
         const Scene there = unknowns.scene_with(scene, at);
         return render(there, there.camera(camera), slots, settings, progress);

@@ -24,6 +24,10 @@ constexpr double kGradientStepLogExcess = 0.7;
 /// Source: the same; it orders the measured materials.
 constexpr double kSharp = 2;
 
+/// Iterations of a fit that take all differences, from each side twice, and how many share the ones of
+/// a round from then on.
+constexpr int kAllOf = 4, kRound = 3;
+
 /// Facets that refract one direction into another turn with the IOR, and their density changes over a
 /// width like the roughness: the derivative's noise is that of the refracted light divided by it.
 /// Facets that mirror stay where they are.
@@ -205,21 +209,26 @@ void note_covariance(const Film& film, SlotFilm& slot) {
 
 }  // namespace
 
-Side side_of(Purpose purpose, int iteration) {
-  if (purpose == Purpose::kGradient) return Side::kBoth;
-  // From above and from below in turns: over two iterations the differences are central.
-  return iteration % 2 == 0 ? Side::kUp : Side::kDown;
+Differences differences_of(Purpose purpose, int iteration, bool in_rounds) {
+  if (purpose == Purpose::kGradient) return {};
+  // From above and from below in turns: two of the same parameter make a central one.
+  const auto side = [](int number) { return number % 2 == 0 ? Side::kUp : Side::kDown; };
+  if (iteration < kAllOf || !in_rounds) return {side(iteration)};
+  const int since = iteration - kAllOf;
+  return {side(since / kRound), since % kRound, kRound};
 }
 
 Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
-                        const Vector& x, Purpose purpose, Side side, const PictureAt& render) {
+                        const Vector& x, Purpose purpose, Differences which,
+                        const PictureAt& render) {
   const Shares shares = shares_of(problem, scene, purpose, coordinates != nullptr);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
   Film film = render_passes(problem.layout, passes, x, render);
   if (shares.secants.empty()) return film;
   const Vector slope = coordinates->slope(x);
-  for (const Secant& secant : shares.secants) {
-    const auto [above, below, apart] = ends_of(secant, *coordinates, x, side);
+  for (int index = 0; const Secant& secant : shares.secants) {
+    if (!which.taken(index++)) continue;
+    const auto [above, below, apart] = ends_of(secant, *coordinates, x, which.side);
     const bool two_more = above && below;
     const SlotLayout layout = two_more ? SlotLayout() : passes.front();
     const bool independent = two_more && purpose == Purpose::kGradient;

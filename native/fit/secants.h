@@ -20,14 +20,23 @@ enum class Paths { kOfFilm, kOther };
 /// The capture in question at values x, with the derivatives of `layout`.
 using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout, Paths paths)>;
 
-/// Side of the differences that an iteration takes.
-Side side_of(Purpose purpose, int iteration);
+/// Which differences of a picture are taken, and from which side.
+struct Differences {
+  Side side = Side::kBoth;
+  int first = 0, every = 1;  ///< the first one of them, and how many on the next
+
+  bool taken(int index) const { return index % every == first; }
+};
+
+/// Of an iteration. Instruments are gathered over iterations: once there are some, a part of them will
+/// do, `in_rounds`; the residuals, which move the values, are new in each.
+Differences differences_of(Purpose purpose, int iteration, bool in_rounds);
 
 /// The picture of `scene`, which is that at x, with a derivative picture for every slot of the problem:
 /// those that the paths carry along, and in place of those for which that is the better estimate
 /// differences of two pictures with equal seeds: one more picture for each of these parameters, two
-/// with `Side::kBoth`. A side that leaves the permitted range gives way to the other. Without
-/// `coordinates` no differences are taken.
+/// with `Side::kBoth`. A side that leaves the permitted range gives way to the other. The slots of
+/// those that are not taken this time are empty. Without `coordinates` there are no differences.
 ///
 /// Instruments take roughness, IOR and extinction so, gradients the IOR of what refracts sharply.
 ///
@@ -46,6 +55,7 @@ Side side_of(Purpose purpose, int iteration);
 ///
 /// Of a difference a slot has `mean`, `half_a` and `covariance`; its `variance` is 0.
 Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
-                        const Vector& x, Purpose purpose, Side side, const PictureAt& render);
+                        const Vector& x, Purpose purpose, Differences which,
+                        const PictureAt& render);
 
 }  // namespace selenite

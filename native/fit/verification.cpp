@@ -23,7 +23,7 @@ constexpr int kLeastOfPass = 32;
 constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with its own instruments
 /// Of the samples of residuals. The Jacobians of the iterations serve on, but where unknowns nearly
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow.
-constexpr int kDerivativeShare = 3;
+constexpr int kDerivativeShare = 4;
 constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 constexpr double kMisfitSigmas = 3;
 
@@ -75,11 +75,13 @@ bool Verification::step(const RenderAt& render) {
   const std::size_t captures = problem_->captures.size();
   const Capture& photo = problem_->captures[capture_];
   const int spp = pass_spp(report_.passes);
-  const double weight = static_cast<double>(derivative_spp(spp)) / iteration_spp_;
   const Film film = render(
       x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
-  const Observation slopes = derivatives(2 * report_.passes + 1, capture_, render);
-  found_.add(photo, evidence_.equations(x_, slopes, film, weight), captures);
+  // The last that may follow has as many samples as the one before, and is near: slopes are known.
+  if (answer_ || report_.passes + 1 < kMostPasses)
+    evidence_.gather(x_, derivatives(2 * report_.passes + 1, capture_, render),
+                     static_cast<double>(derivative_spp(spp)) / iteration_spp_);
+  found_.add(photo, evidence_.equations(capture_, film), captures);
   if (++capture_ < captures) return true;
   if (answer_)
     end_beside();

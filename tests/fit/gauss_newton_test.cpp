@@ -159,16 +159,19 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
     Halves h;
     h.jacobian_a = Jacobian::Constant(12, 1, a);
     h.jacobian_b = Jacobian::Constant(12, 1, b);
+    h.differentiated = Eigen::ArrayX<bool>::Constant(1, true);
     return h;
   };
   const Eigen::VectorXf importance = Eigen::VectorXf::Ones(12);
   JacobianSums sums;
-  const auto first = sums.add(problem, captures[0], halves(1, 10), importance, 1);
+  sums.add(halves(1, 10), 1);
+  const auto first = sums.all(problem, captures[0], importance);
   EXPECT_FLOAT_EQ(first.a.instruments(0, 0), 1);
   EXPECT_FLOAT_EQ(first.b.instruments(0, 0), 10);
   const auto second = [&](float a, float b) {
     JacobianSums copy = sums;
-    return copy.add(problem, captures[0], halves(a, b), importance, 1);
+    copy.add(halves(a, b), 1);
+    return copy.all(problem, captures[0], importance);
   };
   EXPECT_FLOAT_EQ(second(100, 1000).a.slopes(0, 0), (1 + 100) / 2.f);
   EXPECT_FLOAT_EQ(second(100, 1000).b.slopes(0, 0), (10 + 1000) / 2.f);
@@ -176,6 +179,49 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
   EXPECT_EQ(second(100, 1000).b.instruments, second(-7, 1000).b.instruments);
   EXPECT_NE(second(100, 1000).a.instruments, second(-7, 1000).a.instruments);
   EXPECT_NE(second(100, 1000).b.instruments, second(100, -7).b.instruments);
+}
+
+TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
+  const Scene scene = synthetic_scene();
+  const Unknowns unknowns(scene, {{"Body", "roughness", {0.5}, 0.05, 0.95, 0.03},
+                                  {"Body", "transmission", {0.5}, 0.05, 0.95, 0.03}});
+  const SlotLayout layout(scene, unknowns.parameters());
+  std::vector<Capture> captures{synthetic_capture(scene, "Left", 2)};
+  check_captures(scene, captures);
+  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const auto halves = [](float value, bool both) {
+    Halves h;
+    h.jacobian_a = h.jacobian_b = Jacobian::Constant(12, 2, value);
+    h.differentiated = Eigen::ArrayX<bool>::Constant(2, true);
+    if (both) return h;
+    h.differentiated[1] = false;
+    h.jacobian_a.col(1).setZero();
+    h.jacobian_b.col(1).setZero();
+    return h;
+  };
+  const Eigen::VectorXf importance = Eigen::VectorXf::Ones(12);
+  JacobianSums sums, always;
+  constexpr double kKeep = 0.5;
+  for (const float value : {1.f, 3.f}) {
+    sums.add(halves(value, true), kKeep);
+    always.add(halves(value, true), kKeep);
+  }
+  always.add(halves(7, true), 1);
+  const auto all = [&](const JacobianSums& of) { return of.all(problem, captures[0], importance); };
+  const JacobianSums::Set known = all(always);
+  const float before = (0.5f * 1 + 3) / 1.5f;
+  for (int turn = 0; turn < 3; ++turn) {
+    sums.add(halves(7, false), kKeep);
+    const JacobianSums::Set now = all(sums);
+    EXPECT_FLOAT_EQ(now.a.slopes(0, 1), before) << "neither forgotten nor zero";
+    EXPECT_FLOAT_EQ(now.a.noise(0, 1), now.b.noise(0, 1));
+    EXPECT_GT(now.a.slopes(0, 0), before);
+  }
+  // What comes next goes to the part that is due to this column, as if the turns had not been.
+  sums.add(halves(7, true), 1, 1.0 / 8);
+  const JacobianSums::Set after = all(sums);
+  EXPECT_FLOAT_EQ(after.a.slopes(0, 1), known.a.slopes(0, 1));
+  EXPECT_NEAR(after.a.noise(0, 1), known.a.noise(0, 1), 1e-5);
 }
 
 // A filter passes what both halves of the derivatives have in common by chance. If the normal matrix
@@ -202,12 +248,9 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
   constexpr std::uint64_t kRuns = 100;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     GaussNewton fit(problem);
-    const auto equations = [&](std::uint64_t i) {
-      return fit.equations(x, {0, look({0.5, 6}, 100 * run + i), {}}, exact, 1);
-    };
-    for (std::uint64_t i = 0; i < 8; ++i) equations(i);
+    for (std::uint64_t i = 0; i <= 8; ++i) fit.gather(x, {0, look({0.5, 6}, 100 * run + i), {}}, 1);
     Evidence seen(1);
-    seen.add(captures[0], equations(8), 1);
+    seen.add(captures[0], fit.equations(0, exact), 1);
     normal += seen.normal(0, 0);
     variance += seen.normal_variance(0, 0);
     gradient += seen.gradient[0];

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "fit/instruments.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -41,9 +42,9 @@ struct Setting {
     return film(at, renderer, spp, seed, layout);
   }
   Film with_secants(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
-                    Purpose purpose = Purpose::kGradient, Side side = Side::kBoth) const {
+                    Purpose purpose = Purpose::kGradient, Differences which = {}) const {
     return render_derivatives(problem, &coordinates, unknowns.scene_with(scene, x), x, purpose,
-                              side, [&](const Vector& at, const SlotLayout& slots, Paths paths) {
+                              which, [&](const Vector& at, const SlotLayout& slots, Paths paths) {
                                 const std::uint64_t other = paths == Paths::kOther ? 1000000 : 0;
                                 return film(at, renderer, spp, seed + other, slots);
                               });
@@ -101,7 +102,7 @@ TEST(Secants, ATexturedRoughnessMayBeSharp) {
   const auto pictures = [&] {
     int count = 0;
     (void)render_derivatives(s.problem, &s.coordinates, scene, s.unknowns.start(),
-                             Purpose::kGradient, Side::kBoth,
+                             Purpose::kGradient, {},
                              [&](const Vector& at, const SlotLayout& layout, Paths) {
                                ++count;
                                return s.film(at, {0.5, 0.5}, 4, 1, layout);
@@ -125,7 +126,8 @@ TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   const auto asked = [&](Purpose purpose, Side side) {
     std::vector<std::size_t> slots;
     (void)render_derivatives(s.problem, &s.coordinates, s.unknowns.scene_with(s.scene, s.x), s.x,
-                             purpose, side, [&](const Vector& at, const SlotLayout& layout, Paths) {
+                             purpose, {side},
+                             [&](const Vector& at, const SlotLayout& layout, Paths) {
                                slots.push_back(layout.slots.size());
                                return s.film(at, {0.5, 0.5}, 4, 1, layout);
                              });
@@ -139,6 +141,52 @@ TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   EXPECT_EQ(asked(Purpose::kGradient, Side::kBoth), (Slots{all - 1, 0, 0}));
   s.x[kIor] = 9.5;  // up by 0.35 in log(x - 1) would be beyond 10: one side only
   EXPECT_EQ(asked(Purpose::kInstrument, Side::kBoth), (Slots{rest, 0, 0, rest}));
+}
+
+/// Whatever their number, each comes once in a round, from above and from below in turns.
+TEST(Secants, AreTakenInRounds) {
+  constexpr int kSecants = 5, kIterations = 40;
+  std::vector<std::vector<Side>> sides(kSecants);
+  std::vector<int> pictures;
+  for (int iteration = 0; iteration < kIterations; ++iteration) {
+    const Differences now = differences_of(Purpose::kInstrument, iteration, true);
+    pictures.push_back(0);
+    for (int i = 0; i < kSecants; ++i) {
+      if (!now.taken(i)) continue;
+      sides[static_cast<std::size_t>(i)].push_back(now.side);
+      ++pictures.back();
+    }
+  }
+  EXPECT_EQ(std::vector<int>(pictures.begin(), pictures.begin() + 10),
+            (std::vector<int>{5, 5, 5, 5, 2, 2, 1, 2, 2, 1}));
+  for (const std::vector<Side>& of_one : sides) {
+    EXPECT_EQ(of_one.size(), 4u + 36 / 3);
+    for (std::size_t n = 0; n < of_one.size(); ++n)
+      EXPECT_EQ(of_one[n], n % 2 == 0 ? Side::kUp : Side::kDown);
+  }
+  for (const int iteration : {0, 1, 17}) {
+    const Differences gradient = differences_of(Purpose::kGradient, iteration, true);
+    const Differences alone = differences_of(Purpose::kInstrument, iteration, false);
+    EXPECT_EQ(gradient.side, Side::kBoth);
+    EXPECT_EQ(alone.side, iteration % 2 == 0 ? Side::kUp : Side::kDown);
+    for (int i = 0; i < kSecants; ++i) EXPECT_TRUE(gradient.taken(i) && alone.taken(i));
+  }
+}
+
+TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {
+  const Setting s;
+  const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {Side::kUp, 1, 3});
+  const Halves halves = split_halves(s.problem, {0, film, {}}, s.coordinates.slope(s.x));
+  const Film all = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {Side::kUp});
+  const Halves whole = split_halves(s.problem, {0, all, {}}, s.coordinates.slope(s.x));
+  for (Eigen::Index k = 0; k < s.x.size(); ++k) {
+    EXPECT_TRUE(whole.differentiated[k]);
+    EXPECT_EQ(halves.differentiated[k], k != kRoughness);
+    if (k == kRoughness)
+      EXPECT_TRUE((halves.jacobian_a.col(k).array() == 0).all());
+    else
+      EXPECT_EQ(halves.jacobian_a.col(k), whole.jacobian_a.col(k)) << k;
+  }
 }
 
 /// Slots of one owner follow each other in the layout, whatever the order of the unknowns; of so many
@@ -160,7 +208,7 @@ TEST(Secants, EveryDerivativeIsInItsSlot) {
   int passes = 0;
   const Film film =
       render_derivatives(s.problem, nullptr, s.scene, s.unknowns.start(), Purpose::kInstrument,
-                         Side::kUp, [&](const Vector&, const SlotLayout& layout, Paths) {
+                         {Side::kUp}, [&](const Vector&, const SlotLayout& layout, Paths) {
                            ++passes;
                            EXPECT_LE(layout.slots.size(), static_cast<std::size_t>(kMaxSlots));
                            Film part(1, 1, 2, static_cast<int>(layout.slots.size()));
@@ -178,7 +226,7 @@ TEST(Secants, InstrumentsTakeTheRoughnessToo) {
   const Setting s;
   const SyntheticRenderer renderer{0.5, 0.5};
   const Film plain = s.film(s.x, renderer, 4, 1);
-  const Film with = s.with_secants(renderer, 4, 1, Purpose::kInstrument, Side::kUp);
+  const Film with = s.with_secants(renderer, 4, 1, Purpose::kInstrument, {Side::kUp});
   for (const Eigen::Index k : {kRoughness, kTransmission, kIor}) {
     const auto slot = static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(k)].slot);
     const bool same = plain.slots[slot].mean[20].g == with.slots[slot].mean[20].g;

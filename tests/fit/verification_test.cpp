@@ -154,18 +154,22 @@ TEST(Verification, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   const Problem problem{unknowns, layout, captures, losses()[0], 10};
   const Vector start = Vector::Constant(1, kStart);
   Verification verification(problem, nullptr, start, 1, 64, 16);
+  int slopes = 0;
   const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
                               std::optional<Side> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
     settings.spp = spp;
     settings.seed = key;
+    slopes += derivatives.has_value();
     return evenly_noisy_film(derivatives ? layout : SlotLayout(), settings, 0.01, [&](std::size_t) {
       return std::pair(0.5 + at[0] - kTruth, kToldSlope);
     });
   };
   while (verification.step(render)) {
   }
+  ASSERT_EQ(verification.report().passes, 4);
+  EXPECT_EQ(slopes, 2 + 3) << "to begin with and in three looks: they serve the fourth, too";
   verification.settle_for(start);
   const Confidence told = verification.report().components[0];
   EXPECT_LE(told.interval[0], kStart);

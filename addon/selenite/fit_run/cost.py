@@ -25,8 +25,11 @@ _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 850, 680
 # Of the verification: least samples, the share of them that have derivatives, and its passes: with
 # a sixteenth and a quarter of them before a whole one, which is mostly the last. Then, after a
 # search, pictures of the answer and of up to three rivals with a sixteenth of them.
-_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 3, 1.4
+_VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 4, 1.4
 _RIVAL_PICTURES, _RIVAL_SHARE = 4, 16
+# Of the steps: iterations that take a difference for each parameter that needs one, and how many
+# share those of a round from then on.
+_ALL_DIFFERENCES, _ROUND = 4, 3
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 
@@ -63,15 +66,16 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     steps_by_least_squares = few and settings.optimiser != "adam"
     path = _FIELD_DERIVATIVES if plan.fields else _DERIVATIVES
     differences = sum(_by_difference(item) for item in plan.unknowns)
-    if steps_by_least_squares:
-        path += differences
     iterations, spp = settings.iterations, settings.spp
+    by_differences = 0.0
     if steps_by_least_squares:
         iterations = min(iterations, _SETTLED_AFTER)
+        first = min(iterations, _ALL_DIFFERENCES)
+        by_differences = spp * differences * (first + (iterations - first) / _ROUND)
     validations = -(-iterations // _VALIDATION_EVERY) + 1
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
     searches = settings.search == "on" or (settings.search == "auto" and steps_by_least_squares)
-    per_pixel = iterations * spp * path + validations * validation
+    per_pixel = iterations * spp * path + by_differences + validations * validation
     if few:
         verified = verification_spp(settings)
         slopes = _DERIVATIVES + 2 * differences
@@ -82,7 +86,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     total = pixels_at(plan.captures, settings.height) * per_pixel
     if searches:
         small = pixels_at(plan.captures, min(settings.height, _SEARCH_SIDE))
-        total += small * (_SEARCH_LOOKS + _SEARCH_STEPS * path)
+        total += small * (_SEARCH_LOOKS + _SEARCH_STEPS * (path + differences))
     return total
 
 
