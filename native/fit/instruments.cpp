@@ -134,9 +134,11 @@ JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& cap
                                       Jacobian Part::*which,
                                       const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
-  const Jacobian zero = Jacobian::Zero((first.*which).rows(), (first.*which).cols());
-  Half result{zero, zero, zero};
-  for (Eigen::Index k = 0; k < zero.cols(); ++k) {
+  const Eigen::Index rows = (first.*which).rows(), columns = (first.*which).cols();
+  Half result;
+  for (Jacobian* one : {&result.instruments, &result.slopes, &result.noise})
+    one->setZero(rows, columns);
+  for (Eigen::Index k = 0; k < columns; ++k) {
     const double all = first.weight[k] + second.weight[k];
     if (all == 0) continue;  // no picture had it yet
     const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;

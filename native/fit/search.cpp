@@ -219,8 +219,7 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
       const int purpose = 16 + 64 * stage_ + n;
       seen.push_back({static_cast<int>(v),
                       render(candidate.x, captures_[v], kStepSpp,
-                             seed_for(purpose, index, static_cast<int>(v)),
-                             n % 2 == 0 ? Side::kUp : Side::kDown),
+                             seed_for(purpose, index, static_cast<int>(v)), side_in_turn(n)),
                       {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);

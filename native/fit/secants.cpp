@@ -211,11 +211,9 @@ void note_covariance(const Film& film, SlotFilm& slot) {
 
 Differences differences_of(Purpose purpose, int iteration, bool in_rounds) {
   if (purpose == Purpose::kGradient) return {};
-  // From above and from below in turns: two of the same parameter make a central one.
-  const auto side = [](int number) { return number % 2 == 0 ? Side::kUp : Side::kDown; };
-  if (iteration < kAllOf || !in_rounds) return {side(iteration)};
+  if (iteration < kAllOf || !in_rounds) return {side_in_turn(iteration)};
   const int since = iteration - kAllOf;
-  return {side(since / kRound), since % kRound, kRound};
+  return {side_in_turn(since / kRound), since % kRound, kRound};
 }
 
 Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,

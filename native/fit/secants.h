@@ -20,6 +20,10 @@ enum class Paths { kOfFilm, kOther };
 /// The capture in question at values x, with the derivatives of `layout`.
 using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout, Paths paths)>;
 
+/// Of the `number`-th difference by a parameter: from above and from below in turns, so that two of
+/// them make a central one.
+inline Side side_in_turn(int number) { return number % 2 == 0 ? Side::kUp : Side::kDown; }
+
 /// Which differences of a picture are taken, and from which side.
 struct Differences {
   Side side = Side::kBoth;

@@ -22,7 +22,8 @@ constexpr std::array kShares{16, 4};
 constexpr int kLeastOfPass = 32;
 constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with its own instruments
 /// Of the samples of residuals. The Jacobians of the iterations serve on, but where unknowns nearly
-/// make up for each other their noise hides that: with an eighth, intervals there are too narrow.
+/// make up for each other their noise hides that: with an eighth, intervals there are too narrow. What
+/// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
 constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
 constexpr double kMisfitSigmas = 3;

@@ -148,13 +148,30 @@ TEST(GaussNewton, ChannelsOfAnExtinctionAreAlikeWhereNothingElseIsSeen) {
   EXPECT_NEAR(found[2], std::sqrt(3.0), 0.3) << "the one that nothing is seen of";
 }
 
+/// One photo, for what is below a fit.
+struct OnePhoto {
+  Scene scene = synthetic_scene();
+  Unknowns unknowns;
+  SlotLayout layout{scene, unknowns.parameters()};
+  std::vector<Capture> captures;
+  Problem problem{unknowns, layout, captures, losses()[0], 10};
+
+  OnePhoto(const std::vector<UnknownParameter>& wanted, int size)
+      : unknowns(scene, wanted), captures{synthetic_capture(scene, "Left", size)} {
+    check_captures(scene, captures);
+  }
+  OnePhoto(const OnePhoto&) = delete;  // the problem refers to members
+  OnePhoto& operator=(const OnePhoto&) = delete;
+
+  /// All pixels count alike.
+  JacobianSums::Set all(const JacobianSums& sums) const {
+    const auto numbers = static_cast<Eigen::Index>(3 * captures[0].size());
+    return sums.all(problem, captures[0], Eigen::VectorXf::Ones(numbers));
+  }
+};
+
 TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
-  const Scene scene = synthetic_scene();
-  const Unknowns unknowns(scene, roughness_from(0.5));
-  const SlotLayout layout(scene, unknowns.parameters());
-  std::vector<Capture> captures{synthetic_capture(scene, "Left", 2)};
-  check_captures(scene, captures);
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const OnePhoto photo(roughness_from(0.5), 2);
   const auto halves = [](float a, float b) {
     Halves h;
     h.jacobian_a = Jacobian::Constant(12, 1, a);
@@ -162,16 +179,15 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
     h.differentiated = Eigen::ArrayX<bool>::Constant(1, true);
     return h;
   };
-  const Eigen::VectorXf importance = Eigen::VectorXf::Ones(12);
   JacobianSums sums;
   sums.add(halves(1, 10), 1);
-  const auto first = sums.all(problem, captures[0], importance);
+  const auto first = photo.all(sums);
   EXPECT_FLOAT_EQ(first.a.instruments(0, 0), 1);
   EXPECT_FLOAT_EQ(first.b.instruments(0, 0), 10);
   const auto second = [&](float a, float b) {
     JacobianSums copy = sums;
     copy.add(halves(a, b), 1);
-    return copy.all(problem, captures[0], importance);
+    return photo.all(copy);
   };
   EXPECT_FLOAT_EQ(second(100, 1000).a.slopes(0, 0), (1 + 100) / 2.f);
   EXPECT_FLOAT_EQ(second(100, 1000).b.slopes(0, 0), (10 + 1000) / 2.f);
@@ -182,13 +198,9 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
 }
 
 TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
-  const Scene scene = synthetic_scene();
-  const Unknowns unknowns(scene, {{"Body", "roughness", {0.5}, 0.05, 0.95, 0.03},
-                                  {"Body", "transmission", {0.5}, 0.05, 0.95, 0.03}});
-  const SlotLayout layout(scene, unknowns.parameters());
-  std::vector<Capture> captures{synthetic_capture(scene, "Left", 2)};
-  check_captures(scene, captures);
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const OnePhoto photo({{"Body", "roughness", {0.5}, 0.05, 0.95, 0.03},
+                        {"Body", "transmission", {0.5}, 0.05, 0.95, 0.03}},
+                       2);
   const auto halves = [](float value, bool both) {
     Halves h;
     h.jacobian_a = h.jacobian_b = Jacobian::Constant(12, 2, value);
@@ -199,7 +211,6 @@ TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
     h.jacobian_b.col(1).setZero();
     return h;
   };
-  const Eigen::VectorXf importance = Eigen::VectorXf::Ones(12);
   JacobianSums sums, always;
   constexpr double kKeep = 0.5;
   for (const float value : {1.f, 3.f}) {
@@ -207,19 +218,18 @@ TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
     always.add(halves(value, true), kKeep);
   }
   always.add(halves(7, true), 1);
-  const auto all = [&](const JacobianSums& of) { return of.all(problem, captures[0], importance); };
-  const JacobianSums::Set known = all(always);
+  const JacobianSums::Set known = photo.all(always);
   const float before = (0.5f * 1 + 3) / 1.5f;
   for (int turn = 0; turn < 3; ++turn) {
     sums.add(halves(7, false), kKeep);
-    const JacobianSums::Set now = all(sums);
+    const JacobianSums::Set now = photo.all(sums);
     EXPECT_FLOAT_EQ(now.a.slopes(0, 1), before) << "neither forgotten nor zero";
     EXPECT_FLOAT_EQ(now.a.noise(0, 1), now.b.noise(0, 1));
     EXPECT_GT(now.a.slopes(0, 0), before);
   }
   // What comes next goes to the part that is due to this column, as if the turns had not been.
   sums.add(halves(7, true), 1, 1.0 / 8);
-  const JacobianSums::Set after = all(sums);
+  const JacobianSums::Set after = photo.all(sums);
   EXPECT_FLOAT_EQ(after.a.slopes(0, 1), known.a.slopes(0, 1));
   EXPECT_NEAR(after.a.noise(0, 1), known.a.noise(0, 1), 1e-5);
 }
@@ -228,29 +238,24 @@ TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
 // meets the same derivatives, that counts as slope (here 1.27 times as much), and steps fall short.
 TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
   constexpr double kTruth = 0.6, kAt = 0.5;  // the picture is linear in transmission
-  const Scene scene = synthetic_scene();
-  const Unknowns unknowns(scene, {{"Body", "transmission", {kAt}, 0.001, 0.999, 0.03}});
-  const SlotLayout layout(scene, unknowns.parameters());
-  std::vector<Capture> captures{synthetic_capture(scene, "Left", 32)};
-  check_captures(scene, captures);
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const OnePhoto photo({{"Body", "transmission", {kAt}, 0.001, 0.999, 0.03}}, 32);
   const Vector x = Vector::Constant(1, kAt);
-  const Scene now = unknowns.scene_with(scene, x);
+  const Scene now = photo.unknowns.scene_with(photo.scene, x);
   const auto look = [&](const SyntheticRenderer& renderer, std::uint64_t seed) {
     RenderSettings settings;
     settings.width = settings.height = 32;
     settings.spp = 4;
     settings.seed = seed;
-    return renderer(now, now.camera("Left"), layout, settings, nullptr);
+    return renderer(now, now.camera("Left"), photo.layout, settings, nullptr);
   };
   const Film exact = look({0, 0}, 0);
   double normal = 0, gradient = 0, variance = 0, squares = 0;
   constexpr std::uint64_t kRuns = 100;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
-    GaussNewton fit(problem);
+    GaussNewton fit(photo.problem);
     for (std::uint64_t i = 0; i <= 8; ++i) fit.gather(x, {0, look({0.5, 6}, 100 * run + i), {}}, 1);
     Evidence seen(1);
-    seen.add(captures[0], fit.equations(0, exact), 1);
+    seen.add(photo.captures[0], fit.equations(0, exact), 1);
     normal += seen.normal(0, 0);
     variance += seen.normal_variance(0, 0);
     gradient += seen.gradient[0];
