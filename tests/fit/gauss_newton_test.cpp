@@ -18,7 +18,7 @@ FitSettings gauss_newton_settings(SyntheticRenderer renderer) {
 }
 
 FitResult run(const FitSettings& settings,
-              std::vector<UnknownParameter> unknowns = synthetic_unknowns()) {
+              const std::vector<UnknownParameter>& unknowns = synthetic_unknowns()) {
   const Scene scene = synthetic_scene();
   Fit fit(scene, {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")}, unknowns,
           settings);
