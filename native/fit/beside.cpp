@@ -4,15 +4,20 @@
 #include <algorithm>
 
 namespace selenite {
+namespace {
 
-std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x,
-                             const std::vector<Confidence>& components) {
+bool holds(const Confidence& one, double value) {
+  return one.interval[0] <= value && value <= one.interval[1];
+}
+
+}  // namespace
+
+std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x) {
   // Small enough that others' slopes are as at 0, within a tenth.
   constexpr double kBeside = 0.1;
   Vector there = x;
   for (Eigen::Index k = 0; k < x.size(); ++k)
-    if (!components[static_cast<std::size_t>(k)].determined && x[k] < kBeside / 2 &&
-        unknowns.description_of(static_cast<int>(k)).squared)
+    if (x[k] < kBeside / 2 && unknowns.description_of(static_cast<int>(k)).squared)
       there[k] = std::min(kBeside, unknowns.maximum()[k]);
   if (there == x) return std::nullopt;
   return there;
@@ -26,12 +31,20 @@ std::vector<std::optional<Known>> known_from(const Vector& x,
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const auto k = static_cast<Eigen::Index>(i);
     if (x[k] == there[k] || !seen[i].determined) continue;
+    // Next to 0 the square of a value is told by a slope that nobody knows there.
+    if (components[i].determined && components[i].by_slope <= seen[i].by_slope) continue;
     known[i] = {found[k], seen[i]};
-    if (x[k] < seen[i].interval[0] || x[k] > seen[i].interval[1]) continue;
+    if (components[i].at_bound == AtBound::kNo || !holds(seen[i], x[k])) continue;
     known[i]->value = x[k];
     known[i]->confidence.at_bound = components[i].at_bound;
   }
   return known;
+}
+
+bool leads_elsewhere(const std::vector<std::optional<Known>>& known, const Vector& x) {
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (known[i] && !holds(known[i]->confidence, x[static_cast<Eigen::Index>(i)])) return true;
+  return false;
 }
 
 }  // namespace selenite

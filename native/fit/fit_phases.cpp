@@ -41,10 +41,10 @@ const char* phase_text(Phase phase) {
 
 RenderAt Fit::renderer(Progress* progress) {
   return [this, progress](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
-                          std::optional<Side> side) {
+                          std::optional<Differences> which) {
     // Search and verification take Gauss-Newton steps whatever the iterations do.
-    if (side)
-      return derivatives(x, field_values_, photo, spp, seed, Purpose::kInstrument, {*side},
+    if (which)
+      return derivatives(x, field_values_, photo, spp, seed, Purpose::kInstrument, *which,
                          progress);
     const Scene scene = scene_at(x, field_values_);
     Film film = settings_.renderer(scene, scene.camera(photo.camera), SlotLayout(),

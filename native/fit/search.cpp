@@ -217,10 +217,11 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < captures_.size(); ++v) {
       const int purpose = 16 + 64 * stage_ + n;
-      seen.push_back({static_cast<int>(v),
-                      render(candidate.x, captures_[v], kStepSpp,
-                             seed_for(purpose, index, static_cast<int>(v)), side_in_turn(n)),
-                      {}});
+      seen.push_back(
+          {static_cast<int>(v),
+           render(candidate.x, captures_[v], kStepSpp,
+                  seed_for(purpose, index, static_cast<int>(v)), Differences{side_in_turn(n)}),
+           {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
   }

@@ -13,10 +13,10 @@
 
 namespace selenite {
 
-/// A capture rendered at values x, with the slots of all unknowns where `derivatives` says from
-/// which side differences are to be taken.
+/// A capture rendered at values x, with the slots of all unknowns and the differences that
+/// `derivatives` names.
 using RenderAt = std::function<Film(const Vector& x, const Capture& photo, int spp,
-                                    std::uint64_t seed, std::optional<Side> derivatives)>;
+                                    std::uint64_t seed, std::optional<Differences> derivatives)>;
 
 /// What a search has found; losses are of small pictures in Gauss-Newton's first weights,
 /// without the bias of noise and without detail that is noise.

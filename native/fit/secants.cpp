@@ -213,7 +213,7 @@ Differences differences_of(Purpose purpose, int iteration, bool in_rounds) {
   if (purpose == Purpose::kGradient) return {};
   if (iteration < kAllOf || !in_rounds) return {side_in_turn(iteration)};
   const int since = iteration - kAllOf;
-  return {side_in_turn(since / kRound), since % kRound, kRound};
+  return {.side = side_in_turn(since / kRound), .first = since % kRound, .every = kRound};
 }
 
 Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
@@ -226,7 +226,8 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
   const Vector slope = coordinates->slope(x);
   for (int index = 0; const Secant& secant : shares.secants) {
     if (!which.taken(index++)) continue;
-    const auto [above, below, apart] = ends_of(secant, *coordinates, x, which.side);
+    const auto [above, below, apart] =
+        ends_of(secant, *coordinates, x, which.side_of(secant.description));
     const bool two_more = above && below;
     const SlotLayout layout = two_more ? SlotLayout() : passes.front();
     const bool independent = two_more && purpose == Purpose::kGradient;

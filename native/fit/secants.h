@@ -27,9 +27,13 @@ inline Side side_in_turn(int number) { return number % 2 == 0 ? Side::kUp : Side
 /// Which differences of a picture are taken, and from which side.
 struct Differences {
   Side side = Side::kBoth;
+  Side of_roughness = side;  ///< pictures change unevenly with a low one
   int first = 0, every = 1;  ///< the first one of them, and how many on the next
 
   bool taken(int index) const { return index % every == first; }
+  Side side_of(const Parameter& parameter) const {
+    return parameter.coordinate == Coordinate::kBlur ? of_roughness : side;
+  }
 };
 
 /// Of an iteration. Instruments are gathered over iterations: once there are some, a part of them will

@@ -12,7 +12,7 @@
 namespace selenite {
 
 int FitSettings::chosen_validation_spp() const {
-  constexpr int kLeast = 16, kTimes = 4;
+  constexpr int kLeast = 16, kTimes = 2;
   return validation_spp > 0 ? validation_spp : std::max(kLeast, kTimes * spp);
 }
 

@@ -25,7 +25,7 @@ struct FitSettings {
   int threads = 0;              ///< 0 = one per core
   bool accumulate = true;       ///< one step for all cameras; false: one after each camera
   int validation_interval = 5;  ///< iterations between validation renders
-  int validation_spp = 0;       ///< 0: four times spp, at least 16
+  int validation_spp = 0;       ///< 0: twice spp, at least 16
   /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
   bool secants = true;
   /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton).

@@ -204,7 +204,7 @@ Confidence confidence(const Unknowns& unknowns, const Coordinates& coordinates, 
   Vector end = u;
   end[k] = std::clamp(to, coordinates.minimum()[k], coordinates.maximum()[k]);
   follow_the_blur(unknowns, coordinates, end, k, kQuantile90 * error, one);
-  one.standard_error = error * coordinates.slope(coordinates.to_values(end))[k];
+  one.standard_error = one.by_slope = error * coordinates.slope(coordinates.to_values(end))[k];
   one.determined = error < kUndetermined * range_of(coordinates, k);
   if (to <= coordinates.minimum()[k]) one.at_bound = AtBound::kMinimum;
   if (to >= coordinates.maximum()[k]) one.at_bound = AtBound::kMaximum;
@@ -274,7 +274,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       held.push_back({k, result.step[k], extent_of(coordinates, u, k, value, sure.interval)});
       continue;
     }
-    one.standard_error = std::numeric_limits<double>::infinity();
+    one.standard_error = one.by_slope = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
     const double error = std::sqrt(evidence.normal_variance(k, k));
     if (evidence.normal(k, k) > kResolved * error)

@@ -15,6 +15,7 @@ enum class AtBound { kNo, kMinimum, kMaximum };
 /// What the photos say about one scalar.
 struct Confidence {
   double standard_error = 0;         ///< infinite where nothing is known
+  double by_slope = 0;               ///< the same by the slope at the values looked at alone
   std::array<double, 2> interval{};  ///< holds the truth in 90 % of all fits; inside the bounds
   bool determined = false;           ///< else neither of the two is to be shown
   AtBound at_bound = AtBound::kNo;

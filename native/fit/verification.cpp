@@ -16,7 +16,11 @@ constexpr int kMostPasses = 4;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 /// Share of the longest step within which a linear step is as good as a look from its end.
 constexpr double kNear = 0.1;
-constexpr int kWarmUp = 100;  ///< purpose of their seeds
+constexpr int kWarmUp = 100, kBeside = 200;  ///< purposes of seeds
+/// Derivatives of a look are taken in so many portions, with differences from above and from below in
+/// turns: together they are central, at one more picture where both sides at once cost two. The sums of
+/// instruments keep two parts, and each of them is to hold both sides.
+constexpr int kTurns = 4;
 /// The first passes take shares of the samples, unless that are too few to step by.
 constexpr std::array kShares{16, 4};
 constexpr int kLeastOfPass = 32;
@@ -25,10 +29,10 @@ constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with it
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow. What
 /// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
-constexpr int kWarmUps = 2;  ///< looks that gather instruments where the fit has none
+constexpr int kWarmUps = 2;  ///< pictures that gather instruments where the fit has none
 constexpr double kMisfitSigmas = 3;
 
-int derivative_spp(int spp) { return std::max(spp / kDerivativeShare, 2); }
+constexpr int kLeastOfDerivatives = 2;
 
 }  // namespace
 
@@ -43,7 +47,10 @@ Verification::Verification(const Problem& problem, const Optimiser* optimiser, V
       x_(std::move(x)),
       seed_(seed),
       spp_(spp),
-      iteration_spp_(has_instruments_ ? iteration_spp : derivative_spp(spp)) {}
+      iteration_spp_(iteration_spp) {}
+
+/// Of the residuals; the next one is that of the derivatives.
+int Verification::purpose() const { return 2 * report_.passes + (answer_ ? kBeside : 0); }
 
 int Verification::pass_spp(int pass) const {
   const auto index = static_cast<std::size_t>(pass);
@@ -51,23 +58,33 @@ int Verification::pass_spp(int pass) const {
   return std::min(spp_, std::max(spp_ / share, kLeastOfPass));
 }
 
-Observation Verification::derivatives(int purpose, std::size_t capture,
+Observation Verification::derivatives(int purpose, int turn, int spp, std::size_t capture,
                                       const RenderAt& render) const {
-  return {static_cast<int>(capture),
-          render(x_, problem_->captures[capture], derivative_spp(pass_spp(report_.passes)),
-                 seed_of(seed_, purpose, static_cast<int>(capture)), Side::kBoth),
+  const int photo = static_cast<int>(capture);
+  return {photo,
+          render(x_, problem_->captures[capture], spp,
+                 seed_of(seed_of(seed_, purpose, photo), turn, photo),
+                 Differences{side_in_turn(turn), Side::kBoth}),
           {}};
 }
 
 /// Steps of its own are not taken: only what they have seen counts.
 void Verification::gather_instruments(const RenderAt& render) {
-  for (int i = 0; i < kWarmUps; ++i) {
+  iteration_spp_ = std::max(pass_spp(report_.passes) / kDerivativeShare, kLeastOfDerivatives);
+  for (int turn = 0; turn < kWarmUps; ++turn) {
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < problem_->captures.size(); ++v)
-      seen.push_back(derivatives(kWarmUp + i, v, render));
+      seen.push_back(derivatives(kWarmUp, turn, iteration_spp_, v, render));
     (void)evidence_.step(x_, seen);
   }
   has_instruments_ = true;
+}
+
+void Verification::gather(int spp, const RenderAt& render) {
+  const int of_turn = std::max(spp / (kDerivativeShare * kTurns), kLeastOfDerivatives);
+  for (int turn = 0; turn < kTurns; ++turn)
+    evidence_.gather(x_, derivatives(purpose() + 1, turn, of_turn, capture_, render),
+                     static_cast<double>(of_turn) / iteration_spp_);
 }
 
 bool Verification::step(const RenderAt& render) {
@@ -76,12 +93,10 @@ bool Verification::step(const RenderAt& render) {
   const std::size_t captures = problem_->captures.size();
   const Capture& photo = problem_->captures[capture_];
   const int spp = pass_spp(report_.passes);
-  const Film film = render(
-      x_, photo, spp, seed_of(seed_, 2 * report_.passes, static_cast<int>(capture_)), std::nullopt);
+  const Film film =
+      render(x_, photo, spp, seed_of(seed_, purpose(), static_cast<int>(capture_)), std::nullopt);
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
-  if (answer_ || report_.passes + 1 < kMostPasses)
-    evidence_.gather(x_, derivatives(2 * report_.passes + 1, capture_, render),
-                     static_cast<double>(derivative_spp(spp)) / iteration_spp_);
+  if (answer_ || from_beside_ || report_.passes + 1 < kMostPasses) gather(spp, render);
   found_.add(photo, evidence_.equations(capture_, film), captures);
   if (++capture_ < captures) return true;
   if (answer_)
@@ -94,7 +109,7 @@ bool Verification::step(const RenderAt& render) {
 void Verification::end_pass() {
   const Coordinates& coordinates = evidence_.coordinates();
   const Vector before = std::exchange(u_, coordinates.from_values(x_));
-  if (report_.passes > 0) others_.gone = u_ - before;
+  if (report_.passes > 0 && !from_beside_) others_.gone = u_ - before;
   Estimate now = estimate(problem_->unknowns, coordinates, u_, found_, others_);
   ++report_.passes;
   report_.misfit.value = found_.misfit;
@@ -105,8 +120,8 @@ void Verification::end_pass() {
   const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
   const bool near = reach <= kNear && now.surprise <= kSurprise * noise;
   const bool there = near || now.surprise <= kSurprise;
-  over_ = (whole && there) || report_.passes == kMostPasses;
-  if (over_ && near) {
+  over_ = (whole && there) || report_.passes >= kMostPasses;
+  if (over_ && near && !from_beside_) {
     // Where this pass began is what the one before found: both count, by their samples.
     found_.gradient *= 1 - 1 / (noise * noise);
     now = estimate(problem_->unknowns, coordinates, u_, found_, others_);
@@ -114,7 +129,8 @@ void Verification::end_pass() {
   take(now);
   if (over_) {
     if (!there) widen(now.step, x_);
-    if (const auto to = beside(problem_->unknowns, x_, report_.components)) look_beside(*to);
+    if (from_beside_) return;
+    if (const auto to = beside(problem_->unknowns, x_)) look_beside(*to);
     return;
   }
   found_ = Evidence(x_.size());
@@ -137,7 +153,6 @@ void Verification::look_beside(const Vector& x) {
   answer_ = {std::exchange(evidence_, GaussNewton(*problem_)),
              std::exchange(found_, Evidence(x.size())), u_, std::exchange(x_, x)};
   has_instruments_ = false;
-  iteration_spp_ = derivative_spp(pass_spp(report_.passes));
   capture_ = 0;
 }
 
@@ -151,14 +166,25 @@ void Verification::end_beside() {
   others_.known =
       known_from(answer_->x, report_.components, x_,
                  unknowns.project(coordinates.to_values(u + seen.step)), seen.components);
-  evidence_ = std::move(answer_->evidence);
+  const bool elsewhere = leads_elsewhere(others_.known, answer_->x);
+  if (!elsewhere) evidence_ = std::move(answer_->evidence);
   found_ = std::move(answer_->found);
   u_ = answer_->u;
   x_ = answer_->x;
   answer_.reset();
-  over_ = true;
+  over_ = !elsewhere;
   if (std::ranges::any_of(others_.known, [](const auto& one) { return one.has_value(); }))
     take(estimate(unknowns, evidence_.coordinates(), u_, found_, others_));
+  if (elsewhere) look_from_there();
+}
+
+/// What the look from beside says of the way is linear, and those before know nothing of its end: their
+/// slopes may be of the other sign. Its instruments go on.
+void Verification::look_from_there() {
+  from_beside_ = true;
+  others_ = {};
+  found_ = Evidence(x_.size());
+  capture_ = 0;
 }
 
 /// Standard deviation of the last step where all of it is noise, over that of its own pass: the pass
@@ -194,7 +220,8 @@ std::vector<Eigen::VectorXf> Verification::weights() const {
 }
 
 double Verification::fraction() const {
-  if (over_ || answer_) return 1;  // whether there is a look from beside, nobody knew
+  if (over_ || answer_ || from_beside_)
+    return 1;  // whether there is a look from beside, nobody knew
   const double part =
       static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
   // One more than those with a share is the last, mostly.

@@ -17,7 +17,8 @@ namespace selenite {
 /// last step still is, its length is an error beside the noise: it may have gone too far, or half of
 /// the way. The first looks take few samples: they are the way to where the next one begins, and where
 /// the last step is mostly their noise it is weighed against them by the samples of both. What is not
-/// determined at the end as its slope vanishes there is looked at once more from beside (beside.h).
+/// known badly at the end as its slope vanishes there is looked at once more from beside (beside.h), and
+/// where that leads elsewhere there is one look more.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
@@ -35,18 +36,24 @@ class Verification {
   std::vector<Eigen::VectorXf> weights() const;
 
  private:
-  Observation derivatives(int purpose, std::size_t capture, const RenderAt& render) const;
+  Observation derivatives(int purpose, int turn, int spp, std::size_t capture,
+                          const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
+  /// The derivatives of this photo that go with residuals of `spp` samples.
+  void gather(int spp, const RenderAt& render);
   void end_pass();
   double reach_of(const Estimate& now) const;
   void take(const Estimate& now);
   /// Goes on with a look from `x`, which gathers instruments of its own.
   void look_beside(const Vector& x);
   void end_beside();
+  /// One more look, from where that has led.
+  void look_from_there();
   /// `way`, in `Coordinates`, is an error beside the noise of the answer x.
   void widen(const Vector& way, const Vector& x);
   /// What is known of x.
   void tell(const Estimate& now, const Vector& x);
+  int purpose() const;
   int pass_spp(int pass) const;
   double noise_of_step() const;
 
@@ -68,6 +75,7 @@ class Verification {
     Vector u, x;
   };
   std::optional<Answer> answer_;
+  bool from_beside_ = false;  ///< this look begins where one from beside has led
   TrustReport report_;
 };
 

@@ -119,7 +119,7 @@ int stands(Rare rare, double tell) {
   const SlotLayout layout(scene, unknowns.parameters());
   const Problem problem{unknowns, layout, captures, losses()[0], 10};
   const RenderAt render = [&](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
-                              std::optional<Side>) {
+                              std::optional<Differences>) {
     RenderSettings settings;
     settings.width = photo.width;
     settings.height = photo.height;

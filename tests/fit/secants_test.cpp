@@ -152,6 +152,7 @@ TEST(Secants, AreTakenInRounds) {
     const Differences now = differences_of(Purpose::kInstrument, iteration, true);
     pictures.push_back(0);
     for (int i = 0; i < kSecants; ++i) {
+      EXPECT_EQ(now.of_roughness, now.side);
       if (!now.taken(i)) continue;
       sides[static_cast<std::size_t>(i)].push_back(now.side);
       ++pictures.back();
@@ -173,9 +174,27 @@ TEST(Secants, AreTakenInRounds) {
   }
 }
 
+TEST(Secants, ARoughnessHasASideOfItsOwn) {
+  const Setting s;
+  const auto slots = [&](Differences which) {
+    return s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, which).slots;
+  };
+  const auto up = slots({Side::kUp}), both = slots({Side::kBoth});
+  const auto mixed = slots({Side::kUp, Side::kBoth});
+  const auto slot_of = [&](int component) {
+    return static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(component)].slot);
+  };
+  const auto red = [](const SlotFilm& slot) { return slot.mean.front().r; };
+  EXPECT_EQ(red(mixed[slot_of(kRoughness)]), red(both[slot_of(kRoughness)]));
+  EXPECT_NE(red(mixed[slot_of(kRoughness)]), red(up[slot_of(kRoughness)]));
+  EXPECT_EQ(red(mixed[slot_of(kIor)]), red(up[slot_of(kIor)]));
+  EXPECT_NE(red(mixed[slot_of(kIor)]), red(both[slot_of(kIor)]));
+}
+
 TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {
   const Setting s;
-  const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {Side::kUp, 1, 3});
+  const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument,
+                                   {.side = Side::kUp, .first = 1, .every = 3});
   const Halves halves = split_halves(s.problem, {0, film, {}}, s.coordinates.slope(s.x));
   const Film all = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {Side::kUp});
   const Halves whole = split_halves(s.problem, {0, all, {}}, s.coordinates.slope(s.x));

@@ -27,7 +27,7 @@ Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t se
   const Problem problem{unknowns, layout, captures, losses()[0], 10};
   const GaussNewton none(problem);
   const RenderAt render = [&](const Vector& at, const Capture& photo, int spp, std::uint64_t key,
-                              std::optional<Side> derivatives) {
+                              std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
     settings.spp = spp;
@@ -120,14 +120,16 @@ TEST(Verification, PromisesNothingAboutWhatIsNotSeen) {
 }
 
 /// Two scalars of which the one makes up for the other but for its square, as a colour does for a low
-/// transmission. Slopes are noisy.
-Film squared_film(const Scene& scene, const SlotLayout& layout, const RenderSettings& settings) {
+/// transmission. Slopes are noisy. What is left of its slope vanishes at `vertex`.
+Film squared_film(const Scene& scene, const SlotLayout& layout, const RenderSettings& settings,
+                  double vertex) {
   constexpr double kNoise = 0.3, kSlopeNoise = 0.1;
   const auto& m = scene.appearance.materials[0].values;
   Film film = evenly_noisy_film(layout, settings, kNoise, [&](std::size_t i) {
     const double shade = i % 2 == 0 ? 0.5 : 1, second = i / 2 % 2 == 0 ? 1 : -1;
-    return std::pair(shade * (m.metallic + m.transmission / 3) + second * square(m.transmission),
-                     std::array{shade / 3 + 2 * second * m.transmission, shade});
+    const double t = m.transmission;
+    return std::pair(shade * (m.metallic + t / 3) + second * t * (t - 2 * vertex),
+                     std::array{shade / 3 + 2 * second * (t - vertex), shade});
   });
   const auto zero = [](std::size_t) { return std::pair(0.0, 0.0); };
   for (std::size_t s = 0; s < film.slots.size(); ++s) {
@@ -156,7 +158,7 @@ TEST(Verification, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   Verification verification(problem, nullptr, start, 1, 64, 16);
   int slopes = 0;
   const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
-                              std::optional<Side> derivatives) {
+                              std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
     settings.spp = spp;
@@ -169,7 +171,8 @@ TEST(Verification, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   while (verification.step(render)) {
   }
   ASSERT_EQ(verification.report().passes, 4);
-  EXPECT_EQ(slopes, 2 + 3) << "to begin with and in three looks: they serve the fourth, too";
+  EXPECT_EQ(slopes, 2 + 3 * 4)
+      << "to begin with and in three looks, by turns from each side: they serve the fourth, too";
   verification.settle_for(start);
   const Confidence told = verification.report().components[0];
   EXPECT_LE(told.interval[0], kStart);
@@ -182,7 +185,8 @@ struct VerifiedFromZero : Verified {
 };
 
 /// Of a fit that has left the transmission at 0: the other has made up for it.
-VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uint64_t seed) {
+VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uint64_t seed,
+                                  double vertex = 0) {
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(
       scene, {{"Body", "transmission", {0}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}});
@@ -192,7 +196,7 @@ VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uin
     settings.width = settings.height = kSize;
     settings.spp = spp;
     settings.seed = key;
-    return squared_film(unknowns.scene_with(scene, at), slots, settings);
+    return squared_film(unknowns.scene_with(scene, at), slots, settings, vertex);
   };
   Capture photo = grey_capture(kSize);
   photo.reference =
@@ -203,7 +207,7 @@ VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uin
   const Vector start{{0, metallic + transmission / 3}};
   Verification verification(problem, nullptr, start, seed, 64, 16);
   const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
-                              std::optional<Side> derivatives) {
+                              std::optional<Differences> derivatives) {
     return rendered(at, derivatives ? layout : SlotLayout(), spp, key);
   };
   while (verification.step(render)) {
@@ -241,6 +245,20 @@ TEST(Verification, FindsATransmissionThatAFitHasLeftAtZero) {
     EXPECT_EQ(found.settled.components[0].interval[0], 0) << "the value that is shown is in it";
     EXPECT_GE(found.settled.components[0].interval[1], 0.15 - 0.04);
   }
+}
+
+// On this side the slope leads away from it, and is seen well enough to determine a value.
+TEST(Verification, FindsATransmissionBeyondWhereItsSlopeVanishes) {
+  int held = 0;
+  constexpr int kRuns = 20;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    const VerifiedFromZero found = verify_from_zero(0.15, 0.45, run, 0.02);
+    EXPECT_NEAR(found.values[0], 0.15, 0.04) << "four standard errors";
+    EXPECT_NEAR(found.values[1], 0.45, 0.03);
+    const auto [low, high] = found.report.components[0].interval;
+    held += low <= 0.15 && 0.15 <= high;
+  }
+  EXPECT_GE(held, 15);
 }
 
 TEST(Verification, NamesTheBound) {

@@ -19,7 +19,7 @@ FEW = 12
 #: A path with derivatives costs about so many without; manual page "fitting".
 _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
-_VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 4, 16
+_VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 2, 16
 # Of the search: side of its pictures, samples of a pixel without and with derivatives.
 _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 850, 680
 # Of the verification: least samples, the share of them that have derivatives, and its passes: with
@@ -78,7 +78,8 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     per_pixel = iterations * spp * path + by_differences + validations * validation
     if few:
         verified = verification_spp(settings)
-        slopes = _DERIVATIVES + 2 * differences
+        roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
+        slopes = _DERIVATIVES + differences + roughnesses  # these from both sides
         per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
         per_pixel += validation + _VERIFICATION_PASSES * per_pass
         if searches:
