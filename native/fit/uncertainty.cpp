@@ -235,13 +235,18 @@ Confidence confidence(const Unknowns& unknowns, const Coordinates& coordinates, 
   return one;
 }
 
-/// The same for one that goes with its square, from x.
-void follow_the_square(const Unknowns& unknowns, double x, double step, double error,
+/// The same for one that goes with its square, from x. `far`: the step may lead to where it does not,
+/// as what is left of the value itself is of the same size there: between that end and the straight one.
+void follow_the_square(const Unknowns& unknowns, double x, double step, double error, bool far,
                        Eigen::Index k, Confidence& one) {
-  const auto end = [&](double way) {
-    return std::clamp(by_the_square(x, way), unknowns.minimum()[k], unknowns.maximum()[k]);
+  const auto end = [&](double to) {
+    return std::clamp(to, unknowns.minimum()[k], unknowns.maximum()[k]);
   };
-  one.interval = {end(step - kQuantile90 * error), end(step + kQuantile90 * error)};
+  const double low = step - kQuantile90 * error, high = step + kQuantile90 * error;
+  one.interval = {end(by_the_square(x, low)), end(by_the_square(x, high))};
+  if (far)
+    one.interval = {std::min(one.interval[0], end(x + low)),
+                    std::max(one.interval[1], end(x + high))};
   one.standard_error = (one.interval[1] - one.interval[0]) / (2 * kQuantile90);
   one.determined =
       one.standard_error < kUndetermined * (unknowns.maximum()[k] - unknowns.minimum()[k]);
@@ -306,10 +311,12 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
     else
       held.push_back({k, 0, kPrior * range_of(coordinates, k)});
   }
+  const auto told = [&](Eigen::Index k) {
+    return !others.squared.empty() && others.squared[static_cast<std::size_t>(k)];
+  };
   const auto goes_by_square = [&](const Solution& solution, Eigen::Index at, Eigen::Index k) {
-    const bool told = !others.squared.empty() && others.squared[static_cast<std::size_t>(k)];
     const double sure = kUndetermined * range_of(coordinates, k);
-    return (told && solution.covariance(at, at) < square(sure)) ||
+    return (told(k) && solution.covariance(at, at) < square(sure)) ||
            is_squared(unknowns, evidence, solution, at, k);
   };
   // Those that would leave at a bound stay there, and the others are solved for without them.
@@ -333,8 +340,8 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       Confidence& one = result.components[static_cast<std::size_t>(k)];
       one = confidence(unknowns, coordinates, u, solution, at, k);
       if (goes_by_square(solution, at, k))
-        follow_the_square(unknowns, u[k], straight[at], std::sqrt(solution.covariance(at, at)), k,
-                          one);
+        follow_the_square(unknowns, u[k], straight[at], std::sqrt(solution.covariance(at, at)),
+                          told(k), k, one);
       one.correlated_with = strongest_partner(solution, at, free, held);
       result.step[k] = solution.step[at];
       if (one.at_bound == AtBound::kNo && is_blur(unknowns, k))

@@ -72,6 +72,23 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   EXPECT_NEAR(apart.step[0], direct, 1e-9);
 }
 
+// From 0.1 the square may end at 0 where the slope itself leads to 0.045: the truth lies between.
+TEST(Uncertainty, FromFarTheIntervalHoldsTheEndsOfTheSquareAndOfTheSlope) {
+  constexpr double kFrom = 0.1, kStep = -0.055, kError = 0.002, kQuantile90 = 1.6449;
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kFrom}, 0, 1, 0.03}});
+  const Coordinates coordinates(unknowns);
+  Evidence evidence(1);
+  evidence.normal << 1;
+  evidence.normal_variance << 1e-12;
+  evidence.gradient << -kStep;
+  evidence.spread << kError * kError;
+  const Estimate found =
+      estimate(unknowns, coordinates, unknowns.start(), evidence, {.squared = {true}});
+  EXPECT_NEAR(found.step[0], -kFrom, 1e-12);
+  EXPECT_EQ(found.components[0].interval[0], 0);
+  EXPECT_NEAR(found.components[0].interval[1], kFrom + kStep + kQuantile90 * kError, 1e-9);
+}
+
 // Filters of their own make instruments of columns alike differ; a symmetric mean of both halves
 // would go more than twice as far here.
 TEST(Uncertainty, StepsByTheEquationsAsTheyAre) {
