@@ -164,12 +164,11 @@ double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Inde
 
 /// Next to 0 many roughnesses lie within one standard deviation, as pictures hardly change there. Of
 /// values that are alike beforehand, their mean by likelihood has the least error: a smooth body is not
-/// taken to where it might just as well be. Where a roughness is well known it is the end of the step.
+/// taken to the farthest of where it might just as well be. Never farther than the step.
 double likely_blur(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                    Eigen::Index k, double step, double error) {
   constexpr int kPoints = 200;
   constexpr double kReach = 4;  // standard deviations
-  if (!(error > 0)) return step;
   const auto [low, high] =
       values_between(coordinates, u, k, step - kReach * error, step + kReach * error);
   const double width = (high - low) / kPoints;
@@ -183,7 +182,28 @@ double likely_blur(const Unknowns& unknowns, const Coordinates& coordinates, con
   }
   if (!(sum > 0)) return step;
   const double mean = std::clamp(weighted / sum, unknowns.minimum()[k], unknowns.maximum()[k]);
-  return coordinate_of(coordinates, u, k, mean) - u[k];
+  return std::min(step, coordinate_of(coordinates, u, k, mean) - u[k]);
+}
+
+/// The step with each roughness at the mean of what it may be, where that is known at all and inside its
+/// bounds; the others are where they are the likeliest beside it.
+Vector likely_step(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                   const std::vector<Eigen::Index>& free, const Solution& solution) {
+  Vector likely = solution.step;
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const Eigen::Index k = free[i];
+    const double variance = solution.covariance(at, at), error = std::sqrt(variance);
+    const double to = u[k] + solution.step[at];
+    const bool inside = to > coordinates.minimum()[k] && to < coordinates.maximum()[k];
+    if (!is_blur(unknowns, k) || !inside || !(error > 0) ||
+        error >= kUndetermined * range_of(coordinates, k))
+      continue;
+    const double less =
+        likely_blur(unknowns, coordinates, u, k, solution.step[at], error) - solution.step[at];
+    likely += solution.covariance.col(at) * (less / variance);
+  }
+  return likely;
 }
 
 /// Whether others make up for component k, the `at`-th, but for what goes with its square.
@@ -332,6 +352,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
         if (others.gone.size() > 0) step = turned_back(others.gone[free[i]], step);
       }
     result.surprise = solution.surprise;
+    const Vector likely = likely_step(unknowns, coordinates, u, free, solution);
     std::vector<Eigen::Index> kept;
     std::vector<Held> bounded;
     for (std::size_t i = 0; i < free.size(); ++i) {
@@ -343,10 +364,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
         follow_the_square(unknowns, u[k], straight[at], std::sqrt(solution.covariance(at, at)),
                           told(k), k, one);
       one.correlated_with = strongest_partner(solution, at, free, held);
-      result.step[k] = solution.step[at];
-      if (one.at_bound == AtBound::kNo && is_blur(unknowns, k))
-        result.step[k] = likely_blur(unknowns, coordinates, u, k, solution.step[at],
-                                     std::sqrt(solution.covariance(at, at)));
+      result.step[k] = likely[at];
       if (one.at_bound == AtBound::kNo) {
         kept.push_back(k);
         continue;
