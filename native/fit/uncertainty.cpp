@@ -165,8 +165,8 @@ double blurred_step(const Coordinates& coordinates, const Vector& u, Eigen::Inde
 /// Next to 0 many roughnesses lie within one standard deviation, as pictures hardly change there. Of
 /// values that are alike beforehand, their mean by likelihood has the least error: a smooth body is not
 /// taken to the farthest of where it might just as well be. Never farther than the step.
-double likely_blur(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                   Eigen::Index k, double step, double error) {
+double likely_blur(const Coordinates& coordinates, const Vector& u, Eigen::Index k, double step,
+                   double error) {
   constexpr int kPoints = 200;
   constexpr double kReach = 4;  // standard deviations
   const auto [low, high] =
@@ -180,13 +180,10 @@ double likely_blur(const Unknowns& unknowns, const Coordinates& coordinates, con
     sum += likelihood;
     weighted += likelihood * x;
   }
-  if (!(sum > 0)) return step;
-  const double mean = std::clamp(weighted / sum, unknowns.minimum()[k], unknowns.maximum()[k]);
-  return std::min(step, coordinate_of(coordinates, u, k, mean) - u[k]);
+  return std::min(step, coordinate_of(coordinates, u, k, weighted / sum) - u[k]);
 }
 
-/// The step with each roughness at the mean of what it may be, where that is known at all and inside its
-/// bounds; the others are where they are the likeliest beside it.
+/// The step with each roughness at that mean if it is known and inside its bounds; the others follow.
 Vector likely_step(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                    const std::vector<Eigen::Index>& free, const Solution& solution) {
   Vector likely = solution.step;
@@ -195,12 +192,11 @@ Vector likely_step(const Unknowns& unknowns, const Coordinates& coordinates, con
     const Eigen::Index k = free[i];
     const double variance = solution.covariance(at, at), error = std::sqrt(variance);
     const double to = u[k] + solution.step[at];
-    const bool inside = to > coordinates.minimum()[k] && to < coordinates.maximum()[k];
-    if (!is_blur(unknowns, k) || !inside || !(error > 0) ||
-        error >= kUndetermined * range_of(coordinates, k))
+    if (!is_blur(unknowns, k) || !(error > 0) || error >= kUndetermined * range_of(coordinates, k))
       continue;
+    if (to <= coordinates.minimum()[k] || to >= coordinates.maximum()[k]) continue;
     const double less =
-        likely_blur(unknowns, coordinates, u, k, solution.step[at], error) - solution.step[at];
+        likely_blur(coordinates, u, k, solution.step[at], error) - solution.step[at];
     likely += solution.covariance.col(at) * (less / variance);
   }
   return likely;
