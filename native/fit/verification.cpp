@@ -30,9 +30,8 @@ constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with it
 /// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
 constexpr int kWarmUps = 2;  ///< pictures that gather instruments where the fit has none
+constexpr int kLeastOfDerivatives = 2;  ///< samples: of two, each half has one
 constexpr double kMisfitSigmas = 3;
-
-constexpr int kLeastOfDerivatives = 2;
 
 }  // namespace
 
@@ -220,8 +219,8 @@ std::vector<Eigen::VectorXf> Verification::weights() const {
 }
 
 double Verification::fraction() const {
-  if (over_ || answer_ || from_beside_)
-    return 1;  // whether there is a look from beside, nobody knew
+  // Whether there is a look from beside, nobody knew.
+  if (over_ || answer_ || from_beside_) return 1;
   const double part =
       static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
   // One more than those with a share is the last, mostly.

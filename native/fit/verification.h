@@ -16,9 +16,9 @@ namespace selenite {
 /// answer moves by that step; where it is more than noise the look is repeated from there, and if the
 /// last step still is, its length is an error beside the noise: it may have gone too far, or half of
 /// the way. The first looks take few samples: they are the way to where the next one begins, and where
-/// the last step is mostly their noise it is weighed against them by the samples of both. What is not
-/// known badly at the end as its slope vanishes there is looked at once more from beside (beside.h), and
-/// where that leads elsewhere there is one look more.
+/// the last step is mostly their noise it is weighed against them by the samples of both. What may
+/// be known badly at the end, as its slope vanishes near there, is looked at once more from beside
+/// (beside.h), and where that leads elsewhere there is one look more.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
