@@ -29,7 +29,7 @@ constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with it
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow. What
 /// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
-constexpr int kWarmUps = 2;  ///< pictures that gather instruments where the fit has none
+constexpr int kWarmUps = 2;             ///< pictures that gather instruments where the fit has none
 constexpr int kLeastOfDerivatives = 2;  ///< samples: of two, each half has one
 constexpr double kMisfitSigmas = 3;
 
