@@ -54,7 +54,7 @@ def _number(text):
 def parse():
     parser = argparse.ArgumentParser(prog="./dev bench fit", description=__doc__)
     add = parser.add_argument
-    others = ", ".join((*cases.FAILURES, *cases.HARD, *cases.COATED))
+    others = ", ".join(kind for kind in cases.ALL_KINDS if kind not in cases.KINDS)
     add("kind", nargs="*", help=f"of {', '.join(cases.KINDS)} (all of these), {others}")
     add("--seeds", type=int, default=20, help="per kind (%(default)s)")
     add("--first-seed", type=int, default=0)
@@ -73,10 +73,9 @@ def parse():
     add("--report-only", action="store_true", help="tables and plot of what has been done")
     add("--out", type=Path, default=ROOT / "build" / "bench-fit", help="(%(default)s)")
     options = parser.parse_args()
-    known = (*cases.KINDS, *cases.FAILURES, *cases.HARD, *cases.COATED)
-    wrong = [kind for kind in options.kind if kind not in known]
+    wrong = [kind for kind in options.kind if kind not in cases.ALL_KINDS]
     if wrong:
-        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(known)}")
+        parser.error(f"kind '{wrong[0]}' is unknown; choose of {', '.join(cases.ALL_KINDS)}")
     if options.label is None:
         options.label = "default" if options.photos == "selenite" else f"default, {options.photos}"
     return options

@@ -26,6 +26,11 @@ FAILURES = ("thesis-camera", "thesis-grid")
 HARD = ("hard-glass", "hard-medium")
 #: An opaque body under a clear coat, each with a roughness of its own.
 COATED = ("coat",)
+#: The thesis' medium once more. Its roughnesses are alphas, which Blender squares a roughness for:
+#: alpha 0.01 is a roughness of 0.1. `thesis-medium` takes its number for Blender's roughness.
+BY_ALPHA = ("thesis-medium-alpha",)
+#: Kinds of cases; those of the default run are KINDS.
+ALL_KINDS = (*KINDS, *FAILURES, *HARD, *COATED, *BY_ALPHA)
 #: Albedo of every voxel at the start.
 GRID_START = 0.5
 
@@ -59,7 +64,7 @@ class Case:
 
 def make(kind: str, seed: int) -> Case:
     """The seed draws target, start, mesh and light; every fourth has four cameras."""
-    random = np.random.default_rng(((*KINDS, *FAILURES, *HARD, *COATED).index(kind), seed))
+    random = np.random.default_rng((ALL_KINDS.index(kind), seed))
     mesh = MESHES[seed % len(MESHES)]
     lighting = LIGHTINGS[(seed // len(MESHES) + seed) % len(LIGHTINGS)]
     cameras = 4 if seed % 4 == 3 else 1
@@ -81,6 +86,10 @@ def make(kind: str, seed: int) -> Case:
         target |= {"extinction": (0.4 * THESIS_EXTINCTION,) * 3}
         start = {"albedo": (0.01,) * 3, "extinction": (0.98 * THESIS_EXTINCTION,) * 3}
         start |= _values(_DARK | {"ior": 1.544})
+    elif kind in BY_ALPHA:
+        target, start = make("thesis-medium", seed).target, make("thesis-medium", seed).start
+        target = target | {"roughness": (math.sqrt(0.01),)}
+        start = start | {"roughness": (math.sqrt(0.5),)}
     elif kind == "thesis-camera":
         target = {"base_color": _COLOUR, "roughness": (0.001,), "transmission": (1.0,)}
         target |= {"ior": (1.49,)}

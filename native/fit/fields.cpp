@@ -146,7 +146,8 @@ void FieldAdam::members(SavedState& state) {
   for (AdamMoments& moments : moments_) state(moments);
 }
 
-void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients) {
+void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
+                     double rate) {
   for (std::size_t f = 0; f < values.size(); ++f) {
     const Eigen::Map<const Vector> gradient(gradients[f].data(),
                                             static_cast<Eigen::Index>(gradients[f].size()));
@@ -157,8 +158,8 @@ void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>
                                  " is not finite; report this scene");
     const UnknownParameter& one = fields_->wanted()[f];
     const auto same = [&](double x) { return Vector::Constant(gradient.size(), x); };
-    values[f] = moments_[f].update(values[f], gradient, same(one.learning_rate), same(one.minimum),
-                                   same(one.maximum));
+    values[f] = moments_[f].update(values[f], gradient, same(rate * one.learning_rate),
+                                   same(one.minimum), same(one.maximum));
   }
 }
 

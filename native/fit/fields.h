@@ -17,7 +17,7 @@ namespace selenite {
 using FieldValues = std::vector<Vector>;
 
 /// Unknowns with a value at every voxel instead of one: albedo and density grids. They start at the
-/// values that the scene has, and are always fitted with Adam.
+/// values that the scene has, or where a search of `EvenGrids` ends, and are always fitted with Adam.
 class Fields {
  public:
   /// Which grid an unknown is, by its name among the parameters of a material; empty: none.
@@ -53,9 +53,10 @@ class Fields {
 class FieldAdam {
  public:
   explicit FieldAdam(const Fields& fields);
-  /// One step along the gradient of each field. Throws std::runtime_error naming field and voxel
-  /// when a derivative is not finite.
-  void step(FieldValues& values, const std::vector<std::vector<double>>& gradients);
+  /// One step along the gradient of each field, `rate` times its learning rate long. Throws
+  /// std::runtime_error naming field and voxel when a derivative is not finite.
+  void step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
+            double rate = 1);
   void members(SavedState& state);
 
  private:

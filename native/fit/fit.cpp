@@ -16,8 +16,10 @@ namespace {
 constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 /// More samples than this share left out: the derivatives describe another picture.
 constexpr double kTooManyDropped = 1e-3;
-/// Iterations of scalars, then of fields, where they take turns; fewer in a short fit.
-constexpr int kTurn = 5;
+/// Iterations of scalars and of fields where they take turns; fewer in a short fit.
+constexpr int kScalarTurn = 5, kFieldTurn = 10;
+/// The first step of a field, in learning rates.
+constexpr double kFirstRate = 4;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -81,6 +83,7 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
       x_(unknowns_.start()),
       field_values_(fields_.start()),
       previews_(captures_.size()) {
+  shorter_steps_ = settings_.optimiser != "adam";
   if (!fields_.empty() && unknowns_.size() == 0) {
     if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
       throw InvalidArgument("optimiser = '" + settings_.optimiser +
@@ -91,21 +94,13 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
   const OptimiserKind& kind = choose_optimiser(settings_.optimiser, unknowns_.size(), loss_,
                                                settings_.spp, settings_.accumulate);
   optimiser_name_ = kind.name;
-  optimiser_ = kind.make(problem_);
   purpose_ = kind.purpose;
   // What Gauss-Newton gathers over iterations would be about fields that have moved since.
   in_turns_ = !fields_.empty() && kind.few_unknowns;
-  if (in_turns_) problem_.iterations = (settings_.iterations + 1) / 2;
+  if (in_turns_) problem_.iterations = turns_of(&Turn::scalars, settings_.iterations);
+  optimiser_ = kind.make(problem_);
   if (settings_.secants) coordinates_ = std::make_unique<Coordinates>(unknowns_);
-  const bool few = fields_.empty() && unknowns_.size() <= kFewUnknowns;
-  if (settings_.search == "on" || (settings_.search == "auto" && kind.few_unknowns && few)) {
-    if (!few)
-      throw InvalidArgument("search = 'on' is for up to " + std::to_string(kFewUnknowns) +
-                            " unknowns and no grid; choose search = 'off' or 'auto'");
-    search_ =
-        std::make_unique<Search>(problem_, stream_seed(settings_.seed, Stream::kSearch, 0, 0));
-    result_.phase = Phase::kSearching;
-  }
+  begin_search(kind, unknowns);
   result_.last = result_.best = x_;
   result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
   result_.best_validation = result_.best_validation_standard_error = kNotDone;
@@ -130,13 +125,18 @@ void Fit::count(const Film& film) {
   if (film.dropped > 0 && first_dropped_.empty()) first_dropped_ = film.first_dropped;
 }
 
-Film Fit::derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
+Fit::Subject Fit::subject(const FieldValues& fields) const {
+  return {problem_, coordinates_.get(),
+          [this, &fields](const Vector& x) { return scene_at(x, fields); }};
+}
+
+Film Fit::derivatives(const Subject& subject, const Vector& x, const Capture& photo, int spp,
                       std::uint64_t seed, Purpose purpose, Differences which, Progress* progress) {
-  const Scene scene = scene_at(x, fields);
+  const Scene scene = subject.scene_at(x);
   return render_derivatives(
-      problem_, coordinates_.get(), scene, x, purpose, which,
+      subject.problem, subject.coordinates, scene, x, purpose, which,
       [&](const Vector& at, const SlotLayout& layout, Paths paths) {
-        const Scene there = scene_at(at, fields);
+        const Scene there = subject.scene_at(at);
         const std::uint64_t its_seed = paths == Paths::kOfFilm ? seed : seed_of(seed, 1, 0);
         Film film = settings_.renderer(there, there.camera(photo.camera), layout,
                                        render_settings(photo, spp, its_seed), progress);
@@ -145,12 +145,31 @@ Film Fit::derivatives(const Vector& x, const FieldValues& fields, const Capture&
       });
 }
 
-Fit::Turn Fit::turn() const {
+/// Without a search the scalars are first: a field starts best at the one value that suits the whole
+/// object. After one they are as good as they get while the voxels are alike: the fields are first, and
+/// the scalars have the last turn, as they are fitted to the voxels that are found.
+Fit::Turn Fit::turn(int iteration) const {
   if (!in_turns_) return {true, !fields_.empty(), false};
-  // Scalars first: a field starts best at the one value that suits the whole object.
-  const int length = std::clamp(settings_.iterations / 2, 1, kTurn);
-  const bool scalars = result_.iterations / length % 2 == 0;
-  return {scalars, !scalars, result_.iterations % length == 0};
+  const int scalars = std::clamp(settings_.iterations / 2, 1, kScalarTurn);
+  const int fields = std::clamp(settings_.iterations - scalars, 1, kFieldTurn);
+  const auto has_scalars = [&](int i) {
+    return (searched_ ? settings_.iterations - 1 - i : i) % (scalars + fields) < scalars;
+  };
+  const bool now = has_scalars(iteration);
+  return {now, !now, iteration == 0 || has_scalars(iteration - 1) != now};
+}
+
+int Fit::turns_of(bool Turn::*member, int iterations) const {
+  int count = 0;
+  for (int i = 0; i < iterations; ++i) count += turn(i).*member;
+  return count;
+}
+
+/// Voxels have a long way to go and few steps: these begin long and end at the learning rate.
+double Fit::field_rate() const {
+  if (!shorter_steps_) return 1;
+  const double done = turns_of(&Turn::fields, result_.iterations);
+  return kFirstRate + (1 - kFirstRate) * done / turns_of(&Turn::fields, settings_.iterations);
 }
 
 Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
@@ -175,8 +194,9 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     seen.film = std::move(found.film);
   }
   if (turn.scalars && (fields_.empty() || unknowns_.size() > 0))
-    seen.film = derivatives(x, fields, photo, settings_.spp, seed, purpose_,
-                            differences_of(purpose_, result_.iterations, !in_turns_), progress);
+    seen.film = derivatives(
+        subject(fields), x, photo, settings_.spp, seed, purpose_,
+        differences_of(purpose_, turns_of(&Turn::scalars, result_.iterations)), progress);
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;
@@ -283,7 +303,8 @@ bool Fit::iterate(Progress* progress) {
   FieldValues next_fields = field_values_;
   FieldAdam field_adam = field_adam_;
   std::vector<std::vector<double>> gradients;
-  const Turn now = turn();
+  const Turn now = turn(result_.iterations);
+  const double rate = now.fields ? field_rate() : 1;
   // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
   std::vector<Observation> seen;
@@ -293,14 +314,14 @@ bool Fit::iterate(Progress* progress) {
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
     if (settings_.accumulate) continue;
     next = copy->step(next, seen);
-    field_adam.step(next_fields, gradients);
+    field_adam.step(next_fields, gradients, rate);
     seen.clear();
     gradients.clear();
   }
   if (settings_.accumulate) {
     if (now.scalars && now.first) optimiser_->start_afresh();
     if (now.scalars) next = optimiser_->step(next, seen);
-    if (now.fields) field_adam.step(next_fields, gradients);
+    if (now.fields) field_adam.step(next_fields, gradients, rate);
   } else {
     optimiser_ = std::move(copy);
   }
@@ -338,7 +359,8 @@ bool Fit::settle(const Vector& x, Progress* progress, bool told) {
 }
 
 bool Fit::finish(Progress* progress) {
-  settle(unknowns_.project(optimiser_->answer(x_)), progress);
+  // Beside grids the last values: each turn of the scalars begins afresh.
+  settle(in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_)), progress);
   if (too_many_dropped()) return false;
   if (!wants_verification()) return stop(StopReason::kIterations);
   start_verification();

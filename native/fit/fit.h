@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "fit/capture.h"
+#include "fit/even_grids.h"
 #include "fit/fields.h"
 #include "fit/loss.h"
 #include "fit/optimiser.h"
@@ -108,6 +110,7 @@ class Fit {
   Scene scene_at(const Vector& x, const FieldValues& fields) const {
     return fields_.scene_with(unknowns_.scene_with(scene_, x), fields);
   }
+  void begin_search(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted);
   bool search(Progress* progress);
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
@@ -116,16 +119,26 @@ class Fit {
   void report_rivals();
   void note_verified(double fraction);
   bool stop_after_iterations();
-  RenderAt renderer(Progress* progress);
+  /// What is rendered at a vector of values.
+  struct Subject {
+    const Problem& problem;
+    const Coordinates* coordinates;  ///< of differences; none: all are carried
+    std::function<Scene(const Vector&)> scene_at;
+  };
+  Subject subject(const FieldValues& fields) const;
+  RenderAt renderer(Subject subject, Progress* progress);
   /// See `render_derivatives`.
-  Film derivatives(const Vector& x, const FieldValues& fields, const Capture& photo, int spp,
+  Film derivatives(const Subject& subject, const Vector& x, const Capture& photo, int spp,
                    std::uint64_t seed, Purpose purpose, Differences which, Progress* progress);
   /// What moves in an iteration: scalars and fields together, or in turns.
   struct Turn {
     bool scalars, fields;
     bool first;  ///< of its kind since the others moved
   };
-  Turn turn() const;
+  Turn turn(int iteration) const;
+  /// How many iterations before this one, or in all, moved what `member` says.
+  int turns_of(bool Turn::*member, int iterations) const;
+  double field_rate() const;
   /// Adds the gradient by the fields to `gradients`, if it is their turn.
   Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                       std::vector<std::vector<double>>& gradients, Progress* progress);
@@ -160,6 +173,7 @@ class Fit {
   std::unique_ptr<Optimiser> optimiser_;
   Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
   std::unique_ptr<Coordinates> coordinates_;    ///< of differences; none: all are carried
+  std::unique_ptr<EvenGrids> even_;             ///< what the search is about where there are grids
   std::unique_ptr<Search> search_;              ///< until it is over
   std::vector<Vector> others_;                  ///< that the search refined and left
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
@@ -175,6 +189,8 @@ class Fit {
   int verified_rivals_ = 0;
   FieldAdam field_adam_;
   bool in_turns_ = false;
+  bool searched_ = false;       ///< where there are grids
+  bool shorter_steps_ = false;  ///< of the fields, from step to step
   Vector x_;
   FieldValues field_values_;
   FitResult result_;

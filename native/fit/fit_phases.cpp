@@ -5,6 +5,7 @@
 
 #include "fit/fit.h"
 #include "fit/streams.h"
+#include "math/error.h"
 
 namespace selenite {
 namespace {
@@ -39,14 +40,14 @@ const char* phase_text(Phase phase) {
   }
 }
 
-RenderAt Fit::renderer(Progress* progress) {
-  return [this, progress](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
-                          std::optional<Differences> which) {
+RenderAt Fit::renderer(Subject subject, Progress* progress) {
+  return [this, subject = std::move(subject), progress](const Vector& x, const Capture& photo,
+                                                        int spp, std::uint64_t seed,
+                                                        std::optional<Differences> which) {
     // Search and verification take Gauss-Newton steps whatever the iterations do.
     if (which)
-      return derivatives(x, field_values_, photo, spp, seed, Purpose::kInstrument, *which,
-                         progress);
-    const Scene scene = scene_at(x, field_values_);
+      return derivatives(subject, x, photo, spp, seed, Purpose::kInstrument, *which, progress);
+    const Scene scene = subject.scene_at(x);
     Film film = settings_.renderer(scene, scene.camera(photo.camera), SlotLayout(),
                                    render_settings(photo, spp, seed), progress);
     count(film);
@@ -54,15 +55,42 @@ RenderAt Fit::renderer(Progress* progress) {
   };
 }
 
+void Fit::begin_search(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted) {
+  if (settings_.search == "off") return;
+  if (in_turns_)
+    even_ = EvenGrids::of(scene_, wanted, fields_, captures_, loss_, settings_.iterations);
+  const bool few = fields_.empty() ? unknowns_.size() <= kFewUnknowns : even_ != nullptr;
+  if (settings_.search == "auto" && !(kind.few_unknowns && few)) return;
+  if (!few)
+    throw InvalidArgument("search = 'on' is for up to " + std::to_string(kFewUnknowns) +
+                          " unknowns, where an albedo grid that starts with one colour counts as "
+                          "three and any other as too many; choose search = 'off' or 'auto'");
+  search_ = std::make_unique<Search>(even_ ? even_->problem() : problem_,
+                                     stream_seed(settings_.seed, Stream::kSearch, 0, 0));
+  result_.phase = Phase::kSearching;
+}
+
 bool Fit::search(Progress* progress) {
-  const bool more = search_->step(renderer(progress));
+  const Subject about =
+      even_ ? Subject{even_->problem(), coordinates_ ? &even_->coordinates() : nullptr,
+                      [this](const Vector& x) { return even_->scene_at(x); }}
+            : subject(field_values_);
+  const bool more = search_->step(renderer(about, progress));
   result_.phase_fraction = search_->fraction();
   if (too_many_dropped()) return false;
   if (more) return true;
-  x_ = result_.last = result_.best = search_->values();
+  x_ = search_->values();
+  if (even_) {
+    field_values_ = even_->fields(x_);
+    result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
+    x_ = even_->scalars(x_);
+    searched_ = true;
+  } else {
+    others_ = search_->others();
+  }
+  result_.last = result_.best = x_;
   result_.search = search_->result();
   result_.phase = Phase::kFitting;
-  others_ = search_->others();
   search_.reset();
   return true;
 }
@@ -91,7 +119,7 @@ void Fit::note_verified(double fraction) {
 }
 
 bool Fit::verify(Progress* progress) {
-  const bool more = verification_->step(renderer(progress));
+  const bool more = verification_->step(renderer(subject(field_values_), progress));
   note_verified(verification_->fraction() * kBeforeRivals);
   if (too_many_dropped()) return false;
   if (more) return true;
@@ -121,7 +149,7 @@ bool Fit::verify(Progress* progress) {
 }
 
 bool Fit::compare_with_rivals(Progress* progress) {
-  const bool more = rivals_->step(renderer(progress));
+  const bool more = rivals_->step(renderer(subject(field_values_), progress));
   note_verified(kBeforeRivals + (1 - kBeforeRivals) * rivals_->fraction());
   if (too_many_dropped()) return false;
   if (more) return true;

@@ -209,9 +209,9 @@ void note_covariance(const Film& film, SlotFilm& slot) {
 
 }  // namespace
 
-Differences differences_of(Purpose purpose, int iteration, bool in_rounds) {
+Differences differences_of(Purpose purpose, int iteration) {
   if (purpose == Purpose::kGradient) return {};
-  if (iteration < kAllOf || !in_rounds) return {side_in_turn(iteration)};
+  if (iteration < kAllOf) return {side_in_turn(iteration)};
   const int since = iteration - kAllOf;
   return {.side = side_in_turn(since / kRound), .first = since % kRound, .every = kRound};
 }

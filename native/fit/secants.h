@@ -37,8 +37,8 @@ struct Differences {
 };
 
 /// Of an iteration. Instruments are gathered over iterations: once there are some, a part of them will
-/// do, `in_rounds`; the residuals, which move the values, are new in each.
-Differences differences_of(Purpose purpose, int iteration, bool in_rounds);
+/// do; the residuals, which move the values, are new in each.
+Differences differences_of(Purpose purpose, int iteration);
 
 /// The picture of `scene`, which is that at x, with a derivative picture for every slot of the problem:
 /// those that the paths carry along, and in place of those for which that is the better estimate

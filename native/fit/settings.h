@@ -28,7 +28,8 @@ struct FitSettings {
   int validation_spp = 0;       ///< 0: twice spp, at least 16
   /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
   bool secants = true;
-  /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton).
+  /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton, where
+  /// there are no grids or `EvenGrids`).
   std::string search = "auto";
   /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
   std::string verification = "auto";

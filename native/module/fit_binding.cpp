@@ -307,12 +307,15 @@ Args:
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; the bounds hold for every component. The parameters "albedo_grid" and
         "density_grid" of a material are every value of that grid: they start at the scene's,
-        without `start`, and the rate is in units of the grid's values.
+        without `start` (a search moves an albedo grid of one colour as a whole), and the rate is in
+        units of the grid's values: the length of the last step, the first being four times as long
+        where the optimiser is not "adam" by name.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
         validation_interval 5, validation_spp 0 (twice spp, at least 16), search and
-        verification "auto" (with Gauss-Newton; with up to 12 unknowns; or "on", "off"),
+        verification "auto" (with Gauss-Newton, beside grids where these are albedo grids of one
+        colour or go with such, and up to 12 numbers with them; with up to 12 unknowns; or "on", "off"),
         verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
         of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).

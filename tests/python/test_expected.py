@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is told of a preset, from known errors."""
+"""What is told of a preset, from known errors, and what a fit with grids costs."""
 
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
+from selenite.fit_run import cost  # noqa: E402
+from selenite.fit_run.settings import FitSettings  # noqa: E402
 from selenite.fit_run.unknowns import Unknown  # noqa: E402
 from selenite.parameters import table  # noqa: E402
 from selenite.trade.expected import Expected  # noqa: E402
@@ -48,3 +54,34 @@ def test_one_parameter_needs_no_worst_and_none_no_error() -> None:
 def test_equal_parameters_are_told_apart_by_their_owners() -> None:
     told = Expected(9.0, [unknown("ior"), unknown("ior", "Glass")], [0.01, 0.02])
     assert "worst: IOR of Glass 0.02" in told.text()
+
+
+def plan_with(*grids: np.ndarray, size: int = 64) -> Any:
+    """Extinction and roughness of a medium, the first grid one of albedos, the others densities."""
+    photo = SimpleNamespace(photo_size=(size, size))
+    uses = ("albedo", *["density"] * len(grids))
+    fields = [
+        SimpleNamespace(kind=SimpleNamespace(use=use), start=SimpleNamespace(values=grid))
+        for use, grid in zip(uses, grids, strict=False)
+    ]
+    scalars = [unknown("extinction"), unknown("roughness")]
+    return SimpleNamespace(unknowns=scalars, fields=fields, captures=[photo])
+
+
+def test_a_fit_of_grids_searches_where_nothing_is_known_of_the_voxels() -> None:
+    even, uneven = np.full((4, 4, 4, 3), 0.5), np.linspace(0, 1, 192).reshape(4, 4, 4, 3)
+    settings = FitSettings(height=64, iterations=40, spp=4)
+
+    def paths(*grids: np.ndarray, search: str = "auto") -> float:
+        return cost.paths(replace(settings, search=search), plan_with(*grids))
+
+    search = paths(even) - paths(even, search="off")
+    assert search > 0.1 * paths(even)
+    assert paths(uneven) == paths(uneven, search="off")
+    assert paths(even, even) > paths(even, even, search="off")
+    assert paths(even, uneven) == paths(even, uneven, search="off")
+    # A height above the search's changes what the rest takes only.
+    tall = replace(settings, height=128)
+    captures = plan_with(even, size=128)
+    more = cost.paths(tall, captures) - cost.paths(replace(tall, search="off"), captures)
+    assert more == pytest.approx(search)

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from .captures import Capture
 from .job import FitJob
 from .plan import FitPlan
@@ -63,12 +65,16 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
     settings are those of the fit, not the plan's."""
     few = not too_many(plan)
-    steps_by_least_squares = few and settings.optimiser != "adam"
-    path = _FIELD_DERIVATIVES if plan.fields else _DERIVATIVES
+    steps_by_least_squares = settings.optimiser != "adam" and (few or _takes_turns(plan))
     differences = sum(_by_difference(item) for item in plan.unknowns)
+    path = _DERIVATIVES
+    if plan.fields:
+        path = _FIELD_DERIVATIVES
+        if steps_by_least_squares:  # half of the iterations are the scalars'
+            path = (_FIELD_DERIVATIVES + _DERIVATIVES + differences) / 2
     iterations, spp = settings.iterations, settings.spp
     by_differences = 0.0
-    if steps_by_least_squares:
+    if few and steps_by_least_squares:
         iterations = min(iterations, _SETTLED_AFTER)
         first = min(iterations, _ALL_DIFFERENCES)
         by_differences = spp * differences * (first + (iterations - first) / _ROUND)
@@ -87,8 +93,17 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     total = pixels_at(plan.captures, settings.height) * per_pixel
     if searches:
         small = pixels_at(plan.captures, min(settings.height, _SEARCH_SIDE))
-        total += small * (_SEARCH_LOOKS + _SEARCH_STEPS * (path + differences))
+        total += small * (_SEARCH_LOOKS + _SEARCH_STEPS * (_DERIVATIVES + differences))
     return total
+
+
+def _takes_turns(plan: FitPlan) -> bool:
+    """Whether the native fit searches, then steps by least squares in turns with its grids: few
+    numbers beside them, and the grids as they are where nothing is known of them."""
+    scalars = sum(item.parameter.width for item in plan.unknowns)
+    albedos = sum(item.kind.use == "albedo" for item in plan.fields)
+    even = all(np.ptp(item.start.values, axis=(0, 1, 2)).max() == 0 for item in plan.fields)
+    return bool(scalars and albedos and even and scalars + 3 * albedos <= FEW)
 
 
 def _by_difference(unknown: Unknown) -> bool:
