@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 from synthetic import cases, report, table  # noqa: E402
 
 
-@pytest.mark.parametrize("kind", [*cases.KINDS, *cases.FAILURES])
+@pytest.mark.parametrize("kind", cases.ALL_KINDS)
 def test_a_case_starts_away_from_a_target_of_the_same_parameters(kind: str) -> None:
     case = cases.make(kind, 0)
     assert list(case.start) == list(case.target)
@@ -30,6 +30,14 @@ def test_cases_of_a_seed_stay_what_they_are() -> None:
     assert case.name == "half/bunny_6598/sky/1/1"
     assert case.target["ior"][0] == pytest.approx(1.48801, abs=1e-5)
     assert case == cases.make("half", 1)
+
+
+def test_an_alpha_is_the_square_of_what_blender_calls_roughness() -> None:
+    plain, by_alpha = (cases.make(kind, 3) for kind in ("thesis-medium", "thesis-medium-alpha"))
+    for own, other in ((by_alpha.target, plain.target), (by_alpha.start, plain.start)):
+        assert own["roughness"][0] ** 2 == pytest.approx(other["roughness"][0])
+        assert {**own, "roughness": 0} == {**other, "roughness": 0}
+    assert by_alpha.photos != plain.photos
 
 
 def test_a_grid_is_unknown_beside_its_scalars() -> None:
