@@ -194,9 +194,9 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     seen.film = std::move(found.film);
   }
   if (turn.scalars && (fields_.empty() || unknowns_.size() > 0))
-    seen.film = derivatives(
-        subject(fields), x, photo, settings_.spp, seed, purpose_,
-        differences_of(purpose_, turns_of(&Turn::scalars, result_.iterations)), progress);
+    seen.film = derivatives(subject(fields), x, photo, settings_.spp, seed, purpose_,
+                            differences_of(purpose_, turns_of(&Turn::scalars, result_.iterations)),
+                            progress);
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;
