@@ -2,6 +2,7 @@
 #include "fit/beside.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace selenite {
 namespace {
@@ -34,7 +35,11 @@ std::vector<std::optional<Known>> known_from(const Vector& x,
     // Next to 0 the square of a value is told by a slope that nobody knows there.
     if (components[i].determined && components[i].by_slope <= seen[i].by_slope) continue;
     known[i] = {found[k], seen[i]};
-    if (components[i].at_bound == AtBound::kNo || !holds(seen[i], x[k])) continue;
+    // What lies at its bound stays there if that is a standard error away at most: a body that lets
+    // no light through is a body of its own. Farther off the bound is one end of what may be.
+    if (components[i].at_bound == AtBound::kNo ||
+        std::abs(found[k] - x[k]) > seen[i].standard_error)
+      continue;
     known[i]->value = x[k];
     known[i]->confidence.at_bound = components[i].at_bound;
   }

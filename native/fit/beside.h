@@ -13,8 +13,8 @@ namespace selenite {
 /// at x. Empty where there is nothing of the kind.
 std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x);
 /// What the look from `there`, which led to `found`, says about it: where it leads, but a value
-/// at its bound, by `components`, stays there if that is inside its interval. Empty for what is better
-/// known at x.
+/// at its bound, by `components`, stays there if that is within a standard error. Empty for what is
+/// better known at x.
 std::vector<std::optional<Known>> known_from(const Vector& x,
                                              const std::vector<Confidence>& components,
                                              const Vector& there, const Vector& found,
