@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "fit/beside.h"
 #include "fit/fit.h"
 #include "fit/gauss_newton.h"
 #include "fit/synthetic_renderer.h"
@@ -260,27 +259,6 @@ TEST(Verification, FindsATransmissionBeyondWhereItsSlopeVanishes) {
     held += low <= 0.15 && 0.15 <= high;
   }
   EXPECT_GE(held, 15);
-}
-
-TEST(Verification, WhatLiesAtItsBoundStaysWithinAStandardErrorOfIt) {
-  constexpr double kBound = 0.001;
-  const Vector x = Vector::Constant(1, kBound), there = Vector::Constant(1, 0.1);
-  Confidence at_x, seen;
-  at_x.determined = seen.determined = true;
-  at_x.by_slope = 0.3;
-  at_x.at_bound = AtBound::kMinimum;
-  seen.by_slope = 0.004;
-  seen.interval = {kBound, 0.06};
-  seen.standard_error = 0.018;
-  const auto known = [&](double found) {
-    return *known_from(x, {at_x}, there, Vector::Constant(1, found), {seen})[0];
-  };
-  EXPECT_EQ(known(0.018).value, kBound);
-  EXPECT_EQ(known(0.018).confidence.at_bound, AtBound::kMinimum);
-  EXPECT_EQ(known(0.03).value, 0.03) << "inside its interval, and still farther than that";
-  EXPECT_EQ(known(0.03).confidence.at_bound, AtBound::kNo);
-  at_x.at_bound = AtBound::kNo;
-  EXPECT_EQ(known(0.018).value, 0.018);
 }
 
 TEST(Verification, NamesTheBound) {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/beside.h"
+
+#include <gtest/gtest.h>
+
+namespace selenite {
+namespace {
+
+TEST(Beside, WhatLiesAtItsBoundStaysWithinAStandardErrorOfIt) {
+  constexpr double kBound = 0.001;
+  const Vector x = Vector::Constant(1, kBound), there = Vector::Constant(1, 0.1);
+  Confidence at_x, seen;
+  at_x.determined = seen.determined = true;
+  at_x.by_slope = 0.3;
+  at_x.at_bound = AtBound::kMinimum;
+  seen.by_slope = 0.004;
+  seen.interval = {kBound, 0.06};
+  seen.standard_error = 0.018;
+  const auto known = [&](double found) {
+    return *known_from(x, {at_x}, there, Vector::Constant(1, found), {seen})[0];
+  };
+  EXPECT_EQ(known(0.018).value, kBound);
+  EXPECT_EQ(known(0.018).confidence.at_bound, AtBound::kMinimum);
+  EXPECT_EQ(known(0.03).value, 0.03) << "inside its interval, and still farther than that";
+  EXPECT_EQ(known(0.03).confidence.at_bound, AtBound::kNo);
+  at_x.at_bound = AtBound::kNo;
+  EXPECT_EQ(known(0.018).value, 0.018);
+}
+
+}  // namespace
+}  // namespace selenite
