@@ -313,9 +313,10 @@ Args:
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
-        validation_interval 5, validation_spp 0 (twice spp, at least 16), search and
-        verification "auto" (with Gauss-Newton, beside grids where these are albedo grids of one
-        colour or go with such, and up to 12 numbers with them; with up to 12 unknowns; or "on", "off"),
+        validation_interval 5, validation_spp 0 (twice spp, at least 16), search "auto" (with
+        Gauss-Newton; beside grids where each holds one colour, one is of albedos, and there are up to
+        12 numbers with these as three; or "on", "off"), verification "auto" (with up to 12 unknowns
+        and no grid; or "on", "off"),
         verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
         of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).
