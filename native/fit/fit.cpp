@@ -16,9 +16,10 @@ namespace {
 constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 /// More samples than this share left out: the derivatives describe another picture.
 constexpr double kTooManyDropped = 1e-3;
-/// Iterations of scalars and of fields where they take turns; fewer in a short fit.
-constexpr int kScalarTurn = 5, kFieldTurn = 10;
-/// The first step of a field, in learning rates.
+/// Iterations of scalars and of fields where they take turns, of fields after a search; fewer in a
+/// short fit.
+constexpr int kScalarTurn = 5, kFieldTurn = 5, kSearchedFieldTurn = 10;
+/// After a search, the first step of a field in learning rates.
 constexpr double kFirstRate = 4;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
@@ -83,7 +84,6 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
       x_(unknowns_.start()),
       field_values_(fields_.start()),
       previews_(captures_.size()) {
-  shorter_steps_ = settings_.optimiser != "adam";
   if (!fields_.empty() && unknowns_.size() == 0) {
     if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
       throw InvalidArgument("optimiser = '" + settings_.optimiser +
@@ -151,7 +151,8 @@ Film Fit::derivatives(const Subject& subject, const Vector& x, const Capture& ph
 Fit::Turn Fit::turn(int iteration) const {
   if (!in_turns_) return {true, !fields_.empty(), false};
   const int scalars = std::clamp(settings_.iterations / 2, 1, kScalarTurn);
-  const int fields = std::clamp(settings_.iterations - scalars, 1, kFieldTurn);
+  const int fields =
+      std::clamp(settings_.iterations - scalars, 1, searched_ ? kSearchedFieldTurn : kFieldTurn);
   const auto has_scalars = [&](int i) {
     return (searched_ ? settings_.iterations - 1 - i : i) % (scalars + fields) < scalars;
   };
@@ -165,9 +166,10 @@ int Fit::turns_of(bool Turn::*member, int iterations) const {
   return count;
 }
 
-/// Voxels have a long way to go and few steps: these begin long and end at the learning rate.
+/// Voxels that are still alike have a long way to go and few steps: these begin long and end at the
+/// learning rate.
 double Fit::field_rate() const {
-  if (!shorter_steps_) return 1;
+  if (!searched_) return 1;
   const double done = turns_of(&Turn::fields, result_.iterations);
   return kFirstRate + (1 - kFirstRate) * done / turns_of(&Turn::fields, settings_.iterations);
 }

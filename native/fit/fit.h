@@ -189,8 +189,7 @@ class Fit {
   int verified_rivals_ = 0;
   FieldAdam field_adam_;
   bool in_turns_ = false;
-  bool searched_ = false;       ///< where there are grids
-  bool shorter_steps_ = false;  ///< of the fields, from step to step
+  bool searched_ = false;  ///< where there are grids
   Vector x_;
   FieldValues field_values_;
   FitResult result_;

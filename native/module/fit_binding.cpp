@@ -308,8 +308,8 @@ Args:
         (0.03)}; the bounds hold for every component. The parameters "albedo_grid" and
         "density_grid" of a material are every value of that grid: they start at the scene's,
         without `start` (a search moves an albedo grid of one colour as a whole), and the rate is in
-        units of the grid's values: the length of the last step, the first being four times as long
-        where the optimiser is not "adam" by name.
+        units of the grid's values: the length of a step; after a search that of the last one, the
+        first being four times as long.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),

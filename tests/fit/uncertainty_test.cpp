@@ -222,13 +222,13 @@ TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
     evidence.normal << slope * slope;
     evidence.gradient << slope * (picture(from) - picture(to));
     evidence.normal_variance << 1e-18;
-    evidence.spread << 1e-10 * slope * slope;
+    evidence.spread << 1e-14 * slope * slope;
     return coordinates.to_values(u + estimate(unknowns, coordinates, u, evidence).step)[0];
   };
   EXPECT_NEAR(found(0.08, 0.04), 0.04, 1e-6);
   EXPECT_NEAR(found(0.06, 0.03), 0.03, 1e-6);
   EXPECT_NEAR(found(0.5, 0.4), 0.4, 0.01);
-  EXPECT_NEAR(found(0.06, 0.021), 0.021, 1e-5);
+  EXPECT_NEAR(found(0.06, 0.021), 0.021, 1e-6);
   EXPECT_NEAR(found(0.06, 0.001), 0.02, 1e-12);  // the bound
   const double up = found(0.03, 0.06);           // on the way there, not beyond
   EXPECT_GT(up, 0.03);
@@ -272,16 +272,16 @@ TEST(Uncertainty, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
     Evidence evidence(1);
     evidence.normal << 1;
     evidence.normal_variance << 1e-12;
-    evidence.spread << 1e-8;
+    evidence.spread << 1e-14;
     evidence.gradient << -pull;
     return estimate(unknowns, coordinates, u, evidence, {.gone = Vector{{gone}}}).step[0];
   };
-  EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-6);
-  EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-6);
+  EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-9);
+  EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-9);
   EXPECT_LT(step(0.3, -0.3), -0.149);
   EXPECT_GT(step(0.3, -0.3), -0.3);
-  EXPECT_NEAR(step(0.3, 0.3), 0.3, 1e-6) << "on the same way";
-  EXPECT_NEAR(step(-0.01, 0.3), 0.3, 1e-6) << "the way before was noise";
+  EXPECT_NEAR(step(0.3, 0.3), 0.3, 1e-9) << "on the same way";
+  EXPECT_NEAR(step(-0.01, 0.3), 0.3, 1e-9) << "the way before was noise";
 }
 
 }  // namespace

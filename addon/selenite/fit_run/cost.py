@@ -65,23 +65,30 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
     settings are those of the fit, not the plan's."""
     few = not too_many(plan)
-    steps_by_least_squares = settings.optimiser != "adam" and (few or _takes_turns(plan))
+    scalars = sum(item.parameter.width for item in plan.unknowns)
+    by_least_squares = settings.optimiser != "adam" and 0 < scalars <= FEW
+    searches = settings.search == "on" or (
+        settings.search == "auto"
+        and by_least_squares
+        and (not plan.fields or _start_even(plan, scalars))
+    )
     differences = sum(_by_difference(item) for item in plan.unknowns)
-    path = _DERIVATIVES
-    if plan.fields:
-        path = _FIELD_DERIVATIVES
-        if steps_by_least_squares:  # half of the iterations are the scalars'
-            path = (_FIELD_DERIVATIVES + _DERIVATIVES + differences) / 2
     iterations, spp = settings.iterations, settings.spp
-    by_differences = 0.0
-    if few and steps_by_least_squares:
+    of_grids = 0.0
+    if plan.fields:
+        # In turns: five iterations each, after a search ten of the grids.
+        of_grids = iterations * (1 - (1 / (3 if searches else 2) if by_least_squares else 0))
+    elif by_least_squares:
         iterations = min(iterations, _SETTLED_AFTER)
-        first = min(iterations, _ALL_DIFFERENCES)
-        by_differences = spp * differences * (first + (iterations - first) / _ROUND)
+    of_scalars = iterations - of_grids
+    by_differences = 0.0
+    if by_least_squares:
+        first = min(of_scalars, _ALL_DIFFERENCES)
+        by_differences = spp * differences * (first + (of_scalars - first) / _ROUND)
     validations = -(-iterations // _VALIDATION_EVERY) + 1
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
-    searches = settings.search == "on" or (settings.search == "auto" and steps_by_least_squares)
-    per_pixel = iterations * spp * path + by_differences + validations * validation
+    steps = spp * (of_grids * _FIELD_DERIVATIVES + of_scalars * _DERIVATIVES)
+    per_pixel = steps + by_differences + validations * validation
     if few:
         verified = verification_spp(settings)
         roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
@@ -97,13 +104,12 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     return total
 
 
-def _takes_turns(plan: FitPlan) -> bool:
-    """Whether the native fit searches, then steps by least squares in turns with its grids: few
-    numbers beside them, and the grids as they are where nothing is known of them."""
-    scalars = sum(item.parameter.width for item in plan.unknowns)
+def _start_even(plan: FitPlan, scalars: int) -> bool:
+    """Whether the native fit searches with one albedo in place of each albedo grid: these are few
+    numbers, and nothing is known of the voxels of any grid."""
     albedos = sum(item.kind.use == "albedo" for item in plan.fields)
     even = all(np.ptp(item.start.values, axis=(0, 1, 2)).max() == 0 for item in plan.fields)
-    return bool(scalars and albedos and even and scalars + 3 * albedos <= FEW)
+    return even and albedos > 0 and scalars + 3 * albedos <= FEW
 
 
 def _by_difference(unknown: Unknown) -> bool:
