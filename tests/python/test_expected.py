@@ -80,6 +80,7 @@ def test_a_fit_of_grids_searches_where_nothing_is_known_of_the_voxels() -> None:
     assert paths(uneven) == paths(uneven, search="off")
     assert paths(even, even) > paths(even, even, search="off")
     assert paths(even, uneven) == paths(even, uneven, search="off")
+
     # Its pictures stay small: what it adds is the same at all heights, but for other turns.
     def added(height: int) -> float:
         tall, plan = replace(settings, height=height), plan_with(even, size=height)
