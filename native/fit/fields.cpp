@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -13,30 +14,83 @@
 namespace selenite {
 namespace {
 
-/// What is wrong with bounds and rate; "" if nothing is.
-std::string complaint(const UnknownParameter& one, GridKind kind, const Grid& grid) {
-  const bool albedo = kind == GridKind::kAlbedo;
+/// A grid or an image as a row of numbers.
+struct Numbers {
+  std::string title;  ///< "grid 'smoke'"
+  std::vector<std::ptrdiff_t> shape;
+  double most;  ///< largest that is permitted
+  Vector values;
+};
+
+Vector vector_of(const float* first, std::size_t count) {
+  return Eigen::Map<const Eigen::VectorXf>(first, static_cast<Eigen::Index>(count)).cast<double>();
+}
+
+Numbers numbers_of(const Scene& scene, const GridRef& ref) {
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.material)];
+  if (!material.grid(ref.kind))
+    throw InvalidArgument(material.name + ":" + grid_name(ref.kind) +
+                          ": the material has no such grid; give it one, or fit its " +
+                          (ref.kind == GridKind::kAlbedo ? "albedo" : "extinction"));
+  const Grid& grid = *material.grid(ref.kind).grid;
+  const auto& [nx, ny, nz] = grid.size();
   // The renderer counts in single precision.
-  const double most = albedo ? 1 : static_cast<double>(std::numeric_limits<float>::max());
+  const double most =
+      ref.kind == GridKind::kAlbedo ? 1 : static_cast<double>(std::numeric_limits<float>::max());
+  return {"grid '" + grid.name() + "'",
+          {nz, ny, nx, grid.channels()},
+          most,
+          vector_of(grid.values().data(), grid.values().size())};
+}
+
+Numbers numbers_of(const Scene& scene, const ImageRef& ref) {
+  const Texture& image = *scene.image(ref).texture;
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  return {"image '" + image.name() + "'",
+          {image.height(), image.width(), 3},
+          1,
+          vector_of(&image.pixels()[0].r, 3 * image.pixels().size())};
+}
+
+/// What is wrong with bounds and rate; "" if nothing is.
+std::string complaint(const UnknownParameter& one, const Numbers& numbers) {
+  const bool share = numbers.most == 1;
   std::ostringstream text;
-  if (!(one.minimum >= 0 && one.minimum < one.maximum && one.maximum <= most))
+  if (!(one.minimum >= 0 && one.minimum < one.maximum && one.maximum <= numbers.most))
     text << "bounds [" << one.minimum << ", " << one.maximum << "] are no interval "
-         << (albedo ? "inside [0, 1]; give bounds inside"
-                    : "of finite numbers from 0 up; give bounds such as [0, 10]");
+         << (share ? "inside [0, 1]; give bounds inside"
+                   : "of finite numbers from 0 up; give bounds such as [0, 10]");
   else if (!one.start.empty())
     text << "start has " << one.start.size()
-         << " values; a grid starts at the values that the scene has: leave start out";
+         << " values; it starts at the values that the scene has: leave start out";
   else if (!(one.learning_rate > 0) || !std::isfinite(one.learning_rate))
     text << "learning_rate = " << one.learning_rate << " must be above 0 and finite; "
-         << (albedo ? "0.03 is usual" : "0.03 of a usual density is usual");
+         << (share ? "0.03 is usual" : "0.03 of a usual density is usual");
   else
-    for (const float x : grid.values())
+    for (const double x : numbers.values)
       if (!(x >= one.minimum && x <= one.maximum)) {
-        text << "grid '" << grid.name() << "' holds " << x << ", outside its bounds ["
-             << one.minimum << ", " << one.maximum << "]; clamp the grid or widen the bounds";
+        text << numbers.title << " holds " << x << ", outside its bounds [" << one.minimum << ", "
+             << one.maximum << "]; clamp it or widen the bounds";
         break;
       }
   return text.str();
+}
+
+std::optional<FieldRef> field_of(const std::string& parameter, int material) {
+  if (parameter == kBaseColorTexture) return ImageRef{material};
+  for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
+    if (parameter == grid_name(kind)) return GridRef{material, kind};
+  return std::nullopt;
+}
+
+Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf& values) {
+  return scene.with_grid(ref, std::vector<float>(values.begin(), values.end()));
+}
+
+Scene with_values(const Scene& scene, const ImageRef& ref, const Eigen::VectorXf& values) {
+  std::vector<Colorf> pixels(static_cast<std::size_t>(values.size()) / 3);
+  Eigen::Map<Eigen::VectorXf>(&pixels[0].r, values.size()) = values;
+  return scene.with_image(ref, std::move(pixels));
 }
 
 /// The loss of one pixel, where losses of pixels add up.
@@ -60,10 +114,8 @@ PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Capture& cap
 
 }  // namespace
 
-std::optional<GridKind> Fields::kind_of(const UnknownParameter& one) {
-  for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
-    if (one.parameter == grid_name(kind)) return kind;
-  return std::nullopt;
+bool Fields::is_field(const UnknownParameter& one) {
+  return field_of(one.parameter, 0).has_value();
 }
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
@@ -74,39 +126,25 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
     only_names = only_names && name;
   };
   for (const UnknownParameter& one : wanted) {
-    const auto kind = kind_of(one);
-    if (!kind) continue;
+    if (!is_field(one)) continue;
     const std::string name = one.owner + ":" + one.parameter;
-    int material = -1;
     try {
-      material = scene.material(one.owner);
+      const FieldRef ref = *field_of(one.parameter, scene.material(one.owner));
+      if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
+        throw InvalidArgument(name + " is listed twice; list it once");
+      Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
+      if (const std::string wrong = complaint(one, numbers); !wrong.empty())
+        throw InvalidArgument(name + ": " + wrong);
+      refs_.push_back(ref);
+      names_.push_back(name);
+      wanted_.push_back(one);
+      shapes_.push_back(std::move(numbers.shape));
+      start_.push_back(std::move(numbers.values));
     } catch (const UnknownName& error) {
       add(error.what(), true);
-      continue;
+    } catch (const InvalidArgument& error) {
+      add(error.what());
     }
-    const GridRef ref{material, *kind};
-    const auto& grid = scene.appearance.materials[static_cast<std::size_t>(material)].grid(*kind);
-    if (!grid) {
-      add(name + ": the material has no such grid; give it one, or fit its " +
-          (*kind == GridKind::kAlbedo ? "albedo" : "extinction"));
-      continue;
-    }
-    if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end()) {
-      add(name + " is listed twice; list it once");
-      continue;
-    }
-    if (const std::string wrong = complaint(one, *kind, *grid.grid); !wrong.empty()) {
-      add(name + ": " + wrong);
-      continue;
-    }
-    refs_.push_back(ref);
-    names_.push_back(name);
-    wanted_.push_back(one);
-    grids_.push_back(grid.grid);
-    const auto& values = grid.grid->values();
-    start_.push_back(
-        Eigen::Map<const Eigen::VectorXf>(values.data(), static_cast<Eigen::Index>(values.size()))
-            .cast<double>());
   }
   if (problems.empty()) return;
   if (only_names) throw UnknownName(problems);
@@ -115,25 +153,20 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {
   Scene changed = scene;
-  for (std::size_t f = 0; f < refs_.size(); ++f) {
-    std::vector<float> numbers(static_cast<std::size_t>(values[f].size()));
-    Eigen::Map<Eigen::VectorXf>(numbers.data(), values[f].size()) = values[f].cast<float>();
-    changed = changed.with_grid(refs_[f], std::move(numbers));
-  }
+  for (std::size_t f = 0; f < refs_.size(); ++f)
+    changed = std::visit(
+        [&](const auto& ref) { return with_values(changed, ref, values[f].cast<float>()); },
+        refs_[f]);
   return changed;
 }
 
 std::vector<Color<double>> Fields::means(const FieldValues& values) const {
   std::vector<Color<double>> means;
   for (std::size_t f = 0; f < refs_.size(); ++f) {
-    if (grid(f).channels() == 1) {
-      means.emplace_back(values[f].mean());
-      continue;
-    }
+    const int n = channels(f);
     Color<double> mean;
-    for (Eigen::Index i = 0; i < values[f].size(); ++i)
-      mean[static_cast<int>(i % 3)] += values[f][i];
-    means.push_back(mean / static_cast<double>(grid(f).voxels()));
+    for (int c = 0; c < 3; ++c) mean[c] = values[f](Eigen::seq(c % n, Eigen::last, n)).mean();
+    means.push_back(mean);
   }
   return means;
 }
@@ -167,8 +200,7 @@ FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, cons
                                   const Capture& capture, const Loss& loss,
                                   const RenderSettings& settings, Progress* progress) {
   const auto render = [&](const PixelLoss& pixel) {
-    const std::vector<FieldRef> unknown(fields.refs().begin(), fields.refs().end());
-    return render_field_gradient(scene, camera, unknown, settings, pixel, progress);
+    return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
   };
   if (loss.per_pixel)
     return render([&](std::size_t pixel, const Film& film) {

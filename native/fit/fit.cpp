@@ -87,8 +87,8 @@ Fit::Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownPa
   if (!fields_.empty() && unknowns_.size() == 0) {
     if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
       throw InvalidArgument("optimiser = '" + settings_.optimiser +
-                            "' cannot fit a grid, and nothing else is fitted; choose optimiser = "
-                            "'adam' or 'auto'");
+                            "' cannot fit a grid or an image, and nothing else is fitted; choose "
+                            "optimiser = 'adam' or 'auto'");
     settings_.optimiser = "adam";
   }
   const OptimiserKind& kind = choose_optimiser(settings_.optimiser, unknowns_.size(), loss_,

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "fit/capture.h"
-#include "fit/even_grids.h"
+#include "fit/even_fields.h"
 #include "fit/fields.h"
 #include "fit/loss.h"
 #include "fit/optimiser.h"
@@ -173,7 +173,7 @@ class Fit {
   std::unique_ptr<Optimiser> optimiser_;
   Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
   std::unique_ptr<Coordinates> coordinates_;    ///< of differences; none: all are carried
-  std::unique_ptr<EvenGrids> even_;             ///< what the search is about where there are grids
+  std::unique_ptr<EvenFields> even_;            ///< what the search is about where there are grids
   std::unique_ptr<Search> search_;              ///< until it is over
   std::vector<Vector> others_;                  ///< that the search refined and left
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on

@@ -58,13 +58,14 @@ RenderAt Fit::renderer(Subject subject, Progress* progress) {
 void Fit::begin_search(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted) {
   if (settings_.search == "off") return;
   if (in_turns_)
-    even_ = EvenGrids::of(scene_, wanted, fields_, captures_, loss_, settings_.iterations);
+    even_ = EvenFields::of(scene_, wanted, fields_, captures_, loss_, settings_.iterations);
   const bool few = fields_.empty() ? unknowns_.size() <= kFewUnknowns : even_ != nullptr;
   if (settings_.search == "auto" && !(kind.few_unknowns && few)) return;
   if (!few)
-    throw InvalidArgument("search = 'on' is for up to " + std::to_string(kFewUnknowns) +
-                          " unknowns, where an albedo grid that starts with one colour counts as "
-                          "three and any other as too many; choose search = 'off' or 'auto'");
+    throw InvalidArgument(
+        "search = 'on' is for up to " + std::to_string(kFewUnknowns) +
+        " unknowns, where an albedo grid or image that starts with one colour "
+        "counts as three and any other as too many; choose search = 'off' or 'auto'");
   search_ = std::make_unique<Search>(even_ ? even_->problem() : problem_,
                                      stream_seed(settings_.seed, Stream::kSearch, 0, 0));
   result_.phase = Phase::kSearching;

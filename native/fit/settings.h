@@ -29,7 +29,7 @@ struct FitSettings {
   /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
   bool secants = true;
   /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton, where
-  /// there are no grids or `EvenGrids`).
+  /// there are no grids and images, or `EvenFields`).
   std::string search = "auto";
   /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
   std::string verification = "auto";

@@ -8,8 +8,8 @@
 #include <limits>
 #include <memory>
 
-#include "image/color.h"
 #include "image/file_error.h"
+#include "math/srgb.h"
 
 namespace selenite {
 namespace {

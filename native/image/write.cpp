@@ -13,10 +13,10 @@
 #include <random>
 #include <set>
 
-#include "image/color.h"
 #include "image/file_error.h"
 #include "image/read.h"
 #include "math/error.h"
+#include "math/srgb.h"
 
 namespace selenite {
 namespace {

@@ -144,13 +144,11 @@ py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
   return values;
 }
 
-/// (nz, ny, nx, channels) float32 by name.
+/// Float32 by name: (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
 py::dict fields_dict(const Fields& fields, const FieldValues& values) {
   py::dict arrays;
   for (std::size_t f = 0; f < fields.names().size(); ++f) {
-    const Grid& grid = fields.grid(f);
-    const auto& [nx, ny, nz] = grid.size();
-    py::array_t<float> array({nz, ny, nx, grid.channels()});
+    py::array_t<float> array(fields.shape(f));
     for (Eigen::Index i = 0; i < values[f].size(); ++i)
       array.mutable_data()[i] = static_cast<float>(values[f][i]);
     arrays[py::str(fields.names()[f])] = array;
@@ -306,17 +304,18 @@ Args:
         that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; the bounds hold for every component. The parameters "albedo_grid" and
-        "density_grid" of a material are every value of that grid: they start at the scene's,
-        without `start` (a search moves an albedo grid of one colour as a whole), and the rate is in
-        units of the grid's values: the length of a step; after a search that of the last one, the
-        first being four times as long.
+        "density_grid" of a material are every value of that grid, "base_color_texture" every texel
+        of that image, as the image holds it (in sRGB if it is encoded): they start at the scene's,
+        without `start` (a search moves an albedo grid or an image of one colour as a whole), and
+        the rate is in units of their values: the length of a step; after a search that of the last
+        one, the first being four times as long.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
         validation_interval 5, validation_spp 0 (twice spp, at least 16), search "auto" (with
-        Gauss-Newton; beside grids where each holds one colour, one is of albedos, and there are up to
-        12 numbers with these as three; or "on", "off"), verification "auto" (with up to 12 unknowns
-        and no grid; or "on", "off"),
+        Gauss-Newton; beside grids and images where each holds one colour, one is of albedos or base
+        colours, and there are up to 12 numbers with these as three; or "on", "off"), verification
+        "auto" (with up to 12 unknowns and no grid or image; or "on", "off"),
         verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
         of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).

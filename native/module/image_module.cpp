@@ -2,11 +2,11 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include "image/color.h"
 #include "image/file_error.h"
 #include "image/read.h"
 #include "image/resize.h"
 #include "image/write.h"
+#include "math/srgb.h"
 #include "module/float_array.h"
 
 namespace py = pybind11;

@@ -70,8 +70,9 @@ std::unique_ptr<NamedFilm> render_named(
 /// A picture, and a loss's derivative by the texels of a base colour's image: (height, width, 3).
 std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
     const Scene& scene, const std::string& camera, int width, int height, int spp,
-    const std::string& material, const std::optional<Array<float>>& reference, std::uint64_t seed,
-    int depth, int threads, const FrameTuple& frame, Progress* progress) {
+    const std::string& material, const std::optional<Array<float>>& reference,
+    const std::optional<Array<float>>& weight, std::uint64_t seed, int depth, int threads,
+    const FrameTuple& frame, Progress* progress) {
   const ImageRef unknown{scene.material(material)};
   const Texture& image = *scene.image(unknown).texture;
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -80,6 +81,13 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
     require_shape(*reference, "reference", {height, width, 3});
     photo.resize(pixels);
     std::memcpy(static_cast<void*>(photo.data()), reference->data(), photo.size() * sizeof(Colorf));
+  }
+  std::vector<float> weights(pixels, 1);
+  if (weight) {
+    if (reference)
+      throw InvalidArgument("weight: give it without reference; the mean alone has one");
+    require_shape(*weight, "weight", {height, width});
+    weights.assign(weight->data(), weight->data() + weight->size());
   }
   auto out = std::make_unique<NamedFilm>();
   for (int c = 0; c < 3; ++c) {
@@ -92,7 +100,7 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
     py::gil_scoped_release release;
     FieldGradient found = render_field_gradient(
         scene, from, {unknown}, {width, height, spp, seed, depth, threads, frame_of(frame)},
-        reference ? squared_error(photo) : mean_of_pixels(pixels), progress);
+        reference ? squared_error(photo) : mean_of_pixels(std::move(weights)), progress);
     out->film = std::move(found.film);
     *texels = std::move(found.fields[0]);
   }
@@ -174,14 +182,17 @@ void bind_render(py::module_& m) {
 
   m.def(
       "texture_gradient", &texture_gradient, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
-      "material"_a, py::kw_only(), "reference"_a = py::none(), "seed"_a = 0, "depth"_a = 0,
-      "threads"_a = 0, "frame"_a = FrameTuple{}, "progress"_a = py::none(),
+      "material"_a, py::kw_only(), "reference"_a = py::none(), "weight"_a = py::none(),
+      "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
+      "progress"_a = py::none(),
       "(Film, gradient) where an image gives a material's base colour; the rest as `render`.\n\n"
       "gradient: the image's (height, width, 3) float64, row 0 at the top: derivative by each of\n"
       "its numbers, as it holds them (encoded if it is), of the mean squared error against\n"
-      "`reference` (height, width, 3), unbiased, or without one of the picture's mean, each\n"
-      "channel for itself. The film's Jacobian is that by a shift of the whole (decoded) image.\n"
-      "Raises ValueError (no image, one with alpha, a subsurface), KeyError, Cancelled.");
+      "`reference` (height, width, 3), unbiased, or without one of the picture's mean (weighted "
+      "by\n"
+      "`weight` (height, width), if given), each channel for itself. The film's Jacobian is that "
+      "by a shift of the whole (decoded) image.\n"
+      "Raises ValueError (no image, one with alpha, a subsurface, weights), KeyError, Cancelled.");
 }
 
 }  // namespace selenite

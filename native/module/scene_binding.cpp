@@ -372,6 +372,21 @@ void bind_scene(py::module_& m) {
           "Scene with other values in a material's grid, (nz, ny, nx, channels). use: albedo, "
           "density. ValueError: it has none, another size, or a value out of range.")
       .def(
+          "with_image",
+          [](const Scene& s, const std::string& material, const Array<float>& pixels) {
+            const ImageRef ref{s.material(material)};
+            const Texture& image = *s.image(ref).texture;
+            require_shape(pixels, "pixels", {image.height(), image.width(), 3});
+            std::vector<Colorf> colors(image.pixels().size());
+            std::memcpy(static_cast<void*>(colors.data()), pixels.data(),
+                        colors.size() * sizeof(Colorf));
+            return s.with_image(ref, std::move(colors));
+          },
+          "material"_a, "pixels"_a,
+          "Scene with other colours in the image of a material's base colour: (h, w, 3) float32 as "
+          "the image holds them (sRGB code values where it is encoded), row 0 at the top. "
+          "ValueError: it has none, another size, or one that is not finite.")
+      .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,
              const Array<double>& points) {

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <ctime>
 #include <map>
 #include <mutex>
+#include <utility>
 
 #include "math/error.h"
 #include "render/taped_tile.h"
@@ -78,9 +80,19 @@ PixelLoss squared_error(const Picture& reference) {
   };
 }
 
-PixelLoss mean_of_pixels(std::size_t pixels) {
-  const float share = 1 / static_cast<float>(pixels);
-  return [share](std::size_t, const Film&) { return PixelSlope{Colorf(share), {}}; };
+PixelLoss mean_of_pixels(std::vector<float> weights) {
+  double sum = 0;
+  for (const float weight : weights) {
+    if (!(weight >= 0 && std::isfinite(weight)))
+      throw InvalidArgument("The weight of a pixel is " + std::to_string(weight) +
+                            "; give finite numbers from 0 up");
+    sum += weight;
+  }
+  if (!(sum > 0)) throw InvalidArgument("No pixel has a weight above 0; give one that counts");
+  for (float& weight : weights) weight = static_cast<float>(weight / sum);
+  return [weights = std::move(weights)](std::size_t pixel, const Film&) {
+    return PixelSlope{Colorf(weights[pixel]), {}};
+  };
 }
 
 FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,

@@ -22,8 +22,9 @@ using PixelLoss = std::function<PixelSlope(std::size_t pixel, const Film& film)>
 
 /// The mean over the pixels of (I - reference)^2, each channel for itself.
 PixelLoss squared_error(const Picture& reference);
-/// The mean of the picture, each channel for itself.
-PixelLoss mean_of_pixels(std::size_t pixels);
+/// The mean of the picture, each channel for itself, with a weight for each pixel.
+/// InvalidArgument: a weight is negative or not finite, or their sum is 0.
+PixelLoss mean_of_pixels(std::vector<float> weights);
 
 /// A field of unknowns: the grid or the image itself.
 using Field = std::variant<const PlacedGrid*, const Texture*>;

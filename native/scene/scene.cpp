@@ -228,6 +228,16 @@ Scene Scene::with_grid(const GridRef& ref, std::vector<float> values) const {
   return scene;
 }
 
+Scene Scene::with_image(const ImageRef& ref, std::vector<Colorf> pixels) const {
+  const FieldMap& from = image(ref);
+  Scene scene = *this;
+  Material& material = scene.appearance.materials.at(static_cast<std::size_t>(ref.material));
+  FieldMap& map = material.maps[static_cast<std::size_t>(
+      &from - appearance.materials[static_cast<std::size_t>(ref.material)].maps.data())];
+  map.texture = std::make_shared<Texture>(from.texture->with(std::move(pixels)));
+  return scene;
+}
+
 std::vector<double> Scene::get(const ParameterRef& ref) const {
   std::vector<double> values;
   Appearance copy = appearance;  // `fields` visits references to non-const members

@@ -106,6 +106,9 @@ struct Scene {
   /// This scene with other values of a grid; InvalidArgument when there is none, or a value is not
   /// finite or out of range: [0, 1] for an albedo, at least 0 for a density.
   Scene with_grid(const GridRef& ref, std::vector<float> values) const;
+  /// This scene with other colours in the image of a base colour, as the image holds them.
+  /// InvalidArgument as `image`, or when their number is another or one is not finite.
+  Scene with_image(const ImageRef& ref, std::vector<Colorf> pixels) const;
 };
 
 /// InvalidArgument unless the grids of a material fit their use.

@@ -5,16 +5,15 @@
 #include <array>
 
 #include "math/error.h"
+#include "math/srgb.h"
 
 namespace selenite {
 namespace {
 
-float decode_srgb(float x) {
-  if (x <= 0.04045f) return x < 0 ? 0 : x / 12.92f;
-  return std::pow((x + 0.055f) / 1.055f, 2.4f);
-}
+/// No light below 0.
+float decoded(float x) { return x < 0 ? 0 : srgb_decode(x); }
 
-/// Of `decode_srgb`; at 0 that of the numbers above.
+/// Of `decoded`; at 0 that of the numbers above.
 float srgb_slope(float x) {
   if (x <= 0.04045f) return x < 0 ? 0 : 1 / 12.92f;
   return 2.4f / 1.055f * std::pow((x + 0.055f) / 1.055f, 1.4f);
@@ -130,6 +129,12 @@ Colorf Texture::sum(const TexelTaps& taps) const {
 
 Colorf Texture::decoding_slope(const TexelTaps& taps) const { return map(sum(taps), srgb_slope); }
 
+Colorf Texture::encode(const Colorf& linear) const {
+  return encoded_ ? map(linear, srgb_encode) : linear;
+}
+
+Colorf Texture::decode(const Colorf& held) const { return encoded_ ? map(held, decoded) : held; }
+
 Colorf Texture::at(const Vec2f& uv) const {
   const TexelTaps taps = taps_at(uv);
   Colorf c = sum(taps);
@@ -138,7 +143,7 @@ Colorf Texture::at(const Vec2f& uv) const {
     for (int k = 0; k < taps.count; ++k) alpha += alpha_[taps.texel[k]] * taps.weight[k];
     if (alpha != 0) c = c / alpha;
   }
-  return encoded_ ? map(c, decode_srgb) : c;
+  return decode(c);
 }
 
 }  // namespace selenite

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "math/color.h"
@@ -44,6 +45,17 @@ class Texture {
   int width() const { return width_; }
   int height() const { return height_; }
   bool has_alpha() const { return !alpha_.empty(); }
+  bool encoded() const { return encoded_; }
+  /// As the image holds them.
+  const std::vector<Colorf>& pixels() const { return pixels_; }
+  /// The same image with other colours; the same errors.
+  Texture with(std::vector<Colorf> pixels) const {
+    return {name_,  width_,   height_,    std::move(pixels),
+            alpha_, encoded_, extension_, interpolation_};
+  }
+  /// A linear colour as the image would hold it, and back.
+  Colorf encode(const Colorf& linear) const;
+  Colorf decode(const Colorf& held) const;
 
  private:
   /// What makes up a value: at most 4 x 4 texels and their weights.

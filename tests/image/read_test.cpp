@@ -9,10 +9,10 @@
 #include <limits>
 
 #include "image/cmyk_jpeg.h"
-#include "image/color.h"
 #include "image/file_error.h"
 #include "image/temporary_folder.h"
 #include "image/write.h"
+#include "math/srgb.h"
 
 namespace selenite {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include "image/color.h"
 #include "image/file_error.h"
 #include "image/read.h"
 #include "image/temporary_folder.h"
 #include "math/error.h"
+#include "math/srgb.h"
 
 namespace selenite {
 namespace {

@@ -70,7 +70,7 @@ FieldGradient gradient_of(const Scene& scene, const RenderSettings& settings,
   return render_field_gradient(scene, scene.cameras[0], {ImageRef{0}}, settings, loss);
 }
 PixelLoss mean_loss(const RenderSettings& s) {
-  return mean_of_pixels(static_cast<std::size_t>(s.width) * s.height);
+  return mean_of_pixels(std::vector<float>(static_cast<std::size_t>(s.width) * s.height, 1.0f));
 }
 
 class Texel : public testing::TestWithParam<Look> {};

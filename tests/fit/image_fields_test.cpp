@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The texels of a base colour as unknowns of a fit.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "fit/fields.h"
+#include "fit/fit.h"
+#include "math/error.h"
+#include "scene/small_scenes.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSize = 16, kTexels = 2;
+
+int field_number(const char* name) {
+  const auto& table = parameter_table(OwnerKind::kMaterial);
+  int field = 0;
+  while (table[field].name != name) ++field;
+  return field;
+}
+
+/// A board with an image of 2 x 2 texels, grey numbers `held`, row 0 at the top.
+Scene board(const std::vector<float>& held, bool encoded = false, std::vector<float> alpha = {}) {
+  Material m = plastic("Board");
+  m.values.roughness = 0.5;
+  std::vector<Colorf> pixels;
+  for (const float x : held) pixels.emplace_back(x);
+  FieldMap map;
+  map.field = field_number("base_color");
+  map.texture = std::make_shared<Texture>("Wood", kTexels, kTexels, pixels, std::move(alpha),
+                                          encoded, Extension::kExtend, Interpolation::kLinear);
+  m.maps.push_back(map);
+  SceneBuilder builder;
+  place(builder, quad_mesh(1), builder.add_material(m));
+  Light lamp;  // whose gloss tells the roughness
+  lamp.name = "Lamp";
+  lamp.kind = LightKind::kArea;
+  lamp.size_x = lamp.size_y = 0.5;
+  lamp.values.power = 40;
+  lamp.to_world = looking_at({0.3, 1.5, 2}, {0, 0, 0});
+  builder.add_light(lamp);
+  add_view(builder, {0.3, -1.5, 2}, {0, 0, 0});
+  set_sky(builder, 0.4);
+  return builder.build();
+}
+
+Scene without_image(Scene scene, double color) {
+  scene.appearance.materials[0].maps.clear();
+  scene.appearance.materials[0].values.base_color = Color<double>(color);
+  return scene;
+}
+
+UnknownParameter texels(double minimum = 0, double maximum = 1) {
+  return {"Board", kBaseColorTexture, {}, minimum, maximum, 0.03};
+}
+UnknownParameter roughness() { return {"Board", "roughness", {0.8}, 0.05, 1, 0.03}; }
+
+RenderSettings render_settings(int spp, std::uint64_t seed) {
+  RenderSettings settings;
+  settings.width = settings.height = kSize;
+  settings.spp = spp;
+  settings.seed = seed;
+  settings.threads = 1;
+  return settings;
+}
+
+std::vector<Capture> photo_of(const Scene& scene, int spp = 400) {
+  Capture capture;
+  capture.camera = scene.cameras[0].name;
+  capture.width = capture.height = kSize;
+  capture.reference = render(scene, scene.cameras[0], {}, render_settings(spp, 99)).mean;
+  std::vector<Capture> captures{capture};
+  check_captures(scene, captures);
+  return captures;
+}
+
+FitSettings fit_settings(int iterations) {
+  FitSettings settings;
+  settings.iterations = iterations;
+  settings.spp = 8;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  return settings;
+}
+
+double most_off(const Vector& values, const std::vector<float>& truth) {
+  double most = 0;
+  for (std::size_t t = 0; t < truth.size(); ++t)
+    for (std::size_t c = 0; c < 3; ++c)
+      most =
+          std::max(most, std::abs(values[static_cast<Eigen::Index>(3 * t + c)] - double{truth[t]}));
+  return most;
+}
+
+TEST(ImageFields, GradientAddsUpToThatOfOneBaseColour) {
+  const Scene scene = board({0.6f, 0.6f, 0.6f, 0.6f}), plain = without_image(scene, double{0.6f});
+  const Capture photo = photo_of(without_image(scene, 0.9), 16)[0];
+  const Fields fields(scene, {texels()});
+  EXPECT_EQ(fields.shape(0), (std::vector<std::ptrdiff_t>{kTexels, kTexels, 3}));
+  const SlotLayout layout(plain, {plain.find("Board", "base_color")});
+  const Film film = render(plain, plain.cameras[0], layout, render_settings(16, 7));
+  for (const Loss& loss : losses()) {
+    const FieldGradient found = loss_field_gradient(scene, scene.cameras[0], fields, photo, loss,
+                                                    render_settings(16, 7), nullptr);
+    const Vector want = loss_gradient(layout, film, loss.evaluate(film, photo));
+    for (std::size_t c = 0; c < 3; ++c) {
+      double sum = 0;
+      for (std::size_t t = 0; t < 4; ++t) sum += found.fields[0][3 * t + c];
+      const double one = want[static_cast<Eigen::Index>(c)];
+      EXPECT_NEAR(sum, one, 2e-3 * std::abs(one)) << loss.name << " " << c;
+      EXPECT_NE(one, 0);
+    }
+  }
+}
+
+class ImageFit : public testing::TestWithParam<bool> {};
+
+TEST_P(ImageFit, FindsTheTexels) {
+  const std::vector<float> truth = {0.9f, 0.2f, 0.35f, 0.7f};
+  Fit fit(board({0.5f, 0.5f, 0.5f, 0.5f}, GetParam()), photo_of(board(truth, GetParam())),
+          {texels()}, fit_settings(80));
+  EXPECT_EQ(fit.optimiser_name(), "adam");
+  while (fit.step()) {
+  }
+  const FitResult& result = fit.result();
+  ASSERT_EQ(result.stopped, StopReason::kIterations) << result.message;
+  EXPECT_LT(most_off((*result.fields_best)[0], truth), 0.03);
+  EXPECT_NEAR(result.history.back().field_means[0].g, (0.9 + 0.2 + 0.35 + 0.7) / 4, 0.02);
+}
+
+TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
+  // Dark, and of another roughness; then texels apart, with the roughness in turns.
+  const std::vector<float> truth = {0.8f, 0.6f, 0.6f, 0.7f};
+  const Scene right = board(truth, GetParam());
+  Fit fit(board({0.1f, 0.1f, 0.1f, 0.1f}, GetParam()), photo_of(right), {roughness(), texels()},
+          fit_settings(60));
+  EXPECT_EQ(fit.optimiser_name(), "gauss-newton");
+  ASSERT_TRUE(fit.step());
+  while (fit.result().phase == Phase::kSearching) ASSERT_TRUE(fit.step());
+  const Vector even = (*fit.result().fields_last)[0];
+  for (Eigen::Index i = 3; i < even.size(); ++i) EXPECT_EQ(even[i], even[i % 3]);
+  EXPECT_NEAR(even[0], 0.675, 0.05) << "as the image holds it";
+  while (fit.step()) {
+  }
+  ASSERT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
+  EXPECT_LT(most_off((*fit.result().fields_best)[0], truth), 0.05);
+  EXPECT_NEAR(fit.result().best[0], 0.5, 0.1);
+}
+INSTANTIATE_TEST_SUITE_P(Encoded, ImageFit, testing::Bool());
+
+TEST(ImageFields, OtherTexelsAreThoseOfTheBaseColourAlone) {
+  Scene scene = board({0.1f, 0.2f, 0.3f, 0.4f});
+  FieldMap rough = scene.appearance.materials[0].maps[0];  // the same image
+  rough.field = field_number("roughness");
+  auto& maps = scene.appearance.materials[0].maps;
+  maps.insert(maps.begin(), rough);
+  const Scene changed = scene.with_image({0}, std::vector<Colorf>(4, Colorf(0.7f)));
+  EXPECT_EQ(changed.image({0}).texture->pixels()[3], Colorf(0.7f));
+  EXPECT_EQ(changed.appearance.materials[0].maps[0].texture->pixels()[3], Colorf(0.4f));
+  EXPECT_EQ(scene.image({0}).texture->pixels()[3], Colorf(0.4f));
+  EXPECT_THROW((void)scene.with_image({0}, std::vector<Colorf>(3, Colorf(0.7f))), InvalidArgument);
+  EXPECT_THROW((void)without_image(scene, 0.5).with_image({0}, {}), InvalidArgument);
+}
+
+TEST(ImageFields, EncodesAsItDecodes) {
+  const Texture image("Wood", 1, 1, {Colorf(0.5f)}, {}, true, Extension::kExtend,
+                      Interpolation::kLinear);
+  for (const float x : {0.0f, 0.001f, 0.02f, 0.04f, 0.3f, 1.0f})
+    EXPECT_NEAR(image.encode(image.decode(Colorf(x))).g, x, 1e-6);
+  EXPECT_NEAR(image.decode(Colorf(0.5f)).r, 0.214041, 1e-6);
+}
+
+TEST(ImageFields, NamesAllThatIsWrong) {
+  const auto message = [](const Scene& scene, const std::vector<UnknownParameter>& wanted) {
+    try {
+      (void)Fields(scene, wanted);
+    } catch (const InvalidArgument& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const auto has = [](const std::string& text, const char* words) {
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  const std::vector<float> grey(4, 0.5f);
+  has(message(without_image(board(grey), 0.5), {texels()}), "no image gives the base colour");
+  has(message(board(grey, false, grey), {texels()}), "has alpha");
+  has(message(board(grey), {texels(), texels()}), "listed twice");
+  has(message(board(grey), {texels(0, 2)}), "no interval inside [0, 1]");
+  has(message(board(grey), {texels(0.6)}), "'Wood' holds 0.5, outside its bounds [0.6, 1]");
+  UnknownParameter started = texels();
+  started.start = {0.3};
+  has(message(board(grey), {started}), "leave start out");
+}
+
+}  // namespace
+}  // namespace selenite
