@@ -28,7 +28,9 @@ def fit(case, options, folder):
     wanted = photos.Wanted(options.size, options.photo_spp, options.photos, options.threads)
     pictures = photos.take(case, scene, wanted, folder / "photos")
     job = fits.job_of(case, scene, pictures, settings_of(case, options))
-    return report.row(options.label, case, *fits.ended(job, case.name))
+    ended = fits.ended(job, case.name)
+    weights = fits.texel_weights(case, scene, options.size, options.threads)
+    return report.row(options.label, case, *ended, weights)
 
 
 def settings_of(case, options):

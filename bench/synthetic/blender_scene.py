@@ -20,15 +20,24 @@ from . import stage
 _SKY_MAP = 256
 
 
-def make(described: stage.Stage, values: Mapping[str, Any]) -> bpy.types.Scene:
-    """Replaces the open file. values: of the body, parameter name -> number or sequence."""
+def make(
+    described: stage.Stage, values: Mapping[str, Any], image: np.ndarray | None = None
+) -> bpy.types.Scene:
+    """Replaces the open file. values: of the body, parameter name -> number or sequence. image: of
+    its base colour, (h, w, 3) sRGB code values, row 0 at the top, rounded to bytes."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     body = _principled("Body", values)
     tiles = [
         _principled(f"Tile {i}", {"base_color": [level] * 3, "roughness": 1.0})
         for i, level in enumerate(stage.TILE_COLOURS)
     ]
-    _add("Body", _mesh("Body", described.body, [body]))
+    shape = _mesh("Body", described.body, [body])
+    if image is not None:
+        _show(image, body)
+        layer = shape.uv_layers.new(name=stage.UV_MAP)
+        corners = np.ascontiguousarray(stage.uvs(described.body), np.float32)
+        layer.data.foreach_set("uv", corners.ravel())
+    _add("Body", shape)
     _add("Floor", _mesh("Floor", described.floor, tiles))
     if described.lamp is not None:
         _add("Lamp", _lamp(described.lamp), described.lamp.matrix)
@@ -94,6 +103,22 @@ def _principled(name: str, values: Mapping[str, Any]) -> bpy.types.Material:
         else:
             socket.default_value = (*value, 1.0)[: len(socket.default_value)]
     return made
+
+
+def _show(image: np.ndarray, material: bpy.types.Material) -> None:
+    """The image as base colour of the material, by the mesh's UV map."""
+    height, width = image.shape[:2]
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = image[::-1]  # Blender's row 0 is at the bottom
+    tree = material.node_tree
+    texture = tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("Image", width, height)  # bytes, sRGB
+    texture.image.pixels.foreach_set(pixels.ravel())
+    texture.image.update()
+    texture.extension, texture.interpolation = stage.EXTENSION, stage.INTERPOLATION
+    node = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
+    table = {parameter.name: parameter for parameter in parameters.of("material")}
+    tree.links.new(texture.outputs["Color"], table["base_color"].find(node))
 
 
 def _lamp(lamp: stage.Lamp) -> bpy.types.AreaLight:

@@ -29,10 +29,16 @@ COATED = ("coat",)
 #: The thesis' medium once more. Its roughnesses are alphas, which Blender squares a roughness for:
 #: alpha 0.01 is a roughness of 0.1. `thesis-medium` takes its number for Blender's roughness.
 BY_ALPHA = ("thesis-medium-alpha",)
-#: Kinds of cases; those of the default run are KINDS.
-ALL_KINDS = (*KINDS, *FAILURES, *HARD, *COATED, *BY_ALPHA)
+#: The dragon as it was: the base colour is an image, unknown beside the scalars of `thesis-camera`.
+TEXTURED = ("thesis-texture",)
+#: Kinds of cases; those of the default run are KINDS. Random numbers go by the place of a kind.
+ALL_KINDS = (*KINDS, *FAILURES, *HARD, *COATED, *BY_ALPHA, *TEXTURED)
 #: Albedo of every voxel at the start.
 GRID_START = 0.5
+#: sRGB code value of every texel at the start.
+IMAGE_START = 0.5
+#: Texels a side of the true image, and of one of its patches.
+IMAGE_SIZE, PATCH_SIZE = 64, 8
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,9 @@ class Case:
     start: dict[str, tuple[float, ...]] = field(repr=False)
     #: True albedos over the box around the object, (nz, ny, nx, 3), unknown all; or None.
     albedo_grid: np.ndarray | None = field(default=None, repr=False)
+    #: True base colour around the object, (h, w, 3) sRGB code values, row 0 at the top, unknown
+    #: all; or None.
+    image: np.ndarray | None = field(default=None, repr=False)
 
     @property
     def name(self) -> str:
@@ -69,13 +78,13 @@ def make(kind: str, seed: int) -> Case:
     lighting = LIGHTINGS[(seed // len(MESHES) + seed) % len(LIGHTINGS)]
     cameras = 4 if seed % 4 == 3 else 1
     fixed: dict[str, Any] = {}
-    grid = None
+    grid = image = None
     if kind.startswith("thesis"):
         # One scene, as there; seeds differ in the random numbers of the fit.
         mesh, lighting, cameras = "bunny_6598", "lamp", 1
     if kind in HARD:
         lighting = "small lamp"
-    if kind in FAILURES:
+    if kind in (*FAILURES, *TEXTURED):
         mesh, cameras = "armadillo_29170", 1 if kind == "thesis-camera" else 4
     if kind == "thesis":
         target = {"base_color": _COLOUR, "roughness": (0.01,), "transmission": (0.9,)}
@@ -90,11 +99,14 @@ def make(kind: str, seed: int) -> Case:
         target, start = make("thesis-medium", seed).target, make("thesis-medium", seed).start
         target = target | {"roughness": (math.sqrt(0.01),)}
         start = start | {"roughness": (math.sqrt(0.5),)}
-    elif kind == "thesis-camera":
+    elif kind in ("thesis-camera", *TEXTURED):
         target = {"base_color": _COLOUR, "roughness": (0.001,), "transmission": (1.0,)}
         target |= {"ior": (1.49,)}
         start = {"base_color": (0.5,) * 3, "transmission": (0.1,)}
         start |= _values({"roughness": 0.7, "ior": 1.64})
+        if kind in TEXTURED:
+            del target["base_color"]
+            image = _patches()
     elif kind == "thesis-grid":
         grid = _chequered(_COLOUR, (0.95, 0.6, 0.3))
         target = {
@@ -127,6 +139,7 @@ def make(kind: str, seed: int) -> Case:
     return Case(
         kind, mesh, lighting, cameras, seed, fixed,
         {name: target[name] for name in order}, {name: start[name] for name in order}, grid,
+        image,
     )  # fmt: skip
 
 
@@ -134,6 +147,21 @@ def _chequered(*colours: tuple[float, ...], voxels: int = 8) -> np.ndarray:
     """(voxels, voxels, voxels, 3): cubes of 2 voxels a side, of two colours by turns."""
     place = np.indices((voxels,) * 3) // 2
     return np.array(colours, np.float32)[place.sum(axis=0) % 2]
+
+
+def _patches() -> np.ndarray:
+    """(IMAGE_SIZE, IMAGE_SIZE, 3) float32 sRGB code values within [0.1, 0.98]: square patches of
+    three colours by turns, darker towards the bottom and on one side.
+
+    Rounded to what a byte holds: Cycles interpolates the code values of byte images as they are,
+    but Blender decodes an image of floats beforehand.
+    """
+    row, column = np.indices((IMAGE_SIZE, IMAGE_SIZE))
+    colours = np.array(((0.9, 0.4, 0.25), (0.25, 0.65, 0.95), (0.98, 0.9, 0.55)))
+    flat = colours[(row // PATCH_SIZE + column // PATCH_SIZE) % len(colours)]
+    around = 0.5 - 0.5 * np.cos(2 * np.pi * (column + 0.5) / IMAGE_SIZE)  # no step where it repeats
+    shade = 1 - 0.2 * (row + 0.5) / IMAGE_SIZE - 0.15 * around
+    return (np.rint(255 * flat * shade[..., None]) / 255).astype(np.float32)
 
 
 def _values(plain: dict[str, float]) -> dict[str, tuple[float, ...]]:

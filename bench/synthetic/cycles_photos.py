@@ -39,12 +39,13 @@ def noise_of(variance: np.ndarray, cover: np.ndarray) -> float:
 
 def take(
     mesh: str, lighting: str, cameras: int, values: dict[str, Any], size: int, samples: int,
-    cover: np.ndarray, noise: float,
+    cover: np.ndarray, noise: float, image: np.ndarray | None = None,
 ) -> Photos:  # fmt: skip
     """Photos with at least `samples` per pixel, and more until `noise_of` them is at most `noise`.
 
-    values: of the body, by parameter. cover: (cameras, size, size) bool. Blocks until the other
-    process is done; RuntimeError if it fails.
+    values: of the body, by parameter. cover: (cameras, size, size) bool. image: of the body's base
+    colour, see `blender_scene.make`. Blocks until the other process is done; RuntimeError if it
+    fails.
     """
     with tempfile.TemporaryDirectory(prefix="selenite-photos-") as place:
         folder = Path(place)
@@ -57,6 +58,8 @@ def take(
         }
         (folder / "request.json").write_text(json.dumps(request), encoding="utf-8")
         np.save(folder / "cover.npy", cover)
+        if image is not None:
+            np.save(folder / "image.npy", image)
         done = subprocess.run(
             [sys.executable, __file__, place], stdin=subprocess.DEVNULL, capture_output=True,
             text=True, check=False,
@@ -79,7 +82,9 @@ def _render(folder: Path) -> None:
     request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
     cover = np.load(folder / "cover.npy")
     described = stage.make(*request["stage"])
-    scene = blender_scene.make(described, request["values"])
+    kept = folder / "image.npy"
+    image = np.load(kept) if kept.is_file() else None
+    scene = blender_scene.make(described, request["values"], image)
     scene.render.threads_mode, scene.render.threads = "FIXED", 1
     size, each = request["size"], -(-request["samples"] // SEEDS)
     pictures: list[list[np.ndarray]] = [[] for _ in described.cameras]

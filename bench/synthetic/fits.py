@@ -11,22 +11,45 @@ import numpy as np
 from selenite import native, parameters
 
 from . import scenes
-from .cases import GRID_START, Case
+from .cases import GRID_START, IMAGE_START, Case
+
+#: Samples a pixel of the derivatives that say how much of a texel the photos show.
+_TEXEL_SPP = 64
 
 
 def scene_of(case: Case) -> Any:  # noqa: ANN401
     """Native scene at the start of the fit."""
     values = {n: list(v) if len(v) > 1 else v[0] for n, v in case.start.items()} | case.fixed
     grid = None if case.albedo_grid is None else np.full_like(case.albedo_grid, GRID_START)
-    return scenes.make(case.mesh, case.lighting, values, case.cameras, grid)
+    image = None if case.image is None else np.full_like(case.image, IMAGE_START)
+    return scenes.make(case.mesh, case.lighting, values, case.cameras, grid, image)
 
 
 def at_target(case: Case, scene: Any) -> Any:  # noqa: ANN401
     """The scene with the true values."""
     true = scene.with_values({(scenes.OWNER, name): v for name, v in case.target.items()})
-    if case.albedo_grid is None:
-        return true
-    return true.with_grid(scenes.OWNER, "albedo", case.albedo_grid)
+    if case.albedo_grid is not None:
+        true = true.with_grid(scenes.OWNER, "albedo", case.albedo_grid)
+    if case.image is not None:
+        true = true.with_image(scenes.OWNER, case.image)
+    return true
+
+
+def texel_weights(case: Case, scene: Any, size: int, threads: int = 1) -> np.ndarray | None:  # noqa: ANN401
+    """How much the photos show of every number of the image, (h, w, 3), 0 where none sees it: the
+    derivative of their mean, at the target, with few samples. None for a case without an image.
+
+    scene: native, at any values. size: pixels of the square photos.
+    """
+    if case.image is None:
+        return None
+    true = at_target(case, scene)
+    weights = np.zeros(case.image.shape)
+    for seed, camera in enumerate(true.cameras):
+        weights += native.core().texture_gradient(
+            true, camera, size, size, _TEXEL_SPP, scenes.OWNER, seed=seed, threads=threads
+        )[1]
+    return np.abs(weights)
 
 
 def bounds_of(case: Case) -> dict[str, tuple[float, float]]:
@@ -51,6 +74,9 @@ def job_of(case: Case, scene: Any, pictures: np.ndarray, settings: dict[str, Any
     if case.albedo_grid is not None:
         grid = {"owner": scenes.OWNER, "parameter": "albedo_grid", "minimum": 0.0, "maximum": 1.0}
         unknowns.append(grid)
+    if case.image is not None:  # starts as the scene has it, as the grid does
+        image = {"owner": scenes.OWNER, "parameter": "base_color_texture"}
+        unknowns.append(image | {"minimum": 0.0, "maximum": 1.0})
     captures = [
         {"camera": camera, "reference": picture}
         for camera, picture in zip(scene.cameras, pictures, strict=True)

@@ -72,7 +72,7 @@ def _by_cycles(case: Case, ours: list[Estimate], wanted: Wanted, folder: Path) -
     noise = cycles_photos.noise_of(np.stack([one.variance for one in ours]), cover)
     made = cycles_photos.take(
         case.mesh, case.lighting, case.cameras, case.fixed | case.target, wanted.size, wanted.spp,
-        cover, noise,
+        cover, noise, case.image,
     )  # fmt: skip
     ratio = cycles_photos.noise_of(made.variance, cover) / noise
     for i, one in enumerate(ours):

@@ -24,12 +24,15 @@ COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
     "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
     "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
-    "answer", "zscores", "optimiser", "grid_error", "rivals",
+    "answer", "zscores", "optimiser", "grid_error", "rivals", "image_error",
 )  # fmt: skip
 
 
-def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> dict[str, Any]:
-    """One fit as a row of the table."""
+def row(
+    label: str, case: Case, result: dict[str, Any], cpu_seconds: float,
+    texel_weights: np.ndarray | None = None,
+) -> dict[str, Any]:  # fmt: skip
+    """One fit as a row of the table. texel_weights: see `fits.texel_weights`; None: all alike."""
     answer = answer_of(result["values_best"])
     found = errors(case, answer)
     line = {name: "" for name in COLUMNS} | {
@@ -52,6 +55,10 @@ def row(label: str, case: Case, result: dict[str, Any], cpu_seconds: float) -> d
     if case.albedo_grid is not None:
         voxels = result["fields_best"]["Body:albedo_grid"]
         line["grid_error"] = float(np.abs(voxels - case.albedo_grid).mean())
+    if case.image is not None:
+        # Of sRGB code values; nothing moves a texel that no photo shows.
+        off = np.abs(result["fields_best"]["Body:base_color_texture"] - case.image)
+        line["image_error"] = float(np.average(off, weights=texel_weights))
     return line | found | trust(case, answer, result.get("report"))
 
 
@@ -96,6 +103,8 @@ def line(found: dict[str, Any]) -> str:
         text += f", not determined: {found['undetermined'] or 'none'}, rivals: {found['rivals']}"
     if found["grid_error"] != "":
         text += f", voxels off by {found['grid_error']:.3f}"
+    if found["image_error"] != "":
+        text += f", texels off by {found['image_error']:.3f}"
     return text
 
 

@@ -15,25 +15,32 @@ from . import stage
 OWNER = "Body"
 
 
-def add_mesh(builder: Any, name: str, mesh: stage.Mesh) -> int:  # noqa: ANN401
+def add_mesh(builder: Any, name: str, mesh: stage.Mesh, *, with_uvs: bool = False) -> int:
+    """Its index; `with_uvs`: with those of the stage."""
+    uv_maps = []
+    if with_uvs:
+        uv_maps.append((stage.UV_MAP, np.ascontiguousarray(stage.uvs(mesh), np.float32)))
     return builder.add_mesh(
         name,
         np.ascontiguousarray(mesh.positions, np.float32),
         np.ascontiguousarray(mesh.triangles, np.int32),
         np.ascontiguousarray(mesh.normals[mesh.triangles].reshape(-1, 3), np.float32),
         np.ascontiguousarray(mesh.slots, np.int32),
+        uv_maps=uv_maps,
     )
 
 
 def make(
     mesh: str, lighting: str, values: dict[str, Any], cameras: int,
-    albedo_grid: np.ndarray | None = None,
+    albedo_grid: np.ndarray | None = None, image: np.ndarray | None = None,
 ) -> Any:  # noqa: ANN401  # fmt: skip
     """Native scene with the object as material `Body` of the given values, cameras `Camera 1`..
 
-    albedo_grid: (nz, ny, nx, 3) over the box around the object.
+    albedo_grid: (nz, ny, nx, 3) over the box around the object. image: (h, w, 3) sRGB code values,
+    row 0 at the top, in place of the base colour.
     """
-    return build(stage.make(mesh, lighting, cameras), values, albedo_grid=albedo_grid)
+    described = stage.make(mesh, lighting, cameras)
+    return build(described, values, albedo_grid=albedo_grid, image=image)
 
 
 def build(
@@ -41,20 +48,28 @@ def build(
     values: dict[str, Any],
     tile: dict[str, Any] | None = None,
     albedo_grid: np.ndarray | None = None,
+    image: np.ndarray | None = None,
 ) -> Any:  # noqa: ANN401
     """The same; `tile`: values of both kinds of tiles in place of their own."""
     builder = native.core().SceneBuilder()
-    grids = {}
+    grids, maps = {}, {}
     if albedo_grid is not None:
         to_unit = _to_unit(described.body.positions)
         grids["albedo"] = {"name": "albedo", "values": albedo_grid, "to_unit": to_unit}
-    body = builder.add_material(OWNER, values, grids=grids)
+    if image is not None:
+        texture = builder.add_texture(
+            "Image", np.ascontiguousarray(image, np.float32), encoded=True,
+            extension=stage.EXTENSION, interpolation=stage.INTERPOLATION,
+        )  # fmt: skip
+        maps["base_color"] = {"texture": texture, "attribute": "", "uv": np.eye(2, 3)}
+    body = builder.add_material(OWNER, values, maps=maps, grids=grids)
     tiles = [
         builder.add_material(f"Tile {i}", tile or {"base_color": [level] * 3, "roughness": 1.0})
         for i, level in enumerate(stage.TILE_COLOURS)
     ]
     for name, mesh, slots in (("Body", described.body, [body]), ("Floor", described.floor, tiles)):
-        builder.add_object(name, add_mesh(builder, name, mesh), np.eye(4), slots)
+        added = add_mesh(builder, name, mesh, with_uvs=bool(maps) and name == "Body")
+        builder.add_object(name, added, np.eye(4), slots)
     lamp = described.lamp
     if lamp is not None:
         size = (lamp.side, lamp.side)

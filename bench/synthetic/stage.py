@@ -26,6 +26,8 @@ TILE_COLOURS = (0.2, 0.6)
 #: Of every camera: focal length and sensor in mm; the longer side of the picture sees its width.
 LENS_MM, SENSOR_MM = 70.0, (36.0, 24.0)
 CLIP = (0.01, 99.0)
+#: The UV map of a body that shows an image, and how the image goes on outside and between texels.
+UV_MAP, EXTENSION, INTERPOLATION = "UVMap", "REPEAT", "Linear"
 
 
 @dataclass(frozen=True)
@@ -157,6 +159,21 @@ def normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     for corner in range(3):
         np.add.at(vertex, triangles[:, corner], face)
     return vertex / np.maximum(np.linalg.norm(vertex, axis=1, keepdims=True), 1e-30)
+
+
+def uvs(mesh: Mesh) -> np.ndarray:
+    """(3m, 2) of the corners of the triangles: u goes once around the vertical axis through the
+    middle of the mesh, v from its bottom to its top, 0 to 1.
+
+    What lies behind one another as seen from the axis shares its place. An image must repeat:
+    triangles over the seam go on beyond 1, or they would show the whole of it backwards.
+    """
+    low, high = mesh.positions.min(axis=0), mesh.positions.max(axis=0)
+    x, y, _ = (mesh.positions - (low + high) / 2).T
+    around = (np.arctan2(y, x) / (2 * np.pi) + 0.5)[mesh.triangles]
+    around[around < around.max(axis=1, keepdims=True) - 0.5] += 1
+    height = ((mesh.positions[:, 2] - low[2]) / (high - low)[2])[mesh.triangles]
+    return np.stack([around, height], axis=2).reshape(-1, 2)
 
 
 def _floor() -> Mesh:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
-from synthetic import cases, report, table  # noqa: E402
+from synthetic import cases, fits, report, scenes, stage, table  # noqa: E402
+
+from selenite import native  # noqa: E402
 
 
 @pytest.mark.parametrize("kind", cases.ALL_KINDS)
@@ -46,6 +49,83 @@ def test_a_grid_is_unknown_beside_its_scalars() -> None:
     assert case.albedo_grid.shape == (8, 8, 8, 3)
     assert len(np.unique(case.albedo_grid.reshape(-1, 3), axis=0)) == 2
     assert "albedo" not in case.target
+
+
+def test_an_image_is_unknown_in_place_of_the_colour() -> None:
+    case = cases.make("thesis-texture", 0)
+    image = case.image
+    assert image is not None
+    assert (image.shape, image.dtype) == ((64, 64, 3), np.float32)
+    assert 0.1 <= image.min() < image.max() <= 0.98
+    assert np.abs(255 * image - np.rint(255 * image)).max() < 1e-4, "no byte holds it"
+    assert list(case.target) == ["roughness", "transmission", "ior"]
+    assert (case.mesh, case.lighting, case.cameras) == ("armadillo_29170", "lamp", 4)
+    camera = cases.make("thesis-camera", 0)
+    for own, other in ((case.target, camera.target), (case.start, camera.start)):
+        assert own == {name: other[name] for name in own}
+
+
+def test_seeds_of_the_textured_thesis_case_share_their_photos() -> None:
+    one, other = (cases.make("thesis-texture", seed) for seed in (0, 1))
+    assert one.photos == other.photos
+    assert one.photos != cases.make("thesis-camera", 0).photos
+    assert one.name != other.name
+    assert np.array_equal(one.image, other.image)
+
+
+def pictures(scene) -> np.ndarray:
+    """(cameras, h, w, 3), few samples of equal seeds."""
+    return np.stack([native.core().render(scene, c, 16, 16, 4).image for c in scene.cameras])
+
+
+def test_start_and_truth_differ_in_the_image_where_the_values_are_the_same() -> None:
+    made = replace(cases.make("thesis-texture", 0), mesh="dents")
+    case = replace(made, start=made.target)
+    start = fits.scene_of(case)
+    true = fits.at_target(case, start)
+    values = {name: value[0] for name, value in case.target.items()}
+    direct = scenes.make("dents", "lamp", values, 4, image=case.image)
+    assert np.array_equal(pictures(true), pictures(direct))
+    even = true.with_image(scenes.OWNER, np.full_like(case.image, cases.IMAGE_START))
+    assert np.array_equal(pictures(even), pictures(start))
+    assert np.abs(pictures(true) - pictures(start)).max() > 0.01
+
+
+def test_the_image_goes_around_the_body_once_and_its_seam_is_closed() -> None:
+    body = stage.make("dents", "lamp", 1).body
+    u, v = stage.uvs(body).reshape(-1, 3, 2).transpose(2, 0, 1)
+    assert u.min() == pytest.approx(0, abs=0.02)
+    assert u.max() > 1, "no triangle lies over the seam"
+    assert (v.min(), v.max()) == (0, 1)
+    points = body.positions[body.triangles]
+    angle = 2 * np.pi * (u - 0.5)
+    middle = (body.positions.min(axis=0) + body.positions.max(axis=0)) / 2
+    radius = np.hypot(*(points - middle)[..., :2].transpose(2, 0, 1))
+    wide = np.ptp(u, axis=1) > 0.2
+    assert radius[wide].max() < 0.15, "only around the axis is a triangle wide"
+    assert (points - middle)[..., 0] == pytest.approx(radius * np.cos(angle))
+    assert (points - middle)[..., 1] == pytest.approx(radius * np.sin(angle))
+
+
+def test_the_error_of_an_image_is_that_of_the_texels_that_the_photos_show() -> None:
+    case = cases.make("thesis-texture", 0)
+    texels = case.image.copy()
+    texels[:32] += np.float32(0.1)
+    texels[32:] += np.float32(0.7)
+    result = {
+        "values_best": {f"Body:{name}": list(value) for name, value in case.target.items()},
+        "fields_best": {"Body:base_color_texture": texels},
+        "report": None,
+    }
+    result |= dict.fromkeys(
+        ("samples", "best_validation", "best_validation_standard_error", "best_iteration"), 1
+    )
+    weights = np.zeros(texels.shape)
+    weights[:32] = 2
+    found = report.row("label", case, result | {"optimiser": "adam"}, 1.0, weights)
+    assert found["image_error"] == pytest.approx(0.1, abs=1e-6)
+    assert found["grid_error"] == ""
+    assert report.line(found).endswith("texels off by 0.100")
 
 
 def test_an_older_table_gets_the_columns_that_it_lacks(tmp_path: Path) -> None:
