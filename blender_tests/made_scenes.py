@@ -68,6 +68,11 @@ def socket(made, parameter):
     return next(inputs[name] for name in ALIASES[parameter] if name in inputs)
 
 
+def link(material, output, parameter="base_color"):
+    """Links an output to an input of the Principled node."""
+    return material.node_tree.links.new(output, socket(material, parameter))
+
+
 def camera(name="Camera", distance=5.0, **settings):
     """A camera on the z axis that looks down; the first becomes the scene's."""
     data = bpy.data.cameras.new(name)

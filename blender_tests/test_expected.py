@@ -108,7 +108,7 @@ def test_many_unknowns_and_grids_get_seconds_and_the_reason(lit_ball, tmp_path, 
     estimate = estimate_of(made.read(), request, {})
     for _ in estimate.steps():
         pass
-    assert "a grid has too many values" in estimate.lines()[-1]
+    assert "a grid or image has too many values" in estimate.lines()[-1]
     assert all(line.endswith((" s", " min")) for line in estimate.lines()[:3])
 
 

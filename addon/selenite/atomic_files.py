@@ -10,6 +10,11 @@ from pathlib import Path
 from typing import Any
 
 
+def safe_name(text: str) -> str:
+    """A name of the scene's as part of a file's."""
+    return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
+
+
 def write_bytes(path: Path, data: bytes) -> None:
     """Writes beside `path` and renames; what stood there stays until then. Raises OSError."""
     partial = path.with_name(f".{path.name}.partial")

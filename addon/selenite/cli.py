@@ -196,8 +196,13 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
-    grid = "voxels along the longest side, or a .npy or .vol file to start from"
+    grid = (
+        "voxels along a grid's longest side, or a .npy or .vol file to start from; of "
+        "base_color_texture texels along each side, or a picture"
+    )
     add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
+    unseen = "texels that no photo sees stay as they were, or are filled from those around them"
+    add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="dual-buffer, mse, brightness-independent-mse, mae, mean-bias-error")
     add(
@@ -233,7 +238,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
 
 def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "next-camera", ".commands.next_camera")
-    parser.set_defaults(start=[], grid=[])  # --set says at which values to look
+    parser.set_defaults(start=[], grid=[], unseen=[])  # --set says at which values to look
     add = parser.add_argument
     scene = "a .blend file, or the folder or run.json of a fit: then at its fitted values"
     add("scene", metavar="SCENE", help=scene)
@@ -256,7 +261,9 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
 
 def _add_trade(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "trade", ".commands.trade")
-    parser.set_defaults(start=[], grid=[])  # the truth is the scene's, starts lie away from it
+    parser.set_defaults(
+        start=[], grid=[], unseen=[]
+    )  # the truth is the scene's, starts lie away from it
     add = parser.add_argument
     add("scene", metavar="SCENE.blend")
     many = {"action": "append", "default": []}

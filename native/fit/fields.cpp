@@ -20,6 +20,7 @@ struct Numbers {
   std::vector<std::ptrdiff_t> shape;
   double most;  ///< largest that is permitted
   Vector values;
+  std::shared_ptr<const Texture> image;  ///< none: a grid
 };
 
 Vector vector_of(const float* first, std::size_t count) {
@@ -40,16 +41,18 @@ Numbers numbers_of(const Scene& scene, const GridRef& ref) {
   return {"grid '" + grid.name() + "'",
           {nz, ny, nx, grid.channels()},
           most,
-          vector_of(grid.values().data(), grid.values().size())};
+          vector_of(grid.values().data(), grid.values().size()),
+          nullptr};
 }
 
 Numbers numbers_of(const Scene& scene, const ImageRef& ref) {
-  const Texture& image = *scene.image(ref).texture;
+  const auto& image = scene.image(ref).texture;
   static_assert(sizeof(Colorf) == 3 * sizeof(float));
-  return {"image '" + image.name() + "'",
-          {image.height(), image.width(), 3},
+  return {"image '" + image->name() + "'",
+          {image->height(), image->width(), 3},
           1,
-          vector_of(&image.pixels()[0].r, 3 * image.pixels().size())};
+          vector_of(&image->pixels()[0].r, 3 * image->pixels().size()),
+          image};
 }
 
 /// What is wrong with bounds and rate; "" if nothing is.
@@ -139,6 +142,7 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
       names_.push_back(name);
       wanted_.push_back(one);
       shapes_.push_back(std::move(numbers.shape));
+      images_.push_back(std::move(numbers.image));
       start_.push_back(std::move(numbers.values));
     } catch (const UnknownName& error) {
       add(error.what(), true);
@@ -163,10 +167,14 @@ Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {
 std::vector<Color<double>> Fields::means(const FieldValues& values) const {
   std::vector<Color<double>> means;
   for (std::size_t f = 0; f < refs_.size(); ++f) {
+    const Vector& v = values[f];
     const int n = channels(f);
-    Color<double> mean;
-    for (int c = 0; c < 3; ++c) mean[c] = values[f](Eigen::seq(c % n, Eigen::last, n)).mean();
-    means.push_back(mean);
+    Color<double> sum;
+    for (Eigen::Index i = 0; i < v.size(); i += n) {
+      const Color<double> held(v[i], v[i + 1 % n], v[i + 2 % n]);
+      sum += images_[f] ? Color<double>(images_[f]->decode(Colorf(held))) : held;
+    }
+    means.push_back(sum * static_cast<double>(n) / static_cast<double>(v.size()));
   }
   return means;
 }

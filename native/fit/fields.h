@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,8 @@ class Fields {
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
 
   Scene scene_with(const Scene& scene, const FieldValues& values) const;
-  /// Mean of each field, three channels a field (equal ones where it holds numbers).
+  /// Mean of each field, of an image in linear light; three channels a field (equal ones where it
+  /// holds numbers).
   std::vector<Color<double>> means(const FieldValues& values) const;
 
  private:
@@ -46,6 +48,7 @@ class Fields {
   std::vector<std::string> names_;
   std::vector<UnknownParameter> wanted_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
+  std::vector<std::shared_ptr<const Texture>> images_;  ///< at the start; none: a grid
   FieldValues start_;
 };
 

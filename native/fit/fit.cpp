@@ -19,8 +19,8 @@ constexpr double kTooManyDropped = 1e-3;
 /// Iterations of scalars and of fields where they take turns, of fields after a search; fewer in a
 /// short fit.
 constexpr int kScalarTurn = 5, kFieldTurn = 5, kSearchedFieldTurn = 10;
-/// After a search, the first step of a field in learning rates.
-constexpr double kFirstRate = 4;
+/// A turn of the scalars that ends worse than it began, by so many standard errors, counts as none.
+constexpr double kTurnedBack = 2;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -154,7 +154,8 @@ Fit::Turn Fit::turn(int iteration) const {
   const int fields =
       std::clamp(settings_.iterations - scalars, 1, searched_ ? kSearchedFieldTurn : kFieldTurn);
   const auto has_scalars = [&](int i) {
-    return (searched_ ? settings_.iterations - 1 - i : i) % (scalars + fields) < scalars;
+    if (!searched_) return i % (scalars + fields) < scalars;
+    return i >= settings_.iterations - scalars || i % (scalars + fields) >= fields;
   };
   const bool now = has_scalars(iteration);
   return {now, !now, iteration == 0 || has_scalars(iteration - 1) != now};
@@ -166,8 +167,8 @@ int Fit::turns_of(bool Turn::*member, int iterations) const {
   return count;
 }
 
-/// Voxels that are still alike have a long way to go and few steps: these begin long and end at the
-/// learning rate.
+/// Voxels and texels that are still alike have a long way to go and few steps: these begin long and end
+/// at the learning rate.
 double Fit::field_rate() const {
   if (!searched_) return 1;
   const double done = turns_of(&Turn::fields, result_.iterations);
@@ -233,7 +234,7 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   row.validation_standard_error = std::sqrt(validation.variance);
   const bool first = std::isnan(result_.best_validation);
   if (first || validation.unbiased < smallest_.unbiased) smallest_ = validation;
-  if (worse_than_smallest(validation)) return;
+  if (is_worse(validation, smallest_, 1)) return;
   result_.best = row.values;
   result_.fields_best = result_.fields_last;
   result_.best_iteration = row.iteration;
@@ -241,15 +242,13 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   result_.best_validation_standard_error = row.validation_standard_error;
 }
 
-/// By more than one standard error of the difference, pixel against pixel: the seeds are the same,
-/// so most of the noise is common to both.
-bool Fit::worse_than_smallest(const Validation& validation) const {
+bool Fit::is_worse(const Validation& one, const Validation& than, double sigmas) {
   const auto terms = [](const std::vector<float>& parts) {
     return Eigen::Map<const Eigen::ArrayXf>(parts.data(), static_cast<Eigen::Index>(parts.size()))
         .cast<double>();
   };
-  const Total by(terms(validation.parts) - terms(smallest_.parts));
-  return by.sum > by.deviation;
+  const Total by(terms(one.parts) - terms(than.parts));
+  return by.sum > sigmas * by.deviation;
 }
 
 bool Fit::within_tolerance() const {
@@ -285,6 +284,7 @@ bool Fit::step(Progress* progress) {
   if (result_.stopped != StopReason::kNone) return false;
   try {
     if (search_) return search(progress);
+    if (!trials_.empty()) return try_fields(progress);
     if (rivals_) return compare_with_rivals(progress);
     return verification_ ? verify(progress) : iterate(progress);
   } catch (const Cancelled&) {
@@ -297,15 +297,24 @@ bool Fit::step(Progress* progress) {
 
 bool Fit::iterate(Progress* progress) {
   const double share = 1.0 / static_cast<double>(captures_.size());
-  HistoryRow row{result_.iterations, x_, 0, kNotDone, kNotDone, {}, fields_.means(field_values_)};
-  const bool due = result_.iterations % settings_.validation_interval == 0;
+  const Turn now = turn(result_.iterations);
+  const bool due = result_.iterations % settings_.validation_interval == 0 || now.first;
   Validation validation;
   if (due) validation = validate(x_, field_values_, progress);
-  Vector next = x_;
+  TurnBegin turn_begin = turn_begin_;
+  Vector x = x_;
+  if (now.first && now.scalars) turn_begin = {x, validation};
+  // A turn begins with few equations, and fields that are not right yet may lead it far astray.
+  if (now.first && now.fields && turn_begin.x.size() > 0 &&
+      is_worse(validation, turn_begin.validation, kTurnedBack)) {
+    x = turn_begin.x;
+    validation = turn_begin.validation;
+  }
+  HistoryRow row{result_.iterations, x, 0, kNotDone, kNotDone, {}, fields_.means(field_values_)};
+  Vector next = x;
   FieldValues next_fields = field_values_;
   FieldAdam field_adam = field_adam_;
   std::vector<std::vector<double>> gradients;
-  const Turn now = turn(result_.iterations);
   const double rate = now.fields ? field_rate() : 1;
   // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
@@ -314,25 +323,30 @@ bool Fit::iterate(Progress* progress) {
     seen.push_back(observe(next, next_fields, i, now, gradients, progress));
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
+    if (now.fields && (in_turns_ || !settings_.accumulate)) {
+      field_adam.step(next_fields, gradients, in_turns_ ? rate * std::sqrt(share) : rate);
+      gradients.clear();
+    }
     if (settings_.accumulate) continue;
     next = copy->step(next, seen);
-    field_adam.step(next_fields, gradients, rate);
     seen.clear();
-    gradients.clear();
   }
   if (settings_.accumulate) {
     if (now.scalars && now.first) optimiser_->start_afresh();
     if (now.scalars) next = optimiser_->step(next, seen);
-    if (now.fields) field_adam.step(next_fields, gradients, rate);
+    if (now.fields && in_turns_) next = optimiser_->follow(next, seen);
+    if (now.fields && !in_turns_) field_adam.step(next_fields, gradients, rate);
   } else {
     optimiser_ = std::move(copy);
   }
+  x_ = result_.last = x;
   if (due) note_validation(row, validation);
   result_.history.push_back(row);
   if (too_many_dropped()) return false;
   if (due && within_tolerance()) return stop(StopReason::kTolerance);
   x_ = result_.last = unknowns_.project(next);
   field_adam_ = std::move(field_adam);
+  turn_begin_ = std::move(turn_begin);
   field_values_ = std::move(next_fields);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
   ++result_.iterations;
@@ -350,7 +364,7 @@ bool Fit::settle(const Vector& x, Progress* progress, bool told) {
   note_validation(row, validation);
   // An answer that draws on all iterations gives way to an earlier state only if that is better by
   // more than the noise of the comparison.
-  if (told || (optimiser_->averages() &&
+  if (told || (optimiser_->averages() && !in_turns_ &&
                row.validation < result_.best_validation + 2 * row.validation_standard_error)) {
     result_.best_validation = kNotDone;
     note_validation(row, validation);

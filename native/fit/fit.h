@@ -84,7 +84,9 @@ class Fit {
   std::string saved();
   /// Not during the search, which is short and which a new fit does in the same way, nor once the
   /// answer has been verified.
-  bool can_be_saved() const { return !search_ && !rivals_ && verified_rivals_ == 0; }
+  bool can_be_saved() const {
+    return !search_ && trials_.empty() && !rivals_ && verified_rivals_ == 0;
+  }
   /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
   void restore(std::string_view saved);
   /// So far; complete once `step` has returned false.
@@ -112,6 +114,8 @@ class Fit {
   }
   void begin_search(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted);
   bool search(Progress* progress);
+  void end_search();
+  bool try_fields(Progress* progress);
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
   bool compare_with_rivals(Progress* progress);
@@ -144,7 +148,9 @@ class Fit {
                       std::vector<std::vector<double>>& gradients, Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
-  bool worse_than_smallest(const Validation& validation) const;
+  /// By more than so many standard errors of the difference, pixel against pixel: the seeds are the
+  /// same, so most of the noise is common to both.
+  static bool is_worse(const Validation& one, const Validation& than, double sigmas);
   /// Settles on the optimiser's answer, validates it, and ends the fit or has it verified.
   bool finish(Progress* progress);
   /// Validates `x` and records it as the final state. True where it became the best one: where
@@ -187,7 +193,25 @@ class Fit {
   std::vector<Vector> serious_;     ///< rivals that stood and have not been verified
   std::vector<Verified> as_good_;   ///< those that were, and that nothing tells from the answer
   int verified_rivals_ = 0;
+  /// Where a turn of the scalars began.
+  struct TurnBegin {
+    Vector x;
+    Validation validation;
+    void members(SavedState& state);
+  };
   FieldAdam field_adam_;
+  /// After a search, the first step of a field in learning rates.
+  static constexpr double kFirstRate = 4;
+  /// Values of the scalars from which fields are stepped before the first iteration.
+  struct Trial {
+    Vector x;
+    FieldValues fields;
+    FieldAdam adam;
+    int steps = 0;
+    Validation validation;
+  };
+  std::vector<Trial> trials_;  ///< until one of them has been taken
+  TurnBegin turn_begin_;       ///< of the newest; empty x: none yet
   bool in_turns_ = false;
   bool searched_ = false;  ///< where there are grids
   Vector x_;

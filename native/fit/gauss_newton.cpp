@@ -27,6 +27,9 @@ constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
 /// (an error that falls as t^-0.65 where differences measure 1.5 times the slope); these a seventh
 /// more noise, which verification takes away again.
 constexpr double kAging = 1;
+/// Where fields move: what is kept of the equations before, which told of other fields, and the least
+/// damping.
+constexpr double kFollowKept = 0.8, kFollowDamping = 0.1;
 constexpr double kLargeMove = 0.25;  ///< caps; smaller steps are never rejected
 /// From this iteration on caps shrink as 1 / iteration: the way that is left to go stays unlimited
 /// (harmonic series), but noise cannot throw a settled fit far and make it forget what it knows.
@@ -140,6 +143,33 @@ bool GaussNewton::worse_than_best(const NoisyLoss& loss) const {
          best_loss_.value + kWorseSigmas * noise + kWorseBy * std::abs(best_loss_.value);
 }
 
+void GaussNewton::add(Measurement& sum, const JacobianSums::Set& z, const Eigen::VectorXf& w,
+                      const Halves& halves) {
+  sum.normal += (weighted_product(z.a.instruments, w, z.b.slopes) +
+                 weighted_product(z.b.instruments, w, z.a.slopes)) /
+                2;
+  sum.gradient += (weighted_product(z.a.instruments, w, halves.residual_b) +
+                   weighted_product(z.b.instruments, w, halves.residual_a)) /
+                  2;
+  const Eigen::VectorXf noise = w.cwiseAbs2().cwiseProduct(halves.variance);
+  for (const Jacobian* one : {&z.a.instruments, &z.b.instruments}) {
+    sum.covariance += weighted_product(*one, noise, *one) / 4;
+    sum.strength += weighted_product(*one, w, *one).diagonal() / 2;
+  }
+}
+
+void GaussNewton::join(const Measurement& now, const Vector& u, double keep) {
+  for (Eigen::Index k = 0; k < u.size(); ++k)
+    if (!std::isfinite(now.gradient[k]) || !std::isfinite(now.normal(k, k)))
+      throw std::runtime_error("The derivative with respect to " +
+                               problem_->unknowns.components()[static_cast<std::size_t>(k)].name +
+                               " is not finite; narrow its bounds, or report this scene");
+  normal_ = keep * normal_ + now.normal;
+  right_ = keep * right_ + now.normal * u - now.gradient;
+  covariance_ = keep * keep * covariance_ + now.covariance;
+  strength_ = keep * strength_ + now.strength;
+}
+
 GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
                                               const std::vector<Halves>& halves, double keep) {
   const Eigen::Index n = right_.size();
@@ -150,23 +180,8 @@ GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
     const Eigen::VectorXf& w = view.weight;
     view.jacobians.add(halves[v], keep);
     const JacobianSums::Set z = view.jacobians.all(*problem_, capture, w);
-    sum.normal += (weighted_product(z.a.instruments, w, z.b.slopes) +
-                   weighted_product(z.b.instruments, w, z.a.slopes)) /
-                  2;
-    sum.gradient += (weighted_product(z.a.instruments, w, halves[v].residual_b) +
-                     weighted_product(z.b.instruments, w, halves[v].residual_a)) /
-                    2;
-    const Eigen::VectorXf noise = w.cwiseAbs2().cwiseProduct(halves[v].variance);
-    for (const Jacobian* one : {&z.a.instruments, &z.b.instruments}) {
-      sum.covariance += weighted_product(*one, noise, *one) / 4;
-      sum.strength += weighted_product(*one, w, *one).diagonal() / 2;
-    }
+    add(sum, z, w, halves[v]);
   }
-  for (Eigen::Index k = 0; k < n; ++k)
-    if (!std::isfinite(sum.gradient[k]) || !std::isfinite(sum.normal(k, k)))
-      throw std::runtime_error("The derivative with respect to " +
-                               problem_->unknowns.components()[static_cast<std::size_t>(k)].name +
-                               " is not finite; narrow its bounds, or report this scene");
   return sum;
 }
 
@@ -197,10 +212,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   const double jacobian_keep = std::max(moved, kLeastJacobianKept);
   const double keep = moved * (1 - kAging / iteration_);
   const Measurement now = measure(seen, halves, jacobian_keep);
-  normal_ = keep * normal_ + now.normal;
-  right_ = keep * right_ + now.normal * u - now.gradient;
-  covariance_ = keep * keep * covariance_ + now.covariance;
-  strength_ = keep * strength_ + now.strength;
+  join(now, u, keep);
   if (!has_best_ || loss.value < best_loss_.value) {
     has_best_ = true;
     best_loss_ = loss;
@@ -216,6 +228,22 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   if (accepted_.size() > kAveraged) accepted_.pop_front();
   learn_variance(seen, jacobian_keep);
   return problem_->unknowns.project(coordinates_.to_values(next));
+}
+
+/// By the instruments that earlier iterations have gathered. Fields and scalars that stand in for each
+/// other lie in a narrow valley, in which turns of either alone are slow.
+Vector GaussNewton::follow(const Vector& x, std::span<const Observation> seen) {
+  if (iteration_ == 0) return x;
+  const Vector u = coordinates_.from_values(x);
+  const Eigen::Index n = u.size();
+  Measurement now{Matrix::Zero(n, n), Matrix::Zero(n, n), Vector::Zero(n), Vector::Zero(n)};
+  for (const Observation& one : seen) {
+    const Equations told = equations(static_cast<std::size_t>(one.capture), one.film);
+    add(now, told.z, told.weight, told.residual);
+  }
+  join(now, u, kFollowKept);
+  damping_ = std::max(damping_, kFollowDamping);
+  return problem_->unknowns.project(coordinates_.to_values(u + bounded_way(u).step));
 }
 
 void GaussNewton::gather(const Vector& x, const Observation& derivatives, double weight) {

@@ -24,6 +24,7 @@ class GaussNewton final : public Optimiser {
  public:
   explicit GaussNewton(const Problem& problem);
   Vector step(const Vector& x, std::span<const Observation> seen) override;
+  Vector follow(const Vector& x, std::span<const Observation> seen) override;
   Vector answer(const Vector& x) const override;
   void start_afresh() override;
   bool averages() const override { return true; }
@@ -64,6 +65,11 @@ class GaussNewton final : public Optimiser {
     Vector gradient;    ///< Z^T w (I - photo)
     Vector strength;    ///< diagonal of Z^T w Z
   };
+  /// Adds those of one photo, whose jacobians say `z`.
+  static void add(Measurement& sum, const JacobianSums::Set& z, const Eigen::VectorXf& weight,
+                  const Halves& halves);
+  /// Joins the sums, of which `keep` is kept. Throws as `step`.
+  void join(const Measurement& now, const Vector& u, double keep);
   struct NoisyLoss {
     double value = 0, variance = 0;
   };

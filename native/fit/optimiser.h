@@ -41,6 +41,9 @@ class Optimiser {
   /// The next values, inside the bounds. `seen` holds one observation, or one per capture.
   /// Throws std::runtime_error naming the unknown when a derivative is not finite.
   virtual Vector step(const Vector& x, std::span<const Observation> seen) = 0;
+  /// The next values where something else in the scene moves meanwhile: `seen` has no derivatives, one
+  /// observation per capture. Stays where nothing can be told without.
+  virtual Vector follow(const Vector& x, std::span<const Observation> /*seen*/) { return x; }
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
   virtual Vector answer(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.

@@ -13,7 +13,8 @@ enum class Stream : std::uint64_t {
   kValidation = 2,
   kSearch = 3,
   kVerification = 4,
-  kRivals = 5
+  kRivals = 5,
+  kTrial = 6
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

@@ -46,6 +46,14 @@ std::vector<Out> rows(const Array<T>& a, const std::string& what) {
   return out;
 }
 
+/// The colours of an (..., 3) array, whose shape has been checked.
+inline std::vector<Colorf> colors_of(const Array<float>& a) {
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  std::vector<Colorf> out(static_cast<std::size_t>(a.size()) / 3);
+  std::memcpy(static_cast<void*>(out.data()), a.data(), out.size() * sizeof(Colorf));
+  return out;
+}
+
 inline Color<double> color_of(const Array<double>& a, const std::string& what) {
   require_shape(a, what, {3});
   return {a.at(0), a.at(1), a.at(2)};

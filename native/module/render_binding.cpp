@@ -79,8 +79,7 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
   Picture photo;
   if (reference) {
     require_shape(*reference, "reference", {height, width, 3});
-    photo.resize(pixels);
-    std::memcpy(static_cast<void*>(photo.data()), reference->data(), photo.size() * sizeof(Colorf));
+    photo = colors_of(*reference);
   }
   std::vector<float> weights(pixels, 1);
   if (weight) {

@@ -183,10 +183,8 @@ void set_world(SceneBuilder& b, const Array<double>& color, double strength,
     world.to_map[i] = Vec3f(Vec3d{to_map.at(i, 0), to_map.at(i, 1), to_map.at(i, 2)});
   if (image) {
     require_shape(*image, "World: image", {-1, -1, 3});
-    std::vector<Colorf> pixels(static_cast<std::size_t>(image->size() / 3));
-    std::memcpy(static_cast<void*>(pixels.data()), image->data(), pixels.size() * sizeof(Colorf));
     world.map = std::make_shared<EnvironmentMap>(
-        static_cast<int>(image->shape(1)), static_cast<int>(image->shape(0)), std::move(pixels));
+        static_cast<int>(image->shape(1)), static_cast<int>(image->shape(0)), colors_of(*image));
   }
   world.check();
   b.appearance.world = world;
@@ -374,18 +372,13 @@ void bind_scene(py::module_& m) {
       .def(
           "with_image",
           [](const Scene& s, const std::string& material, const Array<float>& pixels) {
-            const ImageRef ref{s.material(material)};
-            const Texture& image = *s.image(ref).texture;
+            const Texture& image = *s.image({s.material(material)}).texture;
             require_shape(pixels, "pixels", {image.height(), image.width(), 3});
-            std::vector<Colorf> colors(image.pixels().size());
-            std::memcpy(static_cast<void*>(colors.data()), pixels.data(),
-                        colors.size() * sizeof(Colorf));
-            return s.with_image(ref, std::move(colors));
+            return s.with_image({s.material(material)}, colors_of(pixels));
           },
           "material"_a, "pixels"_a,
-          "Scene with other colours in the image of a material's base colour: (h, w, 3) float32 as "
-          "the image holds them (sRGB code values where it is encoded), row 0 at the top. "
-          "ValueError: it has none, another size, or one that is not finite.")
+          "Scene with other texels of a base colour's image, (h, w, 3) as it holds them, row 0 at "
+          "the top. ValueError: no such image, another size, a number that is not finite.")
       .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,

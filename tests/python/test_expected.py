@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite.fit_run import cost  # noqa: E402
+from selenite.fit_run.field_kinds import KINDS  # noqa: E402
 from selenite.fit_run.settings import FitSettings  # noqa: E402
 from selenite.fit_run.unknowns import Unknown  # noqa: E402
 from selenite.parameters import table  # noqa: E402
@@ -59,10 +60,9 @@ def test_equal_parameters_are_told_apart_by_their_owners() -> None:
 def plan_with(*grids: np.ndarray, size: int = 64) -> Any:
     """Extinction and roughness of a medium, the first grid one of albedos, the others densities."""
     photo = SimpleNamespace(photo_size=(size, size))
-    uses = ("albedo", *["density"] * len(grids))
+    kinds = (KINDS["albedo_grid"], *[KINDS["density_grid"]] * len(grids))
     fields = [
-        SimpleNamespace(kind=SimpleNamespace(use=use), start=SimpleNamespace(values=grid))
-        for use, grid in zip(uses, grids, strict=False)
+        SimpleNamespace(kind=kind, values=grid) for kind, grid in zip(kinds, grids, strict=False)
     ]
     scalars = [unknown("extinction"), unknown("roughness")]
     return SimpleNamespace(unknowns=scalars, fields=fields, captures=[photo])
@@ -81,7 +81,8 @@ def test_a_fit_of_grids_searches_where_nothing_is_known_of_the_voxels() -> None:
     assert paths(even, even) > paths(even, even, search="off")
     assert paths(even, uneven) == paths(even, uneven, search="off")
 
-    # Its pictures stay small: what it adds is the same at all heights, but for other turns.
+    # Its pictures stay small: what it adds is the same at all heights, but for other turns and the
+    # steps from a low roughness.
     def added(height: int) -> float:
         tall, plan = replace(settings, height=height), plan_with(even, size=height)
         return cost.paths(tall, plan) - cost.paths(replace(tall, search="off"), plan)

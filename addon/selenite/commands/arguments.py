@@ -51,24 +51,33 @@ def assignments(texts: Sequence[str], problems: list[Problem]) -> dict[Key, Valu
     return found
 
 
-def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
-    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol"] -> number or absolute path by name."""
+def words(
+    texts: Sequence[str], argument: str, form: str, problems: list[Problem]
+) -> dict[Key, str]:
+    """["Body:base_color_texture=fill"] -> what stands behind the sign, by name; `form`: of that."""
     found: dict[Key, str] = {}
     for text in texts:
         left, equals, right = text.partition("=")
+        title = f"Argument {argument} '{text}'"
         try:
             if not (equals and right):
-                raise ValueError("it is not OWNER:PARAMETER=N or =FILE")
+                raise ValueError(f"it is not OWNER:PARAMETER={form}")
             key = parameters.split_name(left)
         except ValueError as error:
-            cure = "write OWNER:PARAMETER=N or OWNER:PARAMETER=FILE"
-            problems.append(Problem(f"Argument --grid '{text}'", str(error), cure))
+            problems.append(Problem(title, str(error), f"write OWNER:PARAMETER={form}"))
             continue
         if key in found:
-            problems.append(Problem(f"Argument --grid '{text}'", "given twice", "give it once"))
-        is_file = not right.isdecimal()
-        found[key] = str(Path(right).expanduser().resolve()) if is_file else right
+            problems.append(Problem(title, "given twice", "give it once"))
+        found[key] = right
     return found
+
+
+def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
+    """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol"] -> number or absolute path by name."""
+    return {
+        key: word if word.isdecimal() else str(Path(word).expanduser().resolve())
+        for key, word in words(texts, "--grid", "N or =FILE", problems).items()
+    }
 
 
 def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...]:

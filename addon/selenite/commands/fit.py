@@ -8,15 +8,16 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
-from ..fit_run.fields import fitted_grids
+from ..fit_run.fields import ImageUnknown, fitted_grids
 from ..fit_run.job import FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.results import new_folder, result_json, summary, write_results
+from ..fit_run.results import finished, new_folder, result_json, summary, write_results
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name
@@ -46,13 +47,14 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems.append(Problem("Argument --set-cycles", cause, cure))
     scene, values, plan, run = _resumed(args, problems) if args.resume else _new(args, problems)
     checks = args.check_in_cycles
-    if plan.fields and checks:
+    grids = [item.name for item in plan.fields if not item.kind.is_image]
+    if grids and checks:
         from ..write_back import grids as grid_objects
 
         missing = grid_objects.why_not()
         checks = not missing
         if missing:
-            say(f"warning: {plan.fields[0].name}: the check in Cycles is left out: {missing}")
+            say(f"warning: {grids[0]}: the check in Cycles is left out: {missing}")
     for text in plan.warnings:
         say(f"warning: {text}")
     say(f"model {plan.model}")
@@ -72,13 +74,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     import bpy
 
     with bar("writing") as shown:
-        folder = write_results(
-            plan,
-            result,
-            out,
-            bpy.app.version_string,
-            lambda text, fraction: shown.update(fraction, note=text),
-        )
+
+        def tell(text: str, fraction: float) -> None:
+            shown.update(fraction, note=text)
+
+        result = finished(plan, result, tell)
+        folder = write_results(plan, result, out, bpy.app.version_string, tell)
     recorder.finished()
     for line in summary(plan, result):
         say(line)
@@ -106,15 +107,22 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 def _show(
     scene: Any, values: SceneValues, plan: FitPlan, result: dict[str, Any], folder: Path
 ) -> list[str]:
-    """Fitted grids as Volume objects, where that is possible; what was done, line by line."""
+    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes; what
+    was done, line by line."""
     if not plan.fields:
         return []
     from ..write_back import grids as grid_objects
+    from ..write_back import images as image_nodes
 
     lines = []
-    for name, grids in fitted_grids(plan.fields, result["fields_best"]).items():
+    grids = fitted_grids(plan.fields, result["fields_best"])
+    shows = [
+        *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
+        *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
+    ]
+    for show in shows:
         try:
-            lines.append(grid_objects.show(scene, values, name, grids, folder))
+            lines.append(show())
         except BadInput as error:
             lines += [f"not shown in the scene: {item.line()}" for item in error.problems]
     for line in lines:
@@ -126,9 +134,22 @@ def _hide(scene: Any, plan: FitPlan) -> None:
     """Undoes `_show` in the open scene, so that the check finds what was fitted."""
     if plan.fields:
         from ..write_back import grids as grid_objects
+        from ..write_back import images as image_nodes
 
         for item in plan.fields:
-            grid_objects.restore(scene, item.owner)
+            if item.kind.is_image:
+                image_nodes.restore(item.owner)
+            else:
+                grid_objects.restore(scene, item.owner)
+
+
+def _images(plan: FitPlan, folder: Path) -> dict[str, str]:
+    """Material -> file of its fitted image."""
+    return {
+        item.owner: str(folder / item.files[0])
+        for item in plan.fields
+        if isinstance(item, ImageUnknown)
+    }
 
 
 Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
@@ -179,7 +200,9 @@ def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> F
 
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     """What an unfinished run asked for, and the results of what it has done."""
-    others = ("fit", "photo", "mask", "start", "bounds", "grid", "preset", "stages", *_SETTINGS)
+    others = (
+        "fit", "photo", "mask", "start", "bounds", "grid", "unseen", "preset", "stages", *_SETTINGS
+    )  # fmt: skip
     for name in others:
         if name != "threads" and getattr(args, name):
             cause, cure = "the run has its own", "leave it out, or start a new run"
@@ -208,7 +231,8 @@ def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> d
     from ..cycles_check.render_settings import Remark
 
     grids = fitted_grids(plan.fields, result["fields_best"])
-    job = CheckJob(scene, plan.request, fitted_values(plan, result), grids)
+    images = _images(plan, folder)
+    job = CheckJob(scene, plan.request, fitted_values(plan, result), grids, images)
     try:
         job.start()
         with bar("Cycles") as shown:
@@ -297,8 +321,8 @@ def unknowns_of(
     stages: Sequence[StageRequest],
     problems: list[Problem],
 ) -> tuple[UnknownRequest, ...]:
-    """--fit, or what the stages name, or the run file's, or the usual ones; with --start and
-    --bounds."""
+    """--fit, or what the stages name, or the run file's, or the usual ones; with --start, --bounds,
+    --grid and --unseen."""
     requests = [UnknownRequest(*key) for key in arguments.names(args.fit, problems)]
     named = [text for stage in stages for text in stage.parameters]
     requests = requests or [UnknownRequest(*key) for key in arguments.names(named, problems)]
@@ -316,6 +340,9 @@ def unknowns_of(
     for key, grid in arguments.grids(args.grid, problems).items():
         if _known(key, found, problems):
             found[key] = replace(found[key], grid=grid)
+    for key, word in arguments.words(args.unseen, "--unseen", "keep|fill", problems).items():
+        if _known(key, found, problems):
+            found[key] = replace(found[key], unseen=word)
     return tuple(found.values())
 
 

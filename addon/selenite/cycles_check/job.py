@@ -52,11 +52,13 @@ class CheckJob:
         request: RunRequest,
         values: Mapping[tuple[str, str], Values],
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
+        images: Mapping[str, str] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
         request: what was fitted, with its captures. values: what is written back into the copy;
-        grids: what Volume objects show there, material -> use -> grid.
+        grids: what Volume objects show there, material -> use -> grid. images: files that base
+        colours have there, by material.
         """
         problems = _unsaved_pictures()
         if problems:
@@ -71,6 +73,7 @@ class CheckJob:
                 "run": request.as_json(),
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
+                "images": dict(images or {}),
                 # for the checkout and the legacy add-on, which are not where Python looks
                 "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
             })  # fmt: skip

@@ -36,6 +36,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.scene_read.photos import packed_photos
     from selenite.scene_read.scene import open_blend, read_scene
     from selenite.write_back import grids as grid_objects
+    from selenite.write_back import images as image_nodes
 
     open_blend(str(folder / "scene.blend"))
     scene = bpy.data.scenes[request["scene"]]
@@ -44,7 +45,9 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     begin = time.perf_counter()
     wanted = RunRequest.from_json(request["run"])
     values = {parameters.split_name(name): tuple(v) for name, v in request["values"].items()}
-    write_back.write(scene, read_scene(scene).owners, values)
+    read = read_scene(scene)
+    write_back.write(scene, read.owners, values)
+    shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
     read = read_scene(scene)
     problems = list(read.problems)
     captures = read_captures(
@@ -56,7 +59,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     grids = _grids(folder, request["grids"])
     # Selenite renders the grids inside their meshes, as they were fitted, Cycles Volume objects.
     native_scene = build_scene(with_grids(read, grids))
-    shown = [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
+    shown += [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
     rows, pictures = {}, {}
@@ -115,9 +118,9 @@ def _check(
     import numpy as np
 
     from selenite import native
+    from selenite.atomic_files import safe_name
     from selenite.cycles_check.compare import Estimate, misfit
     from selenite.cycles_check.render import estimate
-    from selenite.fit_run.results import file_name
 
     height, width = capture.reference.shape[:2]
     tell("Selenite's picture", 0.0)
@@ -146,7 +149,7 @@ def _check(
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted
-    stem = file_name(capture.camera)
+    stem = safe_name(capture.camera)
     for name, pixels in (
         ("native", ours.mean),
         ("native_sem", np.sqrt(ours.variance)),

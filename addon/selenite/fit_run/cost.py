@@ -32,6 +32,8 @@ _RIVAL_PICTURES, _RIVAL_SHARE = 4, 16
 # Of the steps: iterations that take a difference for each parameter that needs one, and how many
 # share those of a round from then on.
 _ALL_DIFFERENCES, _ROUND = 4, 3
+# After a search beside fields, where a roughness is unknown: steps of the fields from two of them.
+_TRIALS, _TRIAL_STEPS = 2, 5
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 
@@ -54,7 +56,7 @@ def verification_spp(settings: FitSettings) -> int:
 def too_many(plan: FitPlan) -> str:
     """Why a fit's report can't tell what the photos know of the unknowns; "" if it can."""
     if plan.fields:
-        return "a grid has too many values to say what the photos know of them"
+        return "a grid or image has too many values to say what the photos know of them"
     count = sum(item.parameter.width for item in plan.unknowns)
     if count > FEW:
         return f"{count} numbers are unknown, a fit verifies up to {FEW}"
@@ -74,21 +76,27 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     )
     differences = sum(_by_difference(item) for item in plan.unknowns)
     iterations, spp = settings.iterations, settings.spp
-    of_grids = 0.0
+    of_fields = 0.0
     if plan.fields:
-        # In turns: five iterations each, after a search ten of the grids.
-        of_grids = iterations * (1 - (1 / (3 if searches else 2) if by_least_squares else 0))
+        # In turns: five iterations each, after a search ten of the fields.
+        of_fields = iterations * (1 - (1 / (3 if searches else 2) if by_least_squares else 0))
     elif by_least_squares:
         iterations = min(iterations, _SETTLED_AFTER)
-    of_scalars = iterations - of_grids
+    of_scalars = iterations - of_fields
     by_differences = 0.0
     if by_least_squares:
         first = min(of_scalars, _ALL_DIFFERENCES)
         by_differences = spp * differences * (first + (of_scalars - first) / _ROUND)
     validations = -(-iterations // _VALIDATION_EVERY) + 1
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
-    steps = spp * (of_grids * _FIELD_DERIVATIVES + of_scalars * _DERIVATIVES)
+    steps = spp * (of_fields * _FIELD_DERIVATIVES + of_scalars * _DERIVATIVES)
     per_pixel = steps + by_differences + validations * validation
+    if (
+        plan.fields
+        and searches
+        and any(item.parameter.coordinate == "blur" for item in plan.unknowns)
+    ):
+        per_pixel += _TRIALS * (_TRIAL_STEPS * spp * _FIELD_DERIVATIVES + validation)
     if few:
         verified = verification_spp(settings)
         roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
@@ -105,11 +113,14 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
 
 
 def _start_even(plan: FitPlan, scalars: int) -> bool:
-    """Whether the native fit searches with one albedo in place of each albedo grid: these are few
-    numbers, and nothing is known of the voxels of any grid."""
-    albedos = sum(item.kind.use == "albedo" for item in plan.fields)
-    even = all(np.ptp(item.start.values, axis=(0, 1, 2)).max() == 0 for item in plan.fields)
-    return even and albedos > 0 and scalars + 3 * albedos <= FEW
+    """Whether the native fit searches with one colour in place of each grid of albedos and each
+    image: these are few numbers, and nothing is known of the voxels or texels of any field."""
+    colours = sum(bool(item.kind.single) for item in plan.fields)
+    even = all(
+        np.ptp(item.values.reshape(-1, item.values.shape[-1]), axis=0).max() == 0
+        for item in plan.fields
+    )
+    return even and colours > 0 and scalars + 3 * colours <= FEW
 
 
 def _by_difference(unknown: Unknown) -> bool:

@@ -200,7 +200,7 @@ def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a 
     values = {name: tuple(map(float, np.ravel(v))) for name, v in result["values_best"].items()}
     scene = plan.scene.with_values(stage_plan.constants(values, plan.unknowns, plan.fields))
     for item in plan.fields:
-        scene = stage_plan.placed(scene, item, result["fields_best"][item.name])
+        scene = item.placed(scene, result["fields_best"][item.name])
     return scene
 
 

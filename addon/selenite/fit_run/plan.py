@@ -11,7 +11,7 @@ from .. import native
 from ..problems import BadInput, Problem
 from ..scene_read.build import build
 from ..scene_read.values import SceneValues
-from . import fields as grid_fields
+from . import fields as all_fields
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .request import RunRequest, UnknownRequest
@@ -51,13 +51,13 @@ def prepare(
     problems = list(values.problems)
     warnings = list(values.warnings)
     requests = request.unknowns or tuple(usual_requests(values, problems))
-    single, many = grid_fields.split(requests)
+    single, many = all_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
     wanted = stage_plan.named(values, request.stages, problems)
-    fitted_with = stage_plan.beside_grids(unknowns, wanted)
-    fields = grid_fields.choose(values, many, fitted_with, request.settings, problems)
-    fields = stage_plan.starting_at_albedo(fields, unknowns, problems)
-    warnings += grid_fields.remarks(fields, unknowns)
+    fitted_with = stage_plan.beside_fields(unknowns, wanted)
+    fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
+    fields = stage_plan.starting_at_colour(fields, unknowns, problems)
+    warnings += all_fields.remarks(fields, unknowns)
     names = [*(item.name for item in unknowns), *(item.name for item in fields)]
     settings = stage_plan.settings_of(wanted, names, request.settings, problems)
 
@@ -70,7 +70,7 @@ def prepare(
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
-    scene = build_scene(grid_fields.with_fields(values, fields))
+    scene = build_scene(all_fields.with_fields(values, fields))
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
     by_height = {request.settings.height: captures}
     stages = []
@@ -80,7 +80,7 @@ def prepare(
         active = stage_plan.active_fields(stage.name, wanted, unknowns, fields)
         base = scene
         if len(active) < len(fields):
-            base = build_scene(grid_fields.with_fields(values, active))
+            base = build_scene(all_fields.with_fields(values, active))
         stages.append(Stage(stage, own, by_height[own.height], base, tuple(active)))
     return FitPlan(
         request=replace(
@@ -120,7 +120,7 @@ def paths_traced(scene: Any) -> str:  # noqa: ANN401 - a native Scene has no Pyt
 
 def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> str:
     """Which model the ticked parameters need, and why."""
-    if fields:
+    if any(not item.kind.is_image for item in fields):
         return "volume: a ticked parameter is a grid"
     effects = {item.parameter.effect for item in unknowns}
     if "visibility" in effects:

@@ -22,7 +22,9 @@ SCHEMA = 1
 class UnknownRequest:
     """A parameter to fit; None means the default of the scene or of the parameter table.
 
-    `grid`, of a field: a file, or the voxels along the longest side; "" for the scene's grid.
+    Of a field, `grid`: a file, or the voxels along a grid's longest side, the texels along each
+    side of an image; "" for the scene's own. `unseen`, of an image: what becomes of texels that no
+    photo sees, "keep" (as they were) or "fill" (from those around them); "" for the usual.
     """
 
     owner: str
@@ -32,6 +34,7 @@ class UnknownRequest:
     maximum: float | None = None
     learning_rate: float | None = None
     grid: str = ""
+    unseen: str = ""
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__, grid_files, mean_free_path, native
-from ..atomic_files import write_json
+from .. import __version__, mean_free_path, native
+from ..atomic_files import safe_name, write_json
 from ..parameters import Values
 from . import trust
 from .captures import Capture
-from .fields import FieldUnknown
+from .fields import FieldUnknown, images
 from .job import fitted_values, scene_at
 from .plan import FitPlan, paths_traced
 from .unknowns import Unknown
@@ -48,16 +48,15 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
                 **mean_free_path.of(value, plan.millimetres).as_json(),
             }
     for field in plan.fields:
-        values_of_field = result["fields_best"][field.name]
+        found = result["fields_best"][field.name]
         rows[field.name] = {
-            "initial": _means(field.start.values),
-            "value": _means(values_of_field),
+            "initial": field.mean(field.values),
+            "value": field.mean(found),
             "minimum": field.minimum,
             "maximum": field.maximum,
             **trust.UNKNOWN,
             "unit": "1",
-            "voxels": [int(n) for n in values_of_field.shape[2::-1]],
-            "files": field_files(field),
+            **field.about(found, result.get("coverage", {}).get(field.name)),
         }
     told = {"stages": result["stages"]} if "stages" in result else {}
     if plan.request.staging:
@@ -86,6 +85,21 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
     } | told
 
 
+def finished(
+    plan: FitPlan,
+    result: dict[str, Any],
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+) -> dict[str, Any]:
+    """The result with those texels of its images that no photo sees kept or filled, and with the
+    key `coverage` (see `fields.images`). Renders where there are images."""
+    if not any(item.kind.is_image for item in plan.fields):
+        return result
+    final, coverage = images.finished(
+        plan.fields, result["fields_best"], scene_at(plan, result), plan.captures, progress
+    )
+    return result | {"fields_best": final, "coverage": coverage}
+
+
 def write_results(
     plan: FitPlan,
     result: dict[str, Any],
@@ -95,7 +109,8 @@ def write_results(
     *,
     pictures: bool = True,
 ) -> Path:
-    """Renders the pictures and writes `parent/<date>_<time>/`; returns the folder.
+    """Renders the pictures and writes `parent/<date>_<time>/`; returns the folder. result: see
+    `finished`.
 
     Everything is written into a hidden folder beside it that is renamed at the end. Raises OSError.
     """
@@ -107,10 +122,11 @@ def write_results(
         report = result_json(plan, result, host)
         write_json(partial / "result.json", report)
         write_json(partial / "run.json", plan.request.as_json())
-        numbers = {item.name for item in plan.fields if item.start.values.shape[3] == 1}
+        numbers = {item.name for item in plan.fields if item.values.shape[-1] == 1}
         _write_history(partial / "history.csv", result["history"], numbers)
         for field in plan.fields:
-            _write_field(partial, field, result["fields_best"][field.name])
+            coverage = result.get("coverage", {}).get(field.name)
+            field.write(partial, result["fields_best"][field.name], coverage)
         (partial / "log.txt").write_text(_log(plan, report, result), encoding="utf-8")
         if pictures:
             _write_pictures(plan, result, partial, progress)
@@ -136,8 +152,8 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
 
 
 def field_text(field: FieldUnknown, values: np.ndarray) -> str:
-    """Means over the voxels at the start and of the fitted values."""
-    return f"mean {_text(_means(field.start.values))} -> {_text(_means(values))}"
+    """Means over the voxels or texels at the start and of the fitted values."""
+    return f"mean {_text(field.mean(field.values))} -> {_text(field.mean(values))}"
 
 
 def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
@@ -155,7 +171,7 @@ def _write_pictures(
     optimised = scene_at(plan, result)
     steps = 2 * len(plan.captures)
     for index, capture in enumerate(plan.captures):
-        stem = file_name(capture.camera)
+        stem = safe_name(capture.camera)
         progress(f"initial picture of {capture.camera}", 2 * index / steps)
         initial = _render(plan, plan.scene, capture)
         progress(f"optimised picture of {capture.camera}", (2 * index + 1) / steps)
@@ -203,34 +219,16 @@ def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> No
         values = np.asarray(values)
         names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
         columns += [(label, values[:, i]) for i, label in enumerate(names)]
-    for name, means in history["field_means"].items():
+    for name, column in history["field_means"].items():
         if name in numbers:
-            columns.append((f"{name} mean", means[:, 0]))
+            columns.append((f"{name} mean", column[:, 0]))
         else:
-            columns += [(f"{name} mean.{c}", means[:, i]) for i, c in enumerate("rgb")]
+            columns += [(f"{name} mean.{c}", column[:, i]) for i, c in enumerate("rgb")]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([name for name, _ in columns])
         for row in range(len(bias)):
             writer.writerow([_cell(values[row]) for _, values in columns])
-
-
-def field_files(field: FieldUnknown) -> list[str]:
-    """Names of its files in a result folder: NumPy's and Mitsuba's format."""
-    stem = f"{file_name(field.owner)}_{field.kind.use}"
-    return [f"{stem}.npy", f"{stem}.vol"]
-
-
-def _write_field(folder: Path, field: FieldUnknown, values: np.ndarray) -> None:
-    npy, vol = field_files(field)
-    grid_files.write_npy(folder / npy, values)
-    grid_files.write_vol(folder / vol, values, *field.box())
-
-
-def _means(values: np.ndarray) -> tuple[float, ...]:
-    """Over the voxels, channel by channel."""
-    means = values.reshape(-1, values.shape[-1]).mean(axis=0, dtype=np.float64)
-    return tuple(float(x) for x in means)
 
 
 def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
@@ -278,11 +276,6 @@ def _plain(values: Values) -> float | list[float]:
 
 def _text(values: Values) -> str:
     return ", ".join(f"{value:.4f}" for value in values)
-
-
-def file_name(text: str) -> str:
-    """A camera's name as part of a file's."""
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
 
 
 def new_folder(parent: Path, suffix: str = "") -> Path:

@@ -125,8 +125,9 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         )
     if plan.fields:
         lines.append(
-            "How sure these values are is not known: with a grid, few photos leave open what is "
-            "its doing and what theirs. Compare fits from other starts or to other photos"
+            "How sure these values are is not known: with a grid or an image, few photos leave "
+            "open what is its doing and what theirs. Compare fits from other starts or to other "
+            "photos"
         )
     for rival in rivals(result):
         all_of_it = "; ".join(f"{item.name} {_text(rival[item.name])}" for item in plan.unknowns)

@@ -12,7 +12,7 @@ from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from ..write_back import Key
 from ..write_back import grids as grid_objects
-from . import grid_rows
+from . import field_rows
 from .fit_operators import three
 from .request import refresh_rows
 from .row_operators import report_problems
@@ -34,10 +34,10 @@ class SELENITE_OT_apply(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """All values or none; one undo step."""
         settings = context.scene.selenite
-        grids = any(map(grid_rows.is_grid, settings.results))
+        grids = any(map(field_rows.is_grid, settings.results))
         missing = grid_objects.why_not() if grids else ""
         try:
-            if missing and all(map(grid_rows.is_grid, settings.results)):
+            if missing and all(map(field_rows.is_grid, settings.results)):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Fitted grids", f"{cause} and stay in their files", cure))
             before = _write(context.scene, "value")
@@ -45,13 +45,13 @@ class SELENITE_OT_apply(bpy.types.Operator):
             report_problems(self, error)
             return {"CANCELLED"}
         try:
-            lines = grid_rows.apply(context.scene) if grids and not missing else []
+            lines = field_rows.apply(context.scene, with_grids=not missing)
         except BadInput as error:
             _put(context.scene, before)
             report_problems(self, error)
             return {"CANCELLED"}
         for row in settings.results:
-            if not grid_rows.is_grid(row):
+            if not field_rows.is_field(row):
                 row.original = three(before[row.owner, row.parameter])
         for line in lines:
             self.report({"INFO"}, line)
@@ -77,7 +77,8 @@ class SELENITE_OT_restore(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """All values or none; one undo step."""
         try:
-            grid_rows.restore(context.scene)  # first, for it brings the medium's node back
+            # First, for it brings the medium's node back and unlinks the base colour.
+            field_rows.restore(context.scene)
             _write(context.scene, "original")
         except BadInput as error:
             report_problems(self, error)
@@ -88,7 +89,7 @@ class SELENITE_OT_restore(bpy.types.Operator):
 
 
 def _write(scene: bpy.types.Scene, which: str) -> dict[Key, Values]:
-    rows = [row for row in scene.selenite.results if not grid_rows.is_grid(row)]
+    rows = [row for row in scene.selenite.results if not field_rows.is_field(row)]
     values = {(row.owner, row.parameter): tuple(getattr(row, which)[: row.width]) for row in rows}
     return _put(scene, values)
 

@@ -15,7 +15,7 @@ from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import SceneValues
 from ..write_back.cameras import add_camera
-from . import grid_rows
+from . import field_rows
 from .request import run_request
 from .state import NEXT
 from .ticking import CancelsLook, LooksInThread
@@ -69,7 +69,7 @@ def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str],
     return {
         (row.owner, row.parameter): tuple(row.value[: row.width])
         for row in rows
-        if not grid_rows.is_grid(row)
+        if not field_rows.is_field(row)
         and row.owner in values.owners
         and row.parameter in values.owners[row.owner].values
     }

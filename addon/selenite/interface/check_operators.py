@@ -12,10 +12,9 @@ from ..cycles_check.render_settings import contents_of, set_for_fit
 from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder, write_results
 from ..problems import BadInput, Problem
-from ..scene_read import volumes
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
-from . import grid_rows
+from . import field_rows
 from .request import fit_settings
 from .row_operators import report_problems
 from .state import CHECK, RUN, is_idle
@@ -70,21 +69,22 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         known = RUN.plan is not None and RUN.result is not None and RUN.scene_name == scene.name
         request = RUN.plan.request if known else _request(scene)
         rows = scene.selenite.results
-        # Once they are applied, the scene itself shows the grids, and their media are elsewhere.
-        shown = {row.owner for row in rows if grid_rows.is_grid(row) and scene.selenite.applied}
+        # Once they are applied, the scene itself shows the fields.
+        applied = scene.selenite.applied
+        elsewhere = field_rows.replaced(scene) if applied else set()
         values = {
             (row.owner, row.parameter): tuple(row.value[: row.width])
             for row in rows
-            if not grid_rows.is_grid(row)
-            and not (row.owner in shown and row.parameter in volumes.PARAMETERS)
+            if not field_rows.is_field(row) and (row.owner, row.parameter) not in elsewhere
         }
         CHECK.contents[scene.name] = contents_of(scene)
         try:
-            grids = {} if scene.selenite.applied else grid_rows.fitted(scene)
+            grids = {} if applied else field_rows.fitted_grids(scene)
+            images = {} if applied else field_rows.fitted_images(scene)
             if grids and (missing := grid_objects.why_not()):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
-            job = CheckJob(scene, request, values, grids)
+            job = CheckJob(scene, request, values, grids, images)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

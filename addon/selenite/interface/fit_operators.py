@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -14,7 +16,7 @@ from ..fit_run import trust
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
-from ..fit_run.results import new_folder, write_results
+from ..fit_run.results import finished, new_folder, write_results
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO
 from ..looks.conditioning import StageChoice
@@ -23,7 +25,7 @@ from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
-from . import grid_rows
+from . import field_rows
 from .request import run_request, values_text
 from .row_operators import report_problems
 from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
@@ -162,14 +164,15 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             RUN.message = "Cancelled; nothing was changed"
             redraw(context)
             return {"CANCELLED"}
-        RUN.result = result
+        with _shown_progress(context) as tell:
+            RUN.result = finished(RUN.plan, result, tell)
         RUN.message = f"Stopped because: {result['stopped_because']}"
         _keep_result(scene)
         try:
-            _keep_grids(scene)
+            _keep_fields(scene)
         except OSError as error:
             parent = bpy.path.abspath(scene.selenite.output)
-            text = f"Cannot write the fitted grids to '{parent}': {error}"
+            text = f"Cannot write the fitted grids and images to '{parent}': {error}"
             self.report({"ERROR"}, f"{text}; choose another folder below and save the result")
         redraw(context)
         self.report({"INFO"}, RUN.message)
@@ -253,23 +256,27 @@ class SELENITE_OT_save_result(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """The folder appears complete or not at all."""
         parent = Path(bpy.path.abspath(context.scene.selenite.output))
-        manager = context.window_manager
-        manager.progress_begin(0, 100)
         try:
-            folder = RUN.folder = write_results(
-                RUN.plan,
-                RUN.result,
-                parent,
-                bpy.app.version_string,
-                lambda _text, fraction: manager.progress_update(int(100 * fraction)),
-            )
+            with _shown_progress(context) as tell:
+                folder = RUN.folder = write_results(
+                    RUN.plan, RUN.result, parent, bpy.app.version_string, tell
+                )
         except OSError as error:
             self.report({"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
             return {"CANCELLED"}
-        finally:
-            manager.progress_end()
         self.report({"INFO"}, f"Wrote {folder}")
         return {"FINISHED"}
+
+
+@contextmanager
+def _shown_progress(context: bpy.types.Context) -> Iterator[Callable[[str, float], None]]:
+    """What renders meanwhile tells how far it is, and the pointer shows it."""
+    manager = context.window_manager
+    manager.progress_begin(0, 100)
+    try:
+        yield lambda _text, fraction: manager.progress_update(int(100 * fraction))
+    finally:
+        manager.progress_end()
 
 
 def _begin(
@@ -326,8 +333,9 @@ def _keep_result(scene: bpy.types.Scene) -> None:
             row.text += f"\n{line}"
 
 
-def _keep_grids(scene: bpy.types.Scene) -> None:
-    """Fitted grids go into a result folder, and results name their files. Raises OSError."""
+def _keep_fields(scene: bpy.types.Scene) -> None:
+    """Fitted grids and images go into a result folder, and results name their files. Raises
+    OSError."""
     if not RUN.plan.fields:
         return
     parent = Path(bpy.path.abspath(scene.selenite.output))
@@ -336,7 +344,7 @@ def _keep_grids(scene: bpy.types.Scene) -> None:
         owner, row = RUN.owners[field.owner], scene.selenite.results.add()
         row.owner, row.kind = owner.name, owner.kind
         row.datablock, row.library = owner.datablock, owner.library
-        grid_rows.keep(row, field, RUN.result, RUN.folder)
+        field_rows.keep(row, field, RUN.result, RUN.folder)
 
 
 def three(values: tuple[float, ...]) -> tuple[float, float, float]:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
-from . import grid_rows, state
+from . import field_rows, state
 from .request import FIT_SETTINGS
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
@@ -123,10 +123,8 @@ class SELENITE_PT_parameters(bpy.types.Panel):
             layout.label(text=line)
         column = layout.column()
         column.use_property_split = True
-        if grid_rows.is_grid(item):
-            column.prop(item, "grid_from")
-            if item.grid_from != "scene":
-                column.prop(item, "voxels" if item.grid_from == "new" else "grid_path")
+        for name in field_rows.shown(item) if field_rows.is_field(item) else ():
+            column.prop(item, name)
         column.prop(item, "use_start")
         if item.use_start:
             for index in range(item.width):

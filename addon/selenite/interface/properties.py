@@ -13,7 +13,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..fit_run.fields import MOST_BY_NUMBER, USUAL_SIZE
+from ..fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
+from ..fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
 
@@ -35,9 +36,14 @@ PRESET_ITEMS = (
     ("accurate", "Accurate", "More samples and iterations", 2),
 )
 GRID_ITEMS = (
-    ("new", "New Grid", "One value everywhere, in as many voxels as asked for", 0),
-    ("scene", "Scene's Grid", "The grid that the Volume object has", 1),
-    ("file", "File", "A .npy or .vol file", 2),
+    ("new", "New", "One value everywhere, in as many voxels or texels as asked for", 0),
+    ("scene", "Scene", "The grid of the Volume object, the image of the base colour", 1),
+    ("file", "File", "A grid from a .npy or .vol file, an image from a picture", 2),
+)
+UNSEEN_ITEMS = (
+    ("auto", "Usual", "Filled where the image starts as one colour, else as they were", 0),
+    ("keep", "As They Were", "At the value that they start from", 1),
+    ("fill", "Filled from Around", "Smoothly, from the texels nearby that photos see", 2),
 )
 OPTIMISER_ITEMS = (
     ("auto", "Automatic", "Gauss-Newton where few numbers are fitted, else Adam", 0),
@@ -138,7 +144,9 @@ class SeleniteRow(bpy.types.PropertyGroup):
     learning_rate: FloatProperty(
         name="Rate", default=0.03, min=1e-6, max=1.0, precision=4, description="Step of the fit"
     )
-    grid_from: EnumProperty(name="Grid", items=GRID_ITEMS, description="Where a grid starts")
+    grid_from: EnumProperty(
+        name="Start From", items=GRID_ITEMS, description="Where a grid or an image starts"
+    )
     voxels: IntProperty(
         name="Voxels",
         default=USUAL_SIZE,
@@ -146,8 +154,22 @@ class SeleniteRow(bpy.types.PropertyGroup):
         max=MOST_BY_NUMBER,
         description="Voxels along the longest side of the object",
     )
+    texels: IntProperty(
+        name="Texels",
+        default=USUAL_TEXELS,
+        min=1,
+        max=MOST_TEXELS,
+        description="Texels along each side of the image",
+    )
     grid_path: StringProperty(
-        name="File", subtype="FILE_PATH", description="Grid to start from, .npy or .vol"
+        name="File",
+        subtype="FILE_PATH",
+        description="Grid (.npy or .vol) or picture (such as .png or .exr) to start from",
+    )
+    unseen: EnumProperty(
+        name="Unseen",
+        items=UNSEEN_ITEMS,
+        description="What becomes of texels that no photo sees",
     )
 
 
@@ -164,8 +186,10 @@ class SeleniteResult(bpy.types.PropertyGroup):
     value: FloatVectorProperty(size=3, precision=4)
     original: FloatVectorProperty(size=3, precision=4)
     text: StringProperty(description="Start and fitted value")
-    grid_file: StringProperty(description="The fitted grid, if this is one (.npy)")
-    grid_to_unit: StringProperty(description="World to the unit cube over which it lies (JSON)")
+    grid_file: StringProperty(
+        description="The fitted grid (.npy) or image (.png or .exr), if this is one"
+    )
+    grid_to_unit: StringProperty(description="World to the unit cube over which a grid lies (JSON)")
 
 
 class SeleniteStage(bpy.types.PropertyGroup):

@@ -8,17 +8,18 @@ from dataclasses import fields
 import bpy
 
 from .. import mean_free_path, parameters, write_back
-from ..fit_run.fields import KINDS
 from ..fit_run.request import RunRequest, UnknownRequest
 from ..fit_run.settings import FitSettings
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
-from ..scene_read.values import GridValues, Owner, SceneValues
-from . import grid_rows, stages
+from ..scene_read.values import Owner, SceneValues
+from . import field_rows, stages
 
 #: Of the panel, in its order; the rate is each row's.
 FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
+#: What the user sets in a row, and refreshing keeps.
+_KEPT = ("enabled", "use_start", "start", "minimum", "maximum", "learning_rate")
 
 
 def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
@@ -40,12 +41,12 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             cure = "refresh the list of parameters"
             problems.append(Problem(title, "its owner is not in the scene", cure))
             continue
-        grid = ""
-        if grid_rows.is_grid(row):
-            own_grid = grid_rows.own_grid(values, owner, row.parameter)
+        grid = unseen = ""
+        if field_rows.is_field(row):
+            own_values = field_rows.own_values(values, owner, row.parameter)
             title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
             try:
-                grid = grid_rows.requested(row, own_grid, title)
+                grid, unseen = field_rows.requested(row, own_values, title)
             except BadInput as error:
                 problems += error.problems
         unknowns.append(
@@ -57,6 +58,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
                 row.maximum,
                 row.learning_rate,
                 grid,
+                unseen,
             )
         )
     if not unknowns and not problems:
@@ -102,17 +104,9 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
     for row in rows:
         owner = owner_of(row, values)
         if owner is not None:
-            kept[owner.name, row.parameter] = {
-                "enabled": row.enabled,
-                "use_start": row.use_start,
-                "start": tuple(row.start),
-                "minimum": row.minimum,
-                "maximum": row.maximum,
-                "learning_rate": row.learning_rate,
-                "grid_from": row.grid_from,
-                "voxels": row.voxels,
-                "grid_path": row.grid_path,
-            }
+            found = {name: getattr(row, name) for name in (*_KEPT, *field_rows.PROPERTIES)}
+            # The vector itself goes with the row.
+            kept[owner.name, row.parameter] = found | {"start": tuple(row.start)}
     rows.clear()
     for owner in values.owners.values():
         for parameter in parameters.of(owner.kind):
@@ -124,18 +118,14 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             if current is not None and parameter.name == "extinction":
                 path = mean_free_path.of(current, values.millimetres)
                 row.note = f"Mean free path {path.text()}"
-            reset_row(row, current)
-            for name, value in kept.get((owner.name, parameter.name), {}).items():
-                setattr(row, name, value)
-            if row.reason:
-                row.enabled = False
-        for name in KINDS if grid_rows.has_grids(owner) else ():
-            row = _fill(rows.add(), owner, name)
-            own = grid_rows.own_grid(values, owner, name)
-            grid_rows.describe(row, own)
-            reset_row(row, own=own)
-            for key, value in kept.get((owner.name, name), {}).items():
-                setattr(row, key, value)
+        for name in field_rows.offered(values, owner):
+            field_rows.describe(_fill(rows.add(), owner, name), values, owner)
+    for row in rows:
+        reset_row(row, values.owners[row.owner], values)
+        for name, value in kept.get((row.owner, row.parameter), {}).items():
+            setattr(row, name, value)
+        if row.reason:
+            row.enabled = False
 
 
 def _fill(row: bpy.types.PropertyGroup, owner: Owner, parameter: str) -> bpy.types.PropertyGroup:
@@ -147,15 +137,15 @@ def _fill(row: bpy.types.PropertyGroup, owner: Owner, parameter: str) -> bpy.typ
     return row
 
 
-def reset_row(
-    row: bpy.types.PropertyGroup, current: Values | None = None, own: GridValues | None = None
-) -> None:
-    """Bounds, start and rate as in the parameter table; `own`: the scene's grid."""
+def reset_row(row: bpy.types.PropertyGroup, owner: Owner | None, values: SceneValues) -> None:
+    """Bounds, start and rate as in the parameter table and in the scene. No owner: it is gone."""
     row.use_start = False
     row.learning_rate = FitSettings().learning_rate
-    if grid_rows.is_grid(row):
-        grid_rows.reset(row, own)
+    if field_rows.is_field(row):
+        own = field_rows.own_values(values, owner, row.parameter) if owner is not None else None
+        field_rows.reset(row, own, owner.values.get("base_color") if owner is not None else None)
         return
+    current = owner.values.get(row.parameter) if owner is not None else None
     parameter = parameters.table()[row.kind, row.parameter]
     row.minimum, row.maximum = parameter.fit_lower, parameter.fit_upper
     if current is not None:

@@ -12,7 +12,7 @@ from ..native import NativeUnavailable
 from ..problems import BadInput
 from ..scene_read.photos import pair_by_name
 from ..scene_read.scene import read_scene
-from . import grid_rows, request
+from . import request
 from .state import CHECK, remember_shapes
 
 
@@ -56,11 +56,7 @@ class SELENITE_OT_reset_rows(bpy.types.Operator):
         try:
             values = read_scene(context.scene, context.evaluated_depsgraph_get())
             for row in context.scene.selenite.rows:
-                owner = request.owner_of(row, values)
-                if owner is not None and grid_rows.is_grid(row):
-                    request.reset_row(row, own=grid_rows.own_grid(values, owner, row.parameter))
-                else:
-                    request.reset_row(row, owner.values.get(row.parameter) if owner else None)
+                request.reset_row(row, request.owner_of(row, values), values)
         except NativeUnavailable as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -138,7 +138,7 @@ def suggestion_of(
     problems = [
         Problem(
             f"Parameter '{item.name}'",
-            "a grid has too many values to tell what a photo adds",
+            "a grid or image has too many values to tell what a photo adds",
             "leave it out, and name the others with --fit or the ticks of the panel",
         )
         for item in plan.fields

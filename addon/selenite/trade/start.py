@@ -41,7 +41,7 @@ def trade_of(
     plan = prepare(values, request, packed, empty)
     if plan.fields:
         title = f"Parameter '{plan.fields[0].name}'"
-        cause = "a grid of known values cannot be made from the scene"
+        cause = "known values of a grid or image cannot be made from the scene"
         raise BadInput(Problem(title, cause, "leave it out"))
     tallest = min(_TALLEST, max(item.reference.shape[0] for item in plan.captures))
     return Trade(plan, captures_at, budget, tallest)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...parameters import Values
 from ..plan import FitPlan
-from .plan import at_albedos
+from .plan import at_colours
 
 if TYPE_CHECKING:
     from .job import Point
@@ -34,9 +34,9 @@ def joined(plan: FitPlan, results: Sequence[Mapping[str, Any]], point: Point) ->
         best[name] = [float(x) for x in np.ravel(last["values_best"][name])]
         newest[name] = [float(x) for x in np.ravel(last["values_last"][name])]
     active = plan.stages[len(results) - 1].fields
-    waiting = [field for field in plan.fields if field not in active]  # the albedo stands for it
-    fields_best = point.fields | at_albedos(_tuples(best), plan.unknowns, waiting)
-    fields_last = point.fields | at_albedos(_tuples(newest), plan.unknowns, waiting)
+    waiting = [field for field in plan.fields if field not in active]  # one colour stands for it
+    fields_best = point.fields | at_colours(_tuples(best), plan.unknowns, waiting)
+    fields_last = point.fields | at_colours(_tuples(newest), plan.unknowns, waiting)
     before = sum(item["iterations"] for item in results[:-1])
     total = {key: sum(item[key] for item in results) for key in _SUMS}
     return dict(last) | total | {
@@ -79,10 +79,11 @@ def _history(plan: FitPlan, results: Sequence[Mapping[str, Any]]) -> dict[str, A
     """The rows of all stages; iterations count on, so that a stage's first row has the number of
     the last one of the stage before it."""
     values: dict[str, Values] = {item.name: item.start for item in plan.unknowns}
-    means = {field.name: _mean(field.start.values) for field in plan.fields}
+    fields = {field.name: field for field in plan.fields}
+    mean_of = {name: _grey(field.mean(field.values)) for name, field in fields.items()}
     parts: dict[str, list[np.ndarray]] = {}
     columns: dict[str, list[np.ndarray]] = {name: [] for name in values}
-    field_columns: dict[str, list[np.ndarray]] = {name: [] for name in means}
+    field_columns: dict[str, list[np.ndarray]] = {name: [] for name in mean_of}
     done = 0
     for number, result in enumerate(results, start=1):
         history = result["history"]
@@ -96,14 +97,14 @@ def _history(plan: FitPlan, results: Sequence[Mapping[str, Any]]) -> dict[str, A
             width = len(held)
             column = np.tile(held, (rows, 1)) if column is None else np.asarray(column)
             columns[name].append(column.reshape(rows, width))
-        for name, mean in means.items():
+        for name, mean in mean_of.items():
             column = history["field_means"].get(name)
             column = np.tile(mean, (rows, 1)) if column is None else np.asarray(column)
             field_columns[name].append(column.reshape(rows, 3))
         for name, value in result["values_best"].items():
             values[name] = tuple(map(float, np.ravel(value)))
         for name, grid in result["fields_best"].items():
-            means[name] = _mean(grid)
+            mean_of[name] = _grey(fields[name].mean(grid))
         done += result["iterations"]
     return {key: np.concatenate(items) for key, items in parts.items()} | {
         "values": {name: np.concatenate(items) for name, items in columns.items()},
@@ -111,6 +112,6 @@ def _history(plan: FitPlan, results: Sequence[Mapping[str, Any]]) -> dict[str, A
     }
 
 
-def _mean(grid: np.ndarray) -> np.ndarray:
-    """(3,) over the voxels; a grid of one channel counts as grey."""
-    return np.resize(np.mean(grid, axis=(0, 1, 2), dtype=np.float64), 3)
+def _grey(mean: Values) -> np.ndarray:
+    """(3,) of 1 or 3 numbers."""
+    return np.resize(np.array(mean), 3)

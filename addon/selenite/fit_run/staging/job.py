@@ -96,7 +96,7 @@ class StagedJob:
         self.plan = plan
         self._point = Point(
             {item.name: item.start for item in plan.unknowns},
-            {field.name: field.start.values for field in plan.fields},
+            {field.name: field.values for field in plan.fields},
         )
         for stage in plan.stages[1:]:
             FitJob(plan_of(plan, stage, self._point))
@@ -214,7 +214,7 @@ def plan_of(plan: FitPlan, stage: Stage, point: Point) -> FitPlan:
         stage_plan.constants(point.values, plan.unknowns, list(stage.fields))
     )
     for field in stage.fields:
-        scene = stage_plan.placed(scene, field, point.fields[field.name])
+        scene = field.placed(scene, point.fields[field.name])
     return replace(
         plan,
         request=replace(plan.request, settings=stage.settings, stages=()),
@@ -231,8 +231,8 @@ def plan_of(plan: FitPlan, stage: Stage, point: Point) -> FitPlan:
 
 
 def after(plan: FitPlan, stage: Stage, point: Point, result: Mapping[str, Any]) -> Point:
-    """Where `stage` starts: at the best values of the stage before it. A grid that comes into the
-    scene with it is filled with the albedo that was fitted."""
+    """Where `stage` starts: at the best values of the stage before it. A field that comes into the
+    scene with it is filled with the colour that was fitted."""
     values = point.values | {
         name: tuple(map(float, np.ravel(value))) for name, value in result["values_best"].items()
     }
@@ -240,7 +240,7 @@ def after(plan: FitPlan, stage: Stage, point: Point, result: Mapping[str, Any]) 
     before = plan.stages[: plan.stages.index(stage)]
     fitted = {name for item in before for name in item.request.parameters}
     waiting = [field for field in plan.fields if field.name not in fitted]
-    fields |= stage_plan.at_albedos(values, plan.unknowns, waiting)
+    fields |= stage_plan.at_colours(values, plan.unknowns, waiting)
     return Point(values, fields)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stages against what is fitted: their names, settings, and where a grid follows an albedo."""
+"""Stages against what is fitted: their names, settings, and where a field follows one colour."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
 from ..captures import Capture
+from ..field_kinds import IN_PLACE_OF, KINDS
 from ..fields import FieldUnknown
 from ..settings import FitSettings, with_overrides
 from ..unknowns import Unknown, find_parameter
 from .request import StageRequest
 
-_GRID = "albedo_grid"  # that can follow the one albedo of its material
-
 
 @dataclass(frozen=True)
 class Stage:
     """A stage that can start: its settings, its photos at its height, the native scene in which
-    `fields` lie: all grids of the run but those that wait for an albedo to be fitted first."""
+    `fields` lie: all fields of the run but those that wait for one colour to be fitted first."""
 
     request: StageRequest
     settings: FitSettings
@@ -79,35 +78,25 @@ def settings_of(
     return found
 
 
-def beside_grids(unknowns: Sequence[Unknown], stages: Sequence[StageRequest]) -> list[Unknown]:
-    """The unknowns without the albedos whose stages all come before those of their grid."""
-    return [item for item in unknowns if not _comes_before_grid(item, stages)]
+def beside_fields(unknowns: Sequence[Unknown], stages: Sequence[StageRequest]) -> list[Unknown]:
+    """The unknowns without the colours whose stages all come before those of their field."""
+    return [item for item in unknowns if not _comes_before_field(item, stages)]
 
 
-def starting_at_albedo(
+def starting_at_colour(
     fields: Sequence[FieldUnknown], unknowns: Sequence[Unknown], problems: list[Problem]
 ) -> list[FieldUnknown]:
-    """Grids that follow a fitted albedo start where it starts; another start is a problem."""
-    albedos = _albedos({item.name: item.start for item in unknowns}, unknowns)
+    """Fields that follow a fitted colour start where it starts; another start is a problem."""
+    colours = _colours({item.name: item.start for item in unknowns}, unknowns)
     for item in fields:
         file = bool(item.request.grid) and not item.request.grid.isdecimal()
-        if item.name in albedos and (file or item.request.start is not None):
-            cause, cure = "it starts at the albedo that is fitted before it", "give no other start"
-            problems.append(Problem(f"Parameter '{item.name}'", cause, cure))
+        if item.name in colours and (file or item.request.start is not None):
+            cause = f"it starts at the {item.kind.single} that is fitted before it"
+            problems.append(Problem(f"Parameter '{item.name}'", cause, "give no other start"))
     return [
-        replace(item, start=replace(item.start, values=filled(item, albedos[item.name])))
-        if item.name in albedos
-        else item
+        item.starting_at(item.filled(colours[item.name])) if item.name in colours else item
         for item in fields
     ]
-
-
-def filled(field: FieldUnknown, albedo: Values) -> np.ndarray:
-    """The field's grid with one colour (1 or 3 numbers) in all voxels, inside its bounds."""
-    shape = field.start.values.shape
-    colour = np.asarray(albedo if shape[3] == len(albedo) else [np.mean(albedo)], np.float32)
-    bounded = np.clip(colour, np.float32(field.minimum), np.float32(field.maximum))
-    return np.broadcast_to(bounded, shape).copy()
 
 
 def active_fields(
@@ -116,11 +105,11 @@ def active_fields(
     unknowns: Sequence[Unknown],
     fields: Sequence[FieldUnknown],
 ) -> list[FieldUnknown]:
-    """The grids that are in the scene of a stage: a grid that follows an albedo is there only from
-    its own first stage on."""
+    """The fields that are in the scene of a stage: one that follows a colour is there only from its
+    own first stage on."""
     names = [item.name for item in stages]
     so_far = stages[: names.index(stage) + 1]
-    waiting = _albedos({item.name: item.start for item in unknowns}, unknowns)
+    waiting = _colours({item.name: item.start for item in unknowns}, unknowns)
     return [
         field
         for field in fields
@@ -128,47 +117,46 @@ def active_fields(
     ]
 
 
-def at_albedos(
+def at_colours(
     values: Mapping[str, Values], unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
 ) -> dict[str, np.ndarray]:
-    """By name the grids among `fields` that follow a fitted albedo, filled with its value."""
-    albedos = _albedos(values, unknowns)
-    return {item.name: filled(item, albedos[item.name]) for item in fields if item.name in albedos}
-
-
-def placed(scene: Any, field: FieldUnknown, values: np.ndarray) -> Any:  # noqa: ANN401
-    """The native scene with other values in a field's grid."""
-    return scene.with_grid(field.owner, field.kind.use, values)
+    """By name those among `fields` that follow a fitted colour, filled with its value."""
+    colours = _colours(values, unknowns)
+    return {item.name: item.filled(colours[item.name]) for item in fields if item.name in colours}
 
 
 def constants(
     values: Mapping[str, Values], unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
 ) -> dict[tuple[str, str], Values]:
-    """(owner, parameter) -> value, without albedos in whose place one of `fields` stands."""
-    grids = {field.name for field in fields}
+    """(owner, parameter) -> value, without colours in whose place one of `fields` stands."""
+    names = {field.name for field in fields}
     return {
         (item.owner, item.parameter.name): values[item.name]
         for item in unknowns
-        if not (item.parameter.name == "albedo" and _grid_of(item) in grids)
+        if _field_of(item) not in names
     }
 
 
-def _albedos(values: Mapping[str, Values], unknowns: Sequence[Unknown]) -> dict[str, Values]:
-    """The values of fitted albedos by the name of the grid that would take their place."""
+def _colours(values: Mapping[str, Values], unknowns: Sequence[Unknown]) -> dict[str, Values]:
+    """The values of fitted colours by the name of the field that would take their place."""
     return {
-        _grid_of(item): values[item.name] for item in unknowns if item.parameter.name == "albedo"
+        _field_of(item): values[item.name]
+        for item in unknowns
+        if item.parameter.name in IN_PLACE_OF
     }
 
 
-def _grid_of(unknown: Unknown) -> str:
-    return parameters.join_name(unknown.owner, _GRID)
+def _field_of(unknown: Unknown) -> str:
+    """The name of the field that can take the place of an unknown; "" if none can."""
+    field = IN_PLACE_OF.get(unknown.parameter.name, "")
+    return parameters.join_name(unknown.owner, field) if field else ""
 
 
-def _comes_before_grid(unknown: Unknown, stages: Sequence[StageRequest]) -> bool:
-    grid = _grid_of(unknown)
+def _comes_before_field(unknown: Unknown, stages: Sequence[StageRequest]) -> bool:
+    field = _field_of(unknown)
     own = [index for index, stage in enumerate(stages) if unknown.name in stage.parameters]
-    later = [index for index, stage in enumerate(stages) if grid in stage.parameters]
-    return unknown.parameter.name == "albedo" and bool(own and later) and max(own) < min(later)
+    later = [index for index, stage in enumerate(stages) if field in stage.parameters]
+    return bool(own and later) and max(own) < min(later)
 
 
 def _own_name(scene: SceneValues, text: str, title: str, problems: list[Problem]) -> str:
@@ -178,7 +166,7 @@ def _own_name(scene: SceneValues, text: str, title: str, problems: list[Problem]
     except ValueError as error:
         problems.append(Problem(title, str(error), "write OWNER:PARAMETER"))
         return text
-    if name.endswith("_grid"):  # `fields` knows it
+    if name in KINDS:  # `fields` knows it
         return text
     found = find_parameter(scene, owner_name, name, problems)
     return text if found is None else parameters.join_name(found[0].name, name)

@@ -11,6 +11,7 @@ from typing import Any
 
 from ... import parameters
 from ...problems import BadInput, Problem, listed
+from ..field_kinds import IN_PLACE_OF
 
 SCHEMA = 1
 #: What `--stages` and the panel offer by name.
@@ -120,8 +121,8 @@ def stages_by_name(
 ) -> tuple[StageRequest, ...]:
     """A preset's stages for the unknowns `names`; what is wrong goes to `problems`.
 
-    The last stage has everything and the run's iterations, the one before it half of them. An
-    albedo whose material has an albedo grid too is left to the first stage: the grid starts at it.
+    The last stage has everything and the run's iterations, the one before it half of them. A colour
+    whose material has a grid or image of it too is left to the first stage: that starts at it.
     """
     title = f"Stages '{text}'"
     if text == "ior-last":
@@ -146,10 +147,14 @@ def first_then_all(
     label: str, first: Sequence[str], names: Sequence[str], iterations: int
 ) -> tuple[StageRequest, ...]:
     """Two stages: `first`, under the name `label`, with half the iterations, then `names`. Of the
-    last one an albedo is left out whose material has an albedo grid too."""
+    last one an albedo or a base colour is left out whose material has that grid or image too."""
     few = max(_FEWEST, round(_FIRST_SHARE * iterations))
-    grids = {parameters.split_name(name)[0] for name in names if name.endswith(":albedo_grid")}
-    last = [name for name in names if name not in {f"{owner}:albedo" for owner in grids}]
+    pairs = [parameters.split_name(name) for name in names]
+    last = [
+        name
+        for name, (owner, parameter) in zip(names, pairs, strict=True)
+        if (owner, IN_PLACE_OF.get(parameter)) not in pairs
+    ]
     return (
         StageRequest(label, tuple(first), few),
         StageRequest("everything", tuple(last), iterations),

@@ -1,0 +1,360 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fitted images of the Base Color -> Image Texture nodes that Cycles renders.
+
+What stood in the node tree before is noted on the material, for `restore`, by the names of nodes:
+after an undo every pointer that Python holds is stale. Each `show` adds a note, `restore` takes the
+newest away.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import bpy
+
+from .. import parameters
+from ..problems import BadInput, Problem
+from ..scene_read import hosts, materials, nodes
+from ..scene_read.nodes import Groups
+from ..scene_read.values import SceneValues
+from . import datablock
+
+_BEFORE = "selenite_image_before"
+_MATERIAL = "selenite_image_material"
+#: With the number of a note: holds the image that was replaced. A custom property counts as a user,
+#: so that Blender saves the image though no node has it any more; Blender itself keeps the property
+#: right through undo.
+_REPLACED = "selenite_image_replaced"
+#: Marks the images that were loaded here, which go when nobody uses them any more.
+_LOADED = "selenite_loaded"
+
+#: By kind of file: what Blenders call its colour space, and whether an image has it.
+_SPACES: dict[str, tuple[tuple[str, ...], Callable[[bpy.types.Image], bool]]] = {
+    ".png": (("sRGB", "sRGB OETF"), hosts.is_srgb),
+    ".exr": (("Linear Rec.709", "Linear", "Linear BT.709"), hosts.is_linear),
+}
+_NODE_SETTINGS = ("projection", "projection_blend", "interpolation", "extension", "label", "width")
+
+
+@dataclass(frozen=True)
+class _Inlet:
+    """An input on the way to Base Color. `alone`: what is linked here reaches nothing else."""
+
+    socket: bpy.types.NodeSocket
+    groups: Groups
+    alone: bool
+
+
+def show(values: SceneValues, name: str, path: str) -> str:
+    """Gives the Base Color of material `name` (its owner's name in `values.owners`) the image file
+    at `path`: .png with sRGB code values, or .exr, linear. Returns what was done.
+
+    An Image Texture that feeds nothing else gets the image, one that does gets a copy beside it,
+    and whatever else stands there makes room for a new one. Raises BadInput, and then nothing has
+    changed.
+    """
+    title = f"Material '{name}'"
+    owner = values.owners.get(name)
+    material = datablock(bpy.data.materials, owner) if owner is not None else None
+    if material is None:
+        raise BadInput(Problem(title, "it is gone", "undo its removal"))
+    node, inlet = _place(material, title)
+    path = str(Path(path).absolute())
+    image = _load(path)
+
+    notes = json.loads(material.get(_BEFORE, "[]"))
+    done = f"{title} now takes its Base Color from {path}"
+    if inlet is not None:
+        tree, old, end = _tree_around(inlet.socket), node, inlet.socket.node
+        note = _note(material, tree) | {
+            "inlet": [end.name, inlet.socket.identifier],
+            "link": _link(inlet.socket),
+        }
+        node = _new_node(tree, end) if old is None else _copied_node(tree, old)
+        tree.links.new(node.outputs["Color"], inlet.socket)
+        kind = "a new one" if old is None else f"a copy of '{old.name}'"
+        done += f" (node '{node.name}', {kind})"
+    else:
+        note = _note(material, _tree_around(node))
+        if node.image is not None:
+            material[f"{_REPLACED}_{len(notes)}"] = node.image
+        done += f" (node '{node.name}')"
+    node.image = image
+    material[_BEFORE] = json.dumps([*notes, note | {"node": node.name}])
+    material[_MATERIAL] = name
+    _drop_unused()
+    return done
+
+
+def restore(name: str) -> None:
+    """Undoes the newest `show` for the material noted under that name; what is gone meanwhile is
+    passed over."""
+    for material in bpy.data.materials:
+        if material.get(_MATERIAL) == name and hosts.is_editable(material):
+            _undo(material)
+    _drop_unused()
+
+
+def _place(
+    material: bpy.types.Material, title: str
+) -> tuple[bpy.types.ShaderNodeTexImage | None, _Inlet | None]:
+    """The Image Texture that feeds the Base Color, if one does, and where another one is to be
+    linked; None: only its image is to be replaced. Raises BadInput."""
+    way = _way(material, title)
+    source = nodes.source_of(way[-1].socket, way[-1].groups)
+    node = source.node
+    if (
+        not isinstance(node, bpy.types.ShaderNodeTexImage)
+        or node.mute
+        or source.socket.identifier != "Color"
+    ):
+        reasons = [_why_fixed(material, inlet.groups) for inlet in way]
+        found = (i for i, why in zip(way, reasons, strict=True) if i.alone and not why)
+        inlet = next(found, None)
+        if inlet is None:
+            raise _refusal(title, reasons[0])
+        return None, inlet
+    reason = _why_fixed(material, source.groups)
+    if reason:
+        raise _refusal(title, reason)
+    used = len(source.socket.links) + len(node.outputs["Alpha"].links)
+    if way[-1].alone and used == 1:
+        return node, None
+    # A copy has the same vector, so that it has to stand in the same tree.
+    here = (item for item in way if item.alone and item.socket.id_data == node.id_data)
+    inlet = next(here, None)
+    if inlet is None:
+        cause = f"{nodes.describe(node)} feeds other inputs too, through a node group"
+        raise BadInput(Problem(title, cause, "give the Base Color an Image Texture of its own"))
+    return node, inlet
+
+
+def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
+    """The inputs from the Base Color up to where its value comes from, as `nodes.source_of` follows
+    them. Raises BadInput."""
+    if not material.use_nodes or material.node_tree is None:
+        raise BadInput(Problem(title, "it does not use nodes", "switch on Use Nodes"))
+    found = materials.principled_of(material)
+    if isinstance(found, str):
+        cure = "connect a Principled BSDF to the Surface of the output"
+        raise BadInput(Problem(title, found, cure))
+    principled, groups = found
+    socket = parameters.table()["material", "base_color"].find(principled)
+    way = [_Inlet(socket, groups, True)]
+    while (link := next((item for item in socket.links if not item.is_muted), None)) is not None:
+        node, output = link.from_node, link.from_socket
+        uses = len(output.links)
+        inner: bpy.types.NodeSocket | None = None
+        if node.mute:
+            break
+        if node.bl_idname == "NodeReroute":
+            inner = node.inputs[0]
+        elif node.bl_idname == "NodeGroupInput" and groups:
+            # A group may have several Group Input nodes.
+            entries = [
+                item for item in _tree_around(node).nodes if item.bl_idname == "NodeGroupInput"
+            ]
+            same = [_by_identifier(item.outputs, output.identifier) for item in entries]
+            uses = sum(len(item.links) for item in same if item is not None)
+            inner = _by_identifier(groups[-1].inputs, output.identifier)
+            groups = groups[:-1]
+        elif node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
+            ends = [item for item in node.node_tree.nodes if item.bl_idname == "NodeGroupOutput"]
+            end = next((item for item in ends if item.is_active_output), None)
+            inner = _by_identifier(end.inputs, output.identifier) if end is not None else None
+            groups = (*groups, node)
+        if inner is None:
+            break
+        socket = inner
+        way.append(_Inlet(socket, groups, way[-1].alone and uses == 1))
+    return way
+
+
+def _why_fixed(material: bpy.types.Material, groups: Groups) -> str:
+    """Why the innermost tree of `groups` cannot be changed for this material alone; empty if it
+    can."""
+    if material.library is not None:
+        return f"it is linked from library '{material.library.filepath}': make it local"
+    if not hosts.is_editable(material) or material.override_library is not None:
+        return "it is a library override, whose nodes cannot be edited: make it local"
+    for group in groups:
+        tree = group.node_tree
+        place = f"its Base Color comes from inside node group '{tree.name}'"
+        if not hosts.is_editable(tree):
+            return f"{place} of a library: make the group local"
+        if tree.users > 1:
+            return f"{place}, which has {tree.users} users: make it single-user"
+    return ""
+
+
+def _refusal(title: str, reason: str) -> BadInput:
+    cause, _, cure = reason.rpartition(": ")
+    return BadInput(Problem(title, cause, cure))
+
+
+def _load(path: str) -> bpy.types.Image:
+    """The file as an image of Blender's, as it is on disk now, without alpha. Raises BadInput."""
+    title = f"Image '{path}'"
+    suffix = Path(path).suffix.lower()
+    if suffix not in _SPACES:
+        raise BadInput(Problem(title, "it is neither .png nor .exr", "write it as one of these"))
+    if not Path(path).is_file():
+        raise BadInput(
+            Problem(title, "the file does not exist", "put it back or run the fit again")
+        )
+    spaces, has_space = _SPACES[suffix]
+    count = len(bpy.data.images)
+    try:
+        image = bpy.data.images.load(path, check_existing=True)
+        if len(bpy.data.images) == count:
+            # Somebody's image with other settings, or painted on, stays as it is.
+            if _is_plain(image) and has_space(image):
+                image.reload()
+            else:
+                image = bpy.data.images.load(path)
+    except RuntimeError as error:
+        cause = f"cannot be read ({str(error).removeprefix('Error: ').strip()})"
+        raise BadInput(Problem(title, cause, "check its permissions")) from error
+    is_new = len(bpy.data.images) > count
+    if is_new:
+        image[_LOADED] = True
+        image.alpha_mode = "NONE"
+        settings = cast(Any, image.colorspace_settings)
+        known = [item.identifier for item in settings.bl_rna.properties["name"].enum_items]
+        settings.name = next((item for item in spaces if item in known), settings.name)
+    problem = None
+    if not has_space(image):
+        cause = f"this Blender's colour management has no {' or '.join(spaces)}"
+        problem = Problem(title, cause, "use the one that Blender comes with")
+    elif 0 in image.size or not len(cast(Any, image.pixels)):
+        problem = Problem(title, "it cannot be read as an image", "run the fit again")
+    if problem is not None:
+        if is_new:
+            bpy.data.images.remove(image)
+        raise BadInput(problem)
+    return image
+
+
+def _is_plain(image: bpy.types.Image) -> bool:
+    """Whether an image is its file and nothing else."""
+    return (
+        hosts.is_editable(image)
+        and image.source == "FILE"
+        and not image.packed_file
+        and not image.is_dirty
+        and image.alpha_mode == "NONE"
+    )
+
+
+def _drop_unused() -> None:
+    for image in [item for item in bpy.data.images if item.get(_LOADED) and not item.users]:
+        bpy.data.images.remove(image)
+
+
+def _new_node(tree: bpy.types.NodeTree, end: bpy.types.Node) -> bpy.types.ShaderNodeTexImage:
+    """An Image Texture left of the node that it will feed."""
+    node = _add_node(tree, end, (-300, 0))
+    node.projection, node.interpolation, node.extension = "FLAT", "Linear", "REPEAT"
+    return node
+
+
+def _copied_node(
+    tree: bpy.types.NodeTree, old: bpy.types.ShaderNodeTexImage
+) -> bpy.types.ShaderNodeTexImage:
+    """An Image Texture that looks up at the same place in the same way, below the old one."""
+    node = _add_node(tree, old, (0, -300))
+    for name in _NODE_SETTINGS:
+        setattr(node, name, getattr(old, name))
+    for item in old.texture_mapping.bl_rna.properties:
+        if not item.is_readonly:
+            value = getattr(old.texture_mapping, item.identifier)
+            setattr(node.texture_mapping, item.identifier, value)
+    for link in old.inputs["Vector"].links:
+        if not link.is_muted:
+            tree.links.new(link.from_socket, node.inputs["Vector"])
+    return node
+
+
+def _add_node(
+    tree: bpy.types.NodeTree, beside: bpy.types.Node, offset: tuple[float, float]
+) -> bpy.types.ShaderNodeTexImage:
+    node = cast(bpy.types.ShaderNodeTexImage, tree.nodes.new("ShaderNodeTexImage"))
+    node.select = False
+    node.parent = beside.parent  # before the location, which is relative to it
+    node.location = beside.location[0] + offset[0], beside.location[1] + offset[1]
+    return node
+
+
+def _tree_around(item: bpy.types.Node | bpy.types.NodeSocket) -> bpy.types.NodeTree:
+    return cast(bpy.types.NodeTree, item.id_data)
+
+
+def _note(material: bpy.types.Material, tree: bpy.types.NodeTree) -> dict[str, Any]:
+    """The head of a note; "" stands for the material's own tree."""
+    return {"group": "" if tree == material.node_tree else tree.name}
+
+
+def _tree(material: bpy.types.Material, before: dict[str, Any]) -> bpy.types.NodeTree | None:
+    if not before["group"]:
+        return material.node_tree
+    groups = [item for item in bpy.data.node_groups if hosts.is_editable(item)]
+    return next((item for item in groups if item.name == before["group"]), None)
+
+
+def _link(socket: bpy.types.NodeSocket) -> list[Any] | None:
+    """Node, output and muting of what is linked to an input."""
+    link = next(iter(socket.links), None)
+    if link is None:
+        return None
+    return [link.from_node.name, link.from_socket.identifier, bool(link.is_muted)]
+
+
+def _undo(material: bpy.types.Material) -> None:
+    """Puts back what the newest note says, and removes that. A link that somebody has made since
+    stays."""
+    *earlier, note = json.loads(material[_BEFORE])
+    kept = f"{_REPLACED}_{len(earlier)}"
+    had_image = kept in material
+    replaced = material.get(kept)
+    if had_image:
+        del material[kept]
+    if earlier:
+        material[_BEFORE] = json.dumps(earlier)
+    else:
+        del material[_BEFORE], material[_MATERIAL]
+    tree = _tree(material, note)
+    if tree is None:
+        return
+    node: bpy.types.Node | None = tree.nodes.get(note["node"])
+    if "inlet" not in note:
+        is_gone = replaced is None and had_image
+        if isinstance(node, bpy.types.ShaderNodeTexImage) and not is_gone:
+            node.image = replaced
+        return
+    if node is not None:
+        tree.nodes.remove(node)
+    if note["link"] is None:
+        return
+    start, output, muted = note["link"]
+    inlet = _socket(tree, "inputs", *note["inlet"])
+    outlet = _socket(tree, "outputs", start, output)
+    if inlet is not None and outlet is not None and not inlet.is_linked:
+        tree.links.new(outlet, inlet).is_muted = muted
+
+
+def _socket(
+    tree: bpy.types.NodeTree, side: str, node: str, identifier: str
+) -> bpy.types.NodeSocket | None:
+    """By the names that are noted."""
+    found: bpy.types.Node | None = tree.nodes.get(node)
+    return _by_identifier(getattr(found, side), identifier) if found is not None else None
+
+
+def _by_identifier(
+    sockets: Iterable[bpy.types.NodeSocket], identifier: str
+) -> bpy.types.NodeSocket | None:
+    return next((item for item in sockets if item.identifier == identifier), None)
