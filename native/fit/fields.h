@@ -67,8 +67,8 @@ class FieldAdam {
   std::vector<AdamMoments> moments_;
 };
 
-/// Picture, and the loss's derivative by every value of the fields, from the same samples: in one pass where the
-/// loss is a sum over pixels, else in two.
+/// Picture, and the loss's derivative by every value of the fields, from the same samples: in one pass
+/// where the loss is a sum over pixels, else in two.
 FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
                                   const Capture& capture, const Loss& loss,
                                   const RenderSettings& settings, Progress* progress);

@@ -21,6 +21,8 @@ constexpr double kTooManyDropped = 1e-3;
 constexpr int kScalarTurn = 5, kFieldTurn = 5, kSearchedFieldTurn = 10;
 /// A turn of the scalars that ends worse than it began, by so many standard errors, counts as none.
 constexpr double kTurnedBack = 2;
+/// Share of the newest step in the mean with which a turn of the fields ends.
+constexpr double kNewest = 0.3;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -348,11 +350,22 @@ bool Fit::iterate(Progress* progress) {
   field_adam_ = std::move(field_adam);
   turn_begin_ = std::move(turn_begin);
   field_values_ = std::move(next_fields);
+  if (now.fields && in_turns_) smooth(now);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
   ++result_.iterations;
   const bool arrived = wants_verification() && optimiser_->arrived();
   if (result_.iterations < settings_.iterations && !arrived) return true;
   return finish(progress);
+}
+
+/// Each step is noise for the most part, which looks like detail: a body that is blurred a little then
+/// explains the photos better than the right one. So a turn ends with a mean of its last steps.
+void Fit::smooth(const Turn& now) {
+  for (std::size_t f = 0; f < field_values_.size(); ++f) {
+    if (now.first) field_means_ = field_values_;
+    field_means_[f] += kNewest * (field_values_[f] - field_means_[f]);
+  }
+  if (turn(result_.iterations + 1).scalars) field_values_ = field_means_;
 }
 
 bool Fit::settle(const Vector& x, Progress* progress, bool told) {

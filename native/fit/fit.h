@@ -143,6 +143,7 @@ class Fit {
   /// How many iterations before this one, or in all, moved what `member` says.
   int turns_of(bool Turn::*member, int iterations) const;
   double field_rate() const;
+  void smooth(const Turn& now);
   /// Adds the gradient by the fields to `gradients`, if it is their turn.
   Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                       std::vector<std::vector<double>>& gradients, Progress* progress);
@@ -179,7 +180,7 @@ class Fit {
   std::unique_ptr<Optimiser> optimiser_;
   Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
   std::unique_ptr<Coordinates> coordinates_;    ///< of differences; none: all are carried
-  std::unique_ptr<EvenFields> even_;            ///< what the search is about where there are grids
+  std::unique_ptr<EvenFields> even_;            ///< what the search is about beside fields
   std::unique_ptr<Search> search_;              ///< until it is over
   std::vector<Vector> others_;                  ///< that the search refined and left
   std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
@@ -213,9 +214,10 @@ class Fit {
   std::vector<Trial> trials_;  ///< until one of them has been taken
   TurnBegin turn_begin_;       ///< of the newest; empty x: none yet
   bool in_turns_ = false;
-  bool searched_ = false;  ///< where there are grids
+  bool searched_ = false;  ///< beside fields
   Vector x_;
   FieldValues field_values_;
+  FieldValues field_means_;  ///< of a turn so far
   FitResult result_;
   Validation smallest_;
   std::string first_dropped_;

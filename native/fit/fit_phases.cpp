@@ -19,7 +19,7 @@ constexpr int kMostRivals = 2;
 /// Beside fields a fit tries this roughness, too, where its search ends with a larger one; steps of
 /// the fields from each, and the share of a search that is over when they begin.
 constexpr double kSharp = 0.05;
-constexpr int kTrialSteps = 5;
+constexpr int kTrialSteps = 3;
 constexpr double kBeforeTrials = 0.8;
 
 /// Intervals that hold whichever of the two is right.

@@ -39,8 +39,8 @@ void Fit::members(SavedState& state) {
     throw InvalidArgument(
         "The saved state belongs to a fit of other settings, unknowns or photos; start without it");
   FieldValues last = *result_.fields_last, best = *result_.fields_best;
-  state(x_, field_values_, field_adam_, searched_, turn_begin_, smallest_, first_dropped_, last,
-        best);
+  state(x_, field_values_, field_means_, field_adam_, searched_, turn_begin_, smallest_,
+        first_dropped_, last, best);
   state(result_.last, result_.best, result_.best_iteration, result_.best_validation,
         result_.best_validation_standard_error, result_.iterations, result_.samples,
         result_.dropped, result_.cpu_seconds, result_.history);

@@ -33,7 +33,7 @@ _RIVAL_PICTURES, _RIVAL_SHARE = 4, 16
 # share those of a round from then on.
 _ALL_DIFFERENCES, _ROUND = 4, 3
 # After a search beside fields, where a roughness is unknown: steps of the fields from two of them.
-_TRIALS, _TRIAL_STEPS = 2, 5
+_TRIALS, _TRIAL_STEPS = 2, 3
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 
