@@ -21,7 +21,7 @@ constexpr double kTooManyDropped = 1e-3;
 constexpr int kScalarTurn = 5, kFieldTurn = 5, kSearchedFieldTurn = 10;
 /// A turn of the scalars that ends worse than it began, by so many standard errors, counts as none.
 constexpr double kTurnedBack = 2;
-/// Share of the newest step in the mean with which a turn of the fields ends.
+/// Share of the newest step in the mean with which a turn of an image ends.
 constexpr double kNewest = 0.3;
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
@@ -358,14 +358,17 @@ bool Fit::iterate(Progress* progress) {
   return finish(progress);
 }
 
-/// Each step is noise for the most part, which looks like detail: a body that is blurred a little then
-/// explains the photos better than the right one. So a turn ends with a mean of its last steps.
+/// Each step of a texel is noise for the most part, which looks like detail: a body that is blurred a
+/// little then explains the photos better than the right one. So images end their turn with a mean of
+/// their last steps. Voxels have farther to go, and stay where they have come.
 void Fit::smooth(const Turn& now) {
+  if (now.first) field_means_ = field_values_;
+  const bool ends = turn(result_.iterations + 1).scalars;
   for (std::size_t f = 0; f < field_values_.size(); ++f) {
-    if (now.first) field_means_ = field_values_;
+    if (!std::holds_alternative<ImageRef>(fields_.refs()[f])) continue;
     field_means_[f] += kNewest * (field_values_[f] - field_means_[f]);
+    if (ends) field_values_[f] = field_means_[f];
   }
-  if (turn(result_.iterations + 1).scalars) field_values_ = field_means_;
 }
 
 bool Fit::settle(const Vector& x, Progress* progress, bool told) {
