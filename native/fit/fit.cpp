@@ -19,10 +19,9 @@ constexpr double kTooManyDropped = 1e-3;
 /// Iterations of scalars and of fields where they take turns, of fields after a search; fewer in a
 /// short fit.
 constexpr int kScalarTurn = 5, kFieldTurn = 5, kSearchedFieldTurn = 10;
-/// A turn of the scalars that ends worse than it began, by so many standard errors, counts as none.
-constexpr double kTurnedBack = 2;
-/// Share of the newest step in the mean with which a turn of an image ends.
-constexpr double kNewest = 0.3;
+constexpr double kTurnedBack = 2;  ///< standard errors by which a turn of scalars may not end worse
+constexpr double kNewest =
+    0.3;  ///< share of the last step in the mean that ends a turn of an image
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -246,8 +245,8 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
 
 bool Fit::is_worse(const Validation& one, const Validation& than, double sigmas) {
   const auto terms = [](const std::vector<float>& parts) {
-    return Eigen::Map<const Eigen::ArrayXf>(parts.data(), static_cast<Eigen::Index>(parts.size()))
-        .cast<double>();
+    const auto count = static_cast<Eigen::Index>(parts.size());
+    return Eigen::Map<const Eigen::ArrayXf>(parts.data(), count).cast<double>();
   };
   const Total by(terms(one.parts) - terms(than.parts));
   return by.sum > sigmas * by.deviation;
@@ -358,9 +357,8 @@ bool Fit::iterate(Progress* progress) {
   return finish(progress);
 }
 
-/// Each step of a texel is noise for the most part, which looks like detail: a body that is blurred a
-/// little then explains the photos better than the right one. So images end their turn with a mean of
-/// their last steps. Voxels have farther to go, and stay where they have come.
+/// Steps of texels are mostly noise, which looks like detail: a body that is blurred a little then
+/// explains the photos better than the right one. Voxels have farther to go and stay as they are.
 void Fit::smooth(const Turn& now) {
   if (now.first) field_means_ = field_values_;
   const bool ends = turn(result_.iterations + 1).scalars;
