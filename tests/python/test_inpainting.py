@@ -37,7 +37,7 @@ def test_nothing_known_stays_as_it_is():
     assert np.array_equal(inpainted(values, np.zeros((3, 4), bool)), values)
 
 
-def test_a_hundredth_of_the_usual_coverage_counts_as_unseen():
-    coverage = np.array([[1.0, 1.0, 1.0, 0.005, 0.02, 0.0]])
+def test_a_tenth_of_the_usual_coverage_counts_as_unseen():
+    coverage = np.array([[1.0, 1.0, 1.0, 0.05, 0.2, 0.0]])
     assert seen(coverage).tolist() == [[True, True, True, False, True, False]]
     assert not seen(np.zeros((2, 2))).any()
