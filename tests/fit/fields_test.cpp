@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "fit/fit.h"
+#include "fit/taken_photos.h"
 #include "math/error.h"
 #include "scene/small_scenes.h"
 
@@ -51,25 +52,11 @@ UnknownParameter density_unknown(double maximum = 5) {
 }
 
 RenderSettings settings_of(int spp, std::uint64_t seed) {
-  RenderSettings settings;
-  settings.width = settings.height = kSize;
-  settings.spp = spp;
-  settings.seed = seed;
-  settings.threads = 1;
-  return settings;
+  return square_settings(kSize, spp, seed);
 }
 
 std::vector<Capture> photos_of(const Scene& scene, int spp = 400) {
-  std::vector<Capture> captures;
-  for (const Camera& camera : scene.cameras) {
-    Capture capture;
-    capture.camera = camera.name;
-    capture.width = capture.height = kSize;
-    capture.reference = render(scene, camera, {}, settings_of(spp, 99)).mean;
-    captures.push_back(std::move(capture));
-  }
-  check_captures(scene, captures);
-  return captures;
+  return taken_photos(scene, kSize, spp);
 }
 
 double mean_error(const Vector& voxels, const std::vector<float>& truth) {

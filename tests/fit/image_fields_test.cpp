@@ -6,6 +6,7 @@
 
 #include "fit/fields.h"
 #include "fit/fit.h"
+#include "fit/taken_photos.h"
 #include "math/error.h"
 #include "scene/small_scenes.h"
 
@@ -57,25 +58,6 @@ UnknownParameter texels(double minimum = 0, double maximum = 1) {
 }
 UnknownParameter roughness() { return {"Board", "roughness", {0.8}, 0.05, 1, 0.03}; }
 
-RenderSettings render_settings(int spp, std::uint64_t seed) {
-  RenderSettings settings;
-  settings.width = settings.height = kSize;
-  settings.spp = spp;
-  settings.seed = seed;
-  settings.threads = 1;
-  return settings;
-}
-
-std::vector<Capture> photo_of(const Scene& scene, int spp = 400) {
-  Capture capture;
-  capture.camera = scene.cameras[0].name;
-  capture.width = capture.height = kSize;
-  capture.reference = render(scene, scene.cameras[0], {}, render_settings(spp, 99)).mean;
-  std::vector<Capture> captures{capture};
-  check_captures(scene, captures);
-  return captures;
-}
-
 FitSettings fit_settings(int iterations) {
   FitSettings settings;
   settings.iterations = iterations;
@@ -96,14 +78,14 @@ double most_off(const Vector& values, const std::vector<float>& truth) {
 
 TEST(ImageFields, GradientAddsUpToThatOfOneBaseColour) {
   const Scene scene = board({0.6f, 0.6f, 0.6f, 0.6f}), plain = without_image(scene, double{0.6f});
-  const Capture photo = photo_of(without_image(scene, 0.9), 16)[0];
+  const Capture photo = taken_photos(without_image(scene, 0.9), kSize, 16)[0];
   const Fields fields(scene, {texels()});
   EXPECT_EQ(fields.shape(0), (std::vector<std::ptrdiff_t>{kTexels, kTexels, 3}));
   const SlotLayout layout(plain, {plain.find("Board", "base_color")});
-  const Film film = render(plain, plain.cameras[0], layout, render_settings(16, 7));
+  const Film film = render(plain, plain.cameras[0], layout, square_settings(kSize, 16, 7));
   for (const Loss& loss : losses()) {
     const FieldGradient found = loss_field_gradient(scene, scene.cameras[0], fields, photo, loss,
-                                                    render_settings(16, 7), nullptr);
+                                                    square_settings(kSize, 16, 7), nullptr);
     const Vector want = loss_gradient(layout, film, loss.evaluate(film, photo));
     for (std::size_t c = 0; c < 3; ++c) {
       double sum = 0;
@@ -119,8 +101,8 @@ class ImageFit : public testing::TestWithParam<bool> {};
 
 TEST_P(ImageFit, FindsTheTexels) {
   const std::vector<float> truth = {0.9f, 0.2f, 0.35f, 0.7f};
-  Fit fit(board({0.5f, 0.5f, 0.5f, 0.5f}, GetParam()), photo_of(board(truth, GetParam())),
-          {texels()}, fit_settings(80));
+  Fit fit(board({0.5f, 0.5f, 0.5f, 0.5f}, GetParam()),
+          taken_photos(board(truth, GetParam()), kSize), {texels()}, fit_settings(80));
   EXPECT_EQ(fit.optimiser_name(), "adam");
   while (fit.step()) {
   }
@@ -135,8 +117,8 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
   // Dark, and of another roughness; then texels apart, with the roughness in turns.
   const std::vector<float> truth = {0.8f, 0.6f, 0.6f, 0.7f};
   const Scene right = board(truth, GetParam());
-  Fit fit(board({0.1f, 0.1f, 0.1f, 0.1f}, GetParam()), photo_of(right), {roughness(), texels()},
-          fit_settings(60));
+  Fit fit(board({0.1f, 0.1f, 0.1f, 0.1f}, GetParam()), taken_photos(right, kSize),
+          {roughness(), texels()}, fit_settings(60));
   EXPECT_EQ(fit.optimiser_name(), "gauss-newton");
   const Vector start = (*fit.result().fields_last)[0];
   while ((*fit.result().fields_last)[0] == start) ASSERT_TRUE(fit.step());

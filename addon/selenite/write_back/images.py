@@ -318,7 +318,7 @@ def _undo(material: bpy.types.Material) -> None:
     stays."""
     *earlier, note = json.loads(material[_BEFORE])
     kept = f"{_REPLACED}_{len(earlier)}"
-    had_image = kept in material
+    had_image = kept in list(material.keys())
     replaced = material.get(kept)
     if had_image:
         del material[kept]
