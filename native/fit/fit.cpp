@@ -324,8 +324,8 @@ bool Fit::iterate(Progress* progress) {
     seen.push_back(observe(next, next_fields, i, now, gradients, progress));
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
-    if (now.fields && (in_turns_ || !settings_.accumulate)) {
-      field_adam.step(next_fields, gradients, in_turns_ ? rate * std::sqrt(share) : rate);
+    if (now.fields && (searched_ || !settings_.accumulate)) {
+      field_adam.step(next_fields, gradients, searched_ ? rate * std::sqrt(share) : rate);
       gradients.clear();
     }
     if (settings_.accumulate) continue;
@@ -335,8 +335,8 @@ bool Fit::iterate(Progress* progress) {
   if (settings_.accumulate) {
     if (now.scalars && now.first) optimiser_->start_afresh();
     if (now.scalars) next = optimiser_->step(next, seen);
-    if (now.fields && in_turns_) next = optimiser_->follow(next, seen);
-    if (now.fields && !in_turns_) field_adam.step(next_fields, gradients, rate);
+    if (now.fields && searched_) next = optimiser_->follow(next, seen);
+    if (now.fields && !searched_) field_adam.step(next_fields, gradients, rate);
   } else {
     optimiser_ = std::move(copy);
   }
@@ -349,7 +349,7 @@ bool Fit::iterate(Progress* progress) {
   field_adam_ = std::move(field_adam);
   turn_begin_ = std::move(turn_begin);
   field_values_ = std::move(next_fields);
-  if (now.fields && in_turns_) smooth(now);
+  if (now.fields && searched_) smooth(now);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
   ++result_.iterations;
   const bool arrived = wants_verification() && optimiser_->arrived();

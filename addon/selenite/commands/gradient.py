@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .. import native, parameters
+from ..atomic_files import safe_name
 from ..problems import BadInput, Problem, listed
 from ..scene_read.values import SceneValues
 from . import arguments
@@ -84,7 +85,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if folder is not None:
         report["files"] = _write(film, folder)
         if texels is not None:
-            name = f"{_safe(str(textured))}_{TEXTURE}_texels.exr"
+            name = f"{safe_name(str(textured))}_{TEXTURE}_texels.exr"
             native.image().write_exr(str(folder / name), texels.astype(np.float32))
             report["files"].append(name)
     report["seconds"] = time.perf_counter() - started
@@ -158,7 +159,7 @@ def _write(film: Any, folder: Path) -> list[str]:  # noqa: ANN401
     pictures = {"image": (film.image, film.standard_error)}
     for index, (owner, parameter, component) in enumerate(film.unknowns):
         rows = (film.jacobian[index], film.jacobian_standard_error[index])
-        pictures[f"{_safe(owner)}_{parameter}_{component}"] = rows
+        pictures[f"{safe_name(owner)}_{parameter}_{component}"] = rows
     names = []
     for name, (value, error) in pictures.items():
         for suffix, pixels in (("", value), ("_sem", error)):
@@ -166,7 +167,3 @@ def _write(film: Any, folder: Path) -> list[str]:  # noqa: ANN401
             native.image().write_exr(str(path), np.ascontiguousarray(pixels, np.float32))
             names.append(path.name)
     return names
-
-
-def _safe(name: str) -> str:
-    return "".join(c if c.isalnum() or c in "-." else "_" for c in name)
