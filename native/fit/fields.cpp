@@ -9,7 +9,9 @@
 #include <stdexcept>
 
 #include "fit/saved_state.h"
+#include "fit/smoothing.h"
 #include "math/error.h"
+#include "math/scalar.h"
 
 namespace selenite {
 namespace {
@@ -188,18 +190,25 @@ void FieldAdam::members(SavedState& state) {
 }
 
 void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
-                     double rate) {
+                     const std::vector<FieldStep>& how) {
   for (std::size_t f = 0; f < values.size(); ++f) {
-    const Eigen::Map<const Vector> gradient(gradients[f].data(),
-                                            static_cast<Eigen::Index>(gradients[f].size()));
-    for (Eigen::Index i = 0; i < gradient.size(); ++i)
-      if (!std::isfinite(gradient[i]))
+    for (std::size_t i = 0; i < gradients[f].size(); ++i)
+      if (!std::isfinite(gradients[f][i]))
         throw std::runtime_error("The derivative with respect to number " + std::to_string(i) +
                                  " of " + fields_->names()[f] +
                                  " is not finite; report this scene");
+    std::vector<double> slopes = gradients[f];
+    if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
+      const double texels = how[f].spread * image->width() * image->height();
+      slopes =
+          smoothed(std::move(slopes), image->height(), image->width(), 3,
+                   std::sqrt(texels / (4 * kPi<double>)), image->extension() == Extension::kRepeat);
+    }
+    const Eigen::Map<const Vector> gradient(slopes.data(),
+                                            static_cast<Eigen::Index>(slopes.size()));
     const UnknownParameter& one = fields_->wanted()[f];
     const auto same = [&](double x) { return Vector::Constant(gradient.size(), x); };
-    values[f] = moments_[f].update(values[f], gradient, same(rate * one.learning_rate),
+    values[f] = moments_[f].update(values[f], gradient, same(how[f].rate * one.learning_rate),
                                    same(one.minimum), same(one.maximum));
   }
 }

@@ -37,6 +37,8 @@ class Fields {
   /// (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
+  /// As it is at the start; null: a grid.
+  const Texture* image(std::size_t field) const { return images_[field].get(); }
 
   Scene scene_with(const Scene& scene, const FieldValues& values) const;
   /// Mean of each field, of an image in linear light; three channels a field (equal ones where it
@@ -52,14 +54,22 @@ class Fields {
   FieldValues start_;
 };
 
+/// A step of a field.
+struct FieldStep {
+  double rate = 1;  ///< in learning rates
+  /// Of an image, the share over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
+  /// Neighbours are alike more often than not, and what one photo tells of few texels is mostly noise.
+  double spread = 0;
+};
+
 /// Adam over all fields; a copy is its whole state.
 class FieldAdam {
  public:
   explicit FieldAdam(const Fields& fields);
-  /// One step along the gradient of each field, `rate` times its learning rate long. Throws
-  /// std::runtime_error naming field and number when a derivative is not finite.
+  /// One step along the gradient of each field, one `how` a field. Throws std::runtime_error naming
+  /// field and number when a derivative is not finite.
   void step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
-            double rate = 1);
+            const std::vector<FieldStep>& how);
   void members(SavedState& state);
 
  private:

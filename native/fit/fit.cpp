@@ -16,12 +16,7 @@ namespace {
 constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 /// More samples than this share left out: the derivatives describe another picture.
 constexpr double kTooManyDropped = 1e-3;
-/// Iterations of scalars and of fields where they take turns, of fields after a search; fewer in a
-/// short fit.
-constexpr int kScalarTurn = 5, kFieldTurn = 5, kSearchedFieldTurn = 10;
 constexpr double kTurnedBack = 2;  ///< standard errors by which a turn of scalars may not end worse
-constexpr double kNewest =
-    0.3;  ///< share of the last step in the mean that ends a turn of an image
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -146,36 +141,6 @@ Film Fit::derivatives(const Subject& subject, const Vector& x, const Capture& ph
       });
 }
 
-/// Without a search the scalars are first: a field starts best at the one value that suits the whole
-/// object. After one they are as good as they get while the voxels are alike: the fields are first, and
-/// the scalars have the last turn, as they are fitted to the voxels that are found.
-Fit::Turn Fit::turn(int iteration) const {
-  if (!in_turns_) return {true, !fields_.empty(), false};
-  const int scalars = std::clamp(settings_.iterations / 2, 1, kScalarTurn);
-  const int fields =
-      std::clamp(settings_.iterations - scalars, 1, searched_ ? kSearchedFieldTurn : kFieldTurn);
-  const auto has_scalars = [&](int i) {
-    if (!searched_) return i % (scalars + fields) < scalars;
-    return i >= settings_.iterations - scalars || i % (scalars + fields) >= fields;
-  };
-  const bool now = has_scalars(iteration);
-  return {now, !now, iteration == 0 || has_scalars(iteration - 1) != now};
-}
-
-int Fit::turns_of(bool Turn::*member, int iterations) const {
-  int count = 0;
-  for (int i = 0; i < iterations; ++i) count += turn(i).*member;
-  return count;
-}
-
-/// Voxels and texels that are still alike have a long way to go and few steps: these begin long and end
-/// at the learning rate.
-double Fit::field_rate() const {
-  if (!searched_) return 1;
-  const double done = turns_of(&Turn::fields, result_.iterations);
-  return kFirstRate + (1 - kFirstRate) * done / turns_of(&Turn::fields, settings_.iterations);
-}
-
 Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                          std::vector<std::vector<double>>& gradients, Progress* progress) {
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
@@ -184,11 +149,7 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
   Observation seen;
   seen.capture = capture;
   if (turn.fields) {
-    const Scene scene = scene_at(x, fields);
-    FieldGradient found =
-        loss_field_gradient(scene, scene.camera(photo.camera), fields_, photo, loss_,
-                            render_settings(photo, settings_.spp, seed), progress);
-    count(found.film);
+    FieldGradient found = field_gradient(x, fields, capture, seed, progress);
     gradients.resize(found.fields.size());
     for (std::size_t f = 0; f < gradients.size(); ++f) {
       gradients[f].resize(found.fields[f].size());
@@ -236,6 +197,7 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   const bool first = std::isnan(result_.best_validation);
   if (first || validation.unbiased < smallest_.unbiased) smallest_ = validation;
   if (is_worse(validation, smallest_, 1)) return;
+  best_ = validation;
   result_.best = row.values;
   result_.fields_best = result_.fields_last;
   result_.best_iteration = row.iteration;
@@ -244,6 +206,7 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
 }
 
 bool Fit::is_worse(const Validation& one, const Validation& than, double sigmas) {
+  if (than.parts.empty()) return false;
   const auto terms = [](const std::vector<float>& parts) {
     const auto count = static_cast<Eigen::Index>(parts.size());
     return Eigen::Map<const Eigen::ArrayXf>(parts.data(), count).cast<double>();
@@ -299,24 +262,20 @@ bool Fit::step(Progress* progress) {
 bool Fit::iterate(Progress* progress) {
   const double share = 1.0 / static_cast<double>(captures_.size());
   const Turn now = turn(result_.iterations);
-  const bool due = result_.iterations % settings_.validation_interval == 0 || now.first;
+  if (now.first && now.scalars && begin_trials()) return true;
+  const bool due =
+      now.first || (!searched_ && result_.iterations % settings_.validation_interval == 0);
   Validation validation;
-  if (due) validation = validate(x_, field_values_, progress);
-  TurnBegin turn_begin = turn_begin_;
-  Vector x = x_;
-  if (now.first && now.scalars) turn_begin = {x, validation};
-  // A turn begins with few equations, and fields that are not right yet may lead it far astray.
-  if (now.first && now.fields && turn_begin.x.size() > 0 &&
-      is_worse(validation, turn_begin.validation, kTurnedBack)) {
-    x = turn_begin.x;
-    validation = turn_begin.validation;
-  }
-  HistoryRow row{result_.iterations, x, 0, kNotDone, kNotDone, {}, fields_.means(field_values_)};
+  if (due) validation = tried_ ? *tried_ : validate(x_, field_values_, progress);
+  // A turn begins with few equations, which may lead it far astray.
+  const bool turned_back = in_turns_ && now.first && is_worse(validation, best_, kTurnedBack);
+  if (turned_back) validation = best_;
+  const Vector x = turned_back ? result_.best : x_;
+  FieldValues next_fields = turned_back ? *result_.fields_best : field_values_;
+  HistoryRow row{result_.iterations, x, 0, kNotDone, kNotDone, {}, fields_.means(next_fields)};
   Vector next = x;
-  FieldValues next_fields = field_values_;
   FieldAdam field_adam = field_adam_;
   std::vector<std::vector<double>> gradients;
-  const double rate = now.fields ? field_rate() : 1;
   // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
   std::vector<Observation> seen;
@@ -325,7 +284,7 @@ bool Fit::iterate(Progress* progress) {
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
     if (now.fields && (searched_ || !settings_.accumulate)) {
-      field_adam.step(next_fields, gradients, searched_ ? rate * std::sqrt(share) : rate);
+      field_adam.step(next_fields, gradients, field_steps());
       gradients.clear();
     }
     if (settings_.accumulate) continue;
@@ -333,21 +292,22 @@ bool Fit::iterate(Progress* progress) {
     seen.clear();
   }
   if (settings_.accumulate) {
-    if (now.scalars && now.first) optimiser_->start_afresh();
+    if (turned_back || (now.scalars && now.first)) optimiser_->start_afresh();
     if (now.scalars) next = optimiser_->step(next, seen);
     if (now.fields && searched_) next = optimiser_->follow(next, seen);
-    if (now.fields && !searched_) field_adam.step(next_fields, gradients, rate);
+    if (now.fields && !searched_) field_adam.step(next_fields, gradients, field_steps());
   } else {
     optimiser_ = std::move(copy);
   }
+  tried_.reset();
   x_ = result_.last = x;
+  if (turned_back) result_.fields_last = result_.fields_best;
   if (due) note_validation(row, validation);
   result_.history.push_back(row);
   if (too_many_dropped()) return false;
   if (due && within_tolerance()) return stop(StopReason::kTolerance);
   x_ = result_.last = unknowns_.project(next);
   field_adam_ = std::move(field_adam);
-  turn_begin_ = std::move(turn_begin);
   field_values_ = std::move(next_fields);
   if (now.fields && searched_) smooth(now);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
@@ -357,21 +317,8 @@ bool Fit::iterate(Progress* progress) {
   return finish(progress);
 }
 
-/// Steps of texels are mostly noise, which looks like detail: a body that is blurred a little then
-/// explains the photos better than the right one. Voxels have farther to go and stay as they are.
-void Fit::smooth(const Turn& now) {
-  if (now.first) field_means_ = field_values_;
-  const bool ends = turn(result_.iterations + 1).scalars;
-  for (std::size_t f = 0; f < field_values_.size(); ++f) {
-    if (!std::holds_alternative<ImageRef>(fields_.refs()[f])) continue;
-    field_means_[f] += kNewest * (field_values_[f] - field_means_[f]);
-    if (ends) field_values_[f] = field_means_[f];
-  }
-}
-
-bool Fit::settle(const Vector& x, Progress* progress, bool told) {
+bool Fit::settle(const Vector& x, const Validation& validation, bool told) {
   HistoryRow row{result_.iterations, x, 0, 0, 0, {}, fields_.means(field_values_)};
-  const Validation validation = validate(row.values, field_values_, progress);
   x_ = result_.last = row.values;
   row.loss = validation.loss;
   row.mean_bias = validation.bias;
@@ -389,8 +336,16 @@ bool Fit::settle(const Vector& x, Progress* progress, bool told) {
 }
 
 bool Fit::finish(Progress* progress) {
-  // Beside grids the last values: each turn of the scalars begins afresh.
-  settle(in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_)), progress);
+  // Beside fields the last values: each turn of the scalars begins afresh.
+  Vector x = in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_));
+  Validation validation = validate(x, field_values_, progress);
+  if (const Vector sharp = sharpened(x); searched_ && sharp != x)
+    if (Validation there = validate(sharp, field_values_, progress);
+        is_as_good(there, validation)) {
+      x = sharp;
+      validation = std::move(there);
+    }
+  settle(x, validation);
   if (too_many_dropped()) return false;
   if (!wants_verification()) return stop(StopReason::kIterations);
   start_verification();

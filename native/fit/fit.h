@@ -85,7 +85,7 @@ class Fit {
   /// Not during the search, which is short and which a new fit does in the same way, nor once the
   /// answer has been verified.
   bool can_be_saved() const {
-    return !search_ && trials_.empty() && !rivals_ && verified_rivals_ == 0;
+    return !search_ && trials_.empty() && !tried_ && !rivals_ && verified_rivals_ == 0;
   }
   /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
   void restore(std::string_view saved);
@@ -114,8 +114,6 @@ class Fit {
   }
   void begin_search(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted);
   bool search(Progress* progress);
-  void end_search();
-  bool try_fields(Progress* progress);
   bool iterate(Progress* progress);
   bool verify(Progress* progress);
   bool compare_with_rivals(Progress* progress);
@@ -140,10 +138,19 @@ class Fit {
     bool first;  ///< of its kind since the others moved
   };
   Turn turn(int iteration) const;
+  bool is_turn_of_scalars(int iteration) const;
   /// How many iterations before this one, or in all, moved what `member` says.
   int turns_of(bool Turn::*member, int iterations) const;
-  double field_rate() const;
+  std::vector<FieldStep> field_steps() const;
+  FieldGradient field_gradient(const Vector& x, const FieldValues& fields, int capture,
+                               std::uint64_t seed, Progress* progress);
   void smooth(const Turn& now);
+  /// With roughnesses that are no larger than what looks sharp.
+  Vector sharpened(Vector x) const;
+  static bool is_as_good(const Validation& sharp, const Validation& blurred);
+  /// False where there is nothing to try.
+  bool begin_trials();
+  bool try_fields(Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if it is their turn.
   Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                       std::vector<std::vector<double>>& gradients, Progress* progress);
@@ -154,9 +161,9 @@ class Fit {
   static bool is_worse(const Validation& one, const Validation& than, double sigmas);
   /// Settles on the optimiser's answer, validates it, and ends the fit or has it verified.
   bool finish(Progress* progress);
-  /// Validates `x` and records it as the final state. True where it became the best one: where
-  /// `told` that it is, by more samples than a validation's, it does.
-  bool settle(const Vector& x, Progress* progress, bool told = false);
+  /// Records `x`, whose validation that is, as the final state. True where it became the best one:
+  /// where `told` that it is, by more samples than a validation's, it does.
+  bool settle(const Vector& x, const Validation& validation, bool told = false);
   bool wants_verification() const;
   void start_verification();
   void verify_from(const Vector& x, const Optimiser* optimiser);
@@ -194,16 +201,8 @@ class Fit {
   std::vector<Vector> serious_;     ///< rivals that stood and have not been verified
   std::vector<Verified> as_good_;   ///< those that were, and that nothing tells from the answer
   int verified_rivals_ = 0;
-  /// Where a turn of the scalars began.
-  struct TurnBegin {
-    Vector x;
-    Validation validation;
-    void members(SavedState& state);
-  };
   FieldAdam field_adam_;
-  /// After a search, the first step of a field in learning rates.
-  static constexpr double kFirstRate = 4;
-  /// Values of the scalars from which fields are stepped before the first iteration.
+  /// Values of the scalars from which fields are stepped before a turn of theirs.
   struct Trial {
     Vector x;
     FieldValues fields;
@@ -211,15 +210,15 @@ class Fit {
     int steps = 0;
     Validation validation;
   };
-  std::vector<Trial> trials_;  ///< until one of them has been taken
-  TurnBegin turn_begin_;       ///< of the newest; empty x: none yet
+  std::vector<Trial> trials_;        ///< until one of them has been taken
+  std::optional<Validation> tried_;  ///< of that, until the turn has begun
   bool in_turns_ = false;
   bool searched_ = false;  ///< beside fields
   Vector x_;
   FieldValues field_values_;
   FieldValues field_means_;  ///< of a turn so far
   FitResult result_;
-  Validation smallest_;
+  Validation smallest_, best_;  ///< of `best`; without parts: none yet
   std::string first_dropped_;
   std::vector<std::shared_ptr<const Picture>> previews_;
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 
 #include "fit/fit.h"
 #include "fit/streams.h"
@@ -16,12 +15,6 @@ namespace {
 constexpr double kBeforeRivals = 0.9;
 /// Rivals that are verified, too, at most.
 constexpr int kMostRivals = 2;
-/// Beside fields a fit tries this roughness, too, where its search ends with a larger one; steps of
-/// the fields from each, and the share of a search that is over when they begin.
-constexpr double kSharp = 0.05;
-constexpr int kTrialSteps = 3;
-constexpr double kBeforeTrials = 0.8;
-
 /// Intervals that hold whichever of the two is right.
 void widen(TrustReport& report, const TrustReport& other) {
   for (std::size_t k = 0; k < report.components.size(); ++k) {
@@ -84,71 +77,22 @@ bool Fit::search(Progress* progress) {
                       [this](const Vector& x) { return even_->scene_at(x); }}
             : subject(field_values_);
   const bool more = search_->step(renderer(about, progress));
-  result_.phase_fraction = search_->fraction() * (even_ ? kBeforeTrials : 1);
+  result_.phase_fraction = search_->fraction();
   if (too_many_dropped()) return false;
   if (more) return true;
   x_ = search_->values();
   result_.search = search_->result();
   if (even_) {
     field_values_ = even_->fields(x_);
-    result_.fields_last = std::make_shared<FieldValues>(field_values_);
+    result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
     x_ = even_->scalars(x_);
     searched_ = true;
-    Vector sharp = x_;
-    for (int k = 0; k < unknowns_.size(); ++k)
-      if (unknowns_.description_of(k).coordinate == Coordinate::kBlur)
-        sharp[k] = std::min(sharp[k], kSharp);
-    sharp = unknowns_.project(sharp);
-    if (sharp != x_)
-      for (const Vector& x : {x_, sharp})
-        trials_.push_back({x, field_values_, field_adam_, 0, Validation()});
   } else {
     others_ = search_->others();
   }
   search_.reset();
-  if (trials_.empty()) end_search();
-  return true;
-}
-
-void Fit::end_search() {
-  trials_.clear();
-  result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
   result_.last = result_.best = x_;
   result_.phase = Phase::kFitting;
-}
-
-/// One step from one of them. While fields are of one colour a search can hardly tell a blurred body
-/// from a sharp one; and from a blurred one the way back is long, as texels and voxels paint the
-/// details that it lacks.
-bool Fit::try_fields(Progress* progress) {
-  const auto unfinished = [](const Trial& one) { return one.steps < kTrialSteps; };
-  Trial next = *std::ranges::find_if(trials_, unfinished);
-  const double share = 1.0 / static_cast<double>(captures_.size());
-  for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
-    const Capture& photo = captures_[static_cast<std::size_t>(i)];
-    const Scene scene = scene_at(next.x, next.fields);
-    const std::uint64_t seed = stream_seed(settings_.seed, Stream::kTrial, next.steps, i);
-    const FieldGradient found =
-        loss_field_gradient(scene, scene.camera(photo.camera), fields_, photo, loss_,
-                            render_settings(photo, settings_.spp, seed), progress);
-    count(found.film);
-    next.adam.step(next.fields, found.fields, kFirstRate * std::sqrt(share));
-  }
-  ++next.steps;
-  if (!unfinished(next)) next.validation = validate(next.x, next.fields, progress);
-  *std::ranges::find_if(trials_, unfinished) = std::move(next);
-  const auto steps = std::accumulate(trials_.begin(), trials_.end(), 0,
-                                     [](int sum, const Trial& one) { return sum + one.steps; });
-  const auto all = static_cast<double>(trials_.size() * kTrialSteps);
-  result_.phase_fraction = kBeforeTrials + (1 - kBeforeTrials) * steps / all;
-  if (too_many_dropped()) return false;
-  if (std::ranges::any_of(trials_, unfinished)) return true;
-  Trial& best = *std::ranges::min_element(trials_, {},
-                                          [](const Trial& one) { return one.validation.unbiased; });
-  x_ = best.x;
-  field_values_ = std::move(best.fields);
-  field_adam_ = std::move(best.adam);
-  end_search();
   return true;
 }
 
@@ -187,7 +131,8 @@ bool Fit::verify(Progress* progress) {
     rivals.push_back(answer_->x);
   } else {
     // Where the validation finds its values worse, the linear step to them went too far.
-    if (!settle(verified_.x, progress)) verification_->settle_for(result_.best);
+    if (!settle(verified_.x, validate(verified_.x, field_values_, progress)))
+      verification_->settle_for(result_.best);
     verified_.x = result_.best;
     result_.report = verification_->report();
     rivals = unknowns_.exchanged(result_.best);
@@ -212,7 +157,8 @@ bool Fit::compare_with_rivals(Progress* progress) {
   if (more) return true;
   decide();
   rivals_.reset();
-  if (answer_->x != result_.best) settle(answer_->x, progress, true);
+  if (answer_->x != result_.best)
+    settle(answer_->x, validate(answer_->x, field_values_, progress), true);
   report_rivals();
   if (serious_.empty() || verified_rivals_ == kMostRivals) return stop_after_iterations();
   // At the bottom of its basin it may win or lose. Instruments of other values say little about it.

@@ -11,11 +11,9 @@ void HistoryRow::members(SavedState& state) {
 
 void Fit::Validation::members(SavedState& state) { state(loss, unbiased, variance, parts, bias); }
 
-void Fit::TurnBegin::members(SavedState& state) { state(x, validation); }
-
 /// What the state belongs to: with anything else it would be misread.
 std::string Fit::fingerprint() const {
-  std::string text = "5 " + optimiser_name_ + " " + settings_.loss;
+  std::string text = "6 " + optimiser_name_ + " " + settings_.loss;
   for (const std::int64_t number :
        {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
         std::int64_t{settings_.spp}, std::int64_t{settings_.depth},
@@ -39,8 +37,8 @@ void Fit::members(SavedState& state) {
     throw InvalidArgument(
         "The saved state belongs to a fit of other settings, unknowns or photos; start without it");
   FieldValues last = *result_.fields_last, best = *result_.fields_best;
-  state(x_, field_values_, field_means_, field_adam_, searched_, turn_begin_, smallest_,
-        first_dropped_, last, best);
+  state(x_, field_values_, field_means_, field_adam_, searched_, smallest_, best_, first_dropped_,
+        last, best);
   state(result_.last, result_.best, result_.best_iteration, result_.best_validation,
         result_.best_validation_standard_error, result_.iterations, result_.samples,
         result_.dropped, result_.cpu_seconds, result_.history);

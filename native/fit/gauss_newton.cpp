@@ -29,7 +29,7 @@ constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
 constexpr double kAging = 1;
 /// Where fields move: what is kept of the equations before, which told of other fields, and the least
 /// damping.
-constexpr double kFollowKept = 0.8, kFollowDamping = 0.1;
+constexpr double kFollowKept = 0.8, kFollowDamping = 1;
 constexpr double kLargeMove = 0.25;  ///< caps; smaller steps are never rejected
 /// From this iteration on caps shrink as 1 / iteration: the way that is left to go stays unlimited
 /// (harmonic series), but noise cannot throw a settled fit far and make it forget what it knows.
@@ -233,7 +233,8 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
 /// By the instruments that earlier iterations have gathered. Fields and scalars that stand in for each
 /// other lie in a narrow valley, in which turns of either alone are slow.
 Vector GaussNewton::follow(const Vector& x, std::span<const Observation> seen) {
-  if (iteration_ == 0) return x;
+  if (std::ranges::any_of(views_, [](const View& view) { return view.jacobians.empty(); }))
+    return x;
   const Vector u = coordinates_.from_values(x);
   const Eigen::Index n = u.size();
   Measurement now{Matrix::Zero(n, n), Matrix::Zero(n, n), Vector::Zero(n), Vector::Zero(n)};
@@ -269,6 +270,12 @@ void GaussNewton::start_afresh() {
   rejected_ = 0;
   has_best_ = false;
   accepted_.clear();
+}
+
+/// Pictures of a sharp body change by other slopes than those of a blurred one.
+void GaussNewton::start_anew() {
+  for (View& view : views_) view.jacobians = {};
+  start_afresh();
 }
 
 /// What is known before any photo, as another term of the normal matrix: the channels of an

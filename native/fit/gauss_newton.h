@@ -27,6 +27,7 @@ class GaussNewton final : public Optimiser {
   Vector follow(const Vector& x, std::span<const Observation> seen) override;
   Vector answer(const Vector& x) const override;
   void start_afresh() override;
+  void start_anew() override;
   bool averages() const override { return true; }
   bool arrived() const override { return arrived_; }
 

@@ -50,7 +50,8 @@ class JacobianSums {
   /// Forgets, and adds the halves of this iteration. Columns that these do not have keep what is known
   /// of them. `weight`: samples of these halves in units of those of a usual iteration.
   void add(const Halves& halves, double keep, double weight = 1);
-  /// What all say. `importance` of the rows, as in the sums that they will be part of.
+  bool empty() const { return adds_.empty(); }
+  /// What all say, unless empty. `importance` of the rows, as in the sums that they will be part of.
   Set all(const Problem& problem, const Capture& capture, const Eigen::VectorXf& importance) const;
   void members(SavedState& state);
 

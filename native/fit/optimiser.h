@@ -48,6 +48,8 @@ class Optimiser {
   virtual Vector answer(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.
   virtual void start_afresh() {}
+  /// The values are others than those that the last step led to: nothing that was seen holds there.
+  virtual void start_anew() {}
   /// Whether the last step left so little that a look at frozen values (`Verification`) can go the
   /// rest better than more steps.
   virtual bool arrived() const { return false; }

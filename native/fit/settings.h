@@ -21,11 +21,12 @@ struct FitSettings {
   double tolerance =
       0.001;  ///< stop when the mean of the last 3 validation losses is below; 0: never
   std::uint64_t seed = 0;
-  int depth = 0;                ///< bounces; 0 = no limit
-  int threads = 0;              ///< 0 = one per core
-  bool accumulate = true;       ///< one step for all cameras; false: one after each camera
-  int validation_interval = 5;  ///< iterations between validation renders
-  int validation_spp = 0;       ///< 0: twice spp, at least 16
+  int depth = 0;           ///< bounces; 0 = no limit
+  int threads = 0;         ///< 0 = one per core
+  bool accumulate = true;  ///< one step for all cameras; false: one after each camera
+  /// Iterations between validation renders; beside fields after a search these are where turns begin.
+  int validation_interval = 5;
+  int validation_spp = 0;  ///< 0: twice spp, at least 16
   /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
   bool secants = true;
   /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton, where

@@ -307,12 +307,13 @@ Args:
         "density_grid" of a material are every value of that grid, "base_color_texture" every texel
         of that image, as the image holds it (in sRGB if it is encoded): they start at the scene's,
         without `start` (a search moves an albedo grid or an image of one colour as a whole), and
-        the rate is in units of their values: the length of a step; after a search that of the last
-        one, the first being four times as long.
+        the rate is in units of their values: the length of a step; after a search the first is four
+        times as long, and the last one of an image a quarter.
     settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
-        validation_interval 5, validation_spp 0 (twice spp, at least 16), search "auto" (with
+        validation_interval 5 (beside grids and images after a search: where turns begin),
+        validation_spp 0 (twice spp, at least 16), search "auto" (with
         Gauss-Newton; beside grids and images where each holds one colour, one is of albedos or base
         colours, and there are up to 12 numbers with these as three; or "on", "off"), verification
         "auto" (with up to 12 unknowns and no grid or image; or "on", "off"),

@@ -46,6 +46,7 @@ class Texture {
   int height() const { return height_; }
   bool has_alpha() const { return !alpha_.empty(); }
   bool encoded() const { return encoded_; }
+  Extension extension() const { return extension_; }
   /// As the image holds them.
   const std::vector<Colorf>& pixels() const { return pixels_; }
   /// The same image with other colours; the same errors.

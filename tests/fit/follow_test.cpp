@@ -70,6 +70,19 @@ TEST_P(Follow, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
 }
 INSTANTIATE_TEST_SUITE_P(Noise, Follow, testing::Values(0.0, 0.2));
 
+TEST(Follow, KnowsNothingOfAPlaceToWhichTheValuesWereMoved) {
+  Followed about(0);
+  GaussNewton optimiser(about.problem());
+  Vector x = about.unknowns().start();
+  for (std::uint64_t i = 0; i < 4; ++i) x = optimiser.step(x, about.seen(x, about.layout(), i));
+  optimiser.start_anew();
+  const Vector other = about.unknowns().start();
+  EXPECT_EQ(optimiser.follow(other, about.seen(other, SlotLayout(), 9)), other);
+  x = optimiser.step(other, about.seen(other, about.layout(), 10));
+  EXPECT_NE(x, other);
+  EXPECT_NE(optimiser.follow(x, about.seen(x, SlotLayout(), 11)), x) << "one step tells again";
+}
+
 TEST(Follow, StaysInsideTheBounds) {
   Followed about(0);
   GaussNewton optimiser(about.problem());

@@ -97,6 +97,21 @@ TEST(ImageFields, GradientAddsUpToThatOfOneBaseColour) {
   }
 }
 
+TEST(ImageFields, AStepGoesAlongASmoothedGradient) {
+  const Fields fields(board({0.5f, 0.5f, 0.5f, 0.5f}), {texels()});
+  std::vector<double> gradient(12);
+  gradient[0] = 1;  // red of the first texel
+  for (const double spread : {0.0, 0.5}) {
+    FieldAdam adam(fields);
+    FieldValues values = fields.start();
+    adam.step(values, {gradient}, {{2, spread}});
+    EXPECT_NEAR(values[0][0], 0.5 - 2 * fields.wanted()[0].learning_rate, 1e-6);
+    // Adam's first step has one length for all that are told anything.
+    EXPECT_EQ(values[0][9]<0.5, spread> 0) << "red of the last texel";
+    EXPECT_EQ(values[0][1], 0.5) << "green";
+  }
+}
+
 class ImageFit : public testing::TestWithParam<bool> {};
 
 TEST_P(ImageFit, FindsTheTexels) {
@@ -121,15 +136,20 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
           {roughness(), texels()}, fit_settings(60));
   EXPECT_EQ(fit.optimiser_name(), "gauss-newton");
   const Vector start = (*fit.result().fields_last)[0];
-  while ((*fit.result().fields_last)[0] == start) ASSERT_TRUE(fit.step());
-  EXPECT_EQ(fit.result().phase, Phase::kSearching) << "texels are tried from two roughnesses";
-  EXPECT_FALSE(fit.can_be_saved());
+  while (fit.result().phase == Phase::kSearching) ASSERT_TRUE(fit.step());
   const Vector even = (*fit.result().fields_last)[0];
+  EXPECT_NE(even, start);
   for (Eigen::Index i = 3; i < even.size(); ++i) EXPECT_EQ(even[i], even[i % 3]);
   EXPECT_NEAR(even[0], 0.675, 0.05) << "as the image holds it";
-  while (fit.result().phase == Phase::kSearching) ASSERT_TRUE(fit.step());
   EXPECT_GT(fit.values()[0], 0.3) << "a sharp body shows the lamp, which this does not";
-  EXPECT_NE((*fit.result().fields_last)[0], even) << "the texels of the trial are kept";
+  // Before the second turn of the roughness a sharp body is tried: 2 steps of the texels each.
+  while (fit.result().iterations < 17) ASSERT_TRUE(fit.step());
+  for (int trial = 0; trial < 4; ++trial) {
+    EXPECT_TRUE(trial == 0 || !fit.can_be_saved()) << trial;
+    ASSERT_TRUE(fit.step());
+  }
+  EXPECT_EQ(fit.result().iterations, 17);
+  EXPECT_GT(fit.values()[0], 0.3);
   while (fit.step()) {
   }
   ASSERT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
