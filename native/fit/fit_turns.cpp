@@ -105,13 +105,13 @@ Vector Fit::sharpened(Vector x) const {
   return unknowns_.project(x);
 }
 
-/// Within its standard error: what is wrong about texels and voxels looks like blur, never the other
-/// way round, so that of two bodies that are nearly as good the sharp one is right.
+/// Within its standard error: what is wrong about texels and voxels looks like blur, so that of two
+/// bodies that are about as good the sharp one is nearer.
 bool Fit::is_as_good(const Validation& sharp, const Validation& blurred) {
   return sharp.unbiased <= blurred.unbiased + std::sqrt(blurred.variance);
 }
 
-/// Before a turn of the scalars, but not the first, when fields are nearly alike and hardly anything
+/// Before a turn of the scalars; but not the first, when fields are nearly alike and hardly anything
 /// tells a blurred body from a sharp one. From a blurred one the way back is long, as texels and voxels
 /// paint the details that it lacks.
 bool Fit::begin_trials() {
