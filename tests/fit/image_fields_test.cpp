@@ -107,7 +107,8 @@ TEST(ImageFields, AStepGoesAlongASmoothedGradient) {
     adam.step(values, {gradient}, {{2, spread}});
     EXPECT_NEAR(values[0][0], 0.5 - 2 * fields.wanted()[0].learning_rate, 1e-6);
     // Adam's first step has one length for all that are told anything.
-    EXPECT_EQ(values[0][9]<0.5, spread> 0) << "red of the last texel";
+    const bool last_moved = values[0][9] < 0.5;  // red of the last texel
+    EXPECT_EQ(last_moved, spread > 0);
     EXPECT_EQ(values[0][1], 0.5) << "green";
   }
 }
