@@ -105,10 +105,13 @@ Vector Fit::sharpened(Vector x) const {
   return unknowns_.project(x);
 }
 
-/// Within its standard error: what is wrong about texels and voxels looks like blur, so that of two
-/// bodies that are about as good the sharp one is nearer.
+/// Within its standard error, and that of their difference: what is wrong about texels and voxels looks
+/// like blur, so that of two bodies that are about as good the sharp one is nearer. The noise of a
+/// validation alone hides a gloss that pixel against pixel is seen; that of the difference alone is as
+/// large as the difference where all of it is one mirrored lamp in one pixel.
 bool Fit::is_as_good(const Validation& sharp, const Validation& blurred) {
-  return sharp.unbiased <= blurred.unbiased + std::sqrt(blurred.variance);
+  return sharp.unbiased <= blurred.unbiased + std::sqrt(blurred.variance) &&
+         !is_worse(sharp, blurred, 1);
 }
 
 /// Before a turn of the scalars; but not the first, when fields are nearly alike and hardly anything
