@@ -16,7 +16,7 @@ namespace {
 constexpr double kNotDone = std::numeric_limits<double>::quiet_NaN();
 /// More samples than this share left out: the derivatives describe another picture.
 constexpr double kTooManyDropped = 1e-3;
-constexpr double kTurnedBack = 2;  ///< standard errors by which a turn of scalars may not end worse
+constexpr double kTurnedBack = 2;  ///< standard errors by which a turn may not end worse
 /// The tolerance is compared with a mean over so many validations.
 constexpr int kToleranceWindow = 3;
 
@@ -278,13 +278,14 @@ bool Fit::iterate(Progress* progress) {
   std::vector<std::vector<double>> gradients;
   // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
+  const std::vector<FieldStep> how = field_steps();
   std::vector<Observation> seen;
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
     seen.push_back(observe(next, next_fields, i, now, gradients, progress));
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
     if (now.fields && (searched_ || !settings_.accumulate)) {
-      field_adam.step(next_fields, gradients, field_steps());
+      field_adam.step(next_fields, gradients, how);
       gradients.clear();
     }
     if (settings_.accumulate) continue;
@@ -295,7 +296,7 @@ bool Fit::iterate(Progress* progress) {
     if (turned_back || (now.scalars && now.first)) optimiser_->start_afresh();
     if (now.scalars) next = optimiser_->step(next, seen);
     if (now.fields && searched_) next = optimiser_->follow(next, seen);
-    if (now.fields && !searched_) field_adam.step(next_fields, gradients, field_steps());
+    if (now.fields && !searched_) field_adam.step(next_fields, gradients, how);
   } else {
     optimiser_ = std::move(copy);
   }

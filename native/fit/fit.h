@@ -202,7 +202,7 @@ class Fit {
   std::vector<Verified> as_good_;   ///< those that were, and that nothing tells from the answer
   int verified_rivals_ = 0;
   FieldAdam field_adam_;
-  /// Values of the scalars from which fields are stepped before a turn of theirs.
+  /// Values of the scalars from which fields are stepped before a turn of the scalars.
   struct Trial {
     Vector x;
     FieldValues fields;

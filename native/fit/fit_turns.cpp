@@ -130,11 +130,11 @@ bool Fit::begin_trials() {
 bool Fit::try_fields(Progress* progress) {
   const auto unfinished = [](const Trial& one) { return one.steps < kTrialSteps; };
   Trial next = *std::ranges::find_if(trials_, unfinished);
+  const std::vector<FieldStep> how = field_steps();
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
     const std::uint64_t seed =
         stream_seed(settings_.seed, Stream::kTrial, result_.iterations + next.steps, i);
-    next.adam.step(next.fields, field_gradient(next.x, next.fields, i, seed, progress).fields,
-                   field_steps());
+    next.adam.step(next.fields, field_gradient(next.x, next.fields, i, seed, progress).fields, how);
   }
   ++next.steps;
   if (!unfinished(next)) next.validation = validate(next.x, next.fields, progress);
@@ -144,8 +144,9 @@ bool Fit::try_fields(Progress* progress) {
   const bool sharp = is_as_good(trials_[1].validation, trials_[0].validation);
   if (sharp) optimiser_->start_anew();
   Trial& best = trials_[sharp ? 1 : 0];
-  x_ = best.x;
+  x_ = result_.last = best.x;
   field_values_ = std::move(best.fields);
+  result_.fields_last = std::make_shared<FieldValues>(field_values_);
   field_adam_ = std::move(best.adam);
   tried_ = std::move(best.validation);
   trials_.clear();

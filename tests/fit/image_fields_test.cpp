@@ -145,11 +145,13 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
   EXPECT_GT(fit.values()[0], 0.3) << "a sharp body shows the lamp, which this does not";
   // Before the second turn of the roughness a sharp body is tried: 2 steps of the texels each.
   while (fit.result().iterations < 17) ASSERT_TRUE(fit.step());
-  for (int trial = 0; trial < 4; ++trial) {
+  const Vector untried = (*fit.result().fields_last)[0];
+  for (int trial = 0; trial < 5; ++trial) {  // one begins them
     EXPECT_TRUE(trial == 0 || !fit.can_be_saved()) << trial;
     ASSERT_TRUE(fit.step());
   }
   EXPECT_EQ(fit.result().iterations, 17);
+  EXPECT_NE((*fit.result().fields_last)[0], untried) << "the texels of the trial are kept";
   EXPECT_GT(fit.values()[0], 0.3);
   while (fit.step()) {
   }
