@@ -37,7 +37,7 @@ class OrderedSum {
     waiting_.emplace(tile, std::move(gradients));
     while (!waiting_.empty() && waiting_.begin()->first == next_) {
       for (std::size_t f = 0; f < fields_.size(); ++f)
-        waiting_.begin()->second[f].add_to(sums_[f], channels_of(fields_[f]));
+        waiting_.begin()->second[f].add_to(sums_[f].data(), channels_of(fields_[f]));
       waiting_.erase(waiting_.begin());
       ++next_;
     }
@@ -120,6 +120,57 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
     reports[i] =
         render_taped_tile(prepared, pixels, settings, tile, {fields, loss}, film, gradients);
     if (loss) sum.add(i, std::move(gradients));
+  });
+  add_reports(reports, film);
+  film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  film.cpu_seconds = static_cast<double>(std::clock() - cpu_start) / CLOCKS_PER_SEC;
+  return result;
+}
+
+FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
+                                    const std::vector<FieldRef>& unknown,
+                                    const RenderSettings& settings,
+                                    const std::vector<float>& weights, int cell,
+                                    Progress* progress) {
+  settings.check();
+  if (cell < 1 || kTileSize % cell != 0)
+    throw InvalidArgument("Cells of " + std::to_string(cell) + " pixels do not fill a tile of " +
+                          std::to_string(kTileSize) + "; choose one of its divisors");
+  if (weights.size() != static_cast<std::size_t>(settings.width) * settings.height)
+    throw InvalidArgument("There are " + std::to_string(weights.size()) + " weights for " +
+                          std::to_string(settings.width) + " x " + std::to_string(settings.height) +
+                          " pixels; give one a pixel");
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t cpu_start = std::clock();
+  const std::vector<Field> fields = fields_of(scene, unknown);
+  if (progress) progress->fraction = 0;
+
+  FieldJacobian result;
+  Film& film = result.film;
+  film = Film(settings.width, settings.height, settings.spp, 0);
+  const int columns = cells_along(settings.width, cell), rows = cells_along(settings.height, cell);
+  for (const Field& field : fields)
+    result.fields.emplace_back(
+        CellJacobian::Zero(static_cast<Eigen::Index>(rows) * columns, count_of(field)));
+
+  const PixelLoss weighted = [&](std::size_t pixel, const Film&) {
+    return PixelSlope{Colorf(weights[pixel]), {}};
+  };
+  const Prepared<kTaped> prepared(scene, {}, unknown);
+  const PixelCamera pixels(camera, settings.width, settings.height, settings.frame);
+  std::vector<TileReport> reports(tile_count(settings));
+  // No two tiles share a row.
+  for_each_tile(settings, progress, [&](int i, const Tile& tile) {
+    const int across = cells_across(cell);
+    std::vector<SparseGradient> gradients(fields.size() * across * across);
+    reports[i] = render_taped_tile(prepared, pixels, settings, tile, {fields, weighted, cell}, film,
+                                   gradients);
+    for (int y = tile.y0 / cell; y * cell < tile.y1; ++y)
+      for (int x = tile.x0 / cell; x * cell < tile.x1; ++x)
+        for (std::size_t f = 0; f < fields.size(); ++f)
+          gradients[((y - tile.y0 / cell) * across + x - tile.x0 / cell) * fields.size() + f]
+              .add_to(result.fields[f].row(static_cast<Eigen::Index>(y) * columns + x).data(),
+                      channels_of(fields[f]));
   });
   add_reports(reports, film);
   film.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

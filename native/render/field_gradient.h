@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <variant>
 #include <vector>
@@ -50,6 +51,27 @@ struct FieldGradient {
 FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
                                     const std::vector<FieldRef>& unknown,
                                     const RenderSettings& settings, const PixelLoss& loss,
+                                    Progress* progress = nullptr);
+
+/// A row for each square cell of pixels, row by row of the picture; a column for each number of a
+/// field.
+using CellJacobian = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// A picture, and the derivatives of weighted sums over its cells by every value of some fields, each
+/// channel for itself.
+struct FieldJacobian {
+  Film film;
+  std::vector<CellJacobian> fields;
+};
+
+inline int cells_along(int pixels, int cell) { return (pixels + cell - 1) / cell; }
+
+/// As above, with one `weights` a pixel and cells of `cell` pixels a side, which divides 16. The memory
+/// is cells times numbers. Throws as above, and InvalidArgument for weights and cells that do not fit.
+FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
+                                    const std::vector<FieldRef>& unknown,
+                                    const RenderSettings& settings,
+                                    const std::vector<float>& weights, int cell,
                                     Progress* progress = nullptr);
 
 }  // namespace selenite

@@ -12,6 +12,9 @@ namespace selenite {
 /// of one material.
 inline constexpr int kMaxLocalSlots = 16;
 
+/// Pixels along a side of a tile.
+inline constexpr int kTileSize = 16;
+
 /// Counts of what went wrong in a tile.
 struct TileReport {
   std::int64_t dropped = 0;

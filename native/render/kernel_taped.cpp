@@ -67,11 +67,15 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
       if (!work.loss) continue;
       const PixelSlope slope = work.loss(pixel, film);
       if (is_zero(slope.slope) && is_zero(slope.curvature)) continue;
+      const int cell =
+          (y - tile.y0) / work.cell * cells_across(work.cell) + (x - tile.x0) / work.cell;
+      SparseGradient* const of_cell =
+          &gradients[static_cast<std::size_t>(cell) * work.fields.size()];
       for (int i = 0; i < n; ++i) {
         if (tapes[i].empty()) continue;
         tapes[i].sweep(sample_weight(slope, samples[i], film.mean[pixel], n),
                        [&](int field, const Vec3f& position, const Colorf& derivative) {
-                         spread(work.fields[field], position, derivative, gradients[field]);
+                         spread(work.fields[field], position, derivative, of_cell[field]);
                        });
       }
     }

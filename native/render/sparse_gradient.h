@@ -25,13 +25,14 @@ class SparseGradient {
   }
 
   /// Adds everything to `dense`, three numbers a place or their sum.
-  void add_to(std::vector<double>& dense, int channels) const {
+  template <class T>
+  void add_to(T* dense, int channels) const {
     for (const Entry& entry : entries_) {
-      double* to = dense.data() + static_cast<std::size_t>(entry.place) * channels;
+      T* to = dense + static_cast<std::size_t>(entry.place) * channels;
       if (channels == 1)
-        *to += entry.value.r + entry.value.g + entry.value.b;
+        *to += static_cast<T>(entry.value.r + entry.value.g + entry.value.b);
       else
-        for (int c = 0; c < 3; ++c) to[c] += entry.value[c];
+        for (int c = 0; c < 3; ++c) to[c] += static_cast<T>(entry.value[c]);
     }
   }
 

@@ -11,9 +11,14 @@ namespace selenite {
 struct TapedWork {
   const std::vector<Field>& fields;
   const PixelLoss& loss;  ///< empty: no gradient
+  int cell = kTileSize;   ///< pixels along a side of a cell; divides that of a tile
 };
 
-/// Renders all samples of a tile's pixels and sweeps their tapes; one gradient a field.
+/// How many cells lie across a tile.
+inline int cells_across(int cell) { return kTileSize / cell; }
+
+/// Renders all samples of a tile's pixels and sweeps their tapes: one gradient a field for each cell,
+/// row by row.
 TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera& camera,
                              const RenderSettings& settings, const Tile& tile,
                              const TapedWork& work, Film& film,

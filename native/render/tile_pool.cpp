@@ -8,8 +8,6 @@
 namespace selenite {
 namespace {
 
-constexpr int kTileSize = 16;
-
 int tiles_along(int pixels) { return (pixels + kTileSize - 1) / kTileSize; }
 
 }  // namespace

@@ -213,5 +213,71 @@ TEST(FieldGradient, NeedsAGrid) {
   EXPECT_THROW(gradient_of(scene, settings, mean_loss(settings)), InvalidArgument);
 }
 
+/// The cells' rows, added up, are the gradient of the same sum from the same samples.
+TEST(FieldJacobian, CellsAddUpToTheGradient) {
+  std::vector<float> albedo(24);
+  for (std::size_t k = 0; k < albedo.size(); ++k) albedo[k] = 0.3f + 0.025f * static_cast<float>(k);
+  const Scene scene = grid_ball(albedo, 3);
+  const std::vector<FieldRef> unknown = {GridRef{scene.material("Medium"), GridKind::kAlbedo}};
+  RenderSettings settings;
+  settings.width = 37;  // neither tiles nor cells fit
+  settings.height = 21;
+  settings.spp = 4;
+  settings.seed = 3;
+  std::vector<float> weights(37 * 21);
+  for (std::size_t p = 0; p < weights.size(); ++p) weights[p] = 0.1f + static_cast<float>(p % 7);
+  const FieldGradient gradient = render_field_gradient(
+      scene, scene.cameras[0], unknown, settings, [&](std::size_t pixel, const Film&) {
+        return PixelSlope{Colorf(weights[pixel]), {}};
+      });
+  for (const int cell : {4, 8, 16}) {
+    const FieldJacobian found =
+        render_field_jacobian(scene, scene.cameras[0], unknown, settings, weights, cell);
+    ASSERT_EQ(found.fields[0].rows(), (36 / cell + 1) * (20 / cell + 1));
+    ASSERT_EQ(found.fields[0].cols(), 24);
+    for (Eigen::Index k = 0; k < 24; ++k) {
+      const double whole = gradient.fields[0][static_cast<std::size_t>(k)];
+      EXPECT_NEAR(found.fields[0].col(k).sum(), whole, 1e-4 * std::abs(whole)) << k;
+    }
+    EXPECT_EQ(found.film.mean[400].g, gradient.film.mean[400].g);
+  }
+}
+
+/// A cell knows only its own pixels: those beside the ball know nothing of its voxels.
+TEST(FieldJacobian, ACellKnowsItsOwnPixels) {
+  const Scene scene = grid_ball(std::vector<float>(24, 0.6f), 3);
+  const std::vector<FieldRef> unknown = {GridRef{scene.material("Medium"), GridKind::kAlbedo}};
+  RenderSettings settings;
+  settings.width = settings.height = 32;
+  settings.spp = 4;
+  std::vector<float> all(32 * 32, 1), one(32 * 32, 0);
+  for (int y = 16; y < 24; ++y)
+    for (int x = 8; x < 16; ++x) one[static_cast<std::size_t>(32 * y + x)] = 1;
+  const auto jacobian = [&](const std::vector<float>& weights) {
+    return render_field_jacobian(scene, scene.cameras[0], unknown, settings, weights, 8).fields[0];
+  };
+  const CellJacobian of_all = jacobian(all), of_one = jacobian(one);
+  EXPECT_GT(of_one.row(9).norm(), 0);
+  EXPECT_EQ(of_one.row(9), of_all.row(9));
+  EXPECT_EQ(of_one.topRows(9).norm() + of_one.bottomRows(6).norm(), 0);
+}
+
+TEST(FieldJacobian, NamesWhatDoesNotFit) {
+  const Scene scene = grid_ball(std::vector<float>(8, 0.6f), 1);
+  const std::vector<FieldRef> unknown = {GridRef{scene.material("Medium"), GridKind::kAlbedo}};
+  RenderSettings settings;
+  settings.width = settings.height = 16;
+  settings.spp = 1;
+  const auto render_with = [&](std::size_t weights, int cell) {
+    (void)render_field_jacobian(scene, scene.cameras[0], unknown, settings,
+                                std::vector<float>(weights, 1), cell);
+  };
+  EXPECT_NO_THROW(render_with(256, 8));
+  EXPECT_THROW(render_with(255, 8), InvalidArgument);
+  EXPECT_THROW(render_with(256, 0), InvalidArgument);
+  EXPECT_THROW(render_with(256, 5), InvalidArgument);
+  EXPECT_THROW(render_with(256, 32), InvalidArgument);
+}
+
 }  // namespace
 }  // namespace selenite
