@@ -18,7 +18,7 @@ constexpr double kTiny = 1e-30;
 
 Adam::Adam(const Problem& problem) : problem_(&problem), moments_(problem.unknowns.size()) {}
 
-Vector Adam::step(const Vector& x, std::span<const Observation> seen) {
+Vector Adam::step(const Vector& x, std::span<const Observation> seen, FieldNewton*) {
   Vector gradient = Vector::Zero(x.size());
   for (const Observation& one : seen) {
     const Vector part = loss_gradient(problem_->layout, one.film, one.loss);

@@ -7,6 +7,9 @@
 
 namespace selenite {
 
+/// What is rougher than that does not look sharp: alpha is 0.001.
+inline constexpr double kSharpRoughness = 0.03;
+
 /// Coordinates in which the picture is closest to linear, as the table says
 /// (Parameter::coordinate): x, log x or log(x - 1), the logarithms shifted where the bounds reach
 /// their pole, log(x^3 + 0.15^3) / 3 of a roughness, or the diffuse reflectance of a half-space with

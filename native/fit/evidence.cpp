@@ -7,6 +7,14 @@
 
 namespace selenite {
 
+void Evidence::leave_out(Eigen::Index k) {
+  for (Eigen::MatrixXd* one : {&normal, &normal_variance, &spread}) {
+    one->row(k).setZero();
+    one->col(k).setZero();
+  }
+  gradient[k] = 0;
+}
+
 void Evidence::add(const Capture& capture, const GaussNewton::Equations& equations,
                    std::size_t captures) {
   const auto& [halves, z, weight] = equations;

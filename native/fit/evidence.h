@@ -18,6 +18,8 @@ struct Evidence {
         normal_variance(normal),
         spread(normal),
         gradient(Vector::Zero(n)) {}
+  /// As if unknown k showed in no picture.
+  void leave_out(Eigen::Index k);
   void add(const Capture& capture, const GaussNewton::Equations& equations, std::size_t captures);
 };
 

@@ -142,13 +142,23 @@ Film Fit::derivatives(const Subject& subject, const Vector& x, const Capture& ph
 }
 
 Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
-                         std::vector<std::vector<double>>& gradients, Progress* progress) {
+                         std::vector<std::vector<double>>& gradients, FieldNewton* newton,
+                         Progress* progress) {
   const Capture& photo = captures_[static_cast<std::size_t>(capture)];
   const std::uint64_t seed =
       stream_seed(settings_.seed, Stream::kStep, result_.iterations, capture);
   Observation seen;
   seen.capture = capture;
-  if (turn.fields) {
+  if (turn.fields && newton) {
+    const Scene scene = scene_at(x, fields);
+    const auto i = static_cast<std::size_t>(capture);
+    FieldJacobian found = render_field_jacobian(scene, scene.camera(photo.camera), fields_.refs(),
+                                                render_settings(photo, settings_.spp, seed),
+                                                newton->shares(i), newton->cell(), progress);
+    count(found.film);
+    newton->gather(i, found);
+    seen.film = std::move(found.film);
+  } else if (turn.fields) {
     FieldGradient found = field_gradient(x, fields, capture, seed, progress);
     gradients.resize(found.fields.size());
     for (std::size_t f = 0; f < gradients.size(); ++f) {
@@ -263,12 +273,13 @@ bool Fit::iterate(Progress* progress) {
   const double share = 1.0 / static_cast<double>(captures_.size());
   const Turn now = turn(result_.iterations);
   if (now.first && now.scalars && begin_trials()) return true;
-  const bool due =
-      now.first || (!searched_ && result_.iterations % settings_.validation_interval == 0);
+  const bool due = (now.first && (now.scalars || !field_newton_ || result_.iterations == 0)) ||
+                   (!searched_ && result_.iterations % settings_.validation_interval == 0);
   Validation validation;
   if (due) validation = tried_ ? *tried_ : validate(x_, field_values_, progress);
   // A turn begins with few equations, which may lead it far astray.
-  const bool turned_back = in_turns_ && now.first && is_worse(validation, best_, kTurnedBack);
+  const bool turned_back =
+      in_turns_ && now.first && due && is_worse(validation, best_, kTurnedBack);
   if (turned_back) validation = best_;
   const Vector x = turned_back ? result_.best : x_;
   FieldValues next_fields = turned_back ? *result_.fields_best : field_values_;
@@ -278,13 +289,16 @@ bool Fit::iterate(Progress* progress) {
   std::vector<std::vector<double>> gradients;
   // A cancelled step leaves no trace: without `accumulate` the optimiser steps between renders.
   std::unique_ptr<Optimiser> copy = settings_.accumulate ? nullptr : optimiser_->clone();
+  std::unique_ptr<FieldNewton> newton =
+      field_newton_ ? std::make_unique<FieldNewton>(*field_newton_) : nullptr;
+  if (newton && turned_back) newton->stand_at(next_fields);
   const std::vector<FieldStep> how = field_steps();
   std::vector<Observation> seen;
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
-    seen.push_back(observe(next, next_fields, i, now, gradients, progress));
+    seen.push_back(observe(next, next_fields, i, now, gradients, newton.get(), progress));
     row.loss += share * seen.back().loss.value;
     row.mean_bias += mean_bias(seen.back().film, captures_[static_cast<std::size_t>(i)]) * share;
-    if (now.fields && (searched_ || !settings_.accumulate)) {
+    if (now.fields && !newton && (searched_ || !settings_.accumulate)) {
       field_adam.step(next_fields, gradients, how);
       gradients.clear();
     }
@@ -293,9 +307,10 @@ bool Fit::iterate(Progress* progress) {
     seen.clear();
   }
   if (settings_.accumulate) {
-    if (turned_back || (now.scalars && now.first)) optimiser_->start_afresh();
-    if (now.scalars) next = optimiser_->step(next, seen);
-    if (now.fields && searched_) next = optimiser_->follow(next, seen);
+    if (turned_back || (now.scalars && now.first && !newton)) optimiser_->start_afresh();
+    if (now.scalars) next = optimiser_->step(next, seen, newton.get());
+    if (now.fields && searched_) next = optimiser_->follow(next, seen, newton.get());
+    if (newton) next_fields = newton->values();
     if (now.fields && !searched_) field_adam.step(next_fields, gradients, how);
   } else {
     optimiser_ = std::move(copy);
@@ -309,12 +324,13 @@ bool Fit::iterate(Progress* progress) {
   if (due && within_tolerance()) return stop(StopReason::kTolerance);
   x_ = result_.last = unknowns_.project(next);
   field_adam_ = std::move(field_adam);
+  field_newton_ = std::move(newton);
   field_values_ = std::move(next_fields);
-  if (now.fields && searched_) smooth(now);
+  if (now.fields && searched_ && !field_newton_) smooth(now);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
   ++result_.iterations;
   const bool arrived = wants_verification() && optimiser_->arrived();
-  if (result_.iterations < settings_.iterations && !arrived) return true;
+  if (result_.iterations < all_iterations() && !arrived) return true;
   return finish(progress);
 }
 
@@ -326,7 +342,7 @@ bool Fit::settle(const Vector& x, const Validation& validation, bool told) {
   note_validation(row, validation);
   // An answer that draws on all iterations gives way to an earlier state only if that is better by
   // more than the noise of the comparison.
-  if (told || (optimiser_->averages() && !in_turns_ &&
+  if (told || (optimiser_->averages() && (!in_turns_ || field_newton_) &&
                row.validation < result_.best_validation + 2 * row.validation_standard_error)) {
     result_.best_validation = kNotDone;
     note_validation(row, validation);

@@ -9,6 +9,7 @@
 
 #include "fit/capture.h"
 #include "fit/even_fields.h"
+#include "fit/field_newton.h"
 #include "fit/fields.h"
 #include "fit/loss.h"
 #include "fit/optimiser.h"
@@ -97,6 +98,9 @@ class Fit {
   const Fields& fields() const { return fields_; }
   const std::vector<Capture>& captures() const { return captures_; }
   const FitSettings& settings() const { return settings_; }
+  /// Those of the settings, or half of them where the rest goes into a longer look at the answer: where
+  /// voxels are stepped together with scalars (`FieldNewton`), looks at frozen values bring more.
+  int all_iterations() const;
   const std::string& optimiser_name() const { return optimiser_name_; }
   /// Newest picture of each capture; empty before the first. Shared, never changed afterwards.
   const std::vector<std::shared_ptr<const Picture>>& previews() const { return previews_; }
@@ -153,7 +157,8 @@ class Fit {
   bool try_fields(Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if it is their turn.
   Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
-                      std::vector<std::vector<double>>& gradients, Progress* progress);
+                      std::vector<std::vector<double>>& gradients, FieldNewton* newton,
+                      Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
   void note_validation(HistoryRow& row, const Validation& validation);
   /// By more than so many standard errors of the difference, pixel against pixel: the seeds are the
@@ -202,6 +207,7 @@ class Fit {
   std::vector<Verified> as_good_;   ///< those that were, and that nothing tells from the answer
   int verified_rivals_ = 0;
   FieldAdam field_adam_;
+  std::unique_ptr<FieldNewton> field_newton_;  ///< once a search is over: of few voxels
   /// Values of the scalars from which fields are stepped before a turn of the scalars.
   struct Trial {
     Vector x;

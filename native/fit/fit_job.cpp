@@ -91,7 +91,7 @@ double FitJob::seconds_left() const {
   const FitResult& result = *published_;
   const double done = phase_ == Phase::kFitting
                           ? static_cast<double>(result.iterations - phase_from_) /
-                                (fit_.settings().iterations - phase_from_)
+                                (fit_.all_iterations() - phase_from_)
                           : result.phase_fraction;
   if (!(done > 0)) return std::numeric_limits<double>::quiet_NaN();
   const std::chrono::duration<double> taken = Clock::now() - phase_begin_;
@@ -121,7 +121,7 @@ FitState FitJob::state() const {
   state.phase = phase_text(result.phase);
   state.phase_fraction = result.phase_fraction;
   state.iteration = result.iterations;
-  state.iterations = fit_.settings().iterations;
+  state.iterations = fit_.all_iterations();
   state.loss = result.history.empty() ? kNone : result.history.back().loss;
   state.validation = state.validation_standard_error = kNone;
   for (const HistoryRow& row : result.history) {

@@ -87,6 +87,8 @@ bool Fit::search(Progress* progress) {
     result_.fields_last = result_.fields_best = std::make_shared<FieldValues>(field_values_);
     x_ = even_->scalars(x_);
     searched_ = true;
+    if (settings_.accumulate) field_newton_ = FieldNewton::of(fields_, captures_);
+    if (field_newton_) field_newton_->stand_at(field_values_);
   } else {
     others_ = search_->others();
   }
@@ -98,18 +100,26 @@ bool Fit::search(Progress* progress) {
 
 bool Fit::wants_verification() const {
   if (settings_.verification != "auto") return settings_.verification == "on";
-  return fields_.empty() && unknowns_.size() <= kFewUnknowns && loss_.least_squares &&
+  return (fields_.empty() || field_newton_) && unknowns_.size() <= kFewUnknowns &&
+         loss_.least_squares &&
          choose_optimiser("auto", unknowns_.size(), loss_, settings_.spp, settings_.accumulate)
              .few_unknowns;
 }
 
-void Fit::start_verification() { verify_from(result_.best, optimiser_.get()); }
+void Fit::start_verification() {
+  if (field_newton_) {
+    field_values_ = *result_.fields_best;
+    field_newton_->stand_at(field_values_);
+  }
+  verify_from(result_.best, optimiser_.get());
+}
 
 void Fit::verify_from(const Vector& x, const Optimiser* optimiser) {
   verification_ = std::make_unique<Verification>(
       problem_, optimiser, x,
       stream_seed(settings_.seed, Stream::kVerification, verified_rivals_, 0),
-      settings_.chosen_verification_spp(), settings_.spp);
+      settings_.chosen_verification_spp() / (field_newton_ ? 2 : 1), settings_.spp,
+      field_newton_.get());
   result_.phase = Phase::kVerifying;
   note_verified(0);
 }
@@ -122,6 +132,10 @@ void Fit::note_verified(double fraction) {
 bool Fit::verify(Progress* progress) {
   const bool more = verification_->step(renderer(subject(field_values_), progress));
   note_verified(verification_->fraction() * kBeforeRivals);
+  if (field_newton_) {
+    field_values_ = field_newton_->values();
+    result_.fields_last = std::make_shared<FieldValues>(field_values_);
+  }
   if (too_many_dropped()) return false;
   if (more) return true;
   std::vector<Vector> rivals;
@@ -139,7 +153,7 @@ bool Fit::verify(Progress* progress) {
     rivals.insert(rivals.end(), others_.begin(), others_.end());
   }
   verified_.report = verification_->report();
-  if (rivals.empty()) {
+  if (rivals.empty() || field_newton_) {
     note_verified(1);
     return stop_after_iterations();
   }
@@ -195,8 +209,8 @@ void Fit::report_rivals() {
 }
 
 bool Fit::stop_after_iterations() {
-  return stop(result_.iterations < settings_.iterations ? StopReason::kArrived
-                                                        : StopReason::kIterations);
+  return stop(result_.iterations < all_iterations() ? StopReason::kArrived
+                                                    : StopReason::kIterations);
 }
 
 }  // namespace selenite

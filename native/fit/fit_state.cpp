@@ -13,7 +13,7 @@ void Fit::Validation::members(SavedState& state) { state(loss, unbiased, varianc
 
 /// What the state belongs to: with anything else it would be misread.
 std::string Fit::fingerprint() const {
-  std::string text = "6 " + optimiser_name_ + " " + settings_.loss;
+  std::string text = "7 " + optimiser_name_ + " " + settings_.loss;
   for (const std::int64_t number :
        {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
         std::int64_t{settings_.spp}, std::int64_t{settings_.depth},
@@ -45,6 +45,10 @@ void Fit::members(SavedState& state) {
   state(result_.search.points, result_.search.moved, result_.search.start_loss, result_.search.loss,
         result_.search.standard_error, others_);
   optimiser_->members(state);
+  bool has_newton = field_newton_ != nullptr;
+  state(has_newton);
+  if (state.reading()) field_newton_ = has_newton ? FieldNewton::of(fields_, captures_) : nullptr;
+  if (field_newton_) state(*field_newton_);
   if (!state.reading()) return;
   state.expect_end();
   search_.reset();
@@ -65,7 +69,7 @@ void Fit::restore(std::string_view saved) {
   SavedState state(saved);
   members(state);
   // A look at the answer leaves no trace until it is over: it is begun again.
-  if (result_.iterations >= settings_.iterations && wants_verification()) start_verification();
+  if (result_.iterations >= all_iterations() && wants_verification()) start_verification();
 }
 
 }  // namespace selenite

@@ -14,6 +14,7 @@ namespace {
 constexpr int kScalarTurn = 5, kFieldTurn = 5;
 /// After a search: iterations of fields and then of scalars, and tenths of them that scalars have.
 constexpr int kCycle = 10, kScalarTenths = 3;
+constexpr int kFirstFields = 2;
 /// After a search, the first step of a field and the last one of an image in learning rates, and the
 /// pixels of the photos that tell together of a texel.
 constexpr double kFirstRate = 4, kLastRate = 0.25;
@@ -21,9 +22,7 @@ constexpr double kFirstSpread = 800, kLastSpread = 8;
 constexpr double kMostSpread = 1.0 / 80;  ///< of the image
 /// Share of the last step in the mean that ends a turn of an image.
 constexpr double kNewest = 0.3;
-/// Roughness of what looks sharp: alpha is 0.001.
-constexpr double kSharp = 0.03;
-constexpr int kTrialSteps = 2;  ///< of the fields
+constexpr int kTrialSteps = 1;  ///< of the fields
 
 }  // namespace
 
@@ -31,10 +30,15 @@ constexpr int kTrialSteps = 2;  ///< of the fields
 /// object. After one they are as good as they get while the voxels are alike: the fields are first, and
 /// the scalars have the last turn, as they are fitted to the voxels that are found.
 bool Fit::is_turn_of_scalars(int iteration) const {
-  const std::int64_t all = settings_.iterations;
+  const std::int64_t all = all_iterations();
   if (!searched_) {
     const std::int64_t scalars = std::clamp<std::int64_t>(all / 2, 1, kScalarTurn);
     return iteration % (scalars + std::clamp<std::int64_t>(all - scalars, 1, kFieldTurn)) < scalars;
+  }
+  if (field_newton_) {
+    const std::int64_t first = std::min<std::int64_t>(kFirstFields, all / 5);
+    const std::int64_t turn = (kCycle * kScalarTenths + 5) / 10;
+    return iteration >= all - turn || (iteration >= first && (iteration - first) % kCycle < turn);
   }
   const std::int64_t cycles = std::max<std::int64_t>(1, (all + kCycle / 2) / kCycle);
   const std::int64_t cycle = ((iteration + 1) * cycles - 1) / all;
@@ -46,6 +50,11 @@ Fit::Turn Fit::turn(int iteration) const {
   if (!in_turns_) return {true, !fields_.empty(), false};
   const bool scalars = is_turn_of_scalars(iteration);
   return {scalars, !scalars, iteration == 0 || is_turn_of_scalars(iteration - 1) != scalars};
+}
+
+int Fit::all_iterations() const {
+  const bool looks = field_newton_ && wants_verification();
+  return looks ? (settings_.iterations + 1) / 2 : settings_.iterations;
 }
 
 int Fit::turns_of(bool Turn::*member, int iterations) const {
@@ -101,7 +110,8 @@ void Fit::smooth(const Turn& now) {
 
 Vector Fit::sharpened(Vector x) const {
   for (int k = 0; k < unknowns_.size(); ++k)
-    if (unknowns_.description_of(k).coordinate == Coordinate::kBlur) x[k] = std::min(x[k], kSharp);
+    if (unknowns_.description_of(k).coordinate == Coordinate::kBlur)
+      x[k] = std::min(x[k], kSharpRoughness);
   return unknowns_.project(x);
 }
 
@@ -128,21 +138,22 @@ bool Fit::begin_trials() {
 
 /// One step from one of them.
 bool Fit::try_fields(Progress* progress) {
-  const auto unfinished = [](const Trial& one) { return one.steps < kTrialSteps; };
+  const int steps = field_newton_ ? 0 : kTrialSteps;
+  const auto unfinished = [](const Trial& one) { return one.validation.parts.empty(); };
   Trial next = *std::ranges::find_if(trials_, unfinished);
   const std::vector<FieldStep> how = field_steps();
-  for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
+  for (int i = 0; i < static_cast<int>(captures_.size()) && next.steps < steps; ++i) {
     const std::uint64_t seed =
         stream_seed(settings_.seed, Stream::kTrial, result_.iterations + next.steps, i);
     next.adam.step(next.fields, field_gradient(next.x, next.fields, i, seed, progress).fields, how);
   }
-  ++next.steps;
-  if (!unfinished(next)) next.validation = validate(next.x, next.fields, progress);
+  if (next.steps < steps) ++next.steps;
+  if (next.steps == steps) next.validation = validate(next.x, next.fields, progress);
   *std::ranges::find_if(trials_, unfinished) = std::move(next);
   if (too_many_dropped()) return false;
   if (std::ranges::any_of(trials_, unfinished)) return true;
   const bool sharp = is_as_good(trials_[1].validation, trials_[0].validation);
-  if (sharp) optimiser_->start_anew();
+  if (sharp && !field_newton_) optimiser_->start_anew();
   Trial& best = trials_[sharp ? 1 : 0];
   x_ = result_.last = best.x;
   field_values_ = std::move(best.fields);

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "fit/directions.h"
+#include "fit/field_newton.h"
 #include "fit/saved_state.h"
 #include "fit/weights.h"
 
@@ -18,9 +18,7 @@ constexpr double kFirstDamping = 0.1;
 constexpr double kEarlyDamping = 0.05, kLateDamping = 0.002;  ///< smallest, before and after:
 constexpr double kLateFrom = 0.64;                            ///< share of the iterations
 constexpr double kDampingDown = 1.0 / 3, kDampingUp = 5;
-constexpr double kLeastValue = 0.003;   ///< of the scaled normal matrix, in a direction
-constexpr double kLeastStrength = 0.1;  ///< of Z^T w Z, for scaling
-constexpr double kForgetAt = 0.5;       ///< caps; a step of that size keeps 1/e of the past
+constexpr double kForgetAt = 0.5;  ///< caps; a step of that size keeps 1/e of the past
 constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
 /// Equations count with this power of their iteration's number: early ones were made far from the
 /// answer, where pictures change by other slopes. Those of all alike cost a fit the last of its way
@@ -31,9 +29,6 @@ constexpr double kAging = 1;
 /// damping.
 constexpr double kFollowKept = 0.8, kFollowDamping = 1;
 constexpr double kLargeMove = 0.25;  ///< caps; smaller steps are never rejected
-/// From this iteration on caps shrink as 1 / iteration: the way that is left to go stays unlimited
-/// (harmonic series), but noise cannot throw a settled fit far and make it forget what it knows.
-constexpr double kShrinkFrom = 10;
 constexpr int kMostRejections = 3;
 constexpr double kWorseBy = 0.1, kWorseSigmas = 2;
 constexpr std::size_t kAveraged = 8;
@@ -42,10 +37,8 @@ constexpr std::size_t kAveraged = 8;
 constexpr int kLeastIterations = 10;
 constexpr double kArrived = 0.1;
 constexpr int kVarianceBlur = 2;
-constexpr double kFinalSamples = 64;  ///< samples a pixel will have seen in the end
-constexpr double kModelError = 0.05;  ///< of a pixel's brightness
-/// Channels of an extinction differ by about that factor (its logarithm), unless the photos say more.
-constexpr double kUnlikeness = 0.5;
+constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
+constexpr double kModelError = 0.05;       ///< of a pixel's brightness
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
 
 /// a^T diag(w) b, in double and in fixed order.
@@ -80,7 +73,7 @@ void GaussNewton::View::members(SavedState& state) { state(weight, variance, jac
 void GaussNewton::members(SavedState& state) {
   state(views_, iteration_, variance_count_, next_weighing_, normal_, covariance_, right_,
         strength_, damping_, last_move_, rejected_, arrived_, best_loss_, has_best_, best_u_,
-        accepted_);
+        accepted_, seen_);
 }
 
 void GaussNewton::set_first_weights() {
@@ -170,17 +163,34 @@ void GaussNewton::join(const Measurement& now, const Vector& u, double keep) {
   strength_ = keep * strength_ + now.strength;
 }
 
+JacobianSums::Set GaussNewton::instruments(std::size_t i) const {
+  return views_[i].jacobians.all(*problem_, problem_->captures[i], views_[i].weight);
+}
+
+std::vector<JacobianSums::Set> GaussNewton::instruments(std::span<const Observation> seen,
+                                                        FieldNewton& beside) const {
+  std::vector<JacobianSums::Set> z;
+  std::vector<const Eigen::VectorXf*> weights;
+  for (const Observation& one : seen) {
+    const auto i = static_cast<std::size_t>(one.capture);
+    z.push_back(instruments(i));
+    weights.push_back(&views_[i].weight);
+  }
+  beside.solve(iteration_ / static_cast<double>(problem_->iterations));
+  beside.separate(z, weights);
+  return z;
+}
+
 GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
-                                              const std::vector<Halves>& halves, double keep) {
+                                              const std::vector<Halves>& halves,
+                                              FieldNewton* beside) const {
   const Eigen::Index n = right_.size();
   Measurement sum{Matrix::Zero(n, n), Matrix::Zero(n, n), Vector::Zero(n), Vector::Zero(n)};
+  std::vector<JacobianSums::Set> separated;
+  if (beside) separated = instruments(seen, *beside);
   for (std::size_t v = 0; v < seen.size(); ++v) {
-    const Capture& capture = problem_->captures[static_cast<std::size_t>(seen[v].capture)];
-    View& view = views_[static_cast<std::size_t>(seen[v].capture)];
-    const Eigen::VectorXf& w = view.weight;
-    view.jacobians.add(halves[v], keep);
-    const JacobianSums::Set z = view.jacobians.all(*problem_, capture, w);
-    add(sum, z, w, halves[v]);
+    const auto i = static_cast<std::size_t>(seen[v].capture);
+    add(sum, beside ? separated[v] : instruments(i), views_[i].weight, halves[v]);
   }
   return sum;
 }
@@ -189,15 +199,17 @@ double GaussNewton::least_damping() const {
   return iteration_ < kLateFrom * problem_->iterations ? kEarlyDamping : kLateDamping;
 }
 
-Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
+Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen, FieldNewton* beside) {
   const Vector u = coordinates_.from_values(x);
   const Vector slope = coordinates_.slope(x);
   std::vector<Halves> halves;
   for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
   ++iteration_;
   arrived_ = false;
+  show(seen, halves, beside);
   const NoisyLoss loss = weighted_loss(halves);
-  if (worse_than_best(loss)) {
+  // The voxels that went along would have to go back as well; `Fit` does that where a turn begins.
+  if (!beside && worse_than_best(loss)) {
     ++rejected_;
     damping_ *= kDampingUp;
     last_move_ = 0;  // back to where the sums were made
@@ -208,10 +220,13 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   damping_ = std::max(damping_, least_damping());
   rejected_ = 0;
 
-  const double moved = std::max(kLeastKept, std::exp(-std::pow(last_move_ / kForgetAt, 2)));
+  const double moved = kept();
   const double jacobian_keep = std::max(moved, kLeastJacobianKept);
-  const double keep = moved * (1 - kAging / iteration_);
-  const Measurement now = measure(seen, halves, jacobian_keep);
+  ++seen_;
+  const double keep = beside ? kept_beside() : moved * (1 - kAging / iteration_);
+  for (std::size_t v = 0; v < seen.size(); ++v)
+    views_[static_cast<std::size_t>(seen[v].capture)].jacobians.add(halves[v], jacobian_keep);
+  const Measurement now = measure(seen, halves, beside);
   join(now, u, keep);
   if (!has_best_ || loss.value < best_loss_.value) {
     has_best_ = true;
@@ -220,7 +235,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   }
 
   const Way way = bounded_way(u);
-  const Vector next = u + way.step;
+  const Vector next = go(u, way, beside);
   arrived_ = iteration_ >= kLeastIterations &&
              (way.left.array() <= kArrived * coordinates_.cap().array()).all();
   last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
@@ -232,19 +247,46 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
 
 /// By the instruments that earlier iterations have gathered. Fields and scalars that stand in for each
 /// other lie in a narrow valley, in which turns of either alone are slow.
-Vector GaussNewton::follow(const Vector& x, std::span<const Observation> seen) {
+Vector GaussNewton::follow(const Vector& x, std::span<const Observation> seen,
+                           FieldNewton* beside) {
+  std::vector<Halves> halves;
+  for (const Observation& one : seen)
+    halves.push_back(
+        residual_halves(one.film, problem_->captures[static_cast<std::size_t>(one.capture)]));
+  show(seen, halves, beside);
   if (std::ranges::any_of(views_, [](const View& view) { return view.jacobians.empty(); }))
     return x;
   const Vector u = coordinates_.from_values(x);
-  const Eigen::Index n = u.size();
-  Measurement now{Matrix::Zero(n, n), Matrix::Zero(n, n), Vector::Zero(n), Vector::Zero(n)};
-  for (const Observation& one : seen) {
-    const Equations told = equations(static_cast<std::size_t>(one.capture), one.film);
-    add(now, told.z, told.weight, told.residual);
+  const Measurement now = measure(seen, halves, beside);
+  if (beside) ++seen_;
+  join(now, u, beside ? kept_beside() : kFollowKept);
+  damping_ = std::max(beside ? least_damping() : kFollowDamping, damping_);
+  // Voxels paint what blur would be needed for, until the derivatives of all are new.
+  const Vector next = go(u, bounded_way(u, beside != nullptr), beside);
+  if (beside) last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
+  return problem_->unknowns.project(coordinates_.to_values(next));
+}
+
+/// Of the past, after the last step.
+double GaussNewton::kept() const {
+  return std::max(kLeastKept, std::exp(-std::pow(last_move_ / kForgetAt, 2)));
+}
+
+/// Where fields move along: all iterations tell, also those of the fields.
+double GaussNewton::kept_beside(int ahead) const { return kept() * (1 - kAging / (seen_ + ahead)); }
+
+void GaussNewton::show(std::span<const Observation> seen, const std::vector<Halves>& halves,
+                       FieldNewton* beside) const {
+  if (!beside) return;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const auto i = static_cast<std::size_t>(seen[k].capture);
+    beside->see(i, halves[k], views_[i].weight, kept_beside(1));
   }
-  join(now, u, kFollowKept);
-  damping_ = std::max(damping_, kFollowDamping);
-  return problem_->unknowns.project(coordinates_.to_values(u + bounded_way(u).step));
+}
+
+Vector GaussNewton::go(const Vector& u, const Way& way, FieldNewton* beside) {
+  if (beside) beside->advance(way.step);
+  return u + way.step;
 }
 
 void GaussNewton::gather(const Vector& x, const Observation& derivatives, double weight) {
@@ -255,8 +297,21 @@ void GaussNewton::gather(const Vector& x, const Observation& derivatives, double
 GaussNewton::Equations GaussNewton::equations(std::size_t i, const Film& residual) const {
   const Capture& capture = problem_->captures[i];
   const View& view = views_[i];
-  return {residual_halves(residual, capture), view.jacobians.all(*problem_, capture, view.weight),
-          view.weight};
+  return {residual_halves(residual, capture), instruments(i), view.weight};
+}
+
+std::vector<GaussNewton::Equations> GaussNewton::equations(std::span<const Film> residuals,
+                                                           FieldNewton& beside) const {
+  std::vector<Equations> all;
+  std::vector<Observation> seen;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    seen.push_back({static_cast<int>(i), {}, {}});
+    all.push_back({residual_halves(residuals[i], problem_->captures[i]), {}, views_[i].weight});
+    beside.see(i, all.back().residual, views_[i].weight, 0);
+  }
+  std::vector<JacobianSums::Set> z = instruments(seen, beside);
+  for (std::size_t i = 0; i < residuals.size(); ++i) all[i].z = std::move(z[i]);
+  return all;
 }
 
 /// The instruments serve on: what is wrong about them slows the way and leaves its end.
@@ -276,84 +331,6 @@ void GaussNewton::start_afresh() {
 void GaussNewton::start_anew() {
   for (View& view : views_) view.jacobians = {};
   start_afresh();
-}
-
-/// What is known before any photo, as another term of the normal matrix: the channels of an
-/// extinction are about alike. In units of the sums' noise, so that it gives way to what is seen.
-/// Without it a channel that little light comes back from wanders off, and takes its albedo along.
-GaussNewton::Matrix GaussNewton::prior() const {
-  Matrix prior = Matrix::Zero(normal_.rows(), normal_.cols());
-  const auto& components = problem_->unknowns.components();
-  for (Eigen::Index k = 0; k + 2 < prior.rows(); ++k) {
-    const Component& first = components[static_cast<std::size_t>(k)];
-    const bool colour = components[static_cast<std::size_t>(k) + 2].parameter == first.parameter;
-    if (first.index != 0 || !colour ||
-        !problem_->unknowns.description_of(static_cast<int>(k)).alike)
-      continue;
-    const double seen = normal_.diagonal()
-                            .segment<3>(k)
-                            .cwiseMax(kLeastStrength * strength_.segment<3>(k))
-                            .cwiseMax(0)
-                            .sum();
-    if (!(seen > 0)) continue;
-    const double noise = covariance_.diagonal().segment<3>(k).sum() / seen;
-    prior.block<3, 3>(k, k) = (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3)) *
-                              (noise / (kUnlikeness * kUnlikeness));
-  }
-  return prior;
-}
-
-/// Step within the caps and the bounds. Components that would leave at a bound are held, and the
-/// others solved again without them.
-GaussNewton::Way GaussNewton::bounded_way(const Vector& u) const {
-  const Matrix normal = normal_ + prior();
-  const Vector residual = right_ - normal * u;
-  const Vector scale =
-      normal.diagonal().cwiseMax(kLeastStrength * strength_).cwiseMax(0).cwiseSqrt();
-  std::vector<Eigen::Index> free;
-  for (Eigen::Index k = 0; k < u.size(); ++k)
-    if (scale[k] > 0) free.push_back(k);  // else: not in any picture
-  Way way{Vector::Zero(u.size()), Vector::Zero(u.size())};
-  Vector& step = way.step;
-  while (!free.empty()) {
-    way = free_way(free, normal, residual, scale);
-    const auto leaves = [&](Eigen::Index k) {
-      return (u[k] <= coordinates_.minimum()[k] && step[k] < 0) ||
-             (u[k] >= coordinates_.maximum()[k] && step[k] > 0);
-    };
-    if (std::erase_if(free, leaves) == 0) break;
-    way.step.setZero();
-    way.left.setZero();
-  }
-  const double longest = std::min(1.0, kShrinkFrom / iteration_);
-  const double reach = step.cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
-  if (reach > longest) step *= longest / reach;
-  step = (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
-  return way;
-}
-
-/// Damped step in the singular directions of the scaled normal matrix, shrunk where it is noise.
-GaussNewton::Way GaussNewton::free_way(const std::vector<Eigen::Index>& free, const Matrix& normal,
-                                       const Vector& residual, const Vector& scale) const {
-  const Vector inverse = scale(free).cwiseInverse();
-  const Matrix scaled = inverse.asDiagonal() * normal(free, free) * inverse.asDiagonal();
-  const Matrix noise = inverse.asDiagonal() * covariance_(free, free) * inverse.asDiagonal();
-  const Directions directions(scaled);
-  const Vector values = directions.values.cwiseMax(kLeastValue);
-  const Matrix spread = directions.out.transpose() * noise * directions.out;
-  Vector along = directions.out.transpose() * inverse.cwiseProduct(residual(free));
-  const Vector whole = along.cwiseQuotient(values);
-  for (Eigen::Index j = 0; j < along.size(); ++j) {
-    const double square = along[j] * along[j];
-    const double trust = square > 0 ? square / (square + spread(j, j)) : 0;
-    along[j] *= trust / (values[j] + damping_);
-  }
-  const Matrix back = directions.in * values.cwiseInverse().asDiagonal();
-  const Vector deviation = (back * spread * back.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
-  Way way{Vector::Zero(scale.size()), Vector::Zero(scale.size())};
-  way.step(free) = inverse.cwiseProduct(directions.in * along);
-  way.left(free) = inverse.cwiseProduct((directions.in * whole).cwiseAbs() + deviation);
-  return way;
 }
 
 /// The mean of the last estimates: each still carries the noise of its own samples.

@@ -23,8 +23,10 @@ namespace selenite {
 class GaussNewton final : public Optimiser {
  public:
   explicit GaussNewton(const Problem& problem);
-  Vector step(const Vector& x, std::span<const Observation> seen) override;
-  Vector follow(const Vector& x, std::span<const Observation> seen) override;
+  Vector step(const Vector& x, std::span<const Observation> seen,
+              FieldNewton* beside = nullptr) override;
+  Vector follow(const Vector& x, std::span<const Observation> seen,
+                FieldNewton* beside = nullptr) override;
   Vector answer(const Vector& x) const override;
   void start_afresh() override;
   void start_anew() override;
@@ -41,6 +43,9 @@ class GaussNewton final : public Optimiser {
   /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);
   /// Of photo i; `residual` is a render of its own with other seeds.
+  /// Of all captures, with instruments that the fields beside cannot imitate. These see the residuals,
+  /// and those alone.
+  std::vector<Equations> equations(std::span<const Film> residuals, FieldNewton& beside) const;
   Equations equations(std::size_t i, const Film& residual) const;
   const Coordinates& coordinates() const { return coordinates_; }
   /// Of the residuals of photo i, 3 numbers a pixel.
@@ -80,7 +85,10 @@ class GaussNewton final : public Optimiser {
   NoisyLoss weighted_loss(const std::vector<Halves>& halves) const;
   bool worse_than_best(const NoisyLoss& loss) const;
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
-                      double keep);
+                      FieldNewton* beside) const;
+  JacobianSums::Set instruments(std::size_t i) const;
+  std::vector<JacobianSums::Set> instruments(std::span<const Observation> seen,
+                                             FieldNewton& beside) const;
   /// Where a solution leads, per component: the step to take, and what is left to go, whole and with
   /// one standard deviation of what is known about it.
   struct Way {
@@ -88,7 +96,14 @@ class GaussNewton final : public Optimiser {
   };
 
   Matrix prior() const;
-  Way bounded_way(const Vector& u) const;
+  bool is_blur(Eigen::Index k) const;
+  Way bounded_way(const Vector& u, bool hold_blurs = false) const;
+  void show(std::span<const Observation> seen, const std::vector<Halves>& halves,
+            FieldNewton* beside) const;
+  double kept() const;
+  double kept_beside(int ahead = 0) const;
+  /// The step, with the fields beside it, if there are.
+  Vector go(const Vector& u, const Way& way, FieldNewton* beside);
   Way free_way(const std::vector<Eigen::Index>& free, const Matrix& normal, const Vector& residual,
                const Vector& scale) const;
   double least_damping() const;
@@ -103,6 +118,7 @@ class GaussNewton final : public Optimiser {
   // Recursive least squares: normal_ u = right_, and the covariance of right_.
   Matrix normal_, covariance_;
   Vector right_, strength_;
+  int seen_ = 0;  ///< iterations in them, and those that were followed beside fields
 
   double damping_;
   double last_move_ = 0;  ///< largest component of the last step in units of its cap

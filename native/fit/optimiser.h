@@ -15,6 +15,7 @@
 
 namespace selenite {
 
+class FieldNewton;
 class SavedState;
 
 /// What a fit is about; constant while it runs.
@@ -40,10 +41,14 @@ class Optimiser {
   virtual ~Optimiser() = default;
   /// The next values, inside the bounds. `seen` holds one observation, or one per capture.
   /// Throws std::runtime_error naming the unknown when a derivative is not finite.
-  virtual Vector step(const Vector& x, std::span<const Observation> seen) = 0;
+  virtual Vector step(const Vector& x, std::span<const Observation> seen,
+                      FieldNewton* beside = nullptr) = 0;
   /// The next values where something else in the scene moves meanwhile: `seen` has no derivatives, one
   /// observation per capture. Stays where nothing can be told without.
-  virtual Vector follow(const Vector& x, std::span<const Observation> /*seen*/) { return x; }
+  virtual Vector follow(const Vector& x, std::span<const Observation> /*seen*/,
+                        FieldNewton* /*beside*/ = nullptr) {
+    return x;
+  }
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
   virtual Vector answer(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.

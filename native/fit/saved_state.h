@@ -87,8 +87,8 @@ class SavedState {
       part.members(*this);
     }
   }
-  template <class T, int Rows, int Columns>
-  void one(Eigen::Matrix<T, Rows, Columns>& part) {
+  template <class T, int Rows, int Columns, int Order>
+  void one(Eigen::Matrix<T, Rows, Columns, Order>& part) {
     const std::int64_t rows = count(part.rows()), columns = count(part.cols());
     constexpr std::int64_t kMost = std::int64_t{1} << 40;
     if (rows > 0 && columns > kMost / rows) damaged();

@@ -7,12 +7,13 @@
 #include <utility>
 
 #include "fit/beside.h"
+#include "fit/field_newton.h"
 #include "fit/streams.h"
 
 namespace selenite {
 namespace {
 
-constexpr int kMostPasses = 4;
+constexpr int kMostPasses = 4, kMostPassesBesideFields = 3;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 /// Share of the longest step within which a linear step is as good as a look from its end.
 constexpr double kNear = 0.1;
@@ -29,14 +30,16 @@ constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with it
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow. What
 /// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
+constexpr int kDerivativeShareBesideFields = 8;  ///< each pass has its own
 constexpr int kWarmUps = 2;             ///< pictures that gather instruments where the fit has none
 constexpr int kLeastOfDerivatives = 2;  ///< samples: of two, each half has one
 constexpr double kMisfitSigmas = 3;
+constexpr double kRounding = 1e-9;
 
 }  // namespace
 
 Verification::Verification(const Problem& problem, const Optimiser* optimiser, Vector x,
-                           std::uint64_t seed, int spp, int iteration_spp)
+                           std::uint64_t seed, int spp, int iteration_spp, FieldNewton* fields)
     : problem_(&problem),
       evidence_(dynamic_cast<const GaussNewton*>(optimiser)
                     ? dynamic_cast<const GaussNewton&>(*optimiser)
@@ -46,7 +49,8 @@ Verification::Verification(const Problem& problem, const Optimiser* optimiser, V
       x_(std::move(x)),
       seed_(seed),
       spp_(spp),
-      iteration_spp_(iteration_spp) {}
+      iteration_spp_(iteration_spp),
+      fields_(fields) {}
 
 /// Of the residuals; the next one is that of the derivatives.
 int Verification::purpose() const { return 2 * report_.passes + (answer_ ? kBeside : 0); }
@@ -80,7 +84,8 @@ void Verification::gather_instruments(const RenderAt& render) {
 }
 
 void Verification::gather(int spp, const RenderAt& render) {
-  const int of_turn = std::max(spp / (kDerivativeShare * kTurns), kLeastOfDerivatives);
+  const int share = fields_ ? kDerivativeShareBesideFields : kDerivativeShare;
+  const int of_turn = std::max(spp / (share * kTurns), kLeastOfDerivatives);
   for (int turn = 0; turn < kTurns; ++turn)
     evidence_.gather(x_, derivatives(purpose() + 1, turn, of_turn, capture_, render),
                      static_cast<double>(of_turn) / iteration_spp_);
@@ -92,12 +97,26 @@ bool Verification::step(const RenderAt& render) {
   const std::size_t captures = problem_->captures.size();
   const Capture& photo = problem_->captures[capture_];
   const int spp = pass_spp(report_.passes);
-  const Film film =
+  Film film =
       render(x_, photo, spp, seed_of(seed_, purpose(), static_cast<int>(capture_)), std::nullopt);
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
   if (answer_ || from_beside_ || report_.passes + 1 < kMostPasses) gather(spp, render);
-  found_.add(photo, evidence_.equations(capture_, film), captures);
+  if (fields_)
+    films_.push_back(std::move(film));
+  else
+    found_.add(photo, evidence_.equations(capture_, film), captures);
   if (++capture_ < captures) return true;
+  if (fields_) {
+    // What voxels can imitate is known when all photos have been seen. How sharp a sharp body is shows
+    // in little else than in what voxels may be wrong about.
+    const std::vector<GaussNewton::Equations> told = evidence_.equations(films_, *fields_);
+    for (std::size_t i = 0; i < captures; ++i) found_.add(problem_->captures[i], told[i], captures);
+    films_.clear();
+    for (int k = 0; k < x_.size(); ++k)
+      if (problem_->unknowns.description_of(k).coordinate == Coordinate::kBlur &&
+          x_[k] < kSharpRoughness + kRounding)
+        found_.leave_out(k);
+  }
   if (answer_)
     end_beside();
   else
@@ -119,7 +138,7 @@ void Verification::end_pass() {
   const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
   const bool near = reach <= kNear && now.surprise <= kSurprise * noise;
   const bool there = near || now.surprise <= kSurprise;
-  over_ = (whole && there) || report_.passes >= kMostPasses;
+  over_ = (whole && there) || report_.passes >= (fields_ ? kMostPassesBesideFields : kMostPasses);
   if (over_ && near && !from_beside_) {
     // Where this pass began is what the one before found: both count, by their samples.
     found_.gradient *= 1 - 1 / (noise * noise);
@@ -128,7 +147,7 @@ void Verification::end_pass() {
   take(now);
   if (over_) {
     if (!there) widen(now.step, x_);
-    if (from_beside_) return;
+    if (from_beside_ || fields_) return;
     if (const auto to = beside(problem_->unknowns, x_)) look_beside(*to);
     return;
   }
@@ -144,6 +163,7 @@ double Verification::reach_of(const Estimate& now) const {
 void Verification::take(const Estimate& now) {
   const Vector step = now.step / std::max(1.0, reach_of(now));
   x_ = problem_->unknowns.project(evidence_.coordinates().to_values(u_ + step));
+  if (fields_) fields_->advance(evidence_.coordinates().from_values(x_) - u_);
   tell(now, x_);
 }
 

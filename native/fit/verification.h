@@ -23,7 +23,7 @@ class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
   Verification(const Problem& problem, const Optimiser* optimiser, Vector x, std::uint64_t seed,
-               int spp, int iteration_spp);
+               int spp, int iteration_spp, FieldNewton* fields = nullptr);
   /// The next photo of a pass; false when it was the last of the last.
   bool step(const RenderAt& render);
   double fraction() const;
@@ -67,6 +67,8 @@ class Verification {
   Vector x_;
   std::uint64_t seed_;
   int spp_, iteration_spp_;
+  FieldNewton* fields_;
+  std::vector<Film> films_;  ///< of this pass so far, where there are fields
   bool over_ = false;
   /// What belongs to the answer, while a look is taken from beside it.
   struct Answer {

@@ -33,7 +33,9 @@ _RIVAL_PICTURES, _RIVAL_SHARE = 4, 16
 # share those of a round from then on.
 _ALL_DIFFERENCES, _ROUND = 4, 3
 # After a search beside fields, where a roughness is unknown: steps of the fields from two of them.
-_TRIALS, _TRIAL_STEPS = 2, 3
+_TRIALS, _TRIAL_STEPS = 2, 1
+# Of albedo grids: numbers up to which voxels are stepped together with the scalars.
+_FEW_VOXELS = 3 * 12**3
 #: Iterations after which the values of most fits that are verified have settled.
 _SETTLED_AFTER = 15
 
@@ -66,7 +68,6 @@ def too_many(plan: FitPlan) -> str:
 def paths(settings: FitSettings, plan: FitPlan) -> float:
     """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
     settings are those of the fit, not the plan's."""
-    few = not too_many(plan)
     scalars = sum(item.parameter.width for item in plan.unknowns)
     by_least_squares = settings.optimiser != "adam" and 0 < scalars <= FEW
     searches = settings.search == "on" or (
@@ -76,6 +77,10 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     )
     differences = sum(_by_difference(item) for item in plan.unknowns)
     iterations, spp = settings.iterations, settings.spp
+    along = bool(plan.fields) and searches and by_least_squares and _few_voxels(plan)
+    verified = verification_spp(settings) if along or not too_many(plan) else 0
+    if along:
+        iterations, verified = -(-iterations // 2), verified // 2
     of_fields = 0.0
     if plan.fields:
         # In turns: five iterations each, after a search ten of the fields.
@@ -94,16 +99,17 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     if (
         plan.fields
         and searches
+        and not along
         and any(item.parameter.coordinate == "blur" for item in plan.unknowns)
     ):
         per_pixel += _TRIALS * (_TRIAL_STEPS * spp * _FIELD_DERIVATIVES + validation)
-    if few:
-        verified = verification_spp(settings)
+    if verified:
         roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
         slopes = _DERIVATIVES + differences + roughnesses  # these from both sides
-        per_pass = verified * (1 + slopes / _VERIFICATION_SHARE)
+        share = _VERIFICATION_SHARE * (2 if along else 1)
+        per_pass = verified * (1 + slopes / share)
         per_pixel += validation + _VERIFICATION_PASSES * per_pass
-        if searches:
+        if searches and not along:
             per_pixel += _RIVAL_PICTURES * verified / _RIVAL_SHARE
     total = pixels_at(plan.captures, settings.height) * per_pixel
     if searches:
@@ -121,6 +127,15 @@ def _start_even(plan: FitPlan, scalars: int) -> bool:
         for item in plan.fields
     )
     return even and colours > 0 and scalars + 3 * colours <= FEW
+
+
+def _few_voxels(plan: FitPlan) -> bool:
+    """Whether the native fit steps the voxels together with the scalars, in half the iterations,
+    and verifies the scalars."""
+    grids = all(
+        item.kind.parameter == "albedo_grid" and item.values.shape[-1] == 3 for item in plan.fields
+    )
+    return grids and sum(item.values.size for item in plan.fields) <= _FEW_VOXELS
 
 
 def _by_difference(unknown: Unknown) -> bool:

@@ -49,6 +49,10 @@ def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
     return dict(report["misfit"]) if report.get("passes") else None
 
 
+def _has_fields(result: dict[str, Any]) -> bool:
+    return bool(result.get("fields_best"))
+
+
 def sure(result: dict[str, Any]) -> bool:
     """Whether a verification has determined every value."""
     told = (result.get("report") or {}).get("parameters", {})
@@ -72,8 +76,10 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     ]
     if any(told["determined"]):
         left = misfit(result)
-        # An interval knows of noise only: it holds nine times of ten if nothing else is wrong.
-        sure = "90 %" if left is None or left["explained"] else "noise alone would allow"
+        # An interval knows of noise only: it holds nine times of ten if nothing else is wrong, as
+        # voxels beside it always are a little.
+        known = (left is None or left["explained"]) and not _has_fields(result)
+        sure = "90 %" if known else "noise alone would allow"
         lines.append(f"{sure}: {'; '.join(intervals)}")
     if not all(told["determined"]):
         lines.append(_undetermined(unknown, told, _contested_by(unknown, result)))
@@ -143,7 +149,11 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         else:
             lines.append(
                 f"Misfit: a difference of {100 * share:.1f} % of the photos' brightness is left "
-                "that none of these parameters explains; check lights, camera and geometry"
+                + (
+                    "that is of voxels which are not quite found, or of something else"
+                    if _has_fields(result)
+                    else "that none of these parameters explains; check lights, camera and geometry"
+                )
             )
     found = result.get("search") or {}
     if found.get("points"):

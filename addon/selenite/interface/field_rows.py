@@ -81,7 +81,7 @@ def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray 
 def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) -> None:
     """Fills what the list says of a field, and why it cannot be fitted, if it cannot."""
     kind, own = KINDS[row.parameter], own_values(values, owner, row.parameter)
-    row.width, row.unit, row.help = kind.channels, "1", f"{kind.help}. It is fitted with Adam"
+    row.width, row.unit, row.help = kind.channels, "1", kind.help
     row.value = f"no {'image' if kind.is_image else 'grid'}"
     if own is not None:
         row.value = " x ".join(map(str, own.shape[-2::-1]))
