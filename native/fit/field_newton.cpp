@@ -13,7 +13,7 @@ namespace {
 /// Pixels along a side of a cell. Light that is scattered through a body is smooth: measured on the
 /// thesis' dragon, all that photos of 128 pixels know of its voxels, cells of 8 know nearly as well.
 constexpr int kCell = 8, kLargeCell = 16;
-constexpr double kMostEntries = 1 << 26;  ///< of the Jacobians; else cells are large
+constexpr double kMostEntries = 1 << 26;  ///< of the Jacobians
 constexpr std::ptrdiff_t kMostNumbers =
     3 * 12 * 12 * 12;  ///< of the fields: matrices of their squares
 /// What is kept of a Jacobian in each iteration: it changes as voxels do.
@@ -55,12 +55,15 @@ std::unique_ptr<FieldNewton> FieldNewton::of(const Fields& fields,
     numbers += fields.start()[f].size();
   }
   if (numbers == 0 || numbers > kMostNumbers) return nullptr;
-  double cells = 0;
-  for (const Capture& photo : captures)
-    cells +=
-        static_cast<double>(cells_along(photo.width, kCell)) * cells_along(photo.height, kCell);
-  const int cell = cells * static_cast<double>(numbers) > kMostEntries ? kLargeCell : kCell;
-  return std::unique_ptr<FieldNewton>(new FieldNewton(fields, captures, cell));
+  for (const int cell : {kCell, kLargeCell}) {
+    double cells = 0;
+    for (const Capture& photo : captures)
+      cells +=
+          static_cast<double>(cells_along(photo.width, cell)) * cells_along(photo.height, cell);
+    if (cells * static_cast<double>(numbers) <= kMostEntries)
+      return std::unique_ptr<FieldNewton>(new FieldNewton(fields, captures, cell));
+  }
+  return nullptr;
 }
 
 FieldNewton::FieldNewton(const Fields& fields, const std::vector<Capture>& captures, int cell)

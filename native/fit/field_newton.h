@@ -30,7 +30,7 @@ class SavedState;
 /// voxel is where the search left it to within a standard deviation.
 class FieldNewton {
  public:
-  /// Null where the fields are other than albedo grids of colours, or their numbers too many.
+  /// Null where the fields are other than albedo grids of colours, or numbers and photos too many.
   static std::unique_ptr<FieldNewton> of(const Fields& fields,
                                          const std::vector<Capture>& captures);
 

@@ -14,7 +14,7 @@ namespace {
 constexpr int kScalarTurn = 5, kFieldTurn = 5;
 /// After a search: iterations of fields and then of scalars, and tenths of them that scalars have.
 constexpr int kCycle = 10, kScalarTenths = 3;
-constexpr int kFirstFields = 2;
+constexpr int kFirstFields = 2;  ///< of voxels together with scalars: Jacobians are needed to begin
 /// After a search, the first step of a field and the last one of an image in learning rates, and the
 /// pixels of the photos that tell together of a texel.
 constexpr double kFirstRate = 4, kLastRate = 0.25;
@@ -28,7 +28,8 @@ constexpr int kTrialSteps = 1;  ///< of the fields
 
 /// Without a search the scalars are first: a field starts best at the one value that suits the whole
 /// object. After one they are as good as they get while the voxels are alike: the fields are first, and
-/// the scalars have the last turn, as they are fitted to the voxels that are found.
+/// the scalars have the last turn, as they are fitted to the voxels that are found. Where both are
+/// stepped together, scalars that are still wrong lead voxels astray: theirs is the first whole turn.
 bool Fit::is_turn_of_scalars(int iteration) const {
   const std::int64_t all = all_iterations();
   if (!searched_) {

@@ -13,6 +13,7 @@
 namespace selenite {
 namespace {
 
+/// Beside fields each pass costs as much as all before it, and the last one is not worth that.
 constexpr int kMostPasses = 4, kMostPassesBesideFields = 3;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 /// Share of the longest step within which a linear step is as good as a look from its end.
@@ -30,7 +31,8 @@ constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with it
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow. What
 /// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
-constexpr int kDerivativeShareBesideFields = 8;  ///< each pass has its own
+/// Beside fields, where the last pass has derivatives of its own as well.
+constexpr int kDerivativeShareBesideFields = 8;
 constexpr int kWarmUps = 2;             ///< pictures that gather instruments where the fit has none
 constexpr int kLeastOfDerivatives = 2;  ///< samples: of two, each half has one
 constexpr double kMisfitSigmas = 3;

@@ -22,6 +22,9 @@ namespace selenite {
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
+  /// `fields`: unknown too, and must outlive it. They go along with the values, so that `render` has to
+  /// show them where they stand by then; nothing is looked at from beside, and a roughness that looks
+  /// sharp is left as it is.
   Verification(const Problem& problem, const Optimiser* optimiser, Vector x, std::uint64_t seed,
                int spp, int iteration_spp, FieldNewton* fields = nullptr);
   /// The next photo of a pass; false when it was the last of the last.
