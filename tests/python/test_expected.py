@@ -90,3 +90,17 @@ def test_a_fit_of_grids_searches_where_nothing_is_known_of_the_voxels() -> None:
     turns = (added(256) - added(128)) / (256**2 - 128**2)
     assert added(64) - turns * 64**2 == pytest.approx(added(128) - turns * 128**2)
     assert added(64) - turns * 64**2 > 0
+
+
+def test_few_coloured_voxels_are_stepped_with_the_scalars_and_verified() -> None:
+    def paths(side: int, channels: int = 3, iterations: int = 40) -> float:
+        even = np.full((side, side, side, channels), 0.5)
+        return cost.paths(FitSettings(height=64, iterations=iterations, spp=4), plan_with(even))
+
+    assert paths(12) == paths(2), "the price of a path is the same"
+    assert paths(13) == paths(4, channels=1), "these are left to Adam"
+    assert paths(12) != paths(13)
+    # Steps, validations and samples of the looks grow with the iterations; the search does not.
+    first = paths(12, iterations=160) - paths(12, iterations=80)
+    second = paths(12, iterations=320) - paths(12, iterations=160)
+    assert second == pytest.approx(2 * first, rel=0.05)

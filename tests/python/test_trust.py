@@ -87,6 +87,15 @@ def test_intervals_promise_nothing_beside_a_misfit() -> None:
     assert words == ["noise alone would allow: 0.280 to 0.320"]
 
 
+def test_intervals_promise_nothing_beside_voxels() -> None:
+    beside = result() | {"fields_best": {"Body:albedo_grid": [0.5]}}
+    assert trust.words(ROUGHNESS, beside) == ["noise alone would allow: 0.280 to 0.320"]
+    left = result(value=0.0025, explained=False) | {"fields_best": {"Body:albedo_grid": [0.5]}}
+    assert "5.0 % of the photos' brightness is left that is of voxels" in said(left)
+    assert "check lights" not in said(left)
+    assert "is not known" not in said(left, fields=("Body:albedo_grid",))
+
+
 def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
     entry = trust.entries(COLOUR, result())
     assert entry["determined"] is False

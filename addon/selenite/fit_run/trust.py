@@ -129,7 +129,8 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             "Where another photo would tell most: selenite next-camera RESULT_FOLDER, or "
             "Suggest Next Camera in the panel"
         )
-    if plan.fields:
+    left = misfit(result)
+    if plan.fields and left is None:
         lines.append(
             "How sure these values are is not known: with a grid or an image, few photos leave "
             "open what is its doing and what theirs. Compare fits from other starts or to other "
@@ -141,7 +142,6 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             f"Other values explain the photos as well: {all_of_it}. Decide by eye, or take another "
             "photo, more samples or larger pictures"
         )
-    left = misfit(result)
     if left is not None:
         share = max(left["value"], 0.0) ** 0.5
         if left["explained"]:
