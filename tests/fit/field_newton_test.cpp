@@ -8,9 +8,9 @@
 #include <random>
 
 #include "fit/fit.h"
+#include "fit/smoke.h"
 #include "fit/taken_photos.h"
 #include "fit/weights.h"
-#include "scene/small_scenes.h"
 
 namespace selenite {
 namespace {
@@ -18,27 +18,7 @@ namespace {
 constexpr int kSide = 32;
 constexpr Eigen::Index kCells = 16, kNumbers = 24, kRows = 3 * kSide * kSide;
 
-/// Smoke with 2 x 2 x 2 coloured albedos.
-Scene coloured_smoke(const std::vector<float>& albedo) {
-  Material m = matte("Smoke", 0);
-  m.values.alpha = 0;
-  m.values.extinction = Color<double>(2);
-  m.albedo_grid = {std::make_shared<Grid>("albedo", std::array<int, 3>{2, 2, 2}, 3, albedo),
-                   matrix({0.5, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}, {0.5, 0.5, 0.5})};
-  SceneBuilder builder;
-  place(builder, box_mesh(1, 1, 1), builder.add_material(m));
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 2;
-  lamp.values.power = 150;
-  lamp.to_world = looking_at({3, -1, 2}, {0, 0, 0});
-  builder.add_light(lamp);
-  add_view(builder, {0, -5, 1}, {0, 0, 0}, 70);
-  add_view(builder, {4, 3, 1}, {0, 0, 0}, 70);
-  set_sky(builder, 0.3);
-  return builder.build();
-}
+Scene coloured_smoke(const std::vector<float>& albedo) { return smoke(albedo, 3); }
 
 UnknownParameter grid_unknown() { return {"Smoke", "albedo_grid", {}, 0, 1, 0.03}; }
 std::vector<UnknownParameter> extinction_and_grid() {
