@@ -35,13 +35,20 @@ Eigen::VectorXd joined(const FieldValues& values) {
   return all;
 }
 
-/// Every third number, those of a channel.
+/// Every third column, or number: those of a channel.
 Eigen::MatrixXf of_channel(const CellJacobian& columns, int channel) {
   return columns(Eigen::all, Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
 }
 
-Eigen::VectorXd of_mine(const Eigen::VectorXd& all, int channel) {
+Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
   return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
+}
+
+/// Three of each, as the numbers of pixels lie.
+Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
+  const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
+                                              static_cast<Eigen::Index>(pixels.size()));
+  return all.replicate(1, 3).transpose().reshaped();
 }
 
 }  // namespace
@@ -128,9 +135,7 @@ Eigen::MatrixXf FieldNewton::of_cells(const View& view, const Pixels& pixels) co
 void FieldNewton::see(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight,
                       double keep) {
   View& view = views_[i];
-  const Eigen::Map<const Eigen::VectorXf> of_pixels(view.share.data(),
-                                                    static_cast<Eigen::Index>(view.share.size()));
-  const Eigen::ArrayXf share = of_pixels.replicate(1, 3).transpose().reshaped();
+  const Eigen::ArrayXf share = of_numbers(view.share);
   Eigen::MatrixXf sums(share.size(), 3);
   sums.col(0) = share * (seen.residual_a + seen.residual_b).array() / 2;
   sums.col(1) = share.square() * seen.variance.array() / 2;
@@ -193,7 +198,7 @@ void FieldNewton::solve(double done) {
     normal.diagonal().array() += prior + damping;
     channel.normal.compute(normal);
     channel.way = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
-                                        prior * (of_mine(values, c) - of_mine(prior_, c)));
+                                        prior * (of_channel(values, c) - of_channel(prior_, c)));
   }
 }
 
@@ -201,10 +206,8 @@ void FieldNewton::separate(std::vector<JacobianSums::Set>& z,
                            const std::vector<const Eigen::VectorXf*>& weights) {
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
-    const Eigen::Map<const Eigen::VectorXf> share(view.share.data(),
-                                                  static_cast<Eigen::Index>(view.share.size()));
-    view.slopes = of_cells(view, share.replicate(1, 3).transpose().reshaped().asDiagonal() *
-                                     ((z[i].a.slopes + z[i].b.slopes) / 2));
+    view.slopes = of_cells(
+        view, of_numbers(view.share).matrix().asDiagonal() * ((z[i].a.slopes + z[i].b.slopes) / 2));
   }
   for (JacobianSums::Half JacobianSums::Set::*half : {&JacobianSums::Set::a, &JacobianSums::Set::b})
     separate(z, half, weights);
@@ -277,7 +280,7 @@ void FieldNewton::advance(const Eigen::VectorXd& du) {
   for (View& view : views_)
     for (int c = 0; c < 3; ++c) {
       const Eigen::Index cells = view.jacobian.rows();
-      view.residual.col(c) += of_channel(view.jacobian, c) * of_mine(step, c).cast<float>();
+      view.residual.col(c) += of_channel(view.jacobian, c) * of_channel(step, c).cast<float>();
       if (view.slopes.size() > 0)
         view.residual.col(c) += view.slopes.middleRows(c * cells, cells) * du.cast<float>();
     }

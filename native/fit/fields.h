@@ -18,7 +18,7 @@ using FieldValues = std::vector<Vector>;
 
 /// Unknowns with a value at every place instead of one: the voxels of albedo and density grids, the
 /// texels of base colours, as their images hold them. They start at the values that the scene has, or
-/// where a search of `EvenFields` ends, and are always fitted with Adam.
+/// where a search of `EvenFields` ends, and are fitted with Adam, or by `FieldNewton`.
 class Fields {
  public:
   /// By its name among the parameters of a material.

@@ -115,10 +115,11 @@ void Fit::start_verification() {
 }
 
 void Fit::verify_from(const Vector& x, const Optimiser* optimiser) {
+  int spp = settings_.chosen_verification_spp();
+  if (field_newton_ && settings_.verification_spp == 0) spp /= 2;  // as iterations are
   verification_ = std::make_unique<Verification>(
       problem_, optimiser, x,
-      stream_seed(settings_.seed, Stream::kVerification, verified_rivals_, 0),
-      settings_.chosen_verification_spp() / (field_newton_ ? 2 : 1), settings_.spp,
+      stream_seed(settings_.seed, Stream::kVerification, verified_rivals_, 0), spp, settings_.spp,
       field_newton_.get());
   result_.phase = Phase::kVerifying;
   note_verified(0);
@@ -153,6 +154,7 @@ bool Fit::verify(Progress* progress) {
     rivals.insert(rivals.end(), others_.begin(), others_.end());
   }
   verified_.report = verification_->report();
+  // Those beside fields would need fields of their own.
   if (rivals.empty() || field_newton_) {
     note_verified(1);
     return stop_after_iterations();

@@ -43,10 +43,10 @@ class GaussNewton final : public Optimiser {
   /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);
   /// Of photo i; `residual` is a render of its own with other seeds.
-  /// Of all captures, with instruments that the fields beside cannot imitate. These see the residuals,
+  Equations equations(std::size_t i, const Film& residual) const;
+  /// Of all photos, with instruments that the fields beside cannot imitate. These see the residuals,
   /// and those alone.
   std::vector<Equations> equations(std::span<const Film> residuals, FieldNewton& beside) const;
-  Equations equations(std::size_t i, const Film& residual) const;
   const Coordinates& coordinates() const { return coordinates_; }
   /// Of the residuals of photo i, 3 numbers a pixel.
   const Eigen::VectorXf& weight(std::size_t i) const { return views_[i].weight; }
@@ -118,7 +118,7 @@ class GaussNewton final : public Optimiser {
   // Recursive least squares: normal_ u = right_, and the covariance of right_.
   Matrix normal_, covariance_;
   Vector right_, strength_;
-  int seen_ = 0;  ///< iterations in them, and those that were followed beside fields
+  int seen_ = 0;  ///< iterations that joined them, those of fields that went along included
 
   double damping_;
   double last_move_ = 0;  ///< largest component of the last step in units of its cap

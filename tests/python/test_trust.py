@@ -91,7 +91,7 @@ def test_intervals_promise_nothing_beside_voxels() -> None:
     beside = result() | {"fields_best": {"Body:albedo_grid": [0.5]}}
     assert trust.words(ROUGHNESS, beside) == ["noise alone would allow: 0.280 to 0.320"]
     left = result(value=0.0025, explained=False) | {"fields_best": {"Body:albedo_grid": [0.5]}}
-    assert "5.0 % of the photos' brightness is left that is of voxels" in said(left)
+    assert "5.0 % of the photos' brightness is left by the grid or image" in said(left)
     assert "check lights" not in said(left)
     assert "is not known" not in said(left, fields=("Body:albedo_grid",))
 

@@ -76,8 +76,8 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     ]
     if any(told["determined"]):
         left = misfit(result)
-        # An interval knows of noise only: it holds nine times of ten if nothing else is wrong, as
-        # voxels beside it always are a little.
+        # An interval knows of noise only: it holds nine times of ten if nothing else is wrong. A
+        # grid or an image beside it always is, a little.
         known = (left is None or left["explained"]) and not _has_fields(result)
         sure = "90 %" if known else "noise alone would allow"
         lines.append(f"{sure}: {'; '.join(intervals)}")
@@ -150,7 +150,7 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             lines.append(
                 f"Misfit: a difference of {100 * share:.1f} % of the photos' brightness is left "
                 + (
-                    "that is of voxels which are not quite found, or of something else"
+                    "by the grid or image, which is not quite found, or by something else"
                     if _has_fields(result)
                     else "that none of these parameters explains; check lights, camera and geometry"
                 )
