@@ -32,7 +32,7 @@ class CameraSamples {
         x_(x0),
         end_(x1) {}
 
-  /// For each pixel as many as there are samples a pixel.
+  /// For each pixel that is rendered as many as there are samples a pixel.
   Sample& next() {
     if (at_ == count_) trace_more();
     return *samples_[at_++];
@@ -43,8 +43,12 @@ class CameraSamples {
     std::array<Ray, Geometry::kTogether> rays;
     std::array<std::optional<Hit>, Geometry::kTogether> hits;
     at_ = count_ = 0;
-    for (; count_ < Geometry::kTogether && x_ < end_; ++count_) {
+    while (count_ < Geometry::kTogether && x_ < end_) {
       const auto pixel = static_cast<std::size_t>(y_) * settings_.width + x_;
+      if (!settings_.has(pixel)) {
+        ++x_;
+        continue;
+      }
       const Random random(settings_.seed, static_cast<std::uint32_t>(pixel),
                           static_cast<std::uint32_t>(sample_));
       Ray& ray = rays[count_];
@@ -56,7 +60,7 @@ class CameraSamples {
       // Before the near clip plane there is no medium either, as in Cycles.
       if (any_medium_)
         ray = {ray.origin + ray.direction * ray.t_min, ray.direction, 0, ray.t_max - ray.t_min};
-      samples_[count_] = Sample{random, ray, {}};
+      samples_[count_++] = Sample{random, ray, {}};
       if (++sample_ == settings_.spp) sample_ = 0, ++x_;
     }
     geometry_.intersect_camera_rays({rays.data(), static_cast<std::size_t>(count_)}, hits.data());

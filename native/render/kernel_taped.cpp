@@ -42,6 +42,7 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
     CameraSamples camera_samples(prepared, camera, settings, y, tile.x0, tile.x1);
     for (int x = tile.x0; x < tile.x1; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
+      if (!settings.has(pixel)) continue;
       PixelSums image;
       SlotSums shift;
       for (int i = 0; i < n; ++i) {

@@ -66,13 +66,18 @@ class LaneCamera {
     at_ = count_ = 0;
     LaneInts pixel_of_picture(0), number(0);
     Lanes x(0), y(0);
-    for (; count_ < kLanes && next_pixel_ < pixels_; ++count_) {
+    while (count_ < kLanes && next_pixel_ < pixels_) {
       const int column = x0_ + next_pixel_ % width_, row = y0_ + next_pixel_ / width_;
+      if (!settings_.has(static_cast<std::size_t>(row) * settings_.width + column)) {
+        ++next_pixel_;
+        continue;
+      }
       pixel_[count_] = next_pixel_, number_[count_] = next_number_;
       pixel_of_picture.set(count_, row * settings_.width + column);
       number.set(count_, next_number_);
       x.set(count_, static_cast<float>(column));
       y.set(count_, static_cast<float>(row));
+      ++count_;
       if (++next_number_ == settings_.spp) next_number_ = 0, ++next_pixel_;
     }
     if (count_ == 0) return;

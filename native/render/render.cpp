@@ -92,6 +92,9 @@ void RenderSettings::check() const {
   require(lanes == 0 || lanes == 1 || lanes == kPacket, "lanes", lanes,
           "0 (as many as go), 1 or 8");
   require(threads >= 0 && threads <= 1024, "threads", threads, "0 (all) to 1024");
+  if (pixels)
+    require(pixels->size() == static_cast<std::size_t>(width) * height, "size of the mask",
+            static_cast<long long>(pixels->size()), "one entry a pixel");
   frame.check();
 }
 

@@ -3,12 +3,17 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "render/film.h"
 #include "render/slots.h"
 #include "scene/scene.h"
 
 namespace selenite {
+
+/// Nonzero for those that are in it.
+using PixelMask = std::vector<std::uint8_t>;
 
 struct RenderSettings {
   int width = 256, height = 256;
@@ -20,6 +25,10 @@ struct RenderSettings {
   /// Paths that a thread traces in lockstep: 1, 8, or 0 for eight where processor and scene permit.
   /// The picture is the same but for rounding.
   int lanes = 0;
+  /// Null: all. The others stay black, and those that are rendered are the same as without.
+  std::shared_ptr<const PixelMask> pixels{};
+  bool has(std::size_t pixel) const { return !pixels || (*pixels)[pixel] != 0; }
+  /// Throws InvalidArgument.
   void check() const;
 };
 

@@ -21,6 +21,7 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
     CameraSamples samples(prepared, camera, settings, y, tile.x0, tile.x1);
     for (int x = tile.x0; x < tile.x1; ++x) {
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
+      if (!settings.has(pixel)) continue;
       PixelSums image;
       std::fill(slot_sums.begin(), slot_sums.end(), SlotSums{});
       for (int i = 0; i < n; ++i) {

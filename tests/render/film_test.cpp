@@ -82,6 +82,32 @@ TEST(Film, APixelDoesNotDependOnTheSizeOfItsSampleCount) {
   }
 }
 
+TEST(Film, PixelsOutsideTheMaskAreBlackAndTheOthersAsWithoutIt) {
+  const Scene scene = noisy_scene();
+  RenderSettings settings = settings_of(1, 4);
+  settings.width = 37;
+  settings.height = 21;
+  PixelMask mask(std::size_t{37} * 21, 0);
+  for (std::size_t p = 0; p < mask.size(); p += 5) mask[p] = 1;
+  for (std::size_t p = 37 * 16; p < 37 * 18; ++p) mask[p] = 1;  // and rows of a second tile
+  for (const int lanes : {0, 1}) {
+    settings.lanes = lanes;
+    settings.pixels = nullptr;
+    const Film whole = render_view(scene, settings, two_slots(scene));
+    settings.pixels = std::make_shared<const PixelMask>(mask);
+    const Film some = render_view(scene, settings, two_slots(scene));
+    EXPECT_EQ(some.lanes, whole.lanes);
+    for (std::size_t p = 0; p < mask.size(); ++p)
+      for (int c = 0; c < 3; ++c) {
+        const float share = mask[p];
+        // Eight paths in lockstep meet other neighbours: equal but for rounding.
+        EXPECT_NEAR(some.mean[p][c], share * whole.mean[p][c], 1e-5) << p;
+        EXPECT_NEAR(some.half_a[p][c], share * whole.half_a[p][c], 1e-5) << p;
+        EXPECT_NEAR(some.slots[1].mean[p][c], share * whole.slots[1].mean[p][c], 1e-4) << p;
+      }
+  }
+}
+
 TEST(Film, DifferentSeedsGiveUnrelatedNoise) {
   const Scene scene = noisy_scene();
   const Film truth = render_view(scene, settings_of(24, 300, 999));
@@ -223,14 +249,16 @@ TEST_P(Settings, OutOfRangeAreRefusedByName) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Bad, Settings,
-    testing::Values(BadSettings{"width", [](RenderSettings& s) { s.width = 0; }},
-                    BadSettings{"height", [](RenderSettings& s) { s.height = -3; }},
-                    BadSettings{"number of pixels",
-                                [](RenderSettings& s) { s.width = s.height = 65536; }},
-                    BadSettings{"samples per pixel", [](RenderSettings& s) { s.spp = 0; }},
-                    BadSettings{"samples per pixel", [](RenderSettings& s) { s.spp = 1 << 30; }},
-                    BadSettings{"depth", [](RenderSettings& s) { s.depth = -1; }},
-                    BadSettings{"threads", [](RenderSettings& s) { s.threads = -1; }}));
+    testing::Values(
+        BadSettings{"width", [](RenderSettings& s) { s.width = 0; }},
+        BadSettings{"height", [](RenderSettings& s) { s.height = -3; }},
+        BadSettings{"number of pixels", [](RenderSettings& s) { s.width = s.height = 65536; }},
+        BadSettings{"samples per pixel", [](RenderSettings& s) { s.spp = 0; }},
+        BadSettings{"samples per pixel", [](RenderSettings& s) { s.spp = 1 << 30; }},
+        BadSettings{"depth", [](RenderSettings& s) { s.depth = -1; }},
+        BadSettings{"size of the mask",
+                    [](RenderSettings& s) { s.pixels = std::make_shared<const PixelMask>(7, 1); }},
+        BadSettings{"threads", [](RenderSettings& s) { s.threads = -1; }}));
 
 }  // namespace
 }  // namespace selenite
