@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "render/film.h"
+#include "render/render.h"
 #include "scene/scene.h"
 
 namespace selenite {
@@ -16,6 +18,9 @@ struct Capture {
   PhotoFrame frame;           ///< of the photo before it was brought to working size
   Picture reference;          ///< linear radiance, row 0 at the top
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
+
+  /// What is rendered of it; null: all.
+  std::shared_ptr<const PixelMask> pixels;
 
   std::size_t size() const { return reference.size(); }
   /// Weight of a pixel and channel: with it a weighted sum over pixels and channels is a mean.

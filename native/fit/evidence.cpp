@@ -17,29 +17,36 @@ void Evidence::leave_out(Eigen::Index k) {
 
 void Evidence::add(const Capture& capture, const GaussNewton::Equations& equations,
                    std::size_t captures) {
-  const auto& [halves, z, weight] = equations;
+  const Eigen::VectorXf& weight = equations.whole.weight;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
+  const GaussNewton::Seen* const focus = equations.focus ? &*equations.focus : nullptr;
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
   Vector term(n);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
-    noise_a.setZero();
-    noise_b.setZero();
     term.setZero();
-    for (Eigen::Index j = 3 * i; j < 3 * i + 3; ++j) {
-      const double w = weight[j] / 2;
-      const Vector a = w * z.a.instruments.row(j).cast<double>();
-      const Vector b = w * z.b.instruments.row(j).cast<double>();
-      normal.noalias() += a * z.b.slopes.row(j).cast<double>();
-      normal.noalias() += b * z.a.slopes.row(j).cast<double>();
-      noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
-      noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
-      term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
+    // The photo's noise is in both.
+    for (const GaussNewton::Seen* seen : {&equations.whole, focus}) {
+      if (!seen) continue;
+      const auto& [halves, z, weights] = *seen;
+      noise_a.setZero();
+      noise_b.setZero();
+      for (Eigen::Index j = 3 * i; j < 3 * i + 3; ++j) {
+        const double w = weights[j] / 2;
+        const Vector a = w * z.a.instruments.row(j).cast<double>();
+        const Vector b = w * z.b.instruments.row(j).cast<double>();
+        normal.noalias() += a * z.b.slopes.row(j).cast<double>();
+        normal.noalias() += b * z.a.slopes.row(j).cast<double>();
+        noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
+        noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
+        term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
+      }
+      normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     }
-    normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     gradient += term;
     spread.noalias() += term * term.transpose();
   }
+  const Halves& halves = equations.whole.residual;
   // A pixel's residual in one half times its neighbours' in the other: only what they share stays.
   const Eigen::VectorXf relative = relative_weights(capture, captures);
   const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * capture.width + x; };

@@ -195,6 +195,7 @@ void FieldNewton::solve(double done) {
       damping = normal.diagonal().squaredNorm() / all *
                 std::exp(std::log(kFirstDamping) * (1 - done) + std::log(kLastDamping) * done);
     }
+    channel.prior = prior;
     normal.diagonal().array() += prior + damping;
     channel.normal.compute(normal);
     channel.way = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
@@ -202,53 +203,69 @@ void FieldNewton::solve(double done) {
   }
 }
 
-void FieldNewton::separate(std::vector<JacobianSums::Set>& z,
-                           const std::vector<const Eigen::VectorXf*>& weights) {
+Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
+  const Eigen::Index unknowns = z.front().whole->a.slopes.cols();
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  std::vector<Eigen::MatrixXf>
+      weights;  // of the cells: in the scalars' equations numbers have theirs
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
-    view.slopes = of_cells(
-        view, of_numbers(view.share).matrix().asDiagonal() * ((z[i].a.slopes + z[i].b.slopes) / 2));
-  }
-  for (JacobianSums::Half JacobianSums::Set::*half : {&JacobianSums::Set::a, &JacobianSums::Set::b})
-    separate(z, half, weights);
-}
-
-void FieldNewton::separate(std::vector<JacobianSums::Set>& z,
-                           JacobianSums::Half JacobianSums::Set::*half,
-                           const std::vector<const Eigen::VectorXf*>& weights) const {
-  const Eigen::Index unknowns = (z.front().*half).instruments.cols();
-  std::vector<Eigen::MatrixXf> means;  // of the cells
-  for (std::size_t i = 0; i < z.size(); ++i) {
-    const View& view = views_[i];
-    const Eigen::VectorXf sums = of_cells(view, *weights[i]);
-    means.push_back((sums.array() > 0).select(sums.cwiseInverse(), 0).asDiagonal() *
-                    of_cells(view, weights[i]->asDiagonal() * (z[i].*half).instruments));
+    const JacobianSums::Set& whole = *z[i].whole;
+    view.slopes = of_cells(view, of_numbers(view.share).matrix().asDiagonal() *
+                                     ((whole.a.slopes + whole.b.slopes) / 2));
+    weights.push_back(of_cells(view, *z[i].weight).reshaped(view.jacobian.rows(), 3));
   }
   for (int c = 0; c < 3; ++c) {
-    const Channel& channel = channels_[static_cast<std::size_t>(c)];
-    Eigen::MatrixXf seen(channel.jacobian.rows(), unknowns);
+    const Eigen::MatrixXf& solved = channels_[static_cast<std::size_t>(c)].jacobian;
+    Eigen::MatrixXf jacobian(solved.rows(), solved.cols());
     Eigen::Index at = 0;
     for (std::size_t i = 0; i < z.size(); ++i) {
       const Eigen::Index cells = views_[i].jacobian.rows();
-      seen.middleRows(at, cells) =
-          views_[i].weight.col(c).cwiseSqrt().asDiagonal() * means[i].middleRows(c * cells, cells);
+      jacobian.middleRows(at, cells) =
+          weights[i].col(c).cwiseSqrt().asDiagonal() * of_channel(views_[i].jacobian, c);
       at += cells;
     }
-    const Eigen::MatrixXf like =
-        channel.normal.solve((channel.jacobian.transpose() * seen).cast<double>()).cast<float>();
-    for (std::size_t i = 0; i < z.size(); ++i) {
-      const Eigen::Index cells = views_[i].jacobian.rows();
-      means[i].middleRows(c * cells, cells) = of_channel(views_[i].jacobian, c) * like;
-    }
+    Eigen::MatrixXd normal = (jacobian.transpose() * jacobian).cast<double>();
+    const double strength = solved.squaredNorm();
+    const double prior =
+        strength > 0 ? channels_[static_cast<std::size_t>(c)].prior * (normal.trace() / strength)
+                     : 1;
+    normal.diagonal().array() += prior;
+    const Eigen::LLT<Eigen::MatrixXd> solver(normal);
+    const Eigen::MatrixXd like = (separate(z, &JacobianSums::Set::a, c, solver) +
+                                  separate(z, &JacobianSums::Set::b, c, solver)) /
+                                 2;
+    // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
+    // voxels is prior * deviation^2 / normal.
+    left +=
+        prior * prior * prior * kDeviation * kDeviation * (like.transpose() * solver.solve(like));
   }
+  return left;
+}
+
+Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z,
+                                      JacobianSums::Half JacobianSums::Set::*half, int c,
+                                      const Eigen::LLT<Eigen::MatrixXd>& solver) const {
+  const Eigen::Index unknowns = (z.front().whole->*half).instruments.cols();
+  Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(solver.cols(), unknowns);
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
     const Eigen::Index cells = view.jacobian.rows();
-    for (std::size_t p = 0; p < view.share.size(); ++p)
-      for (int c = 0; c < 3; ++c)
-        (z[i].*half).instruments.row(static_cast<Eigen::Index>(3 * p) + c) -=
-            means[i].row(c * cells + cell_of(view, p));
+    Eigen::MatrixXf all =
+        of_cells(view, z[i].weight->asDiagonal() * (z[i].whole->*half).instruments);
+    if (z[i].focus)
+      all += of_cells(view, z[i].focus_weight->asDiagonal() * (z[i].focus->*half).instruments);
+    sums += of_channel(view.jacobian, c).transpose() * all.middleRows(c * cells, cells);
   }
+  const Eigen::MatrixXd like = solver.solve(sums.cast<double>());
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const View& view = views_[i];
+    const Eigen::MatrixXf imitated = of_channel(view.jacobian, c) * like.cast<float>();
+    Jacobian& instruments = (z[i].whole->*half).instruments;
+    for (std::size_t p = 0; p < view.share.size(); ++p)
+      instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= imitated.row(cell_of(view, p));
+  }
+  return like;
 }
 
 void FieldNewton::advance(const Eigen::VectorXd& du) {

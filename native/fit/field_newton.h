@@ -48,10 +48,18 @@ class FieldNewton {
 
   /// Makes the normal equations; `done`: share of the iterations, as damping falls.
   void solve(double done);
-  /// Takes from the scalars' instruments, all photos', what voxels can imitate, by the last `solve`.
-  /// Keeps their slopes for `advance`. `weights` of the numbers of a photo.
-  void separate(std::vector<JacobianSums::Set>& z,
-                const std::vector<const Eigen::VectorXf*>& weights);
+  /// The scalars' instruments for a photo.
+  struct Instruments {
+    JacobianSums::Set* whole;
+    const Eigen::VectorXf* weight;             ///< of the numbers of the photo
+    const JacobianSums::Set* focus = nullptr;  ///< more of them, on some pixels, if there are
+    const Eigen::VectorXf* focus_weight = nullptr;
+  };
+  /// Takes from those for whole photos, all of them, what voxels can imitate of these and of those on
+  /// some pixels, by the last `solve`: what both say together is then none of the voxels. Keeps the
+  /// slopes of the whole ones for `advance`. Returns the covariance that the scalars' equations are
+  /// left with because of voxels that hardly show, by what was known of these before any photo.
+  Eigen::MatrixXd separate(const std::vector<Instruments>& z);
   /// The voxels go where they should if the scalars move by du (in `Coordinates`).
   void advance(const Eigen::VectorXd& du);
   const FieldValues& values() const { return values_; }
@@ -74,13 +82,16 @@ class FieldNewton {
   struct Channel {
     Eigen::MatrixXf jacobian;  ///< times the roots of the weights, all photos'
     Eigen::LLT<Eigen::MatrixXd> normal;
+    double prior = 0;     ///< on the diagonal of `normal`, beside the damping
     Eigen::VectorXd way;  ///< of the voxels at fixed scalars
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.
   template <class Pixels>
   Eigen::MatrixXf of_cells(const View& view, const Pixels& pixels) const;
-  void separate(std::vector<JacobianSums::Set>& z, JacobianSums::Half JacobianSums::Set::*half,
-                const std::vector<const Eigen::VectorXf*>& weights) const;
+  /// Of one half and channel c; returns what voxels are like the scalars.
+  Eigen::MatrixXd separate(const std::vector<Instruments>& z,
+                           JacobianSums::Half JacobianSums::Set::*half, int c,
+                           const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
 
   int cell_;

@@ -111,11 +111,15 @@ RenderSettings Fit::render_settings(const Capture& photo, int spp, std::uint64_t
   settings.depth = settings_.depth;
   settings.threads = settings_.threads;
   settings.frame = photo.frame;
+  settings.pixels = photo.pixels;
   return settings;
 }
 
-void Fit::count(const Film& film) {
-  result_.samples += static_cast<std::int64_t>(film.size()) * film.spp;
+void Fit::count(const Film& film, const Capture& photo) {
+  const std::int64_t pixels =
+      photo.pixels ? std::ranges::count_if(*photo.pixels, [](auto one) { return one != 0; })
+                   : static_cast<std::int64_t>(film.size());
+  result_.samples += pixels * film.spp;
   result_.dropped += film.dropped;
   result_.cpu_seconds += film.cpu_seconds;
   if (film.dropped > 0 && first_dropped_.empty()) first_dropped_ = film.first_dropped;
@@ -136,7 +140,7 @@ Film Fit::derivatives(const Subject& subject, const Vector& x, const Capture& ph
         const std::uint64_t its_seed = paths == Paths::kOfFilm ? seed : seed_of(seed, 1, 0);
         Film film = settings_.renderer(there, there.camera(photo.camera), layout,
                                        render_settings(photo, spp, its_seed), progress);
-        count(film);
+        count(film, photo);
         return film;
       });
 }
@@ -155,7 +159,7 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     FieldJacobian found = render_field_jacobian(scene, scene.camera(photo.camera), fields_.refs(),
                                                 render_settings(photo, settings_.spp, seed),
                                                 newton->shares(i), newton->cell(), progress);
-    count(found.film);
+    count(found.film, photo);
     newton->gather(i, found);
     seen.film = std::move(found.film);
   } else if (turn.fields) {
@@ -189,7 +193,7 @@ Fit::Validation Fit::validate(const Vector& x, const FieldValues& fields, Progre
     const Film film = settings_.renderer(
         scene, scene.camera(photo.camera), none,
         render_settings(photo, settings_.chosen_validation_spp(), seed), progress);
-    count(film);
+    count(film, photo);
     const LossResult loss = loss_.evaluate(film, photo);
     sum.loss += share * loss.value;
     sum.unbiased += share * loss.unbiased;

@@ -178,7 +178,7 @@ class Fit {
   std::string fingerprint() const;
   void members(SavedState& state);
   RenderSettings render_settings(const Capture& photo, int spp, std::uint64_t seed) const;
-  void count(const Film& film);
+  void count(const Film& film, const Capture& photo);
 
   Scene scene_;
   std::vector<Capture> captures_;

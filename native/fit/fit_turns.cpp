@@ -94,7 +94,7 @@ FieldGradient Fit::field_gradient(const Vector& x, const FieldValues& fields, in
   FieldGradient found =
       loss_field_gradient(scene, scene.camera(photo.camera), fields_, photo, loss_,
                           render_settings(photo, settings_.spp, seed), progress);
-  count(found.film);
+  count(found.film, photo);
   return found;
 }
 

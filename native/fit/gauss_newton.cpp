@@ -100,13 +100,18 @@ void GaussNewton::learn_variance(std::span<const Observation> seen, double keep)
   next_weighing_ *= 2;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const Capture& capture = problem_->captures[i];
-    const Eigen::VectorXf noise =
-        box_blur(views_[i].variance, capture.width, capture.height, kVarianceBlur) /
-        static_cast<float>(variance_count_ * kFinalSamples);
-    const Eigen::VectorXf model = brightness(capture) * static_cast<float>(kModelError);
-    views_[i].weight = shares(capture, views_.size()).cwiseQuotient(noise + model.cwiseAbs2());
+    views_[i].weight =
+        weight_by(i, box_blur(views_[i].variance, capture.width, capture.height, kVarianceBlur) /
+                         static_cast<float>(variance_count_));
   }
   has_best_ = false;  // losses in other weights do not compare
+}
+
+Eigen::VectorXf GaussNewton::weight_by(std::size_t i, const Eigen::VectorXf& variance) const {
+  const Capture& capture = problem_->captures[i];
+  const Eigen::VectorXf model = brightness(capture) * static_cast<float>(kModelError);
+  return shares(capture, views_.size())
+      .cwiseQuotient(variance / static_cast<float>(kFinalSamples) + model.cwiseAbs2());
 }
 
 /// Unbiased: the halves are independent.
@@ -170,14 +175,13 @@ JacobianSums::Set GaussNewton::instruments(std::size_t i) const {
 std::vector<JacobianSums::Set> GaussNewton::instruments(std::span<const Observation> seen,
                                                         FieldNewton& beside) const {
   std::vector<JacobianSums::Set> z;
-  std::vector<const Eigen::VectorXf*> weights;
-  for (const Observation& one : seen) {
-    const auto i = static_cast<std::size_t>(one.capture);
-    z.push_back(instruments(i));
-    weights.push_back(&views_[i].weight);
-  }
+  std::vector<FieldNewton::Instruments> all;
+  for (const Observation& one : seen)
+    z.push_back(instruments(static_cast<std::size_t>(one.capture)));
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    all.push_back({&z[k], &views_[static_cast<std::size_t>(seen[k].capture)].weight});
   beside.solve(iteration_ / static_cast<double>(problem_->iterations));
-  beside.separate(z, weights);
+  (void)beside.separate(all);  // steps follow what is known, whatever is not
   return z;
 }
 
@@ -297,21 +301,22 @@ void GaussNewton::gather(const Vector& x, const Observation& derivatives, double
 GaussNewton::Equations GaussNewton::equations(std::size_t i, const Film& residual) const {
   const Capture& capture = problem_->captures[i];
   const View& view = views_[i];
-  return {residual_halves(residual, capture), instruments(i), view.weight};
+  return {{residual_halves(residual, capture), instruments(i), view.weight}};
 }
 
-std::vector<GaussNewton::Equations> GaussNewton::equations(std::span<const Film> residuals,
-                                                           FieldNewton& beside) const {
-  std::vector<Equations> all;
-  std::vector<Observation> seen;
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    seen.push_back({static_cast<int>(i), {}, {}});
-    all.push_back({residual_halves(residuals[i], problem_->captures[i]), {}, views_[i].weight});
-    beside.see(i, all.back().residual, views_[i].weight, 0);
+Eigen::MatrixXd GaussNewton::separate(std::vector<Equations>& all, FieldNewton& beside) const {
+  std::vector<FieldNewton::Instruments> z;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Seen& whole = all[i].whole;
+    beside.see(i, whole.residual, whole.weight, 0);
+    z.push_back({&whole.z, &whole.weight});
+    if (const auto& focus = all[i].focus) {
+      z.back().focus = &focus->z;
+      z.back().focus_weight = &focus->weight;
+    }
   }
-  std::vector<JacobianSums::Set> z = instruments(seen, beside);
-  for (std::size_t i = 0; i < residuals.size(); ++i) all[i].z = std::move(z[i]);
-  return all;
+  beside.solve(iteration_ / static_cast<double>(problem_->iterations));
+  return beside.separate(z);
 }
 
 /// The instruments serve on: what is wrong about them slows the way and leaves its end.

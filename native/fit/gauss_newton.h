@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "fit/coordinates.h"
@@ -35,21 +36,28 @@ class GaussNewton final : public Optimiser {
 
   /// For a look at frozen values: what one photo says about them, in the weights and with the
   /// instruments that have been gathered.
-  struct Equations {
+  struct Seen {
     Halves residual;
     JacobianSums::Set z;
-    const Eigen::VectorXf& weight;
+    Eigen::VectorXf weight;
+  };
+  struct Equations {
+    Seen whole;
+    std::optional<Seen> focus{};  ///< some of its pixels, by samples of their own; see `Focus`
   };
   /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);
   /// Of photo i; `residual` is a render of its own with other seeds.
   Equations equations(std::size_t i, const Film& residual) const;
-  /// Of all photos, with instruments that the fields beside cannot imitate. These see the residuals,
-  /// and those alone.
-  std::vector<Equations> equations(std::span<const Film> residuals, FieldNewton& beside) const;
+  /// Makes the instruments, all photos', those that the fields beside cannot imitate. The fields see
+  /// the residuals of the whole photos, and those alone.
+  /// Returns as `FieldNewton::separate` does.
+  Eigen::MatrixXd separate(std::vector<Equations>& all, FieldNewton& beside) const;
   const Coordinates& coordinates() const { return coordinates_; }
   /// Of the residuals of photo i, 3 numbers a pixel.
   const Eigen::VectorXf& weight(std::size_t i) const { return views_[i].weight; }
+  /// The same by the variance of one sample.
+  Eigen::VectorXf weight_by(std::size_t i, const Eigen::VectorXf& variance) const;
 
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
   void members(SavedState& state) override;

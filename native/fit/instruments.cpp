@@ -130,34 +130,58 @@ JacobianSums::Set JacobianSums::all(const Problem& problem, const Capture& captu
           half(problem, capture, &Part::b, importance)};
 }
 
+JacobianSums::Set JacobianSums::plain() const {
+  Set set{means(&Part::a), means(&Part::b)};
+  for (Half* one : {&set.a, &set.b}) one->instruments = one->slopes;
+  return set;
+}
+
+JacobianSums::Half JacobianSums::means(Jacobian Part::*which) const {
+  const auto& [first, second] = parts_;
+  const Eigen::Index rows = (first.*which).rows(), columns = (first.*which).cols();
+  Half result;
+  for (Jacobian* one : {&result.slopes, &result.noise}) one->setZero(rows, columns);
+  for (Eigen::Index k = 0; k < columns; ++k) {
+    const double all = first.weight[k] + second.weight[k];
+    if (all == 0) continue;  // no picture had it yet
+    result.slopes.col(k) =
+        ((first.*which).col(k) + (second.*which).col(k)) / static_cast<float>(all);
+    if (first.weight[k] == 0 || second.weight[k] == 0) {
+      result.noise.col(k) = result.slopes.col(k);  // nothing is known of it yet
+      continue;
+    }
+    // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
+    result.noise.col(k) = ((first.*which).col(k) / static_cast<float>(first.weight[k]) -
+                           (second.*which).col(k) / static_cast<float>(second.weight[k])) *
+                          static_cast<float>(std::sqrt(share(k)));
+  }
+  return result;
+}
+
+double JacobianSums::share(Eigen::Index k) const {
+  const double first = parts_[0].weight[k], second = parts_[1].weight[k];
+  return first * second / ((first + second) * (first + second));
+}
+
 JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& capture,
                                       Jacobian Part::*which,
                                       const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
-  const Eigen::Index rows = (first.*which).rows(), columns = (first.*which).cols();
-  Half result;
-  for (Jacobian* one : {&result.instruments, &result.slopes, &result.noise})
-    one->setZero(rows, columns);
-  for (Eigen::Index k = 0; k < columns; ++k) {
-    const double all = first.weight[k] + second.weight[k];
-    if (all == 0) continue;  // no picture had it yet
+  Half result = means(which);
+  result.instruments = result.slopes;
+  for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
+    if (first.weight[k] + second.weight[k] == 0) continue;
     const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
-    const Eigen::VectorXf slope =
-        ((first.*which).col(k) + (second.*which).col(k)) / static_cast<float>(all);
-    result.slopes.col(k) = slope;
-    if (first.weight[k] == 0 || second.weight[k] == 0) {
+    const Eigen::VectorXf slope = result.slopes.col(k);
+    if (share(k) == 0) {
       result.instruments.col(k) =
           box_blur(clipped(slope, capture, channel), capture.width, capture.height, kBlurRadius);
-      result.noise.col(k) = slope;  // nothing is known of it yet
       continue;
     }
     const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
     const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
-    // Their difference has the variance 1 / w1 + 1 / w2, the mean of all 1 / (w1 + w2).
-    const double share = first.weight[k] * second.weight[k] / (all * all);
-    result.noise.col(k) = (one - other) * static_cast<float>(std::sqrt(share));
     result.instruments.col(k) =
-        instrument_of(slope, one, other, share, capture, channel, importance);
+        instrument_of(slope, one, other, share(k), capture, channel, importance);
   }
   return result;
 }

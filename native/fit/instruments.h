@@ -53,6 +53,8 @@ class JacobianSums {
   bool empty() const { return adds_.empty(); }
   /// What all say, unless empty. `importance` of the rows, as in the sums that they will be part of.
   Set all(const Problem& problem, const Capture& capture, const Eigen::VectorXf& importance) const;
+  /// The same with the means themselves for instruments: of so many samples that no filter is needed.
+  Set plain() const;
   void members(SavedState& state);
 
  private:
@@ -62,6 +64,9 @@ class JacobianSums {
     Eigen::VectorXd weight;  ///< of the columns
     void members(SavedState& state);
   };
+  Half means(Jacobian Part::*which) const;
+  /// Variance of the mean of column k over that of the difference of the parts.
+  double share(Eigen::Index k) const;
   Half half(const Problem& problem, const Capture& capture, Jacobian Part::*which,
             const Eigen::VectorXf& importance) const;
 

@@ -221,19 +221,29 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
                         const PictureAt& render) {
   const Shares shares = shares_of(problem, scene, purpose, coordinates != nullptr);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
-  Film film = render_passes(problem.layout, passes, x, render);
-  if (shares.secants.empty()) return film;
-  const Vector slope = coordinates->slope(x);
+  // Where nothing is carried, and differences have two pictures of their own, no other is needed.
+  const bool alone = !which.picture && which.side == Side::kBoth && shares.carried.empty();
+  Film film;
+  if (!alone) film = render_passes(problem.layout, passes, x, render);
+  const Vector slope = shares.secants.empty() ? Vector() : coordinates->slope(x);
   for (int index = 0; const Secant& secant : shares.secants) {
     if (!which.taken(index++)) continue;
+    if (!which.blurs && secant.description.coordinate == Coordinate::kBlur) continue;
     const auto [above, below, apart] =
         ends_of(secant, *coordinates, x, which.side_of(secant.description));
-    const bool two_more = above && below;
+    const bool two_more = alone || (above && below);
     const SlotLayout layout = two_more ? SlotLayout() : passes.front();
     const bool independent = two_more && purpose == Purpose::kGradient;
     const Paths paths = independent ? Paths::kOther : Paths::kOfFilm;
-    const Film high = above ? render(*above, layout, paths) : Film();
-    const Film low = below ? render(*below, layout, paths) : Film();
+    const auto end = [&](const std::optional<Vector>& to) {
+      return to || alone ? render(to.value_or(x), layout, paths) : film;
+    };
+    const Film high = end(above), low = end(below);
+    if (film.size() == 0) {
+      film = Film(high.width, high.height, high.spp);
+      film.variance = high.variance;
+      film.slots.resize(problem.layout.slots.size());
+    }
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
       // Slots are by the parameter; channel c of a colour has a slope of its own.
@@ -243,10 +253,10 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
     }
     const auto slot = static_cast<std::size_t>(
         problem.layout.rows[static_cast<std::size_t>(secant.members.front())].slot);
-    film.slots[slot] = difference(above ? high : film, below ? low : film, scale);
-    if (!independent) note_covariance(film, film.slots[slot]);
+    film.slots[slot] = difference(high, low, scale);
+    if (!independent && !alone) note_covariance(film, film.slots[slot]);
   }
-  return film;
+  return film.size() > 0 ? film : render_passes(problem.layout, passes, x, render);
 }
 
 }  // namespace selenite

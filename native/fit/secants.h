@@ -29,6 +29,8 @@ struct Differences {
   Side side = Side::kBoth;
   Side of_roughness = side;  ///< pictures change unevenly with a low one
   int first = 0, every = 1;  ///< the first one of them, and how many on the next
+  bool blurs = true;         ///< whether those by roughness are among them
+  bool picture = true;  ///< else the picture itself may be left black, and its noise is another's
 
   bool taken(int index) const { return index % every == first; }
   Side side_of(const Parameter& parameter) const {

@@ -13,12 +13,11 @@
 namespace selenite {
 namespace {
 
-/// Beside fields each pass costs as much as all before it, and the last one is not worth that.
-constexpr int kMostPasses = 4, kMostPassesBesideFields = 3;
+constexpr int kMostPasses = 4;
 constexpr double kSurprise = 3;  ///< standard deviations: the answer was not there yet
 /// Share of the longest step within which a linear step is as good as a look from its end.
 constexpr double kNear = 0.1;
-constexpr int kWarmUp = 100, kBeside = 200;  ///< purposes of seeds
+constexpr int kWarmUp = 100, kBeside = 200, kFocus = 300;  ///< purposes of seeds
 /// Derivatives of a look are taken in so many portions, with differences from above and from below in
 /// turns: together they are central, at one more picture where both sides at once cost two. The sums of
 /// instruments keep two parts, and each of them is to hold both sides.
@@ -31,10 +30,16 @@ constexpr int kShareBeside = 4;  ///< for a look from beside the answer, with it
 /// make up for each other their noise hides that: with an eighth, intervals there are too narrow. What
 /// a third was worth: manual page "fitting", "Measured".
 constexpr int kDerivativeShare = 4;
-/// Beside fields, where the last pass has derivatives of its own as well.
-constexpr int kDerivativeShareBesideFields = 8;
 constexpr int kWarmUps = 2;             ///< pictures that gather instruments where the fit has none
 constexpr int kLeastOfDerivatives = 2;  ///< samples: of two, each half has one
+// Beside fields: shares of the samples that the passes take, of which there are always as many.
+constexpr std::array kSharesBesideFields{4, 2, 1};
+/// Samples of the first pass's derivatives in units of its own, as they tell what to focus on, and the
+/// share that those of the others are.
+constexpr int kScouting = 2, kShareAfterScouting = 6;
+/// Samples of a pixel in focus, in units of the whole picture's, and the share with derivatives: these
+/// are the instruments there.
+constexpr int kFocusSamples = 20, kFocusDerivativeShare = 5;
 constexpr double kMisfitSigmas = 3;
 constexpr double kRounding = 1e-9;
 
@@ -52,25 +57,32 @@ Verification::Verification(const Problem& problem, const Optimiser* optimiser, V
       seed_(seed),
       spp_(spp),
       iteration_spp_(iteration_spp),
-      fields_(fields) {}
+      fields_(fields),
+      focus_(problem) {}
 
 /// Of the residuals; the next one is that of the derivatives.
 int Verification::purpose() const { return 2 * report_.passes + (answer_ ? kBeside : 0); }
 
 int Verification::pass_spp(int pass) const {
   const auto index = static_cast<std::size_t>(pass);
+  if (fields_) return std::min(spp_, std::max(spp_ / kSharesBesideFields[index], kLeastOfPass));
   const int share = answer_ ? kShareBeside : index < kShares.size() ? kShares[index] : 1;
   return std::min(spp_, std::max(spp_ / share, kLeastOfPass));
 }
 
+/// Beside fields from both sides at once, as nothing else there needs the picture between them, and
+/// whole: the mean of two halves of twice the length is no slope where the lamps seen move by less.
 Observation Verification::derivatives(int purpose, int turn, int spp, std::size_t capture,
-                                      const RenderAt& render) const {
-  const int photo = static_cast<int>(capture);
-  return {photo,
-          render(x_, problem_->captures[capture], spp,
-                 seed_of(seed_of(seed_, purpose, photo), turn, photo),
-                 Differences{side_in_turn(turn), Side::kBoth}),
-          {}};
+                                      const Capture& photo, const RenderAt& render) const {
+  const int index = static_cast<int>(capture);
+  Differences which{.side = side_in_turn(turn), .of_roughness = Side::kBoth};
+  if (fields_) {
+    which = {.side = Side::kBoth, .of_roughness = Side::kBoth, .blurs = false, .picture = false};
+    for (int k = 0; k < x_.size(); ++k)
+      which.blurs = which.blurs || (is_blur(k) && !is_left_out(k));
+  }
+  const std::uint64_t seed = seed_of(seed_of(seed_, purpose, index), turn, index);
+  return {index, render(x_, photo, spp, seed, which), {}};
 }
 
 /// Steps of its own are not taken: only what they have seen counts.
@@ -79,22 +91,28 @@ void Verification::gather_instruments(const RenderAt& render) {
   for (int turn = 0; turn < kWarmUps; ++turn) {
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < problem_->captures.size(); ++v)
-      seen.push_back(derivatives(kWarmUp, turn, iteration_spp_, v, render));
+      seen.push_back(derivatives(kWarmUp, turn, iteration_spp_, v, problem_->captures[v], render));
     (void)evidence_.step(x_, seen);
   }
   has_instruments_ = true;
 }
 
 void Verification::gather(int spp, const RenderAt& render) {
-  const int share = fields_ ? kDerivativeShareBesideFields : kDerivativeShare;
-  const int of_turn = std::max(spp / (share * kTurns), kLeastOfDerivatives);
-  for (int turn = 0; turn < kTurns; ++turn)
-    evidence_.gather(x_, derivatives(purpose() + 1, turn, of_turn, capture_, render),
-                     static_cast<double>(of_turn) / iteration_spp_);
+  int samples = spp / kDerivativeShare;
+  if (fields_) samples = report_.passes == 0 ? spp * kScouting : spp / kShareAfterScouting;
+  const int of_turn = std::max(samples / kTurns, kLeastOfDerivatives);
+  for (int turn = 0; turn < kTurns; ++turn) {
+    const Observation seen =
+        derivatives(purpose() + 1, turn, of_turn, capture_, problem_->captures[capture_], render);
+    const double weight = static_cast<double>(of_turn) / iteration_spp_;
+    evidence_.gather(x_, seen, weight);
+    if (fields_) focus_.scout(seen, evidence_.coordinates().slope(x_), weight);
+  }
 }
 
 bool Verification::step(const RenderAt& render) {
   if (over_) return false;
+  if (!focus_.empty() && capture_ >= problem_->captures.size()) return look_closer(render);
   if (!has_instruments_) gather_instruments(render);
   const std::size_t captures = problem_->captures.size();
   const Capture& photo = problem_->captures[capture_];
@@ -102,28 +120,64 @@ bool Verification::step(const RenderAt& render) {
   Film film =
       render(x_, photo, spp, seed_of(seed_, purpose(), static_cast<int>(capture_)), std::nullopt);
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
-  if (answer_ || from_beside_ || report_.passes + 1 < kMostPasses) gather(spp, render);
+  if (fields_ || answer_ || from_beside_ || report_.passes + 1 < kMostPasses) gather(spp, render);
   if (fields_)
-    films_.push_back(std::move(film));
+    told_.push_back(evidence_.equations(capture_, film));
   else
     found_.add(photo, evidence_.equations(capture_, film), captures);
   if (++capture_ < captures) return true;
   if (fields_) {
-    // What voxels can imitate is known when all photos have been seen. How sharp a sharp body is shows
-    // in little else than in what voxels may be wrong about.
-    const std::vector<GaussNewton::Equations> told = evidence_.equations(films_, *fields_);
-    for (std::size_t i = 0; i < captures; ++i) found_.add(problem_->captures[i], told[i], captures);
-    films_.clear();
-    for (int k = 0; k < x_.size(); ++k)
-      if (problem_->unknowns.description_of(k).coordinate == Coordinate::kBlur &&
-          x_[k] < kSharpRoughness + kRounding)
-        found_.leave_out(k);
-  }
-  if (answer_)
+    choose_focus();
+    if (!focus_.empty()) return true;
+    end_beside_fields();
+  } else if (answer_) {
     end_beside();
-  else
+  } else {
     end_pass();
+  }
   return !over_;
+}
+
+/// How sharp a sharp body is shows in little else than in what voxels may be wrong about.
+bool Verification::is_left_out(int k) const {
+  return is_blur(k) && x_[k] < kSharpRoughness + kRounding;
+}
+
+bool Verification::is_blur(int k) const {
+  return problem_->unknowns.description_of(k).coordinate == Coordinate::kBlur;
+}
+
+void Verification::choose_focus() {
+  std::vector<bool> counts;
+  for (int k = 0; k < x_.size(); ++k) counts.push_back(!is_left_out(k));
+  focus_.choose(evidence_, counts);
+}
+
+bool Verification::look_closer(const RenderAt& render) {
+  const std::size_t i = capture_ - told_.size();
+  const Capture& photo = focus_.photo(i);
+  const int spp = kFocusSamples * pass_spp(report_.passes);
+  for (int turn = 0; turn < kTurns; ++turn)
+    focus_.gather(derivatives(purpose() + kFocus + 1, turn, spp / (kFocusDerivativeShare * kTurns),
+                              i, photo, render),
+                  evidence_.coordinates().slope(x_));
+  const std::uint64_t seed = seed_of(seed_, purpose() + kFocus, static_cast<int>(i));
+  told_[i].focus = focus_.seen(i, render(x_, photo, spp, seed, std::nullopt), evidence_);
+  if (++capture_ < 2 * told_.size()) return true;
+  Focus::weigh(told_);
+  end_beside_fields();
+  return !over_;
+}
+
+/// What voxels can imitate is known when all photos have been seen.
+void Verification::end_beside_fields() {
+  found_.spread += evidence_.separate(told_, *fields_);
+  for (std::size_t i = 0; i < told_.size(); ++i)
+    found_.add(problem_->captures[i], told_[i], told_.size());
+  told_.clear();
+  for (int k = 0; k < x_.size(); ++k)
+    if (is_left_out(k)) found_.leave_out(k);
+  end_pass();
 }
 
 void Verification::end_pass() {
@@ -140,7 +194,8 @@ void Verification::end_pass() {
   const bool whole = pass_spp(report_.passes - 1) == spp_ && report_.passes > 1;
   const bool near = reach <= kNear && now.surprise <= kSurprise * noise;
   const bool there = near || now.surprise <= kSurprise;
-  over_ = (whole && there) || report_.passes >= (fields_ ? kMostPassesBesideFields : kMostPasses);
+  over_ = fields_ ? report_.passes == std::ssize(kSharesBesideFields)
+                  : (whole && there) || report_.passes >= kMostPasses;
   if (over_ && near && !from_beside_) {
     // Where this pass began is what the one before found: both count, by their samples.
     found_.gradient *= 1 - 1 / (noise * noise);
@@ -243,8 +298,9 @@ std::vector<Eigen::VectorXf> Verification::weights() const {
 double Verification::fraction() const {
   // Whether there is a look from beside, nobody knew.
   if (over_ || answer_ || from_beside_) return 1;
-  const double part =
-      static_cast<double>(capture_) / static_cast<double>(problem_->captures.size());
+  // Beside fields each photo is looked at twice.
+  const double part = static_cast<double>(capture_) / (fields_ ? 2.0 : 1.0) /
+                      static_cast<double>(problem_->captures.size());
   // One more than those with a share is the last, mostly.
   const int passes = std::max(report_.passes, static_cast<int>(kShares.size())) + 1;
   double done = pass_spp(report_.passes) * part, all = 0;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "fit/focus.h"
 #include "fit/search.h"
 #include "fit/uncertainty.h"
 
@@ -19,6 +20,9 @@ namespace selenite {
 /// the last step is mostly their noise it is weighed against them by the samples of both. What may
 /// be known badly at the end, as its slope vanishes near there, is looked at once more from beside
 /// (beside.h), and where that leads elsewhere there is one look more.
+///
+/// Beside fields there are three looks, and each has a second part: a closer one at the pixels that tell
+/// most (`Focus`). The differences of the first look, more than its own samples, tell which they are.
 class Verification {
  public:
   /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
@@ -39,11 +43,17 @@ class Verification {
   std::vector<Eigen::VectorXf> weights() const;
 
  private:
-  Observation derivatives(int purpose, int turn, int spp, std::size_t capture,
+  Observation derivatives(int purpose, int turn, int spp, std::size_t capture, const Capture& photo,
                           const RenderAt& render) const;
   void gather_instruments(const RenderAt& render);
   /// The derivatives of this photo that go with residuals of `spp` samples.
   void gather(int spp, const RenderAt& render);
+  bool is_left_out(int k) const;
+  bool is_blur(int k) const;
+  void choose_focus();
+  /// The next photo where it is in focus.
+  bool look_closer(const RenderAt& render);
+  void end_beside_fields();
   void end_pass();
   double reach_of(const Estimate& now) const;
   void take(const Estimate& now);
@@ -66,12 +76,13 @@ class Verification {
   Evidence found_;  ///< of this pass so far
   Vector u_;        ///< of the last pass, in `Coordinates`
   OtherLooks others_;
-  std::size_t capture_ = 0;  ///< the next of this pass
+  std::size_t capture_ = 0;  ///< the next of this pass; beyond the last: those in focus
   Vector x_;
   std::uint64_t seed_;
   int spp_, iteration_spp_;
   FieldNewton* fields_;
-  std::vector<Film> films_;  ///< of this pass so far, where there are fields
+  std::vector<GaussNewton::Equations> told_;  ///< in this pass so far, where there are fields
+  Focus focus_;
   bool over_ = false;
   /// What belongs to the answer, while a look is taken from beside it.
   struct Answer {

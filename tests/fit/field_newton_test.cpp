@@ -87,7 +87,7 @@ struct LinearWorld {
   }
   void solve_and_separate() {
     newton->solve(1);
-    newton->separate(z, {&weights[0], &weights[1]});
+    (void)newton->separate({{&z[0], &weights[0]}, {&z[1], &weights[1]}});
   }
   /// Of the instruments of a scalar, by all numbers.
   Eigen::VectorXf seen_by(Eigen::Index scalar) const {
@@ -112,6 +112,36 @@ TEST(FieldNewton, InstrumentsAreBlindToWhatVoxelsCanImitate) {
   EXPECT_LT(world.seen_by(0).norm(), 0.01 * first.norm());
   EXPECT_LT(world.seen_by(1).norm(), 0.01 * second.norm());
   EXPECT_EQ(world.z[0].a.instruments, world.z[0].b.instruments);
+}
+
+/// What pixels in focus say is not taken from them, but the whole photos' instruments make up for it.
+TEST(FieldNewton, WithPixelsInFocusBothTogetherAreBlind) {
+  LinearWorld world;
+  std::mt19937 random(6);
+  std::normal_distribution<float> normal;
+  JacobianSums::Set focus = world.z[0];
+  for (JacobianSums::Half* half : {&focus.a, &focus.b}) {
+    half->instruments.setZero();
+    for (Eigen::Index i = 300; i < 330; ++i)
+      for (Eigen::Index k = 0; k < 2; ++k) half->instruments(i, k) = 20 * normal(random);
+  }
+  for (Eigen::Index i = 0; i < kRows; ++i) world.weights[0][i] *= 1 + static_cast<float>(i % 7);
+  const Eigen::VectorXf focus_weight = 3 * world.weights[0];
+  const auto both = [&](Eigen::Index scalar) {
+    Eigen::VectorXf sum = world.seen_by(scalar);
+    for (Eigen::Index i = 300; i < 330; ++i)
+      for (Eigen::Index k = i % 3; k < kNumbers; k += 3)
+        sum[k] += focus_weight[i] * focus.a.instruments(i, scalar) *
+                  world.jacobians[0](LinearWorld::cell(i), k);
+    return sum;
+  };
+  const float first = both(0).norm(), second = both(1).norm();
+  world.newton->solve(1);
+  (void)world.newton->separate(
+      {{&world.z[0], &world.weights[0], &focus, &focus_weight}, {&world.z[1], &world.weights[1]}});
+  EXPECT_LT(both(0).norm(), 0.01 * first);
+  EXPECT_LT(both(1).norm(), 0.01 * second);
+  EXPECT_GT(world.seen_by(1).norm(), 0.1 * second) << "that of the whole photos alone is not";
 }
 
 TEST(FieldNewton, VoxelsGoWhereTheyAreTogetherWithTheScalars) {

@@ -189,6 +189,52 @@ TEST(Secants, ARoughnessHasASideOfItsOwn) {
   EXPECT_NE(red(mixed[slot_of(kIor)]), red(both[slot_of(kIor)]));
 }
 
+/// Extinctions, roughness and IOR alone: nothing is carried, so that no third picture is needed.
+TEST(Secants, DifferencesAloneNeedNoPictureBetween) {
+  const auto all = synthetic_unknowns();
+  const auto rendered = [](const Setting& s, Differences which, Film* film = nullptr) {
+    std::vector<double> iors;
+    const Film found = render_derivatives(s.problem, &s.coordinates,
+                                          s.unknowns.scene_with(s.scene, s.unknowns.start()),
+                                          s.unknowns.start(), Purpose::kInstrument, which,
+                                          [&](const Vector& at, const SlotLayout& layout, Paths) {
+                                            iors.push_back(at[at.size() - 1]);
+                                            return s.film(at, {0.5, 0.5}, 4, 1, layout);
+                                          });
+    if (film) *film = found;
+    return iors;
+  };
+  const Setting two({all[1], all[3]}), colour({all[0], all[3]});
+  const double ior = two.unknowns.start()[1];
+  Film with, without;
+  EXPECT_EQ(rendered(two, {Side::kBoth}, &with).size(), 5u);
+  const std::vector<double> ends = rendered(two, {.side = Side::kBoth, .picture = false}, &without);
+  ASSERT_EQ(ends.size(), 4u);
+  EXPECT_LT(std::min(ends[2], ends[3]), ior);
+  EXPECT_GT(std::max(ends[2], ends[3]), ior);
+  for (std::size_t slot = 0; slot < 2; ++slot)
+    EXPECT_EQ(with.slots[slot].mean[20].g, without.slots[slot].mean[20].g);
+  EXPECT_EQ(without.mean[20].g, 0);
+  EXPECT_GT(without.variance[20].g, 0);
+  // What is carried needs it; so do differences from one side, and where none is left.
+  EXPECT_EQ(rendered(colour, {.side = Side::kBoth, .picture = false}).size(), 3u);
+  EXPECT_EQ(rendered(two, {.side = Side::kUp, .picture = false}).size(), 3u);
+  const Setting roughness({all[1]});
+  EXPECT_EQ(rendered(roughness, {.side = Side::kBoth, .blurs = false, .picture = false}).size(),
+            1u);
+}
+
+TEST(Secants, RoughnessesCanBeLeftOut) {
+  const Setting s;
+  const Film film =
+      s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {.side = Side::kBoth, .blurs = false});
+  const auto slot_of = [&](Eigen::Index component) {
+    return static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(component)].slot);
+  };
+  EXPECT_TRUE(film.slots[slot_of(kRoughness)].mean.empty());
+  EXPECT_FALSE(film.slots[slot_of(kIor)].mean.empty());
+}
+
 TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {
   const Setting s;
   const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument,

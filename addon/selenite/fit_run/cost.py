@@ -29,6 +29,9 @@ _SEARCH_SIDE, _SEARCH_LOOKS, _SEARCH_STEPS = 40, 850, 680
 # search, pictures of the answer and of up to three rivals with a sixteenth of them.
 _VERIFICATION_LEAST, _VERIFICATION_SHARE, _VERIFICATION_PASSES = 64, 4, 1.4
 _RIVAL_PICTURES, _RIVAL_SHARE = 4, 16
+# Beside voxels, in units of the last pass's samples: those of all passes, those of them with both
+# ends of each difference, and what the pixels in focus cost together, as if samples of all.
+_BESIDE_SHARE, _BESIDE_PASSES, _BESIDE_DIFFERENCES, _BESIDE_FOCUS = 5, 1.75, 0.75, 1.5
 # Of the steps: iterations that take a difference for each parameter that needs one, and how many
 # share those of a round from then on.
 _ALL_DIFFERENCES, _ROUND = 4, 3
@@ -80,7 +83,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     along = bool(plan.fields) and searches and by_least_squares and _few_voxels(plan)
     verified = verification_spp(settings) if along or not too_many(plan) else 0
     if along:
-        iterations, verified = -(-iterations // 2), verified // 2
+        iterations, verified = -(-iterations // 2), verified // _BESIDE_SHARE
     of_fields = 0.0
     if plan.fields:
         # In turns: five iterations each, after a search ten of the fields.
@@ -106,9 +109,11 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     if verified:
         roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
         slopes = _DERIVATIVES + differences + roughnesses  # these from both sides
-        share = _VERIFICATION_SHARE * (2 if along else 1)
-        per_pass = verified * (1 + slopes / share)
-        per_pixel += validation + _VERIFICATION_PASSES * per_pass
+        looks = _VERIFICATION_PASSES * (1 + slopes / _VERIFICATION_SHARE)
+        if along:  # a roughness looks sharp there, mostly
+            ends = 2 * (differences - roughnesses)
+            looks = _BESIDE_PASSES + _BESIDE_DIFFERENCES * ends + _BESIDE_FOCUS
+        per_pixel += validation + looks * verified
         if searches and not along:
             per_pixel += _RIVAL_PICTURES * verified / _RIVAL_SHARE
     total = pixels_at(plan.captures, settings.height) * per_pixel
