@@ -76,7 +76,8 @@ def report_rows(report):
 
 def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
     """Killed while it steps or verifies, after its last state on disk; the same bits come out."""
-    words = [*words, "--iterations=12", "--spp=1024", "--seed=3"]
+    # Long enough that a fast machine is not done before the killer has looked twice.
+    words = [*words, "--iterations=12", "--spp=4096", "--seed=3"]
     folder = killed(words, tmp_path / "fits", 5)
     (state,) = folder.glob("optimiser_1.state")
     assert state.stat().st_size > 1000
