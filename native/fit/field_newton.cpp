@@ -206,8 +206,8 @@ void FieldNewton::solve(double done) {
 Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
   const Eigen::Index unknowns = z.front().whole->a.slopes.cols();
   Eigen::MatrixXd left = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  std::vector<Eigen::MatrixXf>
-      weights;  // of the cells: in the scalars' equations numbers have theirs
+  // Of the cells: in the scalars' equations numbers have weights of their own.
+  std::vector<Eigen::MatrixXf> weights;
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
     const JacobianSums::Set& whole = *z[i].whole;
@@ -257,7 +257,7 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z,
       all += of_cells(view, z[i].focus_weight->asDiagonal() * (z[i].focus->*half).instruments);
     sums += of_channel(view.jacobian, c).transpose() * all.middleRows(c * cells, cells);
   }
-  const Eigen::MatrixXd like = solver.solve(sums.cast<double>());
+  Eigen::MatrixXd like = solver.solve(sums.cast<double>());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
     const Eigen::MatrixXf imitated = of_channel(view.jacobian, c) * like.cast<float>();
