@@ -207,13 +207,21 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
   const Eigen::Index unknowns = z.front().whole->a.slopes.cols();
   Eigen::MatrixXd left = Eigen::MatrixXd::Zero(unknowns, unknowns);
   // Of the cells: in the scalars' equations numbers have weights of their own.
-  std::vector<Eigen::MatrixXf> weights;
+  std::vector<Eigen::MatrixXf> weights, sums_a, sums_b;
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
     const JacobianSums::Set& whole = *z[i].whole;
     view.slopes = of_cells(view, of_numbers(view.share).matrix().asDiagonal() *
                                      ((whole.a.slopes + whole.b.slopes) / 2));
     weights.push_back(of_cells(view, *z[i].weight).reshaped(view.jacobian.rows(), 3));
+    const auto sums = [&](JacobianSums::Half JacobianSums::Set::*half) {
+      Eigen::MatrixXf all = of_cells(view, z[i].weight->asDiagonal() * (whole.*half).instruments);
+      if (z[i].focus)
+        all += of_cells(view, z[i].focus_weight->asDiagonal() * (z[i].focus->*half).instruments);
+      return all;
+    };
+    sums_a.push_back(sums(&JacobianSums::Set::a));
+    sums_b.push_back(sums(&JacobianSums::Set::b));
   }
   for (int c = 0; c < 3; ++c) {
     const Eigen::MatrixXf& solved = channels_[static_cast<std::size_t>(c)].jacobian;
@@ -232,8 +240,8 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
                      : 1;
     normal.diagonal().array() += prior;
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
-    const Eigen::MatrixXd like = (separate(z, &JacobianSums::Set::a, c, solver) +
-                                  separate(z, &JacobianSums::Set::b, c, solver)) /
+    const Eigen::MatrixXd like = (separate(z, &JacobianSums::Set::a, c, sums_a, solver) +
+                                  separate(z, &JacobianSums::Set::b, c, sums_b, solver)) /
                                  2;
     // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
     // voxels is prior * deviation^2 / normal.
@@ -245,19 +253,14 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
 
 Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z,
                                       JacobianSums::Half JacobianSums::Set::*half, int c,
+                                      const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const {
-  const Eigen::Index unknowns = (z.front().whole->*half).instruments.cols();
-  Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(solver.cols(), unknowns);
+  Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(solver.cols(), sums.front().cols());
   for (std::size_t i = 0; i < z.size(); ++i) {
-    const View& view = views_[i];
-    const Eigen::Index cells = view.jacobian.rows();
-    Eigen::MatrixXf all =
-        of_cells(view, z[i].weight->asDiagonal() * (z[i].whole->*half).instruments);
-    if (z[i].focus)
-      all += of_cells(view, z[i].focus_weight->asDiagonal() * (z[i].focus->*half).instruments);
-    sums += of_channel(view.jacobian, c).transpose() * all.middleRows(c * cells, cells);
+    const Eigen::Index cells = views_[i].jacobian.rows();
+    seen += of_channel(views_[i].jacobian, c).transpose() * sums[i].middleRows(c * cells, cells);
   }
-  Eigen::MatrixXd like = solver.solve(sums.cast<double>());
+  Eigen::MatrixXd like = solver.solve(seen.cast<double>());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
     const Eigen::MatrixXf imitated = of_channel(view.jacobian, c) * like.cast<float>();

@@ -88,9 +88,11 @@ class FieldNewton {
   /// Sums over cells: (cells * 3, columns), channel by channel.
   template <class Pixels>
   Eigen::MatrixXf of_cells(const View& view, const Pixels& pixels) const;
-  /// Of one half and channel c; returns what voxels are like the scalars.
+  /// Of one half and channel c, by the sums over cells of all channels; returns what voxels are like
+  /// the scalars.
   Eigen::MatrixXd separate(const std::vector<Instruments>& z,
                            JacobianSums::Half JacobianSums::Set::*half, int c,
+                           const std::vector<Eigen::MatrixXf>& sums,
                            const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
 

@@ -236,7 +236,7 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
     const bool independent = two_more && purpose == Purpose::kGradient;
     const Paths paths = independent ? Paths::kOther : Paths::kOfFilm;
     const auto end = [&](const std::optional<Vector>& to) {
-      return to || alone ? render(to.value_or(x), layout, paths) : film;
+      return to || alone ? render(to.value_or(x), layout, paths) : Film();
     };
     const Film high = end(above), low = end(below);
     if (film.size() == 0) {
@@ -253,7 +253,8 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
     }
     const auto slot = static_cast<std::size_t>(
         problem.layout.rows[static_cast<std::size_t>(secant.members.front())].slot);
-    film.slots[slot] = difference(high, low, scale);
+    film.slots[slot] =
+        difference(high.size() > 0 ? high : film, low.size() > 0 ? low : film, scale);
     if (!independent && !alone) note_covariance(film, film.slots[slot]);
   }
   return film.size() > 0 ? film : render_passes(problem.layout, passes, x, render);
