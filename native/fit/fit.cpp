@@ -172,17 +172,20 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     }
     seen.film = std::move(found.film);
   }
-  if (turn.scalars && (fields_.empty() || unknowns_.size() > 0))
-    seen.film = derivatives(subject(fields), x, photo, settings_.spp, seed, purpose_,
-                            differences_of(purpose_, turns_of(&Turn::scalars, result_.iterations)),
-                            progress);
+  if (turn.scalars && (fields_.empty() || unknowns_.size() > 0)) {
+    Differences which = differences_of(purpose_, turns_of(&Turn::scalars, result_.iterations));
+    which.refractions = !looks_for_refraction();
+    seen.film =
+        derivatives(subject(fields), x, photo, settings_.spp, seed, purpose_, which, progress);
+  }
   seen.loss = loss_.evaluate(seen.film, photo);
   previews_[static_cast<std::size_t>(capture)] = std::make_shared<const Picture>(seen.film.mean);
   return seen;
 }
 
 /// The same samples every time: differences between two sets of values are not hidden by noise.
-Fit::Validation Fit::validate(const Vector& x, const FieldValues& fields, Progress* progress) {
+Fit::Validation Fit::validate(const Vector& x, const FieldValues& fields, int spp,
+                              Progress* progress) {
   const Scene scene = scene_at(x, fields);
   const SlotLayout none;
   const double share = 1.0 / static_cast<double>(captures_.size());
@@ -190,9 +193,8 @@ Fit::Validation Fit::validate(const Vector& x, const FieldValues& fields, Progre
   for (int i = 0; i < static_cast<int>(captures_.size()); ++i) {
     const Capture& photo = captures_[static_cast<std::size_t>(i)];
     const std::uint64_t seed = stream_seed(settings_.seed, Stream::kValidation, 0, i);
-    const Film film = settings_.renderer(
-        scene, scene.camera(photo.camera), none,
-        render_settings(photo, settings_.chosen_validation_spp(), seed), progress);
+    const Film film = settings_.renderer(scene, scene.camera(photo.camera), none,
+                                         render_settings(photo, spp, seed), progress);
     count(film, photo);
     const LossResult loss = loss_.evaluate(film, photo);
     sum.loss += share * loss.value;
@@ -211,12 +213,19 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   const bool first = std::isnan(result_.best_validation);
   if (first || validation.unbiased < smallest_.unbiased) smallest_ = validation;
   if (is_worse(validation, smallest_, 1)) return;
+  if (!first && gives_way_to_best(row.values, validation)) return;
   best_ = validation;
   result_.best = row.values;
   result_.fields_best = result_.fields_last;
   result_.best_iteration = row.iteration;
   result_.best_validation = row.validation;
   result_.best_validation_standard_error = row.validation_standard_error;
+}
+
+/// Of two that are about as good, to the sharp one: see `is_as_good`.
+bool Fit::gives_way_to_best(const Vector& x, const Validation& validation) const {
+  return searched_ && !looks_sharp(x) && !best_.parts.empty() && looks_sharp(result_.best) &&
+         is_as_good(best_, validation);
 }
 
 bool Fit::is_worse(const Validation& one, const Validation& than, double sigmas) {
@@ -262,7 +271,7 @@ bool Fit::step(Progress* progress) {
   if (result_.stopped != StopReason::kNone) return false;
   try {
     if (search_) return search(progress);
-    if (!trials_.empty()) return try_fields(progress);
+    if (!trials_.empty()) return compare_trials(progress);
     if (rivals_) return compare_with_rivals(progress);
     return verification_ ? verify(progress) : iterate(progress);
   } catch (const Cancelled&) {
@@ -333,9 +342,11 @@ bool Fit::iterate(Progress* progress) {
   if (now.fields && searched_ && !field_newton_) smooth(now);
   if (!fields_.empty()) result_.fields_last = std::make_shared<FieldValues>(field_values_);
   ++result_.iterations;
-  const bool arrived = wants_verification() && optimiser_->arrived();
-  if (result_.iterations < all_iterations() && !arrived) return true;
-  return finish(progress);
+  return is_over() ? finish(progress) : true;
+}
+
+bool Fit::is_over() const {
+  return result_.iterations >= all_iterations() || (wants_verification() && optimiser_->arrived());
 }
 
 bool Fit::settle(const Vector& x, const Validation& validation, bool told) {
@@ -358,15 +369,12 @@ bool Fit::settle(const Vector& x, const Validation& validation, bool told) {
 
 bool Fit::finish(Progress* progress) {
   // Beside fields the last values: each turn of the scalars begins afresh.
-  Vector x = in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_));
-  Validation validation = validate(x, field_values_, progress);
-  if (const Vector sharp = sharpened(x); searched_ && sharp != x)
-    if (Validation there = validate(sharp, field_values_, progress);
-        is_as_good(there, validation)) {
-      x = sharp;
-      validation = std::move(there);
-    }
+  const Vector x = in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_));
+  if (looks_sharp(x) && begin_trials()) return true;
+  const Validation validation = tried_ ? *tried_ : validate(x, field_values_, progress);
+  if (!gives_way_to_best(x, validation) && begin_trials()) return true;
   settle(x, validation);
+  tried_.reset();
   if (too_many_dropped()) return false;
   if (!wants_verification()) return stop(StopReason::kIterations);
   start_verification();

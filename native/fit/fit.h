@@ -151,19 +151,33 @@ class Fit {
   void smooth(const Turn& now);
   /// With roughnesses that are no larger than what looks sharp.
   Vector sharpened(Vector x) const;
+  bool looks_sharp(const Vector& x) const;
   static bool is_as_good(const Validation& sharp, const Validation& blurred);
   /// False where there is nothing to try.
   bool begin_trials();
-  bool try_fields(Progress* progress);
+  bool compare_trials(Progress* progress);
+  /// Where an image is fitted after a search, the IOR of what refracts sharply is looked for before each
+  /// turn of the scalars, in place of steps by derivatives.
+  bool looks_for_refraction() const;
+  /// The components that are looked for so.
+  std::vector<int> refractions(const Vector& x) const;
+  /// With those where they suit the photos best.
+  Vector refracted(Vector x, Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if it is their turn.
   Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
                       std::vector<std::vector<double>>& gradients, FieldNewton* newton,
                       Progress* progress);
-  Validation validate(const Vector& x, const FieldValues& fields, Progress* progress);
+  Validation validate(const Vector& x, const FieldValues& fields, int spp, Progress* progress);
+  Validation validate(const Vector& x, const FieldValues& fields, Progress* progress) {
+    return validate(x, fields, settings_.chosen_validation_spp(), progress);
+  }
+  bool gives_way_to_best(const Vector& x, const Validation& validation) const;
   void note_validation(HistoryRow& row, const Validation& validation);
   /// By more than so many standard errors of the difference, pixel against pixel: the seeds are the
   /// same, so most of the noise is common to both.
   static bool is_worse(const Validation& one, const Validation& than, double sigmas);
+  /// All iterations are done, or the values have settled.
+  bool is_over() const;
   /// Settles on the optimiser's answer, validates it, and ends the fit or has it verified.
   bool finish(Progress* progress);
   /// Records `x`, whose validation that is, as the final state. True where it became the best one:
@@ -208,12 +222,9 @@ class Fit {
   int verified_rivals_ = 0;
   FieldAdam field_adam_;
   std::unique_ptr<FieldNewton> field_newton_;  ///< once a search is over: of few voxels
-  /// Values of the scalars from which fields are stepped before a turn of the scalars.
+  /// Values of the scalars that are compared before a turn of theirs.
   struct Trial {
     Vector x;
-    FieldValues fields;
-    FieldAdam adam;
-    int steps = 0;
     Validation validation;
   };
   std::vector<Trial> trials_;        ///< until one of them has been taken

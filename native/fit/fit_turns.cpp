@@ -5,7 +5,9 @@
 #include <cstdint>
 
 #include "fit/fit.h"
+#include "fit/secants.h"
 #include "fit/streams.h"
+#include "fit/valley.h"
 
 namespace selenite {
 namespace {
@@ -22,7 +24,9 @@ constexpr double kFirstSpread = 800, kLastSpread = 8;
 constexpr double kMostSpread = 1.0 / 80;  ///< of the image
 /// Share of the last step in the mean that ends a turn of an image.
 constexpr double kNewest = 0.3;
-constexpr int kTrialSteps = 1;  ///< of the fields
+/// In log(IOR - 1): 0.02 at 1.5, where lamps that are seen through a sharp body move by about a pixel
+/// of a hundred.
+constexpr double kRefractionStep = 0.04;
 
 }  // namespace
 
@@ -116,6 +120,8 @@ Vector Fit::sharpened(Vector x) const {
   return unknowns_.project(x);
 }
 
+bool Fit::looks_sharp(const Vector& x) const { return sharpened(x) == x; }
+
 /// Within its standard error, and that of their difference: what is wrong about texels and voxels looks
 /// like blur, so that of two bodies that are about as good the sharp one is nearer. The noise of a
 /// validation alone hides a gloss that pixel against pixel is seen; that of the difference alone is as
@@ -125,44 +131,73 @@ bool Fit::is_as_good(const Validation& sharp, const Validation& blurred) {
          !is_worse(sharp, blurred, 1);
 }
 
-/// Before a turn of the scalars; but not the first, when fields are nearly alike and hardly anything
-/// tells a blurred body from a sharp one. From a blurred one the way back is long, as texels and voxels
-/// paint the details that it lacks.
+bool Fit::looks_for_refraction() const {
+  bool image = false;
+  for (std::size_t f = 0; f < fields_.refs().size(); ++f) image = image || fields_.image(f);
+  return searched_ && image;
+}
+
+std::vector<int> Fit::refractions(const Vector& x) const {
+  std::vector<int> found;
+  if (!looks_for_refraction()) return found;
+  const Scene scene = unknowns_.scene_with(scene_, x);
+  for (int k = 0; k < unknowns_.size(); ++k) {
+    const Component& one = unknowns_.components()[static_cast<std::size_t>(k)];
+    const ParameterRef& ref = unknowns_.parameters()[static_cast<std::size_t>(one.parameter)];
+    if (is_sharp_refraction(scene, ref)) found.push_back(k);
+  }
+  return found;
+}
+
+/// Lamps that are seen through a body are at other pixels with another IOR: few iterations of
+/// derivatives tell little of it, but the loss falls off on both sides, whatever the texels are.
+Vector Fit::refracted(Vector x, Progress* progress) {
+  const Coordinates coordinates(unknowns_);
+  for (const int k : refractions(x)) {
+    Vector u = coordinates.from_values(x);
+    const auto loss = [&](double at) {
+      u[k] = at;
+      const Vector there = unknowns_.project(coordinates.to_values(u));
+      return validate(there, field_values_, settings_.spp, progress).unbiased;
+    };
+    u[k] = valley_bottom(loss, u[k],
+                         {kRefractionStep, coordinates.minimum()[k], coordinates.maximum()[k]});
+    x[k] = unknowns_.project(coordinates.to_values(u))[k];
+  }
+  return x;
+}
+
+/// Before a turn of the scalars and after the last one: what of them is not left to derivatives.
+///
+/// From a blurred body the way back is long, as texels and voxels paint the details that it lacks: a
+/// sharp one is tried beside it; before the first turn only if it has an IOR of its own, as while
+/// texels or voxels are nearly alike hardly anything else tells the one from the other.
 bool Fit::begin_trials() {
-  if (!searched_ || tried_ || turns_of(&Turn::scalars, result_.iterations) == 0) return false;
-  const Vector sharp = sharpened(x_);
-  if (sharp == x_) return false;
-  for (const Vector& one : {x_, sharp})
-    trials_.push_back({one, field_values_, field_adam_, 0, Validation()});
+  const bool first = turns_of(&Turn::scalars, result_.iterations) == 0;
+  const bool sharp = looks_sharp(x_);
+  if (!searched_ || tried_ || (first && !looks_for_refraction())) return false;
+  if (sharp && refractions(x_).empty()) return false;
+  trials_.push_back({x_, {}});
+  if (!sharp) trials_.push_back({sharpened(x_), {}});
   return true;
 }
 
-/// One step from one of them.
-bool Fit::try_fields(Progress* progress) {
-  const int steps = field_newton_ ? 0 : kTrialSteps;
-  const auto unfinished = [](const Trial& one) { return one.validation.parts.empty(); };
-  Trial next = *std::ranges::find_if(trials_, unfinished);
-  const std::vector<FieldStep> how = field_steps();
-  for (int i = 0; i < static_cast<int>(captures_.size()) && next.steps < steps; ++i) {
-    const std::uint64_t seed =
-        stream_seed(settings_.seed, Stream::kTrial, result_.iterations + next.steps, i);
-    next.adam.step(next.fields, field_gradient(next.x, next.fields, i, seed, progress).fields, how);
-  }
-  if (next.steps < steps) ++next.steps;
-  if (next.steps == steps) next.validation = validate(next.x, next.fields, progress);
-  *std::ranges::find_if(trials_, unfinished) = std::move(next);
+/// The next of them; after the last one the better is taken.
+bool Fit::compare_trials(Progress* progress) {
+  Trial& next =
+      *std::ranges::find_if(trials_, [](const Trial& one) { return one.validation.parts.empty(); });
+  const Vector x = refracted(next.x, progress);
+  next = {x, validate(x, field_values_, progress)};
   if (too_many_dropped()) return false;
-  if (std::ranges::any_of(trials_, unfinished)) return true;
-  const bool sharp = is_as_good(trials_[1].validation, trials_[0].validation);
+  if (trials_.back().validation.parts.empty()) return true;
+  const bool sharp =
+      trials_.size() > 1 && is_as_good(trials_.back().validation, trials_.front().validation);
   if (sharp && !field_newton_) optimiser_->start_anew();
-  Trial& best = trials_[sharp ? 1 : 0];
+  Trial& best = sharp ? trials_.back() : trials_.front();
   x_ = result_.last = best.x;
-  field_values_ = std::move(best.fields);
-  result_.fields_last = std::make_shared<FieldValues>(field_values_);
-  field_adam_ = std::move(best.adam);
   tried_ = std::move(best.validation);
   trials_.clear();
-  return true;
+  return is_over() ? finish(progress) : true;
 }
 
 }  // namespace selenite

@@ -265,8 +265,8 @@ Vector GaussNewton::follow(const Vector& x, std::span<const Observation> seen,
   if (beside) ++seen_;
   join(now, u, beside ? kept_beside() : kFollowKept);
   damping_ = std::max(beside ? least_damping() : kFollowDamping, damping_);
-  // Voxels paint what blur would be needed for, until the derivatives of all are new.
-  const Vector next = go(u, bounded_way(u, beside != nullptr), beside);
+  // Fields paint what blur would be needed for, until the derivatives of all are new.
+  const Vector next = go(u, bounded_way(u, true), beside);
   if (beside) last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
   return problem_->unknowns.project(coordinates_.to_values(next));
 }

@@ -28,29 +28,9 @@ constexpr double kSharp = 2;
 /// a round from then on.
 constexpr int kAllOf = 4, kRound = 3;
 
-/// Facets that refract one direction into another turn with the IOR, and their density changes over a
-/// width like the roughness: the derivative's noise is that of the refracted light divided by it.
-/// Facets that mirror stay where they are.
-bool refracts_sharply(const Scene& scene, const ParameterRef& ref) {
-  if (ref.kind != OwnerKind::kMaterial) return false;
-  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
-  Principled<double> sharpest = material.values;
-  for (const FieldMap& map : material.maps) {
-    const std::string_view name =
-        parameter_table(OwnerKind::kMaterial)[static_cast<std::size_t>(map.field)].name;
-    if (name == "transmission") sharpest.transmission = 1;
-    if (name == "roughness") sharpest.roughness = 0;
-    if (name == "metallic") sharpest.metallic = 0;
-  }
-  return sharpest.transmission * (1 - sharpest.metallic) > kSharp * sharpest.roughness;
-}
-
 /// 0: the derivative is good as it is.
-double step_for_gradient(const Scene& scene, const ParameterRef& ref,
-                         const Parameter& description) {
-  const bool pays =
-      description.coordinate == Coordinate::kLogExcess && refracts_sharply(scene, ref);
-  return pays ? kGradientStepLogExcess : 0;
+double step_for_gradient(const Scene& scene, const ParameterRef& ref) {
+  return is_sharp_refraction(scene, ref) ? kGradientStepLogExcess : 0;
 }
 
 double step_for_instrument(const Parameter& description) {
@@ -69,7 +49,7 @@ double step_for_instrument(const Parameter& description) {
 double secant_step(const Scene& scene, const ParameterRef& ref, Purpose purpose) {
   const Parameter& description = scene.description(ref);
   if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
-  return purpose == Purpose::kGradient ? step_for_gradient(scene, ref, description)
+  return purpose == Purpose::kGradient ? step_for_gradient(scene, ref)
                                        : step_for_instrument(description);
 }
 
@@ -78,6 +58,7 @@ struct Secant {
   std::vector<Eigen::Index> members;  ///< its components
   double step;                        ///< distance of the two pictures, in `Coordinates`
   const Parameter& description;
+  bool refraction;  ///< see `is_sharp_refraction`
 };
 
 /// Those of the unknowns, and the parameters that are left.
@@ -101,7 +82,8 @@ Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bo
     const bool together = members[p].size() == 1 || description.diagonal;
     const double step = differences && together ? secant_step(scene, ref, purpose) : 0;
     if (step > 0)
-      shares.secants.push_back({std::move(members[p]), step, description});
+      shares.secants.push_back(
+          {std::move(members[p]), step, description, is_sharp_refraction(scene, ref)});
     else
       shares.carried.push_back(ref);
   }
@@ -209,6 +191,22 @@ void note_covariance(const Film& film, SlotFilm& slot) {
 
 }  // namespace
 
+bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref) {
+  if (ref.kind != OwnerKind::kMaterial ||
+      scene.description(ref).coordinate != Coordinate::kLogExcess)
+    return false;
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
+  Principled<double> sharpest = material.values;
+  for (const FieldMap& map : material.maps) {
+    const std::string_view name =
+        parameter_table(OwnerKind::kMaterial)[static_cast<std::size_t>(map.field)].name;
+    if (name == "transmission") sharpest.transmission = 1;
+    if (name == "roughness") sharpest.roughness = 0;
+    if (name == "metallic") sharpest.metallic = 0;
+  }
+  return sharpest.transmission * (1 - sharpest.metallic) > kSharp * sharpest.roughness;
+}
+
 Differences differences_of(Purpose purpose, int iteration) {
   if (purpose == Purpose::kGradient) return {};
   if (iteration < kAllOf) return {side_in_turn(iteration)};
@@ -229,6 +227,7 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
   for (int index = 0; const Secant& secant : shares.secants) {
     if (!which.taken(index++)) continue;
     if (!which.blurs && secant.description.coordinate == Coordinate::kBlur) continue;
+    if (!which.refractions && secant.refraction) continue;
     const auto [above, below, apart] =
         ends_of(secant, *coordinates, x, which.side_of(secant.description));
     const bool two_more = alone || (above && below);

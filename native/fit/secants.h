@@ -30,6 +30,7 @@ struct Differences {
   Side of_roughness = side;  ///< pictures change unevenly with a low one
   int first = 0, every = 1;  ///< the first one of them, and how many on the next
   bool blurs = true;         ///< whether those by roughness are among them
+  bool refractions = true;   ///< whether those by the IOR of what refracts sharply are
   bool picture = true;  ///< else the picture itself may be left black, and its noise is another's
 
   bool taken(int index) const { return index % every == first; }
@@ -41,6 +42,11 @@ struct Differences {
 /// Of an iteration. Instruments are gathered over iterations: once there are some, a part of them will
 /// do; the residuals, which move the values, are new in each.
 Differences differences_of(Purpose purpose, int iteration);
+
+/// Whether that is the IOR of facets that refract one direction into another: they turn with it, and
+/// their density changes over a width like the roughness, so that the derivative's noise is that of the
+/// refracted light divided by it. Facets that mirror stay where they are.
+bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref);
 
 /// The picture of `scene`, which is that at x, with a derivative picture for every slot of the problem:
 /// those that the paths carry along, and in place of those for which that is the better estimate

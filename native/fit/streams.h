@@ -13,8 +13,7 @@ enum class Stream : std::uint64_t {
   kValidation = 2,
   kSearch = 3,
   kVerification = 4,
-  kRivals = 5,
-  kTrial = 6
+  kRivals = 5
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

@@ -224,15 +224,20 @@ TEST(Secants, DifferencesAloneNeedNoPictureBetween) {
             1u);
 }
 
-TEST(Secants, RoughnessesCanBeLeftOut) {
-  const Setting s;
-  const Film film =
-      s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {.side = Side::kBoth, .blurs = false});
-  const auto slot_of = [&](Eigen::Index component) {
-    return static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(component)].slot);
+TEST(Secants, RoughnessesAndSharpRefractionsCanBeLeftOut) {
+  Setting s;
+  s.x[kTransmission] = 0.9;
+  const auto is_left_out = [&](std::size_t k, const Differences& which) {
+    const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, which);
+    return film.slots[static_cast<std::size_t>(s.layout.rows[k].slot)].mean.empty();
   };
-  EXPECT_TRUE(film.slots[slot_of(kRoughness)].mean.empty());
-  EXPECT_FALSE(film.slots[slot_of(kIor)].mean.empty());
+  for (const bool sharp : {true, false}) {
+    s.x[kRoughness] = sharp ? 0.05 : 0.6;
+    EXPECT_TRUE(is_left_out(kRoughness, {.blurs = false}));
+    EXPECT_FALSE(is_left_out(kIor, {.blurs = false}) ||
+                 is_left_out(kRoughness, {.refractions = false}));
+    EXPECT_EQ(is_left_out(kIor, {.refractions = false}), sharp);
+  }
 }
 
 TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {

@@ -35,8 +35,10 @@ _BESIDE_SHARE, _BESIDE_PASSES, _BESIDE_DIFFERENCES, _BESIDE_FOCUS = 5, 1.75, 0.7
 # Of the steps: iterations that take a difference for each parameter that needs one, and how many
 # share those of a round from then on.
 _ALL_DIFFERENCES, _ROUND = 4, 3
-# After a search beside fields, where a roughness is unknown: steps of the fields from two of them.
-_TRIALS, _TRIAL_STEPS = 2, 1
+# After a search beside images, before each turn of the scalars and after the last: sets of values
+# that are compared, on average, where a roughness is unknown, and pictures by which each IOR is
+# looked for.
+_TRIALS, _IOR_PICTURES, _CYCLE = 1.5, 4, 10
 # Of albedo grids: numbers up to which voxels are stepped together with the scalars.
 _FEW_VOXELS = 3 * 12**3
 #: Iterations after which the values of most fits that are verified have settled.
@@ -99,13 +101,12 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     validation = max(_VALIDATION_LEAST, _VALIDATION_TIMES * spp)
     steps = spp * (of_fields * _FIELD_DERIVATIVES + of_scalars * _DERIVATIVES)
     per_pixel = steps + by_differences + validations * validation
-    if (
-        plan.fields
-        and searches
-        and not along
-        and any(item.parameter.coordinate == "blur" for item in plan.unknowns)
-    ):
-        per_pixel += _TRIALS * (_TRIAL_STEPS * spp * _FIELD_DERIVATIVES + validation)
+    if searches and any(item.kind.is_image for item in plan.fields):
+        coordinates = [item.parameter.coordinate for item in plan.unknowns]
+        trials = _TRIALS if "blur" in coordinates else 1
+        looked_for = _IOR_PICTURES * spp * coordinates.count("log_excess")
+        turns = max(round(iterations / _CYCLE), 1) + 1
+        per_pixel += turns * (trials * (looked_for + validation) - validation)
     if verified:
         roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
         slopes = _DERIVATIVES + differences + roughnesses  # these from both sides

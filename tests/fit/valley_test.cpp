@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/valley.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+namespace selenite {
+namespace {
+
+/// Start and bottom of a valley.
+class Valley : public testing::TestWithParam<std::pair<double, double>> {};
+
+TEST_P(Valley, TheBottomOfAParabolaIsMet) {
+  const auto [start, bottom] = GetParam();
+  std::set<double> asked;
+  const auto height = [&](double x) {
+    EXPECT_TRUE(asked.insert(x).second) << "twice at " << x;
+    return 3 + 5 * (x - bottom) * (x - bottom);
+  };
+  EXPECT_NEAR(valley_bottom(height, start, {0.04, -10, 10}), bottom, 1e-9);
+  EXPECT_LE(asked.size(), 4 + std::abs(start - bottom) / 0.04);
+}
+
+TEST_P(Valley, TheBottomOfAWedgeIsMetToATwelfthOfAStep) {
+  const auto [start, bottom] = GetParam();
+  const auto height = [&](double x) { return std::abs(x - bottom); };
+  EXPECT_NEAR(valley_bottom(height, start, {0.04, -10, 10}), bottom, 0.04 / 11);
+}
+INSTANTIATE_TEST_SUITE_P(StartAndBottom, Valley,
+                         testing::Values(std::pair{0.0, 0.0}, std::pair{0.0, 0.013},
+                                         std::pair{0.3, 0.011}, std::pair{-0.2, 0.171}));
+
+TEST(Valley, StaysWithinTheRange) {
+  const auto height = [](double x) {
+    EXPECT_GE(x, 0);
+    EXPECT_LE(x, 0.1);
+    return x;
+  };
+  EXPECT_EQ(valley_bottom(height, 0.09, {0.04, 0, 0.1}), 0);
+  EXPECT_EQ(valley_bottom(height, -1, {0.04, 0, 0.1}), 0) << "a start outside";
+}
+
+TEST(Valley, StaysWhereNothingTells) {
+  EXPECT_EQ(valley_bottom([](double) { return 1.0; }, 0.5, {0.04, 0, 1}), 0.5);
+}
+
+TEST(Valley, GivesUpOnASlopeWithoutAnEnd) {
+  int asked = 0;
+  const double found = valley_bottom(
+      [&](double x) {
+        ++asked;
+        return -x;
+      },
+      0, {1, -1e9, 1e9});
+  EXPECT_GT(found, 5);
+  EXPECT_LT(asked, 20);
+}
+
+}  // namespace
+}  // namespace selenite
