@@ -13,24 +13,27 @@ constexpr int kMostSteps = 12;  ///< away from the start
 
 double valley_bottom(const std::function<double(double)>& height, double start,
                      const ValleyRange& range) {
-  const auto [step, minimum, maximum] = range;
-  std::map<double, double> known;
-  const auto at = [&](double x) {
-    const auto found = known.find(x);
-    return found != known.end() ? found->second : known[x] = height(x);
+  const double step = range.step, origin = std::clamp(start, range.minimum, range.maximum);
+  const auto place = [&](int i) {
+    return std::clamp(origin + i * step, range.minimum, range.maximum);
   };
-  const auto inside = [&](double x) { return std::clamp(x, minimum, maximum); };
-  double bottom = inside(start);
-  for (int i = 0; i < kMostSteps; ++i) {
-    const double from = bottom;
-    for (const double next : {inside(from - step), inside(from + step)})
+  std::map<int, double> known;
+  const auto at = [&](int i) {
+    const auto found = known.find(i);
+    return found != known.end() ? found->second : known[i] = height(place(i));
+  };
+  int bottom = 0;
+  for (int n = 0; n < kMostSteps; ++n) {
+    const int from = bottom;
+    for (const int next : {from - 1, from + 1})
       if (at(next) < at(bottom)) bottom = next;
     if (bottom == from) break;
   }
-  const double left = bottom - step, right = bottom + step;
-  if (left < minimum || right > maximum) return bottom;
-  const double rise = at(right) - at(left), bend = at(left) + at(right) - 2 * at(bottom);
-  return bend > 0 ? bottom - step * std::clamp(rise / (2 * bend), -0.5, 0.5) : bottom;
+  const bool enclosed = place(bottom - 1) > range.minimum && place(bottom + 1) < range.maximum;
+  const double rise = at(bottom + 1) - at(bottom - 1);
+  const double bend = at(bottom - 1) + at(bottom + 1) - 2 * at(bottom);
+  if (!enclosed || !(bend > 0)) return place(bottom);
+  return place(bottom) - step * std::clamp(rise / (2 * bend), -0.5, 0.5);
 }
 
 }  // namespace selenite

@@ -39,7 +39,8 @@ TEST(Valley, StaysWithinTheRange) {
     return x;
   };
   EXPECT_EQ(valley_bottom(height, 0.09, {0.04, 0, 0.1}), 0);
-  EXPECT_EQ(valley_bottom(height, -1, {0.04, 0, 0.1}), 0) << "a start outside";
+  const auto rising_to_the_end = [&](double x) { return -height(x); };
+  EXPECT_EQ(valley_bottom(rising_to_the_end, -1, {0.04, 0, 0.1}), 0.1) << "a start outside";
 }
 
 TEST(Valley, StaysWhereNothingTells) {
