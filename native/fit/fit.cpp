@@ -163,7 +163,11 @@ Observation Fit::observe(const Vector& x, const FieldValues& fields, int capture
     newton->gather(i, found);
     seen.film = std::move(found.film);
   } else if (turn.fields) {
-    FieldGradient found = field_gradient(x, fields, capture, seed, progress);
+    const Scene scene = scene_at(x, fields);
+    FieldGradient found =
+        loss_field_gradient(scene, scene.camera(photo.camera), fields_, photo, loss_,
+                            render_settings(photo, settings_.spp, seed), progress);
+    count(found.film, photo);
     gradients.resize(found.fields.size());
     for (std::size_t f = 0; f < gradients.size(); ++f) {
       gradients[f].resize(found.fields[f].size());
@@ -370,7 +374,8 @@ bool Fit::settle(const Vector& x, const Validation& validation, bool told) {
 bool Fit::finish(Progress* progress) {
   // Beside fields the last values: each turn of the scalars begins afresh.
   const Vector x = in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_));
-  if (looks_sharp(x) && begin_trials()) return true;
+  const bool may_give_way = !looks_sharp(x) && looks_sharp(result_.best);
+  if (!may_give_way && begin_trials()) return true;
   const Validation validation = tried_ ? *tried_ : validate(x, field_values_, progress);
   if (!gives_way_to_best(x, validation) && begin_trials()) return true;
   settle(x, validation);

@@ -146,8 +146,6 @@ class Fit {
   /// How many iterations before this one, or in all, moved what `member` says.
   int turns_of(bool Turn::*member, int iterations) const;
   std::vector<FieldStep> field_steps() const;
-  FieldGradient field_gradient(const Vector& x, const FieldValues& fields, int capture,
-                               std::uint64_t seed, Progress* progress);
   void smooth(const Turn& now);
   /// With roughnesses that are no larger than what looks sharp.
   Vector sharpened(Vector x) const;

@@ -91,17 +91,6 @@ std::vector<FieldStep> Fit::field_steps() const {
   return steps;
 }
 
-FieldGradient Fit::field_gradient(const Vector& x, const FieldValues& fields, int capture,
-                                  std::uint64_t seed, Progress* progress) {
-  const Capture& photo = captures_[static_cast<std::size_t>(capture)];
-  const Scene scene = scene_at(x, fields);
-  FieldGradient found =
-      loss_field_gradient(scene, scene.camera(photo.camera), fields_, photo, loss_,
-                          render_settings(photo, settings_.spp, seed), progress);
-  count(found.film, photo);
-  return found;
-}
-
 /// What noise is left in the steps of texels. Voxels have farther to go and stay as they are.
 void Fit::smooth(const Turn& now) {
   if (now.first) field_means_ = field_values_;

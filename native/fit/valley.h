@@ -13,7 +13,7 @@ struct ValleyRange {
 
 /// The lowest point of a function of one number that falls towards it from `start`: steps until it
 /// rises on both sides, then the vertex of the parabola through the lowest point and its neighbours
-/// (a twelfth of a step off at most where the valley is a wedge). No height is asked for twice.
+/// (0.086 of a step off at most where the valley is a wedge). No height is asked for twice.
 double valley_bottom(const std::function<double(double)>& height, double start,
                      const ValleyRange& range);
 

@@ -22,17 +22,22 @@ int field_number(const char* name) {
   return field;
 }
 
-/// A board with an image of 2 x 2 texels, grey numbers `held`, row 0 at the top.
-Scene board(const std::vector<float>& held, bool encoded = false, std::vector<float> alpha = {}) {
-  Material m = plastic("Board");
-  m.values.roughness = 0.5;
+/// A base colour of 2 x 2 texels, grey numbers `held`, row 0 at the top.
+FieldMap image_of(const std::vector<float>& held, bool encoded, std::vector<float> alpha) {
   std::vector<Colorf> pixels;
   for (const float x : held) pixels.emplace_back(x);
   FieldMap map;
   map.field = field_number("base_color");
   map.texture = std::make_shared<Texture>("Wood", kTexels, kTexels, pixels, std::move(alpha),
                                           encoded, Extension::kExtend, Interpolation::kLinear);
-  m.maps.push_back(map);
+  return map;
+}
+
+/// A board with that image.
+Scene board(const std::vector<float>& held, bool encoded = false, std::vector<float> alpha = {}) {
+  Material m = plastic("Board");
+  m.values.roughness = 0.5;
+  m.maps.push_back(image_of(held, encoded, std::move(alpha)));
   SceneBuilder builder;
   place(builder, quad_mesh(1), builder.add_material(m));
   Light lamp;  // whose gloss tells the roughness
@@ -162,6 +167,53 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
   EXPECT_NEAR(fit.result().best[0], 0.5, 0.1);
 }
 INSTANTIATE_TEST_SUITE_P(Encoded, ImageFit, testing::Bool());
+
+/// A sphere of clear glass with an image, before a lamp.
+Scene glass_sphere(double ior, const std::vector<float>& held) {
+  Material m = plastic("Board");
+  m.values.roughness = 0.02;
+  m.values.transmission = 1;
+  m.values.ior = ior;
+  m.maps.push_back(image_of(held, false, {}));
+  Mesh sphere = sphere_mesh(0.7);
+  std::vector<Vec2f> corners;
+  for (const auto& triangle : sphere.triangles)
+    for (const int vertex : triangle) {
+      const Vec3f& at = sphere.positions[static_cast<std::size_t>(vertex)];
+      corners.push_back({0.5f + 0.7f * at.x, 0.5f + 0.7f * at.z});
+    }
+  sphere.uvs.push_back({"UVMap", std::move(corners)});
+  SceneBuilder builder;
+  place(builder, std::move(sphere), builder.add_material(m));
+  Light lamp;
+  lamp.name = "Lamp";
+  lamp.kind = LightKind::kArea;
+  lamp.size_x = lamp.size_y = 1;
+  lamp.values.power = 40;
+  lamp.to_world = looking_at({0.8, 2.5, 0.6}, {0, 0, 0});
+  builder.add_light(lamp);
+  add_view(builder, {0, -3, 0}, {0, 0, 0});
+  set_sky(builder, 0.4);
+  return builder.build();
+}
+
+/// By pictures at both sides, before each turn of the scalars and at the end.
+TEST(ImageFields, TheIorOfWhatRefractsSharplyIsLookedForAndNotStepped) {
+  const std::vector<float> truth = {0.9f, 0.6f, 0.7f, 0.8f};
+  FitSettings settings = fit_settings(20);
+  settings.spp = 16;
+  Fit fit(glass_sphere(1.8, {0.5f, 0.5f, 0.5f, 0.5f}), taken_photos(glass_sphere(1.45, truth), 32),
+          {texels(), {"Board", "ior", {1.8}, 1.1, 2.5, 0.03}}, settings);
+  while (fit.step()) {
+  }
+  ASSERT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
+  const std::vector<HistoryRow>& rows = fit.result().history;
+  ASSERT_EQ(rows.size(), 21u);
+  for (std::size_t i = 1; i < rows.size(); ++i)
+    EXPECT_EQ(rows[i].values[0] != rows[i - 1].values[0], i == 7 || i == 17 || i == 20) << i;
+  for (const std::size_t i : {7u, 17u, 20u}) EXPECT_NEAR(rows[i].values[0], 1.45, 0.02) << i;
+  EXPECT_NEAR(fit.result().best[0], 1.45, 0.02);
+}
 
 TEST(ImageFields, OtherTexelsAreThoseOfTheBaseColourAlone) {
   Scene scene = board({0.1f, 0.2f, 0.3f, 0.4f});

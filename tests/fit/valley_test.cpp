@@ -23,7 +23,7 @@ TEST_P(Valley, TheBottomOfAParabolaIsMet) {
   EXPECT_LE(asked.size(), 4 + std::abs(start - bottom) / 0.04);
 }
 
-TEST_P(Valley, TheBottomOfAWedgeIsMetToATwelfthOfAStep) {
+TEST_P(Valley, TheBottomOfAWedgeIsMetToAnEleventhOfAStep) {
   const auto [start, bottom] = GetParam();
   const auto height = [&](double x) { return std::abs(x - bottom); };
   EXPECT_NEAR(valley_bottom(height, start, {0.04, -10, 10}), bottom, 0.04 / 11);
