@@ -33,6 +33,17 @@ FieldMap image_of(const std::vector<float>& held, bool encoded, std::vector<floa
   return map;
 }
 
+/// A square lamp that shines at the origin.
+Light lamp(double side, const Vec3d& from) {
+  Light lamp;
+  lamp.name = "Lamp";
+  lamp.kind = LightKind::kArea;
+  lamp.size_x = lamp.size_y = side;
+  lamp.values.power = 40;
+  lamp.to_world = looking_at(from, {0, 0, 0});
+  return lamp;
+}
+
 /// A board with that image.
 Scene board(const std::vector<float>& held, bool encoded = false, std::vector<float> alpha = {}) {
   Material m = plastic("Board");
@@ -40,13 +51,7 @@ Scene board(const std::vector<float>& held, bool encoded = false, std::vector<fl
   m.maps.push_back(image_of(held, encoded, std::move(alpha)));
   SceneBuilder builder;
   place(builder, quad_mesh(1), builder.add_material(m));
-  Light lamp;  // whose gloss tells the roughness
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 0.5;
-  lamp.values.power = 40;
-  lamp.to_world = looking_at({0.3, 1.5, 2}, {0, 0, 0});
-  builder.add_light(lamp);
+  builder.add_light(lamp(0.5, {0.3, 1.5, 2}));  // whose gloss tells the roughness
   add_view(builder, {0.3, -1.5, 2}, {0, 0, 0});
   set_sky(builder, 0.4);
   return builder.build();
@@ -185,13 +190,7 @@ Scene glass_sphere(double ior, const std::vector<float>& held) {
   sphere.uvs.push_back({"UVMap", std::move(corners)});
   SceneBuilder builder;
   place(builder, std::move(sphere), builder.add_material(m));
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = 1;
-  lamp.values.power = 40;
-  lamp.to_world = looking_at({0.8, 2.5, 0.6}, {0, 0, 0});
-  builder.add_light(lamp);
+  builder.add_light(lamp(1, {0.8, 2.5, 0.6}));
   add_view(builder, {0, -3, 0}, {0, 0, 0});
   set_sky(builder, 0.4);
   return builder.build();

@@ -13,7 +13,7 @@ namespace {
 class Valley : public testing::TestWithParam<std::pair<double, double>> {};
 
 TEST_P(Valley, TheBottomOfAParabolaIsMet) {
-  const auto [start, bottom] = GetParam();
+  const double start = GetParam().first, bottom = GetParam().second;
   std::set<double> asked;
   const auto height = [&](double x) {
     EXPECT_TRUE(asked.insert(x).second) << "twice at " << x;
@@ -24,7 +24,7 @@ TEST_P(Valley, TheBottomOfAParabolaIsMet) {
 }
 
 TEST_P(Valley, TheBottomOfAWedgeIsMetToAnEleventhOfAStep) {
-  const auto [start, bottom] = GetParam();
+  const double start = GetParam().first, bottom = GetParam().second;
   const auto height = [&](double x) { return std::abs(x - bottom); };
   EXPECT_NEAR(valley_bottom(height, start, {0.04, -10, 10}), bottom, 0.04 / 11);
 }
