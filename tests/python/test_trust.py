@@ -169,3 +169,22 @@ def test_beside_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
     told = said({"report": None}, fields=("Body:albedo_grid",))
     assert "How sure these values are is not known" in told
     assert "90 %" not in told
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "told"),
+    [
+        ("Body:base_color_texture", 0.3, True),
+        ("Body:base_color_texture", 0.02, False),
+        ("Body:base_color_texture", 0.999, False),
+        ("Ground:base_color_texture", 0.3, False),
+        ("Body:albedo_grid", 0.3, False),
+    ],
+)
+def test_a_transmission_that_an_image_can_make_up_for_is_told(
+    field: str, value: float, told: bool
+) -> None:
+    found = {"fields_best": {field: [0.5]}, "values_best": {"Body:transmission": [value]}}
+    words = trust.words(unknown("transmission"), found)
+    assert bool(words) is told and all("If yours is opaque" in line for line in words)
+    assert trust.words(ROUGHNESS, found) == []

@@ -6,9 +6,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from ..parameters import join_name
 from .plan import FitPlan
 from .unknowns import Unknown
 
+#: Between these a transmission beside an image of its own body may be the image's doing.
+_PART_CLEAR = (0.05, 0.95)
 #: What a parameter without a report says.
 UNKNOWN: dict[str, Any] = {
     "standard_error": None,
@@ -65,11 +70,12 @@ def rivals(result: dict[str, Any]) -> list[dict[str, list[float]]]:
 
 
 def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """What a user should know about one value; nothing where nothing was verified."""
+    """What a user should know about one value; where nothing was verified, what is known of its
+    kind."""
+    lines = _beside_an_image(unknown, result)
     told = (result.get("report") or {}).get("parameters", {}).get(unknown.name)
     if not told:
-        return []
-    lines = []
+        return lines
     intervals = [
         f"{low:.3f} to {high:.3f}" if ok else "?"
         for (low, high), ok in zip(told["interval_90"], told["determined"], strict=True)
@@ -88,6 +94,21 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
         bound = unknown.minimum if side == "minimum" else unknown.maximum
         lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")
     return lines
+
+
+def _beside_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+    """Measured: manual, page "fitting", section "Images"."""
+    image = join_name(unknown.owner, "base_color_texture")
+    if unknown.parameter.name != "transmission" or image not in (result.get("fields_best") or {}):
+        return []
+    value = float(np.ravel(result["values_best"][unknown.name])[0])
+    if not _PART_CLEAR[0] < value < _PART_CLEAR[1]:
+        return []
+    return [
+        "the image can make up for it: a paler one on a body that lets some light through looks "
+        "much like a darker one on an opaque body. If yours is opaque, set it to 0, leave it out "
+        "and fit again"
+    ]
 
 
 def _contested_by(unknown: Unknown, result: dict[str, Any]) -> list[str]:
