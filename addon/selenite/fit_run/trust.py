@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..parameters import join_name
+from .field_kinds import IN_PLACE_OF
 from .plan import FitPlan
 from .unknowns import Unknown
 
@@ -97,8 +98,9 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
 
 
 def _beside_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """Measured: manual, page "fitting", section "Images"."""
-    image = join_name(unknown.owner, "base_color_texture")
+    """Of a transmission fitted beside the image of its own body. Measured: manual, page "fitting",
+    section "Images"."""
+    image = join_name(unknown.owner, IN_PLACE_OF["base_color"])
     if unknown.parameter.name != "transmission" or image not in (result.get("fields_best") or {}):
         return []
     value = float(np.ravel(result["values_best"][unknown.name])[0])
