@@ -87,10 +87,12 @@ def test_intervals_promise_nothing_beside_a_misfit() -> None:
     assert words == ["noise alone would allow: 0.280 to 0.320"]
 
 
-def test_intervals_promise_nothing_beside_voxels() -> None:
-    beside = result() | {"fields_best": {"Body:albedo_grid": [0.5]}}
-    assert trust.words(ROUGHNESS, beside) == ["noise alone would allow: 0.280 to 0.320"]
-    left = result(value=0.0025, explained=False) | {"fields_best": {"Body:albedo_grid": [0.5]}}
+def test_intervals_beside_voxels_hold_if_what_is_left_is_theirs() -> None:
+    voxels = {"fields_best": {"Body:albedo_grid": [0.5]}}
+    assert trust.words(ROUGHNESS, result() | voxels) == ["90 %: 0.280 to 0.320"]
+    left = result(value=0.0025, explained=False) | voxels
+    of_grid = "90 %, if what is left is the grid's: 0.280 to 0.320"
+    assert trust.words(ROUGHNESS, left) == [of_grid]
     assert "5.0 % of the photos' brightness is left by the grid or image" in said(left)
     assert "check lights" not in said(left)
     assert "is not known" not in said(left, fields=("Body:albedo_grid",))

@@ -83,10 +83,12 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     ]
     if any(told["determined"]):
         left = misfit(result)
-        # An interval knows of noise only: it holds nine times of ten if nothing else is wrong. A
-        # grid or an image beside it always is, a little.
-        known = (left is None or left["explained"]) and not _has_fields(result)
-        sure = "90 %" if known else "noise alone would allow"
+        # An interval knows of noise, and of the voxels beside it: it holds nine times of ten if
+        # nothing else is wrong. What voxels leave of the photos may be that.
+        sure = "90 %"
+        if left is not None and not left["explained"]:
+            of_grid = "90 %, if what is left is the grid's"
+            sure = of_grid if _has_fields(result) else "noise alone would allow"
         lines.append(f"{sure}: {'; '.join(intervals)}")
     if not all(told["determined"]):
         lines.append(_undetermined(unknown, told, _contested_by(unknown, result)))
