@@ -321,8 +321,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
     }
     one.standard_error = one.by_slope = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
-    const double error = std::sqrt(evidence.normal_variance(k, k));
-    if (evidence.normal(k, k) > kResolved * error)
+    if (evidence.normal(k, k) > kResolved * std::sqrt(evidence.normal_variance(k, k)))
       free.push_back(k);
     else
       held.push_back({k, 0, kPrior * range_of(coordinates, k)});
@@ -349,6 +348,7 @@ Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, cons
       }
     result.surprise = solution.surprise;
     const Vector likely = likely_step(unknowns, coordinates, u, free, solution);
+    solution.covariance *= square(others.beyond_noise);
     std::vector<Eigen::Index> kept;
     std::vector<Held> bounded;
     for (std::size_t i = 0; i < free.size(); ++i) {

@@ -56,6 +56,7 @@ struct OtherLooks {
   Vector unsure{};                            ///< way that counts as one standard error more
   std::vector<std::optional<Known>> known{};  ///< see beside.h
   std::vector<bool> squared{};  ///< components of which nothing goes with the value itself
+  double beyond_noise = 1;  ///< errors in units of those told by noise; steps do not depend on it
 };
 Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
                   const Evidence& evidence, const OtherLooks& others = {});

@@ -40,8 +40,8 @@ constexpr int kScouting = 2, kShareAfterScouting = 6;
 /// Samples of a pixel in focus, in units of the whole picture's, and the share with derivatives: these
 /// are the instruments there.
 constexpr int kFocusSamples = 20, kFocusDerivativeShare = 5;
-/// Beside voxels errors are larger than noise, and the linear share of what hardly shows, explain: two
-/// dozen fits from different random numbers scatter by so much more. Measured: manual page "fitting",
+/// Beside voxels errors are larger than noise, and the linear share of what hardly shows, explain: twenty
+/// fits from different random numbers scatter by so much more. Measured: manual page "fitting",
 /// "Voxels and scalars together".
 constexpr double kErrorBesideFields = 1.5;
 constexpr double kMisfitSigmas = 3;
@@ -62,7 +62,9 @@ Verification::Verification(const Problem& problem, const Optimiser* optimiser, V
       spp_(spp),
       iteration_spp_(iteration_spp),
       fields_(fields),
-      focus_(problem) {}
+      focus_(problem) {
+  if (fields_) others_.beyond_noise = kErrorBesideFields;
+}
 
 /// Of the residuals; the next one is that of the derivatives.
 int Verification::purpose() const { return 2 * report_.passes + (answer_ ? kBeside : 0); }
@@ -178,7 +180,6 @@ void Verification::end_beside_fields() {
   found_.spread += evidence_.separate(told_, *fields_);
   for (std::size_t i = 0; i < told_.size(); ++i)
     found_.add(problem_->captures[i], told_[i], told_.size());
-  found_.spread *= kErrorBesideFields * kErrorBesideFields;
   told_.clear();
   for (int k = 0; k < x_.size(); ++k)
     if (is_left_out(k)) found_.leave_out(k);

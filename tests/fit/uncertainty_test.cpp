@@ -41,6 +41,27 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
   EXPECT_NEAR(apart.components[0].standard_error, 0.01 * std::sqrt(4.0 / 3), 1e-6);
 }
 
+TEST(Uncertainty, ErrorsBeyondNoiseWidenIntervalsAndLeaveTheStepAlone) {
+  const Unknowns unknowns = two_unknowns();
+  const Coordinates coordinates(unknowns);
+  Evidence evidence(2);
+  evidence.normal << 1, 0.5, 0.5, 1;
+  evidence.normal_variance.setConstant(1e-12);
+  evidence.gradient = Vector{{0.02, -0.03}};
+  evidence.spread = 1e-4 * evidence.normal;
+  const Vector& x = unknowns.start();
+  const Estimate by_noise = estimate(unknowns, coordinates, x, evidence);
+  const Estimate found = estimate(unknowns, coordinates, x, evidence, {.beyond_noise = 1.5});
+  EXPECT_EQ(found.step, by_noise.step);
+  EXPECT_EQ(found.surprise, by_noise.surprise);
+  for (std::size_t k : {0u, 1u}) {
+    const Confidence &wide = found.components[k], &narrow = by_noise.components[k];
+    EXPECT_NEAR(wide.standard_error, 1.5 * narrow.standard_error, 1e-12);
+    EXPECT_NEAR(wide.interval[1] - wide.interval[0],
+                1.5 * (narrow.interval[1] - narrow.interval[0]), 1e-12);
+  }
+}
+
 // A low transmission, whose first order a colour makes up for: what is left goes with its square.
 TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   constexpr double kHere = 0.03, kTrue = 0.01, kShared = 0.97;
