@@ -226,10 +226,12 @@ void Fit::note_validation(HistoryRow& row, const Validation& validation) {
   result_.best_validation_standard_error = row.validation_standard_error;
 }
 
-/// Of two that are about as good, to the sharp one: see `is_as_good`.
+bool Fit::may_give_way_to_best(const Vector& x) const {
+  return searched_ && !field_newton_ && !looks_sharp(x) && looks_sharp(result_.best);
+}
+
 bool Fit::gives_way_to_best(const Vector& x, const Validation& validation) const {
-  return searched_ && !looks_sharp(x) && !best_.parts.empty() && looks_sharp(result_.best) &&
-         is_as_good(best_, validation);
+  return may_give_way_to_best(x) && !best_.parts.empty() && is_as_good(best_, validation);
 }
 
 bool Fit::is_worse(const Validation& one, const Validation& than, double sigmas) {
@@ -374,8 +376,7 @@ bool Fit::settle(const Vector& x, const Validation& validation, bool told) {
 bool Fit::finish(Progress* progress) {
   // Beside fields the last values: each turn of the scalars begins afresh.
   const Vector x = in_turns_ ? x_ : unknowns_.project(optimiser_->answer(x_));
-  const bool may_give_way = !looks_sharp(x) && looks_sharp(result_.best);
-  if (!may_give_way && begin_trials()) return true;
+  if (!may_give_way_to_best(x) && begin_trials()) return true;
   const Validation validation = tried_ ? *tried_ : validate(x, field_values_, progress);
   if (!gives_way_to_best(x, validation) && begin_trials()) return true;
   settle(x, validation);

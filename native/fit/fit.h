@@ -169,7 +169,10 @@ class Fit {
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress) {
     return validate(x, fields, settings_.chosen_validation_spp(), progress);
   }
+  /// Of two that are about as good, to the sharp one: see `is_as_good`. Not where voxels are stepped with
+  /// the scalars: there the last of both are the nearest, and a sharp body is tried at them.
   bool gives_way_to_best(const Vector& x, const Validation& validation) const;
+  bool may_give_way_to_best(const Vector& x) const;
   void note_validation(HistoryRow& row, const Validation& validation);
   /// By more than so many standard errors of the difference, pixel against pixel: the seeds are the
   /// same, so most of the noise is common to both.
