@@ -19,22 +19,26 @@ Unknowns two_unknowns() {
           {{"Body", "coat_weight", {0.5}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}}};
 }
 
+/// Of two whose pictures have so much in common, with a standard deviation of 0.01 for each alone.
+Evidence evidence_of_two(double in_common) {
+  Evidence evidence(2);
+  evidence.normal << 1, in_common, in_common, 1;
+  evidence.normal_variance.setConstant(1e-12);
+  evidence.spread = 1e-4 * evidence.normal;
+  return evidence;
+}
+
 // Evidence made by hand: the sum of two parameters is known well, their difference hardly.
 TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
   const Unknowns unknowns = two_unknowns();
   const Coordinates coordinates(unknowns);
-  Evidence evidence(2);
-  evidence.normal << 1, 0.999, 0.999, 1;
-  evidence.normal_variance.setConstant(1e-12);
-  evidence.spread = 1e-4 * evidence.normal;  // standard deviations: .007 of the sum, .2 of the rest
-  const Estimate found = estimate(unknowns, coordinates, unknowns.start(), evidence);
+  // Standard deviations: .007 of the sum, .2 of the rest.
+  const Estimate found = estimate(unknowns, coordinates, unknowns.start(), evidence_of_two(0.999));
   for (std::size_t k : {0u, 1u}) {
     EXPECT_FALSE(found.components[k].determined);
     EXPECT_EQ(found.components[k].correlated_with, 1 - static_cast<int>(k));
   }
-  evidence.normal(0, 1) = evidence.normal(1, 0) = 0.5;
-  evidence.spread = 1e-4 * evidence.normal;
-  const Estimate apart = estimate(unknowns, coordinates, unknowns.start(), evidence);
+  const Estimate apart = estimate(unknowns, coordinates, unknowns.start(), evidence_of_two(0.5));
   EXPECT_TRUE(apart.components[0].determined);
   EXPECT_EQ(apart.components[0].correlated_with, -1);
   // H^-1 of [[1, .5], [.5, 1]] has 4/3 on its diagonal.
@@ -44,11 +48,8 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
 TEST(Uncertainty, ErrorsBeyondNoiseWidenIntervalsAndLeaveTheStepAlone) {
   const Unknowns unknowns = two_unknowns();
   const Coordinates coordinates(unknowns);
-  Evidence evidence(2);
-  evidence.normal << 1, 0.5, 0.5, 1;
-  evidence.normal_variance.setConstant(1e-12);
+  Evidence evidence = evidence_of_two(0.5);
   evidence.gradient = Vector{{0.02, -0.03}};
-  evidence.spread = 1e-4 * evidence.normal;
   const Vector& x = unknowns.start();
   const Estimate by_noise = estimate(unknowns, coordinates, x, evidence);
   const Estimate found = estimate(unknowns, coordinates, x, evidence, {.beyond_noise = 1.5});
