@@ -84,7 +84,7 @@ function(selenite_inline_kernels)
     return()
   endif()
   foreach(source IN LISTS ARGN)
-    if(source MATCHES "/(model|render)/[^/]*\\.cpp$")
+    if(source MATCHES "/native/(model|render)/.*\\.cpp$")
       set_property(SOURCE "${source}" APPEND PROPERTY COMPILE_OPTIONS
         --param=inline-unit-growth=1000 --param=large-function-growth=5000 --param=large-stack-frame-growth=10000
         --param=large-unit-insns=100000 --param=max-inline-insns-auto=120 --param=max-inline-insns-single=1000)

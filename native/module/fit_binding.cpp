@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "fit/fit_job.h"
+#include "fit/run/fit_job.h"
 #include "math/error.h"
 #include "module/bindings.h"
 #include "module/float_array.h"

@@ -5,8 +5,8 @@
 
 #include "module/arrays.h"
 #include "module/bindings.h"
-#include "render/field_gradient.h"
-#include "render/lanes.h"
+#include "render/driver/field_gradient.h"
+#include "render/lanes/lanes.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/adam.h"
+#include "fit/solver/adam.h"
 
 #include <gtest/gtest.h>
 

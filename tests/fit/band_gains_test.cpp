@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/band_gains.h"
+#include "fit/evaluate/wiener_filter.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "fit/weights.h"
+#include "fit/problem/pixel_weights.h"
 #include "math/rng.h"
 
 namespace selenite {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/beside.h"
+#include "fit/inference/offset_expansion.h"
 
 #include <gtest/gtest.h>
 

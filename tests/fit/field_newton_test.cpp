@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/field_newton.h"
+#include "fit/solver/field_gauss_newton.h"
 
 #include <gtest/gtest.h>
 
@@ -7,10 +7,10 @@
 #include <numeric>
 #include <random>
 
-#include "fit/fit.h"
+#include "fit/run/fit.h"
 #include "fit/smoke.h"
 #include "fit/taken_photos.h"
-#include "fit/weights.h"
+#include "fit/problem/pixel_weights.h"
 
 namespace selenite {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/fields.h"
+#include "fit/problem/fields.h"
 
 #include <gtest/gtest.h>
 
 #include <numeric>
 
-#include "fit/fit.h"
+#include "fit/run/fit.h"
 #include "fit/smoke.h"
 #include "fit/taken_photos.h"
 #include "math/error.h"

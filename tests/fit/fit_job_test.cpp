@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/fit_job.h"
+#include "fit/run/fit_job.h"
 
 #include <gtest/gtest.h>
 

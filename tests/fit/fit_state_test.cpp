@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "fit/fit_job.h"
-#include "fit/saved_state.h"
+#include "fit/run/fit_job.h"
+#include "fit/problem/saved_state.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/focus.h"
+#include "fit/inference/informative_pixels.h"
 
 #include <gtest/gtest.h>
 

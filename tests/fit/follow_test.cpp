@@ -2,7 +2,7 @@
 // Gauss-Newton beside fields: steps of the scalars without derivatives of their own.
 #include <gtest/gtest.h>
 
-#include "fit/gauss_newton.h"
+#include "fit/solver/gauss_newton.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/gauss_newton.h"
+#include "fit/solver/gauss_newton.h"
 
 #include <gtest/gtest.h>
 
-#include "fit/coordinates.h"
+#include "fit/problem/reparametrization.h"
 #include "fit/synthetic_renderer.h"
-#include "fit/uncertainty.h"
+#include "fit/inference/confidence_intervals.h"
 #include "math/error.h"
 
 namespace selenite {

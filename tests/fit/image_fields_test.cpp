@@ -4,8 +4,8 @@
 
 #include <cstring>
 
-#include "fit/fields.h"
-#include "fit/fit.h"
+#include "fit/problem/fields.h"
+#include "fit/run/fit.h"
 #include "fit/taken_photos.h"
 #include "math/error.h"
 #include "scene/small_scenes.h"

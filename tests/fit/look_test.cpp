@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/look.h"
+#include "fit/evaluate/photo_jacobian.h"
 
 #include <gtest/gtest.h>
 

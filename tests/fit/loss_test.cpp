@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/loss.h"
+#include "fit/problem/loss.h"
 
 #include <gtest/gtest.h>
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/rivals.h"
+#include "fit/phases/alternative_minima.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <memory>
 
-#include "fit/fit.h"
+#include "fit/run/fit.h"
 #include "fit/synthetic_renderer.h"
-#include "fit/weights.h"
+#include "fit/problem/pixel_weights.h"
 
 namespace selenite {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/search.h"
+#include "fit/phases/multi_start.h"
 
 #include <gtest/gtest.h>
 
-#include "fit/fit.h"
+#include "fit/run/fit.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {

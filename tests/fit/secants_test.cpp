@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/secants.h"
+#include "fit/evaluate/finite_differences.h"
 
 #include <gtest/gtest.h>
 
-#include "fit/instruments.h"
+#include "fit/solver/instrumental_variables.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {

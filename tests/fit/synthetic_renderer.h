@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "fit/fit.h"
+#include "fit/run/fit.h"
 #include "math/dual.h"
 #include "math/error.h"
 #include "math/rng.h"

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "fit/capture.h"
-#include "render/render.h"
+#include "fit/problem/photo.h"
+#include "render/driver/render.h"
 
 // Photos of a real scene by all of its cameras, for fits of fields.
 namespace selenite {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/uncertainty.h"
+#include "fit/inference/confidence_intervals.h"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "fit/directions.h"
-#include "fit/secants.h"
+#include "fit/solver/singular_directions.h"
+#include "fit/evaluate/finite_differences.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {

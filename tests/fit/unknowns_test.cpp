@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/unknowns.h"
+#include "fit/problem/unknowns.h"
 
 #include <gtest/gtest.h>
 

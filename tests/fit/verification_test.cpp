@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/verification.h"
+#include "fit/phases/refinement.h"
 
 #include <gtest/gtest.h>
 
-#include "fit/fit.h"
-#include "fit/gauss_newton.h"
+#include "fit/run/fit.h"
+#include "fit/solver/gauss_newton.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {

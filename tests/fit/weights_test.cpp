@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/weights.h"
+#include "fit/problem/pixel_weights.h"
 
 #include <gtest/gtest.h>
 

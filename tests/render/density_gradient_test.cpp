@@ -5,7 +5,7 @@
 
 #include "math/error.h"
 #include "render/difference.h"
-#include "render/field_gradient.h"
+#include "render/driver/field_gradient.h"
 #include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"

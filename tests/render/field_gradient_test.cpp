@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "render/field_gradient.h"
+#include "render/driver/field_gradient.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include "render/difference.h"
 #include "render/media_scenes.h"
 #include "render/picture_statistics.h"
-#include "render/tape.h"
-#include "render/throughput.h"
+#include "render/derivatives/tape.h"
+#include "render/derivatives/throughput.h"
 #include "scene/small_scenes.h"
 
 namespace selenite {

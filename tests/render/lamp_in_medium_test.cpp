@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "render/equiangular.h"
+#include "render/media/equiangular.h"
 #include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "render/lanes.h"
+#include "render/lanes/lanes.h"
 
 #include <gtest/gtest.h>
 

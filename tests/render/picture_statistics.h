@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "math/statistics.h"
-#include "render/render.h"
+#include "render/driver/render.h"
 
 namespace selenite {
 

@@ -6,7 +6,7 @@
 
 #include "math/error.h"
 #include "render/difference.h"
-#include "render/field_gradient.h"
+#include "render/driver/field_gradient.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
 

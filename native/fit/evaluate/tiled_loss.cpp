@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/evaluate/tiled_loss.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/solver/instrumental_variables.h"
+#include "fit/problem/pixel_weights.h"
+#include "math/scalar.h"
+
+namespace selenite {
+namespace {
+
+/// Radius of the blur, of the picture's longer side.
+constexpr double kRadius = 3.0 / 40;
+
+void extend(Eigen::ArrayXd& all, const Eigen::ArrayXd& more) {
+  const Eigen::Index before = all.size();
+  all.conservativeResize(before + more.size());
+  all.tail(more.size()) = more;
+}
+
+}  // namespace
+
+Likeness::Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights) {
+  const auto size = static_cast<Eigen::Index>(3 * film.size());
+  Eigen::VectorXf half_a(size), half_b(size), own(size);
+  for (std::size_t i = 0; i < film.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const auto k = static_cast<Eigen::Index>(3 * i) + c;
+      const float root = std::sqrt(weights[k]), reference = photo.reference[i][c];
+      half_a[k] = root * (film.half_a[i][c] - reference);
+      half_b[k] = root * (film.half_b(film.mean[i], film.half_a[i])[c] - reference);
+      own[k] = weights[k] * (square(film.mean[i][c] - reference) - film.variance[i][c]);
+    }
+  const int radius =
+      std::max(static_cast<int>(std::lround(kRadius * std::max(photo.width, photo.height))), 1);
+  const auto blurred = [&](const Eigen::VectorXf& column) {
+    return box_blur(column, photo.width, photo.height, radius);
+  };
+  const Eigen::VectorXf common = blurred(half_a).cwiseProduct(blurred(half_b));
+  // As wide as the blur: beyond that, blurred noise has nothing in common.
+  const int tile = 2 * radius + 1, columns = (photo.width + tile - 1) / tile;
+  const int rows = (photo.height + tile - 1) / tile;
+  coarse = all = Eigen::ArrayXd::Zero(columns * rows);
+  for (Eigen::Index k = 0; k < size; ++k) {
+    const int pixel = static_cast<int>(k / 3);
+    const int at = pixel / photo.width / tile * columns + pixel % photo.width / tile;
+    coarse[at] += common[k];
+    all[at] += own[k];
+  }
+}
+
+void Likeness::append(const Likeness& other, double share) {
+  extend(coarse, share * other.coarse);
+  extend(all, share * other.all);
+}
+
+Film whole(const Parts& parts) {
+  Film film(parts[0].width, parts[0].height, parts[0].spp + parts[1].spp);
+  for (std::size_t i = 0; i < film.size(); ++i) {
+    film.mean[i] = (parts[0].mean[i] + parts[1].mean[i]) / 2.f;
+    film.half_a[i] = parts[0].mean[i];
+    film.variance[i] = (parts[0].variance[i] + parts[1].variance[i]) / 4.f;
+  }
+  return film;
+}
+
+void Nearness::add(const Capture& photo, const Eigen::VectorXf& weights, const Parts& one,
+                   const Parts& other) {
+  std::array<Halves, 2> from, to;
+  for (std::size_t part = 0; part < 2; ++part) {
+    from[part] = residual_halves(one[part], photo);
+    to[part] = residual_halves(other[part], photo);
+  }
+  using Half = Eigen::VectorXf Halves::*;
+  const auto terms_of = [&](Half way, Half middle) -> Eigen::VectorXf {
+    const Eigen::VectorXf first = to[0].*way - from[0].*way, second = to[1].*way - from[1].*way;
+    const Eigen::VectorXf four_times =
+        from[0].*middle + from[1].*middle + to[0].*middle + to[1].*middle;
+    return instrument_of((first + second) / 2, first, second, 0.25, photo, -1, weights)
+        .cwiseProduct(four_times / 4)
+        .cwiseProduct(weights);
+  };
+  const Eigen::VectorXf terms = terms_of(&Halves::residual_a, &Halves::residual_b) +
+                                terms_of(&Halves::residual_b, &Halves::residual_a);
+  // Pixels are independent, their channels are not.
+  for (Eigen::Index k = 0; k < terms.size(); k += 3) {
+    const double pixel = terms.segment<3>(k).sum();
+    sum += pixel;
+    variance += pixel * pixel;
+  }
+}
+
+bool Nearness::certain(double sigmas) const { return sum > sigmas * std::sqrt(variance); }
+
+double Nearness::ahead() const { return variance > 0 ? -sum / std::sqrt(variance) : 0; }
+
+Total::Total(const Eigen::ArrayXd& terms)
+    : sum(terms.sum()), deviation(std::sqrt((terms - terms.mean()).square().sum())) {}
+
+}  // namespace selenite

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "fit/problem/photo.h"
+#include "render/film/film.h"
+
+namespace selenite {
+
+/// How far a render is from a photo: the weighted sum of squared residuals, without the bias of
+/// noise, tile by tile. Few samples know little of single pixels where light comes by rare bright
+/// paths, but something of what pixels have in common.
+struct Likeness {
+  Eigen::ArrayXd coarse;  ///< of blurred residuals, one half of the samples times the other
+  Eigen::ArrayXd all;     ///< of each pixel's own
+
+  /// weights: of the residuals, 3 numbers a pixel.
+  Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights);
+  Likeness() = default;
+  /// Another photo's tiles, `share` of all.
+  void append(const Likeness& other, double share);
+};
+
+/// Sum of independent terms, and its standard deviation as their scatter tells it.
+struct Total {
+  double sum, deviation;
+  explicit Total(const Eigen::ArrayXd& terms);
+};
+
+/// A picture in two parts with seeds of their own.
+using Parts = std::array<Film, 2>;
+
+/// Both parts as one film, a half each.
+Film whole(const Parts& parts);
+
+/// How much nearer to the photos one picture is than another, rendered with equal seeds.
+///
+/// Squares drown where a part of the light comes by rare bright paths, and tiles that differ count as
+/// noise of their own. So: on which side of the picture half-way between the two does the photo lie?
+/// The way from one to the other, made of one half of the samples and filtered like an instrument,
+/// times what the middle of the other half is above the photo, pixel by pixel.
+struct Nearness {
+  double sum = 0, variance = 0;
+
+  /// Adds what a photo says. weights: of the residuals, 3 numbers a pixel.
+  void add(const Capture& photo, const Eigen::VectorXf& weights, const Parts& one,
+           const Parts& other);
+  /// Whether `one` is nearer by so many standard deviations.
+  bool certain(double sigmas) const;
+  /// By how many the other is: 0 where the pictures are the same.
+  double ahead() const;
+};
+
+}  // namespace selenite

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fit/inference/normal_equations.h"
+
+namespace selenite {
+
+enum class AtBound { kNo, kMinimum, kMaximum };
+
+/// What the photos say about one scalar.
+struct Confidence {
+  double standard_error = 0;         ///< infinite where nothing is known
+  double by_slope = 0;               ///< the same by the slope at the values looked at alone
+  std::array<double, 2> interval{};  ///< holds the truth in 90 % of all fits; inside the bounds
+  bool determined = false;           ///< else neither of the two is to be shown
+  AtBound at_bound = AtBound::kNo;
+  int correlated_with = -1;  ///< component that can make up for it in these photos
+};
+
+/// Whether something is left that no value of the unknowns explains.
+struct Misfit {
+  double value = 0;  ///< mean square of render minus photo, in units of the photo's brightness, as
+                     ///< far as neighbouring pixels share it: noise of the photo does not count
+  double standard_error = 0;
+  bool explained = true;
+};
+
+struct TrustReport {
+  std::vector<Confidence> components;  ///< empty: not verified, or parameters of a medium
+  Misfit misfit;
+  int passes = 0;
+  /// Values far from the answer that explain the photos as well; see `Rivals`.
+  std::vector<Vector> rivals;
+  std::vector<int> contested;  ///< components that were determined but for them
+};
+
+/// One Gauss-Newton step from the evidence, and how sure it is.
+struct Estimate {
+  Vector step;          ///< in determined directions only, inside the bounds
+  double surprise = 0;  ///< largest component of it along a direction, in standard deviations
+  std::vector<Confidence> components;
+};
+/// What another look has found of a component.
+struct Known {
+  double value;
+  Confidence confidence;
+};
+/// What other looks say, in `Coordinates`; empty: nothing.
+struct OtherLooks {
+  Vector gone{};  ///< way from the one before to this: a roughness that turns back stays within it
+  Vector unsure{};                            ///< way that counts as one standard error more
+  std::vector<std::optional<Known>> known{};  ///< see beside.h
+  std::vector<bool> squared{};  ///< components of which nothing goes with the value itself
+  double beyond_noise = 1;  ///< errors in units of those told by noise; steps do not depend on it
+};
+Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
+                  const Evidence& evidence, const OtherLooks& others = {});
+
+/// Widens the intervals to hold x, which is what the user gets: a step may lead beyond the end of the
+/// longest that is taken, or of a bound, and then the interval of where it leads may not reach back.
+void hold(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& x,
+          std::vector<Confidence>& components);
+
+}  // namespace selenite

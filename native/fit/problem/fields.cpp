@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/problem/fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "fit/problem/saved_state.h"
+#include "fit/solver/gaussian_blur.h"
+#include "math/error.h"
+#include "math/scalar.h"
+
+namespace selenite {
+namespace {
+
+/// A grid or an image as a row of numbers.
+struct Numbers {
+  std::string title;  ///< "grid 'smoke'"
+  std::vector<std::ptrdiff_t> shape;
+  double most;  ///< largest that is permitted
+  Vector values;
+  std::shared_ptr<const Texture> image;  ///< none: a grid
+};
+
+Vector vector_of(const float* first, std::size_t count) {
+  return Eigen::Map<const Eigen::VectorXf>(first, static_cast<Eigen::Index>(count)).cast<double>();
+}
+
+Numbers numbers_of(const Scene& scene, const GridRef& ref) {
+  const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.material)];
+  if (!material.grid(ref.kind))
+    throw InvalidArgument(material.name + ":" + grid_name(ref.kind) +
+                          ": the material has no such grid; give it one, or fit its " +
+                          (ref.kind == GridKind::kAlbedo ? "albedo" : "extinction"));
+  const Grid& grid = *material.grid(ref.kind).grid;
+  const auto& [nx, ny, nz] = grid.size();
+  // The renderer counts in single precision.
+  const double most =
+      ref.kind == GridKind::kAlbedo ? 1 : static_cast<double>(std::numeric_limits<float>::max());
+  return {"grid '" + grid.name() + "'",
+          {nz, ny, nx, grid.channels()},
+          most,
+          vector_of(grid.values().data(), grid.values().size()),
+          nullptr};
+}
+
+Numbers numbers_of(const Scene& scene, const ImageRef& ref) {
+  const auto& image = scene.image(ref).texture;
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  return {"image '" + image->name() + "'",
+          {image->height(), image->width(), 3},
+          1,
+          vector_of(&image->pixels()[0].r, 3 * image->pixels().size()),
+          image};
+}
+
+/// What is wrong with bounds and rate; "" if nothing is.
+std::string complaint(const UnknownParameter& one, const Numbers& numbers) {
+  const bool share = numbers.most == 1;
+  std::ostringstream text;
+  if (!(one.minimum >= 0 && one.minimum < one.maximum && one.maximum <= numbers.most))
+    text << "bounds [" << one.minimum << ", " << one.maximum << "] are no interval "
+         << (share ? "inside [0, 1]; give bounds inside"
+                   : "of finite numbers from 0 up; give bounds such as [0, 10]");
+  else if (!one.start.empty())
+    text << "start has " << one.start.size()
+         << " values; it starts at the values that the scene has: leave start out";
+  else if (!(one.learning_rate > 0) || !std::isfinite(one.learning_rate))
+    text << "learning_rate = " << one.learning_rate << " must be above 0 and finite; "
+         << (share ? "0.03 is usual" : "0.03 of a usual density is usual");
+  else
+    for (const double x : numbers.values)
+      if (!(x >= one.minimum && x <= one.maximum)) {
+        text << numbers.title << " holds " << x << ", outside its bounds [" << one.minimum << ", "
+             << one.maximum << "]; clamp it or widen the bounds";
+        break;
+      }
+  return text.str();
+}
+
+std::optional<FieldRef> field_of(const std::string& parameter, int material) {
+  if (parameter == kBaseColorTexture) return ImageRef{material};
+  for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
+    if (parameter == grid_name(kind)) return GridRef{material, kind};
+  return std::nullopt;
+}
+
+Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf& values) {
+  return scene.with_grid(ref, std::vector<float>(values.begin(), values.end()));
+}
+
+Scene with_values(const Scene& scene, const ImageRef& ref, const Eigen::VectorXf& values) {
+  std::vector<Colorf> pixels(static_cast<std::size_t>(values.size()) / 3);
+  Eigen::Map<Eigen::VectorXf>(&pixels[0].r, values.size()) = values;
+  return scene.with_image(ref, std::move(pixels));
+}
+
+/// The loss of one pixel, where losses of pixels add up.
+PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Capture& capture,
+                          std::size_t pixel) {
+  Film one;
+  one.width = one.height = 1;
+  one.spp = film.spp;
+  one.mean = {film.mean[pixel]};
+  one.half_a = {film.half_a[pixel]};
+  one.variance = {film.variance[pixel]};
+  Capture part;
+  part.camera = capture.camera;
+  part.width = part.height = 1;
+  part.reference = {capture.reference[pixel]};
+  part.weight = {capture.weight[pixel]};
+  part.total_weight = capture.total_weight;
+  const LossResult result = loss.evaluate(one, part);
+  return {result.slope[0], result.curvature.empty() ? Colorf() : result.curvature[0]};
+}
+
+}  // namespace
+
+bool Fields::is_field(const UnknownParameter& one) {
+  return field_of(one.parameter, 0).has_value();
+}
+
+Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
+  std::string problems;
+  bool only_names = true;
+  const auto add = [&](const std::string& line, bool name = false) {
+    problems += (problems.empty() ? "" : "\n") + line;
+    only_names = only_names && name;
+  };
+  for (const UnknownParameter& one : wanted) {
+    if (!is_field(one)) continue;
+    const std::string name = one.owner + ":" + one.parameter;
+    try {
+      const FieldRef ref = *field_of(one.parameter, scene.material(one.owner));
+      if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
+        throw InvalidArgument(name + " is listed twice; list it once");
+      Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
+      if (const std::string wrong = complaint(one, numbers); !wrong.empty())
+        throw InvalidArgument(name + ": " + wrong);
+      refs_.push_back(ref);
+      names_.push_back(name);
+      wanted_.push_back(one);
+      shapes_.push_back(std::move(numbers.shape));
+      images_.push_back(std::move(numbers.image));
+      start_.push_back(std::move(numbers.values));
+    } catch (const UnknownName& error) {
+      add(error.what(), true);
+    } catch (const InvalidArgument& error) {
+      add(error.what());
+    }
+  }
+  if (problems.empty()) return;
+  if (only_names) throw UnknownName(problems);
+  throw InvalidArgument(problems);
+}
+
+Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {
+  Scene changed = scene;
+  for (std::size_t f = 0; f < refs_.size(); ++f)
+    changed = std::visit(
+        [&](const auto& ref) { return with_values(changed, ref, values[f].cast<float>()); },
+        refs_[f]);
+  return changed;
+}
+
+std::vector<Color<double>> Fields::means(const FieldValues& values) const {
+  std::vector<Color<double>> means;
+  for (std::size_t f = 0; f < refs_.size(); ++f) {
+    const Vector& v = values[f];
+    const int n = channels(f);
+    Color<double> sum;
+    for (Eigen::Index i = 0; i < v.size(); i += n) {
+      const Color<double> held(v[i], v[i + 1 % n], v[i + 2 % n]);
+      sum += images_[f] ? Color<double>(images_[f]->decode(Colorf(held))) : held;
+    }
+    means.push_back(sum * static_cast<double>(n) / static_cast<double>(v.size()));
+  }
+  return means;
+}
+
+FieldAdam::FieldAdam(const Fields& fields) : fields_(&fields) {
+  for (const Vector& start : fields.start()) moments_.emplace_back(start.size());
+}
+
+void FieldAdam::members(SavedState& state) {
+  for (AdamMoments& moments : moments_) state(moments);
+}
+
+void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
+                     const std::vector<FieldStep>& how) {
+  for (std::size_t f = 0; f < values.size(); ++f) {
+    for (std::size_t i = 0; i < gradients[f].size(); ++i)
+      if (!std::isfinite(gradients[f][i]))
+        throw std::runtime_error("The derivative with respect to number " + std::to_string(i) +
+                                 " of " + fields_->names()[f] +
+                                 " is not finite; report this scene");
+    std::vector<double> slopes = gradients[f];
+    if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
+      const double texels = how[f].spread * image->width() * image->height();
+      slopes =
+          smoothed(std::move(slopes), image->height(), image->width(), 3,
+                   std::sqrt(texels / (4 * kPi<double>)), image->extension() == Extension::kRepeat);
+    }
+    const Eigen::Map<const Vector> gradient(slopes.data(),
+                                            static_cast<Eigen::Index>(slopes.size()));
+    const UnknownParameter& one = fields_->wanted()[f];
+    const auto same = [&](double x) { return Vector::Constant(gradient.size(), x); };
+    values[f] = moments_[f].update(values[f], gradient, same(how[f].rate * one.learning_rate),
+                                   same(one.minimum), same(one.maximum));
+  }
+}
+
+FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
+                                  const Capture& capture, const Loss& loss,
+                                  const RenderSettings& settings, Progress* progress) {
+  const auto render = [&](const PixelLoss& pixel) {
+    return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
+  };
+  if (loss.per_pixel)
+    return render([&](std::size_t pixel, const Film& film) {
+      return slope_of_pixel(loss, film, capture, pixel);
+    });
+  const FieldGradient first = render({});
+  const LossResult result = loss.evaluate(first.film, capture);
+  FieldGradient second = render([&](std::size_t pixel, const Film&) {
+    return PixelSlope{result.slope[pixel],
+                      result.curvature.empty() ? Colorf() : result.curvature[pixel]};
+  });
+  second.film.seconds += first.film.seconds;
+  second.film.cpu_seconds += first.film.cpu_seconds;
+  return second;
+}
+
+}  // namespace selenite

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/problem/pixel_weights.h"
+
+#include <algorithm>
+
+namespace selenite {
+namespace {
+
+constexpr double kDimShare = 0.3;  ///< of the mean, added to a pixel's brightness
+constexpr int kBlurRadius = 2;
+
+/// How many of 2 `radius` + 1 in a row, i the middle one, lie within `count`.
+int inside(int i, int count, int radius) {
+  return std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
+}
+
+/// Mean over the square of pixels around each without that pixel itself.
+Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
+  Eigen::VectorXf out = box_blur(level, width, height, kBlurRadius);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto count =
+          static_cast<float>(inside(x, width, kBlurRadius) * inside(y, height, kBlurRadius));
+      if (count == 1) continue;  // a picture of one pixel
+      const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
+      out.segment<3>(at) =
+          ((out.segment<3>(at) * count - level.segment<3>(at)) / (count - 1)).cwiseMax(0.f);
+    }
+  return out;
+}
+
+}  // namespace
+
+Eigen::VectorXf brightness(const Capture& capture) {
+  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * capture.size()));
+  double mean = 0;
+  for (std::size_t i = 0; i < capture.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      const float value = std::max(capture.reference[i][c], 0.f);
+      level[static_cast<Eigen::Index>(3 * i) + c] = value;
+      mean += capture.share(i) * value;
+    }
+  constexpr double kBlack = 1e-6;
+  return around(level, capture.width, capture.height).array() +
+         static_cast<float>(kDimShare * std::max(mean, kBlack));
+}
+
+Eigen::VectorXf shares(const Capture& capture, std::size_t captures) {
+  Eigen::VectorXf share(static_cast<Eigen::Index>(3 * capture.size()));
+  for (std::size_t i = 0; i < capture.size(); ++i)
+    share.segment<3>(static_cast<Eigen::Index>(3 * i))
+        .setConstant(static_cast<float>(capture.share(i) / static_cast<double>(captures)));
+  return share;
+}
+
+Eigen::VectorXf relative_weights(const Capture& capture, std::size_t captures) {
+  return shares(capture, captures).cwiseQuotient(brightness(capture).cwiseAbs2());
+}
+
+Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {
+  // Separable, with running sums over columns of pixels, then of rows (whole lines at a time);
+  // at the border the mean is over what lies inside.
+  const Eigen::Index line = 3 * static_cast<Eigen::Index>(width);
+  Eigen::VectorXf rows(column.size()), out(column.size());
+  for (int y = 0; y < height; ++y) {
+    const auto at = [&](int x) { return line * y + 3 * x; };
+    Eigen::Array3d sum = Eigen::Array3d::Zero();
+    const auto pixel = [&](int x) { return column.segment<3>(at(x)).array().cast<double>(); };
+    for (int x = 0; x < std::min(radius, width); ++x) sum += pixel(x);
+    for (int x = 0; x < width; ++x) {
+      if (x + radius < width) sum += pixel(x + radius);
+      if (x - radius > 0) sum -= pixel(x - radius - 1);
+      rows.segment<3>(at(x)) = (sum / inside(x, width, radius)).cast<float>();
+    }
+  }
+  Eigen::ArrayXd sum = Eigen::ArrayXd::Zero(line);
+  const auto row = [&](int y) { return rows.segment(line * y, line).array().cast<double>(); };
+  for (int y = 0; y < std::min(radius, height); ++y) sum += row(y);
+  for (int y = 0; y < height; ++y) {
+    if (y + radius < height) sum += row(y + radius);
+    if (y - radius > 0) sum -= row(y - radius - 1);
+    out.segment(line * y, line) = (sum / inside(y, height, radius)).cast<float>();
+  }
+  return out;
+}
+
+}  // namespace selenite

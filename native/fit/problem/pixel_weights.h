@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fit/problem/photo.h"
+
+namespace selenite {
+
+// Columns hold the channels of pixels, three numbers a pixel.
+
+/// Brightness of the photo around each pixel, without the pixel itself, kept away from 0. With it
+/// weights would go up and down with the photo's noise, and weighted residuals lean to one side.
+Eigen::VectorXf brightness(const Capture& capture);
+
+/// Each number's share in the mean over all of `captures` photos.
+Eigen::VectorXf shares(const Capture& capture, std::size_t captures);
+
+/// The shares over the squared brightness: a weighted sum of squared residuals is their mean square
+/// relative to the photo.
+Eigen::VectorXf relative_weights(const Capture& capture, std::size_t captures);
+
+/// Mean over squares of 2 `radius` + 1 pixels, within the picture.
+Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius);
+
+}  // namespace selenite

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/problem/settings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "fit/problem/loss.h"
+#include "math/error.h"
+
+namespace selenite {
+
+int FitSettings::chosen_validation_spp() const {
+  constexpr int kLeast = 16, kTimes = 2;
+  return validation_spp > 0 ? validation_spp : std::max(kLeast, kTimes * spp);
+}
+
+int FitSettings::chosen_verification_spp() const {
+  constexpr int kLeast = 64;
+  return verification_spp > 0 ? verification_spp : std::max(kLeast, iterations * spp);
+}
+
+void FitSettings::check() const {
+  std::ostringstream problems;
+  const auto require = [&](const char* name, double value, double lowest, double highest) {
+    if (value >= lowest && value <= highest) return;  // false for NaN
+    if (!problems.str().empty()) problems << '\n';
+    problems << name << " = " << value << " must lie in [" << lowest << ", " << highest << "]";
+  };
+  require("iterations", iterations, 1, 1e6);
+  require("spp", spp, 1, 65536);
+  require("tolerance", tolerance, 0, 1e9);
+  require("depth", depth, 0, 1e6);
+  require("threads", threads, 0, 4096);
+  require("validation_interval", validation_interval, 1, 1e6);
+  require("validation_spp", validation_spp, 0, 65536);
+  if (validation_spp == 1) require("validation_spp", validation_spp, 2, 65536);
+  require("verification_spp", verification_spp, 0, 65536);
+  if (verification_spp == 1) require("verification_spp", verification_spp, 2, 65536);
+  for (const auto& [name, value] :
+       {std::pair{"search", search}, std::pair{"verification", verification}})
+    if (value != "on" && value != "off" && value != "auto") {
+      if (!problems.str().empty()) problems << '\n';
+      problems << name << " = '" << value << "' is unknown; choose one of auto, on, off";
+    }
+  try {
+    const Loss& chosen = find_loss(loss);
+    if (spp >= 1 && spp < chosen.least_spp) {
+      if (!problems.str().empty()) problems << '\n';
+      problems << "loss = '" << loss << "' needs spp of at least " << chosen.least_spp << ", not "
+               << spp << "; it multiplies different samples of a pixel";
+    }
+  } catch (const InvalidArgument& error) {
+    if (!problems.str().empty()) problems << '\n';
+    problems << error.what();
+  }
+  if (!problems.str().empty()) throw InvalidArgument(problems.str());
+}
+
+}  // namespace selenite

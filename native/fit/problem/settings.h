@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "render/driver/render.h"
+
+namespace selenite {
+
+using Renderer = std::function<Film(const Scene&, const Camera&, const SlotLayout&,
+                                    const RenderSettings&, Progress*)>;
+
+/// How a fit runs. The table of names and ranges that Python sees is in fit_binding.cpp.
+struct FitSettings {
+  std::string loss = "dual-buffer";
+  std::string optimiser = "auto";
+  int iterations = 100;
+  int spp = 4;  ///< samples per pixel of a step
+  double tolerance =
+      0.001;  ///< stop when the mean of the last 3 validation losses is below; 0: never
+  std::uint64_t seed = 0;
+  int depth = 0;           ///< bounces; 0 = no limit
+  int threads = 0;         ///< 0 = one per core
+  bool accumulate = true;  ///< one step for all cameras; false: one after each camera
+  /// Iterations between validation renders; beside fields after a search these are where turns begin.
+  int validation_interval = 5;
+  int validation_spp = 0;  ///< 0: twice spp, at least 16
+  /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
+  bool secants = true;
+  /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton, where
+  /// there are no grids and images, or `EvenFields`).
+  std::string search = "auto";
+  /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
+  std::string verification = "auto";
+  int verification_spp = 0;    ///< of a pass; 0: as many as the iterations took, at least 64
+  Renderer renderer = render;  ///< a test puts an analytic picture here
+
+  int chosen_validation_spp() const;
+  int chosen_verification_spp() const;
+  /// InvalidArgument names every setting that is out of range.
+  void check() const;
+};
+
+}  // namespace selenite

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/problem/uniform_fields.h"
+
+#include <algorithm>
+#include <variant>
+
+namespace selenite {
+namespace {
+
+bool is_even(const Vector& values, int channels) {
+  for (Eigen::Index i = channels; i < values.size(); ++i)
+    if (values[i] != values[i % channels]) return false;
+  return true;
+}
+
+}  // namespace
+
+Color<double> EvenFields::Colour::held(const Color<double>& linear) const {
+  return image ? Color<double>(image->encode(Colorf(linear))) : linear;
+}
+
+Color<double> EvenFields::Colour::linear(const Color<double>& held) const {
+  return image ? Color<double>(image->decode(Colorf(held))) : held;
+}
+
+std::vector<EvenFields::Colour> EvenFields::colours_of(const Scene& scene, const Fields& fields) {
+  std::vector<Colour> colours;
+  for (std::size_t f = 0; f < fields.refs().size(); ++f) {
+    const FieldRef& ref = fields.refs()[f];
+    if (const auto* image = std::get_if<ImageRef>(&ref))
+      colours.push_back({f, scene.image(*image).texture});
+    else if (std::get<GridRef>(ref).kind == GridKind::kAlbedo)
+      colours.push_back({f, nullptr});
+  }
+  return colours;
+}
+
+/// `wanted` without fields, then the colours that stand for them.
+std::vector<UnknownParameter> EvenFields::few_of(const std::vector<UnknownParameter>& wanted,
+                                                 const Fields& fields,
+                                                 const std::vector<Colour>& colours) {
+  std::vector<UnknownParameter> few;
+  for (const UnknownParameter& one : wanted)
+    if (!Fields::is_field(one)) few.push_back(one);
+  for (const Colour& colour : colours) {
+    UnknownParameter one = fields.wanted()[colour.field];
+    one.parameter = colour.image ? "base_color" : "albedo";
+    const Vector& values = fields.start()[colour.field];
+    const int channels = fields.channels(colour.field);
+    Color<double> start;
+    for (int c = 0; c < 3; ++c) start[c] = values[c % channels];
+    start = colour.linear(start);
+    one.start = {start.r, start.g, start.b};
+    one.minimum = colour.linear(Color<double>(one.minimum)).r;
+    one.maximum = colour.linear(Color<double>(one.maximum)).r;
+    few.push_back(std::move(one));
+  }
+  return few;
+}
+
+Scene EvenFields::without(Scene scene, const Fields& fields, const std::vector<Colour>& colours) {
+  for (const Colour& colour : colours) {
+    const FieldRef& ref = fields.refs()[colour.field];
+    const int index = std::visit([](const auto& one) { return one.material; }, ref);
+    Material& material = scene.appearance.materials[static_cast<std::size_t>(index)];
+    if (colour.image)
+      material.maps.erase(material.maps.begin() +
+                          (&scene.image(std::get<ImageRef>(ref)) - material.maps.data()));
+    else
+      material.albedo_grid = {};
+  }
+  return scene;
+}
+
+std::unique_ptr<EvenFields> EvenFields::of(const Scene& scene,
+                                           const std::vector<UnknownParameter>& wanted,
+                                           const Fields& fields,
+                                           const std::vector<Capture>& captures, const Loss& loss,
+                                           int iterations) {
+  for (std::size_t f = 0; f < fields.refs().size(); ++f)
+    if (!is_even(fields.start()[f], fields.channels(f))) return nullptr;
+  if (colours_of(scene, fields).empty() || std::ranges::all_of(wanted, Fields::is_field))
+    return nullptr;
+  std::unique_ptr<EvenFields> even(
+      new EvenFields(scene, wanted, fields, captures, loss, iterations));
+  return even->unknowns_.size() <= kFewUnknowns ? std::move(even) : nullptr;
+}
+
+EvenFields::EvenFields(const Scene& scene, const std::vector<UnknownParameter>& wanted,
+                       const Fields& fields, const std::vector<Capture>& captures, const Loss& loss,
+                       int iterations)
+    : fields_(fields),
+      colours_(colours_of(scene, fields)),
+      scene_(without(scene, fields, colours_)),
+      unknowns_(scene_, few_of(wanted, fields, colours_)),
+      scalars_(unknowns_.size() - 3 * static_cast<Eigen::Index>(colours_.size())),
+      layout_(scene_, unknowns_.parameters()),
+      problem_{unknowns_, layout_, captures, loss, iterations},
+      coordinates_(unknowns_) {}
+
+FieldValues EvenFields::fields(const Vector& x) const {
+  FieldValues values = fields_.start();
+  Eigen::Index at = scalars_;
+  for (const Colour& colour : colours_) {
+    const Color<double> held = colour.held({x[at], x[at + 1], x[at + 2]});
+    const UnknownParameter& wanted = fields_.wanted()[colour.field];
+    const int channels = fields_.channels(colour.field);
+    Vector& all = values[colour.field];
+    for (Eigen::Index i = 0; i < all.size(); ++i)
+      all[i] =
+          std::clamp(channels == 3 ? held[static_cast<int>(i % 3)] : (held.r + held.g + held.b) / 3,
+                     wanted.minimum, wanted.maximum);  // encoding rounds
+    at += 3;
+  }
+  return values;
+}
+
+}  // namespace selenite

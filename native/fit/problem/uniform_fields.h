@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "fit/problem/reparametrization.h"
+#include "fit/problem/fields.h"
+#include "fit/solver/optimiser.h"
+
+namespace selenite {
+
+/// A fit whose grids and images are still of one colour each, seen as a fit of few numbers: in place of
+/// an albedo grid stands the one albedo of its material, of an image its one base colour. A search can
+/// go through these, and voxels and texels by their thousands start from what it finds. Otherwise
+/// whatever else darkens a body (extinction, IOR, roughness) is fitted to make up for them while they
+/// are far off.
+class EvenFields {
+ public:
+  /// None where voxels or texels differ (something told where they start), where no scalar or no colour
+  /// is unknown, or where there are more than kFewUnknowns numbers. All arguments but the first two must
+  /// outlive it.
+  static std::unique_ptr<EvenFields> of(const Scene& scene,
+                                        const std::vector<UnknownParameter>& wanted,
+                                        const Fields& fields, const std::vector<Capture>& captures,
+                                        const Loss& loss, int iterations);
+  EvenFields(const EvenFields&) = delete;  // the problem refers to members
+  EvenFields& operator=(const EvenFields&) = delete;
+
+  /// The scalars of the fit in their order, then a colour for each albedo grid and image.
+  const Problem& problem() const { return problem_; }
+  const Coordinates& coordinates() const { return coordinates_; }
+  /// Without the albedo grids and images that are unknown.
+  Scene scene_at(const Vector& x) const { return unknowns_.scene_with(scene_, x); }
+  /// Those of the fit.
+  Vector scalars(const Vector& x) const { return x.head(scalars_); }
+  /// The fields of the fit: the colours of x in all voxels and texels, densities as they start.
+  FieldValues fields(const Vector& x) const;
+
+ private:
+  /// A field for which one colour stands.
+  struct Colour {
+    std::size_t field;
+    std::shared_ptr<const Texture> image;  ///< none: an albedo grid
+    /// As the field holds it, from linear light, and back.
+    Color<double> held(const Color<double>& linear) const;
+    Color<double> linear(const Color<double>& held) const;
+  };
+  EvenFields(const Scene& scene, const std::vector<UnknownParameter>& wanted, const Fields& fields,
+             const std::vector<Capture>& captures, const Loss& loss, int iterations);
+  static std::vector<Colour> colours_of(const Scene& scene, const Fields& fields);
+  static std::vector<UnknownParameter> few_of(const std::vector<UnknownParameter>& wanted,
+                                              const Fields& fields,
+                                              const std::vector<Colour>& colours);
+  static Scene without(Scene scene, const Fields& fields, const std::vector<Colour>& colours);
+
+  const Fields& fields_;
+  std::vector<Colour> colours_;
+  Scene scene_;
+  Unknowns unknowns_;
+  Eigen::Index scalars_;
+  SlotLayout layout_;
+  Problem problem_;
+  Coordinates coordinates_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,309 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/solver/field_gauss_newton.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/problem/saved_state.h"
+#include "fit/problem/pixel_weights.h"
+
+namespace selenite {
+namespace {
+
+/// Pixels along a side of a cell. Light that is scattered through a body is smooth: measured on the
+/// thesis' dragon, all that photos of 128 pixels know of its voxels, cells of 8 know nearly as well.
+constexpr int kCell = 8, kLargeCell = 16;
+constexpr double kMostEntries = 1 << 26;  ///< of the Jacobians
+constexpr std::ptrdiff_t kMostNumbers =
+    3 * 12 * 12 * 12;  ///< of the fields: matrices of their squares
+/// What is kept of a Jacobian in each iteration: it changes as voxels do.
+constexpr double kJacobianKept = 0.9;
+/// Standard deviation of the voxels before any photo, around the one colour of the search.
+constexpr double kDeviation = 0.3;
+/// In units of the strength of a voxel that shows, first and last.
+constexpr double kFirstDamping = 3e-3, kLastDamping = 3e-4;
+constexpr double kLongest = 0.25;  ///< step of a voxel
+
+Eigen::VectorXd joined(const FieldValues& values) {
+  Eigen::Index size = 0, at = 0;
+  for (const Vector& one : values) size += one.size();
+  Eigen::VectorXd all(size);
+  for (const Vector& one : values) {
+    all.segment(at, one.size()) = one;
+    at += one.size();
+  }
+  return all;
+}
+
+/// Every third column, or number: those of a channel.
+Eigen::MatrixXf of_channel(const CellJacobian& columns, int channel) {
+  return columns(Eigen::all, Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
+}
+
+Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
+  return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
+}
+
+/// Three of each, as the numbers of pixels lie.
+Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
+  const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
+                                              static_cast<Eigen::Index>(pixels.size()));
+  return all.replicate(1, 3).transpose().reshaped();
+}
+
+}  // namespace
+
+std::unique_ptr<FieldNewton> FieldNewton::of(const Fields& fields,
+                                             const std::vector<Capture>& captures) {
+  std::ptrdiff_t numbers = 0;
+  for (std::size_t f = 0; f < fields.refs().size(); ++f) {
+    const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
+    if (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3) return nullptr;
+    numbers += fields.start()[f].size();
+  }
+  if (numbers == 0 || numbers > kMostNumbers) return nullptr;
+  for (const int cell : {kCell, kLargeCell}) {
+    double cells = 0;
+    for (const Capture& photo : captures)
+      cells +=
+          static_cast<double>(cells_along(photo.width, cell)) * cells_along(photo.height, cell);
+    if (cells * static_cast<double>(numbers) <= kMostEntries)
+      return std::unique_ptr<FieldNewton>(new FieldNewton(fields, captures, cell));
+  }
+  return nullptr;
+}
+
+FieldNewton::FieldNewton(const Fields& fields, const std::vector<Capture>& captures, int cell)
+    : cell_(cell) {
+  FieldValues low = fields.start(), high = low;
+  for (std::size_t f = 0; f < low.size(); ++f) {
+    low[f].setConstant(fields.wanted()[f].minimum);
+    high[f].setConstant(fields.wanted()[f].maximum);
+  }
+  minimum_ = joined(low);
+  maximum_ = joined(high);
+  for (const Capture& photo : captures) {
+    View view;
+    view.width = photo.width;
+    view.height = photo.height;
+    const int columns = cells_along(photo.width, cell), rows = cells_along(photo.height, cell);
+    const Eigen::VectorXf relative = relative_weights(photo, captures.size());
+    std::vector<float> sums(static_cast<std::size_t>(columns) * rows, 0.f);
+    for (std::size_t p = 0; p < photo.size(); ++p) {
+      view.share.push_back(relative.segment<3>(static_cast<Eigen::Index>(3 * p)).mean());
+      sums[static_cast<std::size_t>(cell_of(view, p))] += view.share.back();
+    }
+    for (std::size_t p = 0; p < photo.size(); ++p)
+      if (view.share[p] > 0) view.share[p] /= sums[static_cast<std::size_t>(cell_of(view, p))];
+    const auto cells = static_cast<Eigen::Index>(sums.size());
+    view.jacobian = CellJacobian::Zero(cells, minimum_.size());
+    view.residual = view.variance = view.weight = Eigen::MatrixXf::Zero(cells, 3);
+    views_.push_back(std::move(view));
+  }
+}
+
+void FieldNewton::View::members(SavedState& state) {
+  state(jacobian, gathered, residual, variance, weight, seen, slopes);
+}
+
+void FieldNewton::members(SavedState& state) {
+  state(values_, prior_);
+  for (View& view : views_) state(view);
+}
+
+void FieldNewton::stand_at(const FieldValues& values) {
+  values_ = values;
+  if (prior_.size() == 0) prior_ = joined(values);
+  for (View& view : views_) view.seen = 0;
+}
+
+Eigen::Index FieldNewton::cell_of(const View& view, std::size_t pixel) const {
+  const int x = static_cast<int>(pixel) % view.width, y = static_cast<int>(pixel) / view.width;
+  return static_cast<Eigen::Index>(y / cell_) * cells_along(view.width, cell_) + x / cell_;
+}
+
+template <class Pixels>
+Eigen::MatrixXf FieldNewton::of_cells(const View& view, const Pixels& pixels) const {
+  const Eigen::Index cells = view.jacobian.rows();
+  Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(3 * cells, pixels.cols());
+  for (std::size_t p = 0; p < view.share.size(); ++p)
+    for (int c = 0; c < 3; ++c)
+      sums.row(c * cells + cell_of(view, p)) += pixels.row(static_cast<Eigen::Index>(3 * p) + c);
+  return sums;
+}
+
+void FieldNewton::see(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight,
+                      double keep) {
+  View& view = views_[i];
+  const Eigen::ArrayXf share = of_numbers(view.share);
+  Eigen::MatrixXf sums(share.size(), 3);
+  sums.col(0) = share * (seen.residual_a + seen.residual_b).array() / 2;
+  sums.col(1) = share.square() * seen.variance.array() / 2;
+  sums.col(2) = (share > 0).select(share.square() / weight.array(), 0);
+  sums = of_cells(view, sums);
+  const auto of_channels = [&](Eigen::Index k) {
+    return sums.col(k).reshaped(view.jacobian.rows(), 3);
+  };
+  const double kept = keep * view.seen;
+  const auto fresh = static_cast<float>(1 / (kept + 1));
+  view.residual += fresh * (of_channels(0) - view.residual);
+  view.variance += fresh * (of_channels(1) - view.variance);
+  view.seen = kept + 1;
+  view.weight = (of_channels(2).array() > 0).select(of_channels(2).cwiseInverse(), 0.f);
+}
+
+void FieldNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
+  View& view = views_[i];
+  const double kept = kJacobianKept * view.gathered;
+  const auto fresh = static_cast<float>(1 / (kept + 1));
+  Eigen::Index at = 0;
+  for (const CellJacobian& one : derivatives.fields) {
+    auto block = view.jacobian.middleCols(at, one.cols());
+    block += fresh * (one - block);
+    at += one.cols();
+  }
+  view.gathered = kept + 1;
+}
+
+void FieldNewton::solve(double done) {
+  const Eigen::VectorXd values = joined(values_);
+  Eigen::Index rows = 0;
+  for (const View& view : views_) rows += view.jacobian.rows();
+  for (int c = 0; c < 3; ++c) {
+    Channel& channel = channels_[static_cast<std::size_t>(c)];
+    channel.jacobian.resize(rows, values.size() / 3);
+    Eigen::VectorXf residual(rows);
+    double noise = 0;
+    Eigen::Index at = 0;
+    for (const View& view : views_) {
+      const Eigen::Index cells = view.jacobian.rows();
+      const Eigen::VectorXf root = view.weight.col(c).cwiseSqrt();
+      auto jacobian = channel.jacobian.middleRows(at, cells);
+      jacobian = root.asDiagonal() * of_channel(view.jacobian, c);
+      residual.segment(at, cells) = root.cwiseProduct(view.residual.col(c));
+      noise += (jacobian.rowwise().squaredNorm().array() * view.weight.col(c).array() *
+                view.variance.col(c).array())
+                   .sum() /
+               std::max(view.seen, 1.0);
+      at += cells;
+    }
+    Eigen::MatrixXd normal = (channel.jacobian.transpose() * channel.jacobian).cast<double>();
+    const double all = normal.trace();
+    double prior = 0, damping = 1;
+    if (all > 0) {
+      prior = noise / (all * kDeviation * kDeviation);
+      damping = normal.diagonal().squaredNorm() / all *
+                std::exp(std::log(kFirstDamping) * (1 - done) + std::log(kLastDamping) * done);
+    }
+    channel.prior = prior;
+    normal.diagonal().array() += prior + damping;
+    channel.normal.compute(normal);
+    channel.way = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
+                                        prior * (of_channel(values, c) - of_channel(prior_, c)));
+  }
+}
+
+Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
+  const Eigen::Index unknowns = z.front().whole->a.slopes.cols();
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  // Of the cells: in the scalars' equations numbers have weights of their own.
+  std::vector<Eigen::MatrixXf> weights, sums_a, sums_b;
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    View& view = views_[i];
+    const JacobianSums::Set& whole = *z[i].whole;
+    view.slopes = of_cells(view, of_numbers(view.share).matrix().asDiagonal() *
+                                     ((whole.a.slopes + whole.b.slopes) / 2));
+    weights.push_back(of_cells(view, *z[i].weight).reshaped(view.jacobian.rows(), 3));
+    const auto sums = [&](JacobianSums::Half JacobianSums::Set::*half) {
+      Eigen::MatrixXf all = of_cells(view, z[i].weight->asDiagonal() * (whole.*half).instruments);
+      if (z[i].focus)
+        all += of_cells(view, z[i].focus_weight->asDiagonal() * (z[i].focus->*half).instruments);
+      return all;
+    };
+    sums_a.push_back(sums(&JacobianSums::Set::a));
+    sums_b.push_back(sums(&JacobianSums::Set::b));
+  }
+  for (int c = 0; c < 3; ++c) {
+    const Eigen::MatrixXf& solved = channels_[static_cast<std::size_t>(c)].jacobian;
+    Eigen::MatrixXf jacobian(solved.rows(), solved.cols());
+    Eigen::Index at = 0;
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      const Eigen::Index cells = views_[i].jacobian.rows();
+      jacobian.middleRows(at, cells) =
+          weights[i].col(c).cwiseSqrt().asDiagonal() * of_channel(views_[i].jacobian, c);
+      at += cells;
+    }
+    Eigen::MatrixXd normal = (jacobian.transpose() * jacobian).cast<double>();
+    const double strength = solved.squaredNorm();
+    const double prior =
+        strength > 0 ? channels_[static_cast<std::size_t>(c)].prior * (normal.trace() / strength)
+                     : 1;
+    normal.diagonal().array() += prior;
+    const Eigen::LLT<Eigen::MatrixXd> solver(normal);
+    const Eigen::MatrixXd like = (separate(z, &JacobianSums::Set::a, c, sums_a, solver) +
+                                  separate(z, &JacobianSums::Set::b, c, sums_b, solver)) /
+                                 2;
+    // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
+    // voxels is prior * deviation^2 / normal.
+    left +=
+        prior * prior * prior * kDeviation * kDeviation * (like.transpose() * solver.solve(like));
+  }
+  return left;
+}
+
+Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z,
+                                      JacobianSums::Half JacobianSums::Set::*half, int c,
+                                      const std::vector<Eigen::MatrixXf>& sums,
+                                      const Eigen::LLT<Eigen::MatrixXd>& solver) const {
+  Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(solver.cols(), sums.front().cols());
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const Eigen::Index cells = views_[i].jacobian.rows();
+    seen += of_channel(views_[i].jacobian, c).transpose() * sums[i].middleRows(c * cells, cells);
+  }
+  Eigen::MatrixXd like = solver.solve(seen.cast<double>());
+  for (std::size_t i = 0; i < z.size(); ++i) {
+    const View& view = views_[i];
+    const Eigen::MatrixXf imitated = of_channel(view.jacobian, c) * like.cast<float>();
+    Jacobian& instruments = (z[i].whole->*half).instruments;
+    for (std::size_t p = 0; p < view.share.size(); ++p)
+      instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= imitated.row(cell_of(view, p));
+  }
+  return like;
+}
+
+void FieldNewton::advance(const Eigen::VectorXd& du) {
+  const Eigen::VectorXd before = joined(values_);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(before.size());
+  for (int c = 0; c < 3; ++c) {
+    const Channel& one = channels_[static_cast<std::size_t>(c)];
+    const auto mine = Eigen::seq(c, Eigen::last, Eigen::fix<3>);
+    Eigen::VectorXf shift = Eigen::VectorXf::Zero(one.jacobian.rows());
+    Eigen::Index at = 0;
+    for (const View& view : views_) {
+      const Eigen::Index cells = view.jacobian.rows();
+      if (view.slopes.size() > 0)
+        shift.segment(at, cells) = view.weight.col(c).cwiseSqrt().cwiseProduct(
+            view.slopes.middleRows(c * cells, cells) * du.cast<float>());
+      at += cells;
+    }
+    Eigen::VectorXd way =
+        one.way - one.normal.solve((one.jacobian.transpose() * shift).cast<double>());
+    way = way.cwiseMax(-kLongest).cwiseMin(kLongest);
+    step(mine) =
+        (before(mine) + way).cwiseMax(minimum_(mine)).cwiseMin(maximum_(mine)) - before(mine);
+  }
+  Eigen::Index at = 0;
+  for (Vector& values : values_) {
+    values += step.segment(at, values.size());
+    at += values.size();
+  }
+  for (View& view : views_)
+    for (int c = 0; c < 3; ++c) {
+      const Eigen::Index cells = view.jacobian.rows();
+      view.residual.col(c) += of_channel(view.jacobian, c) * of_channel(step, c).cast<float>();
+      if (view.slopes.size() > 0)
+        view.residual.col(c) += view.slopes.middleRows(c * cells, cells) * du.cast<float>();
+    }
+}
+
+}  // namespace selenite

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/solver/optimiser.h"
+
+#include <array>
+#include <string>
+
+#include "fit/solver/adam.h"
+#include "fit/solver/gauss_newton.h"
+#include "math/error.h"
+
+namespace selenite {
+namespace {
+
+template <class Kind>
+std::unique_ptr<Optimiser> make(const Problem& problem) {
+  return std::make_unique<Kind>(problem);
+}
+
+constexpr std::array kOptimisers{
+    OptimiserKind{
+        "adam",
+        "Gradient steps with momentum, one learning rate per parameter: any loss, any number "
+        "of unknowns",
+        1, false, false, false, Purpose::kGradient, make<Adam>},
+    OptimiserKind{
+        "gauss-newton",
+        "Least squares over all iterations with accumulated derivative images: few unknowns, "
+        "tens of times fewer samples. Learning rates are not used",
+        2, true, true, true, Purpose::kInstrument, make<GaussNewton>},
+};
+
+/// Why a kind does not go with the settings, with the cure; empty if it does.
+std::string obstacle(const OptimiserKind& kind, const Loss& loss, int spp, bool accumulate) {
+  if (kind.least_squares_only && !loss.least_squares)
+    return "minimises squares and cannot take loss = '" + std::string(loss.name) +
+           "'; choose dual-buffer, or optimiser = 'adam'";
+  if (spp < kind.least_spp)
+    return "needs spp of at least " + std::to_string(kind.least_spp) + ", not " +
+           std::to_string(spp);
+  if (kind.needs_all_captures && !accumulate)
+    return "steps once for all cameras; set accumulate, or choose optimiser = 'adam'";
+  return {};
+}
+
+}  // namespace
+
+std::span<const OptimiserKind> optimisers() { return kOptimisers; }
+
+const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const Loss& loss,
+                                      int spp, bool accumulate) {
+  if (name == "auto") {
+    for (const OptimiserKind& kind : kOptimisers)
+      if (kind.few_unknowns && unknowns <= kFewUnknowns &&
+          obstacle(kind, loss, spp, accumulate).empty())
+        return kind;
+    name = "adam";
+  }
+  std::string names = "auto";
+  for (const OptimiserKind& kind : kOptimisers) {
+    names += ", " + std::string(kind.name);
+    if (kind.name != name) continue;
+    const std::string why = obstacle(kind, loss, spp, accumulate);
+    if (!why.empty()) throw InvalidArgument("optimiser = '" + std::string(name) + "' " + why);
+    return kind;
+  }
+  throw InvalidArgument("optimiser = '" + std::string(name) + "' is unknown; choose one of " +
+                        names);
+}
+
+}  // namespace selenite

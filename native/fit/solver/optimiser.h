@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "fit/problem/photo.h"
+#include "fit/problem/loss.h"
+#include "fit/problem/unknowns.h"
+#include "render/film/film.h"
+#include "render/film/slots.h"
+
+namespace selenite {
+
+class FieldNewton;
+class SavedState;
+
+/// What a fit is about; constant while it runs.
+struct Problem {
+  const Unknowns& unknowns;
+  const SlotLayout& layout;  ///< slots and rows of all unknowns
+  const std::vector<Capture>& captures;
+  const Loss& loss;
+  int iterations;
+};
+
+/// One capture, rendered at the current values with fresh seeds.
+struct Observation {
+  int capture;
+  Film film;  ///< `slots` are those of Problem::layout
+  LossResult loss;
+};
+
+/// Chooses the next values from renders of the current ones. Holds no randomness: equal
+/// observations give equal steps. The problem must outlive it. A copy (`clone`) is its whole state.
+class Optimiser {
+ public:
+  virtual ~Optimiser() = default;
+  /// The next values, inside the bounds. `seen` holds one observation, or one per capture.
+  /// Throws std::runtime_error naming the unknown when a derivative is not finite.
+  virtual Vector step(const Vector& x, std::span<const Observation> seen,
+                      FieldNewton* beside = nullptr) = 0;
+  /// The next values where something else in the scene moves meanwhile: `seen` has no derivatives, one
+  /// observation per capture. Stays where nothing can be told without.
+  virtual Vector follow(const Vector& x, std::span<const Observation> /*seen*/,
+                        FieldNewton* /*beside*/ = nullptr) {
+    return x;
+  }
+  /// The best estimate when no more steps follow; `x` is what `step` returned last.
+  virtual Vector answer(const Vector& x) const { return x; }
+  /// Something else in the scene has moved: what earlier residuals told is no longer true.
+  virtual void start_afresh() {}
+  /// The values are others than those that the last step led to: nothing that was seen holds there.
+  virtual void start_anew() {}
+  /// Whether the last step left so little that a look at frozen values (`Verification`) can go the
+  /// rest better than more steps.
+  virtual bool arrived() const { return false; }
+  /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
+  virtual bool averages() const { return false; }
+  virtual std::unique_ptr<Optimiser> clone() const = 0;
+  /// All that changes from step to step.
+  virtual void members(SavedState& state) = 0;
+};
+
+/// What an optimiser uses derivative pictures for, on which it depends which estimate of them pays:
+/// see `render_derivatives`.
+enum class Purpose {
+  kInstrument,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
+  kGradient,    ///< multiplied with the residuals of the same render
+};
+
+/// Up to so many scalars the derivative images of all are kept and the clamps can be searched.
+inline constexpr int kFewUnknowns = 12;
+
+struct OptimiserKind {
+  std::string_view name;
+  std::string_view help;
+  int least_spp;
+  bool needs_all_captures;  ///< cannot step after every camera
+  bool least_squares_only;  ///< for losses that are sums of squares
+  bool few_unknowns;        ///< made for up to kFewUnknowns
+  Purpose purpose;
+  std::unique_ptr<Optimiser> (*make)(const Problem& problem);
+};
+
+std::span<const OptimiserKind> optimisers();
+/// By name; "auto" takes Gauss-Newton for up to 12 unknowns where the loss and `spp` permit it,
+/// else Adam. InvalidArgument lists the names, or says why the optimiser does not go with the
+/// settings.
+const OptimiserKind& choose_optimiser(std::string_view name, int unknowns, const Loss& loss,
+                                      int spp, bool accumulate);
+
+}  // namespace selenite

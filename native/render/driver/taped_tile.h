@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "render/driver/field_gradient.h"
+#include "render/driver/kernel.h"
+#include "render/derivatives/sparse_gradient.h"
+
+namespace selenite {
+
+/// What the paths of a tile need besides the prepared scene.
+struct TapedWork {
+  const std::vector<Field>& fields;
+  const PixelLoss& loss;  ///< empty: no gradient
+  int cell = kTileSize;   ///< pixels along a side of a cell; divides that of a tile
+};
+
+/// How many cells lie across a tile.
+inline int cells_across(int cell) { return kTileSize / cell; }
+
+/// Renders all samples of a tile's pixels and sweeps their tapes: one gradient a field for each cell,
+/// row by row.
+TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera& camera,
+                             const RenderSettings& settings, const Tile& tile,
+                             const TapedWork& work, Film& film,
+                             std::vector<SparseGradient>& gradients);
+
+}  // namespace selenite

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "render/media/equiangular.h"
+#include "render/media/media_stack.h"
+
+namespace selenite {
+
+/// Scatters light at a surface: where a shadow ray starts, and value and density of a direction.
+template <int L, class X>
+struct SurfaceScatterer {
+  using Number = X;
+
+  const Hit& hit;
+  const Surface& surface;
+  const PreparedMaterial<L>& material;
+  const PrincipledBsdf<X>& bsdf;
+
+  Vec3f origin(const Vec3f& direction) const { return surface.leave(direction); }
+  void cross(MediaStack<L>& media, const Vec3f& direction) const {
+    media.cross(hit, surface, direction);
+  }
+  /// Towards the inside of a body from where no light is seen.
+  bool seals(const Vec3f& direction) const {
+    return material.sealed && dot(direction, surface.ng) < 0;
+  }
+  bool refracts(const Vec3f& direction) const { return bsdf.transmits(direction); }
+  float share(const Light&) const { return 1; }
+  void evaluate(const Vec3f& direction, Color<X>& value, float& density) const {
+    bsdf.value_and_density(direction, value, density);
+  }
+  /// The radiance takes the light that has come along `through` and is scattered by `value`.
+  void bring(const Geometry& geometry, const Color<X>& value, const Factor<L>& emitted,
+             float weight, Throughput<L>& through, Radiance<L>& radiance) const {
+    if constexpr (L == kTaped)
+      if (material.is_recorded()) {
+        material.record(geometry, hit, value, through);
+        return radiance.add(through, emitted, weight);
+      }
+    radiance.add(through, material.factor(value), emitted, weight);
+  }
+};
+/// The same in a medium; `forward` is the way of the path.
+template <int L>
+struct PhaseScatterer {
+  using Scalar = PathScalar<L>;
+  using Number = Scalar;
+
+  const PreparedMaterial<L>& material;
+  Vec3f forward, position;
+  const Ray* ray;  ///< the position was drawn on it by a free flight
+  float reach;     ///< how far a flight could have gone
+  typename MediaStack<L>::Flight flight;
+
+  Vec3f origin(const Vec3f&) const { return position; }
+  void cross(MediaStack<L>&, const Vec3f&) const {}
+  bool seals(const Vec3f&) const { return false; }
+  bool refracts(const Vec3f&) const { return false; }
+  /// MIS weight of the position, which `add_lamp_along` could have drawn too.
+  float share(const Light& lamp) const {
+    if (!lamp.has_place()) return 1;
+    const Equiangular along(ray->origin, ray->direction, reach, lamp.position);
+    return power_heuristic(flight.density, along.density(flight.length));
+  }
+  void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
+    const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
+    value = Color<Scalar>(p);
+    density = value_of(p);
+  }
+  void bring(const Geometry&, const Color<Scalar>& value, const Factor<L>& emitted, float weight,
+             const Throughput<L>& through, Radiance<L>& radiance) const {
+    radiance.add(through, material.factor(value), emitted, weight);
+  }
+};
+
+}  // namespace selenite
