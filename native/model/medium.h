@@ -25,7 +25,7 @@ struct Medium {
                     .fit_lower = 0.001,
                     .fit_upper = 1000,
                     .initial = 0,
-                    .coordinate = Coordinate::kLog,
+                    .scale = Scale::kLog,
                     .effect = Effect::kVolume,
                     .alike = true,
                     .help = "How often light meets the medium inside the object, per length"},
@@ -38,7 +38,7 @@ struct Medium {
                     .fit_lower = 0.001,
                     .fit_upper = 0.9999,
                     .initial = 0.8,
-                    .coordinate = Coordinate::kReflectance,
+                    .scale = Scale::kReflectance,
                     .effect = Effect::kVolume,
                     .help = "Share of what meets the medium that is scattered, not absorbed"},
           m.albedo);

@@ -11,12 +11,12 @@ enum class Effect { kSurface, kEmission, kVolume, kVisibility };
 /// Which Principled BSDF has the parameter: that of Blender 3.x (1), that of 4.x and 5.x (2).
 enum class Versions { kBoth, k1, k2 };
 
-/// Coordinate in which an optimiser should step: the picture is closest to linear in it.
-enum class Coordinate {
+/// Scale on which an optimiser steps: the picture is closest to linear in it.
+enum class Scale {
   kLinear,
   kLog,
   kLogExcess,    ///< log(x - 1), for an index of refraction
-  kBlur,         ///< log(x^3 + 0.15^3) / 3, for a roughness: low ones hardly show
+  kRoughness,         ///< log(x^3 + 0.15^3) / 3, for a roughness: low ones hardly show
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
 };
 
@@ -32,7 +32,7 @@ struct Parameter {
   double fit_lower;          ///< default box constraint of a fit, inside [lower, upper]
   double fit_upper;
   double initial;  ///< default of the Blender node; of every channel of a colour
-  Coordinate coordinate = Coordinate::kLinear;
+  Scale scale = Scale::kLinear;
   Effect effect = Effect::kSurface;
   /// Colours only: channel c of the picture depends on channel c of the parameter alone, so one dual
   /// slot serves the three channels.

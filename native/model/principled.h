@@ -61,7 +61,7 @@ struct Principled {
   /// The one description of each parameter: `visit(Parameter, T&)` or `visit(Parameter, Color<T>&)`.
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
-    using enum Coordinate;
+    using enum Scale;
     visit(Parameter{.name = "base_color",
                     .sockets = "Base Color",
                     .unit = "1",
@@ -80,7 +80,7 @@ struct Principled {
                     .fit_lower = 0.02,
                     .fit_upper = 0.999,
                     .initial = 0.5,
-                    .coordinate = kBlur,
+                    .scale = kRoughness,
                     .twin = "coat_roughness",
                     .help = "Square root of the GGX width; at or below 0.0037 a perfect mirror, "
                             "which has no derivative"},
@@ -103,7 +103,7 @@ struct Principled {
                     .fit_lower = 1,
                     .fit_upper = 2.5,
                     .initial = 1.5,
-                    .coordinate = kLogExcess,
+                    .scale = kLogExcess,
                     .help = "Index of refraction of the inside over the outside"},
           m.ior);
     visit(Parameter{.name = "alpha",
@@ -179,7 +179,7 @@ struct Principled {
                     .fit_lower = 0.02,
                     .fit_upper = 0.999,
                     .initial = 0.03,
-                    .coordinate = kBlur,
+                    .scale = kRoughness,
                     .versions = Versions::k2,
                     .help = "Square root of the GGX width of the coat"},
           m.coat_roughness);
@@ -191,7 +191,7 @@ struct Principled {
                     .fit_lower = 1,
                     .fit_upper = 2.5,
                     .initial = 1.5,
-                    .coordinate = kLogExcess,
+                    .scale = kLogExcess,
                     .versions = Versions::k2,
                     .help = "Index of refraction of the coat"},
           m.coat_ior);
@@ -292,7 +292,7 @@ struct Principled {
                     .fit_lower = 0.001,
                     .fit_upper = 10,
                     .initial = 1,
-                    .coordinate = kLog,
+                    .scale = kLog,
                     .versions = Versions::k2,
                     .help = "How far each colour scatters under the surface, times the scale"},
           m.subsurface_radius);
@@ -304,7 +304,7 @@ struct Principled {
                     .fit_lower = 0.0001,
                     .fit_upper = 10,
                     .initial = 0.05,
-                    .coordinate = kLog,
+                    .scale = kLog,
                     .versions = Versions::k2,
                     .help = "Scales the subsurface radius"},
           m.subsurface_scale);
@@ -317,7 +317,7 @@ struct Principled {
                   .fit_lower = 1.01,
                   .fit_upper = 2.5,
                   .initial = 1.4,
-                  .coordinate = kLogExcess,
+                  .scale = kLogExcess,
                   .versions = Versions::k2,
                   .help = "Index of refraction under the surface of the method Random Walk (Skin)"},
         m.subsurface_ior);

@@ -11,7 +11,7 @@ namespace selenite {
 /// What a random walk under the surface needs: an entry that refracts without reflecting, a medium of
 /// one extinction and one albedo per channel, and a Lambertian exit. The colour of the material is the
 /// wish; the medium is the one whose half space has about that albedo under diffuse light.
-/// Source: facts/cycles.md §1.7; Chiang, Kutz, Burley 2016 (the idea).
+/// Source: docs/method/rendering.md, "Subsurface scattering"; Chiang, Kutz, Burley 2016 (the idea).
 template <class T>
 struct SubsurfaceMedium {
   using S = scalar_t<T>;

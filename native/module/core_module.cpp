@@ -12,7 +12,8 @@ namespace selenite {
 namespace {
 
 /// One triangle, one ray whose answer is known. A host with another Embree in its global symbols
-/// answers wrongly and silently (facts sheet "blender", section 2.2); this turns it into a message.
+/// answers wrongly and silently (docs/method/rendering.md, "Two copies of Embree in
+/// one process"); this turns it into a message.
 void self_test() {
   Mesh mesh;
   mesh.name = "self test";
@@ -55,7 +56,7 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_scene(m);
   selenite::bind_render(m);
   selenite::bind_fit(m);
-  selenite::bind_look(m);
+  selenite::bind_photo_jacobian(m);
   selenite::bind_probe(m);
   selenite::self_test();
 }

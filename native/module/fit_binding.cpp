@@ -60,30 +60,30 @@ class Named {
   py::dict values_;
 };
 
-Capture capture_of(const py::handle& object, std::size_t index) {
-  const std::string what = "captures[" + std::to_string(index) + "]";
+Photo photo_of(const py::handle& object, std::size_t index) {
+  const std::string what = "photos[" + std::to_string(index) + "]";
   const Named named(object, what, {"camera", "reference", "weight", "frame"});
-  Capture capture;
-  capture.camera = named.as<std::string>("camera");
-  if (named.has("frame")) capture.frame = frame_of(named.as<FrameTuple>("frame"));
+  Photo photo;
+  photo.camera = named.as<std::string>("camera");
+  if (named.has("frame")) photo.frame = frame_of(named.as<FrameTuple>("frame"));
   const FloatArray reference = float_array(named.get("reference"), what + ": reference");
   if (reference.ndim() != 3 || reference.shape(2) != 3)
     throw py::value_error(what + ": reference has shape " + shape_text(reference) +
                           "; it must be (height, width, 3)");
-  capture.height = static_cast<int>(reference.shape(0));
-  capture.width = static_cast<int>(reference.shape(1));
-  capture.reference.resize(static_cast<std::size_t>(capture.height) * capture.width);
+  photo.height = static_cast<int>(reference.shape(0));
+  photo.width = static_cast<int>(reference.shape(1));
+  photo.reference.resize(static_cast<std::size_t>(photo.height) * photo.width);
   static_assert(sizeof(Colorf) == 3 * sizeof(float));
-  std::memcpy(static_cast<void*>(capture.reference.data()), reference.data(),
-              capture.reference.size() * sizeof(Colorf));
-  if (!named.has("weight")) return capture;
+  std::memcpy(static_cast<void*>(photo.reference.data()), reference.data(),
+              photo.reference.size() * sizeof(Colorf));
+  if (!named.has("weight")) return photo;
   const FloatArray weight = float_array(named.get("weight"), what + ": weight");
-  if (weight.ndim() != 2 || weight.shape(0) != capture.height || weight.shape(1) != capture.width)
+  if (weight.ndim() != 2 || weight.shape(0) != photo.height || weight.shape(1) != photo.width)
     throw py::value_error(what + ": weight has shape " + shape_text(weight) + "; it must be (" +
-                          std::to_string(capture.height) + ", " + std::to_string(capture.width) +
+                          std::to_string(photo.height) + ", " + std::to_string(photo.width) +
                           ") as the reference");
-  capture.weight.assign(weight.data(), weight.data() + weight.size());
-  return capture;
+  photo.weight.assign(weight.data(), weight.data() + weight.size());
+  return photo;
 }
 
 UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
@@ -108,7 +108,7 @@ FitSettings settings_of(const py::handle& object) {
   const Named named(object, "settings",
                     {"loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth",
                      "threads", "accumulate", "validation_interval", "validation_spp", "search",
-                     "verification", "verification_spp", "secants"});
+                     "refinement", "refinement_spp", "finite_differences"});
   FitSettings settings;
   named.take("loss", settings.loss);
   named.take("optimiser", settings.optimiser);
@@ -121,20 +121,20 @@ FitSettings settings_of(const py::handle& object) {
   named.take("accumulate", settings.accumulate);
   named.take("validation_interval", settings.validation_interval);
   named.take("validation_spp", settings.validation_spp);
-  named.take("secants", settings.secants);
+  named.take("finite_differences", settings.finite_differences);
   named.take("search", settings.search);
-  named.take("verification", settings.verification);
-  named.take("verification_spp", settings.verification_spp);
+  named.take("refinement", settings.refinement);
+  named.take("refinement_spp", settings.refinement_spp);
   return settings;
 }
 
-std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& captures,
+std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
                                  const py::list& unknowns, const py::dict& settings) {
-  std::vector<Capture> photos;
-  for (const auto& one : captures) photos.push_back(capture_of(one, photos.size()));
+  std::vector<Photo> taken;
+  for (const auto& one : photos) taken.push_back(photo_of(one, taken.size()));
   std::vector<UnknownParameter> wanted;
   for (const auto& one : unknowns) wanted.push_back(unknown_of(one, wanted.size()));
-  return std::make_unique<FitJob>(scene, std::move(photos), wanted, settings_of(settings));
+  return std::make_unique<FitJob>(scene, std::move(taken), wanted, settings_of(settings));
 }
 
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
@@ -205,7 +205,7 @@ py::dict history_dict(const FitJob& job, const std::vector<HistoryRow>& rows) {
                   "field_means"_a = means);
 }
 
-py::dict search_dict(const SearchResult& r) {
+py::dict search_dict(const MultiStartResult& r) {
   return py::dict("points"_a = r.points, "moved"_a = r.moved, "start_loss"_a = r.start_loss,
                   "loss"_a = r.loss, "standard_error"_a = r.standard_error);
 }
@@ -234,12 +234,12 @@ py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
         "standard_error"_a = errors, "interval_90"_a = intervals, "determined"_a = determined,
         "at_bound"_a = bounds, "correlated_with"_a = correlated);
   }
-  py::list rivals, contested;
-  for (const Vector& x : report.rivals) rivals.append(values_dict(unknowns, x));
-  for (const int k : report.contested)
-    contested.append(unknowns.components()[static_cast<std::size_t>(k)].name);
-  return py::dict("parameters"_a = parameters, "passes"_a = report.passes, "rivals"_a = rivals,
-                  "contested"_a = contested,
+  py::list alternatives, ambiguous;
+  for (const Vector& x : report.alternatives) alternatives.append(values_dict(unknowns, x));
+  for (const int k : report.ambiguous)
+    ambiguous.append(unknowns.components()[static_cast<std::size_t>(k)].name);
+  return py::dict("parameters"_a = parameters, "passes"_a = report.passes, "alternative_minima"_a = alternatives,
+                  "ambiguous"_a = ambiguous,
                   "misfit"_a = py::dict("value"_a = report.misfit.value,
                                         "standard_error"_a = report.misfit.standard_error,
                                         "explained"_a = report.misfit.explained));
@@ -265,8 +265,8 @@ py::dict result_dict(const FitJob& job) {
 py::object preview_array(const FitJob& job, int index) {
   const std::shared_ptr<const Picture> picture = job.preview(index);
   if (!picture) return py::none();
-  const Capture& capture = job.captures()[static_cast<std::size_t>(index)];
-  py::array_t<float> array({capture.height, capture.width, 3});
+  const Photo& photo = job.photos()[static_cast<std::size_t>(index)];
+  py::array_t<float> array({photo.height, photo.width, 3});
   std::memcpy(array.mutable_data(), picture->data(), picture->size() * sizeof(Colorf));
   return array;
 }
@@ -299,7 +299,7 @@ void bind_fit(py::module_& m) {
 
 Args:
     scene: copied; later changes of the argument do not matter.
-    captures: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
+    photos: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
         top, weight: (h, w) float32 >= 0 or None, frame (aspect, width, height): as for `render`}. Pixels
         that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
@@ -315,14 +315,14 @@ Args:
         validation_interval 5 (beside grids and images after a search: where turns begin),
         validation_spp 0 (twice spp, at least 16), search "auto" (with
         Gauss-Newton; beside grids and images where each holds one colour, one is of albedos or base
-        colours, and there are up to 12 numbers with these as three; or "on", "off"), verification
+        colours, and there are up to 12 numbers with these as three; or "on", "off"), refinement
         "auto" (with up to 12 unknowns and no grid or image; or "on", "off"),
-        verification_spp 0 (as many as the iterations took, at least 64), secants True (differences
+        refinement_spp 0 (as many as the iterations took, at least 64), differences True (differences
         of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).
 Raises:
     ValueError, KeyError: all problems at once, one line each; nothing is started.)")
-      .def(py::init(&make_fit), "scene"_a, "captures"_a, "unknowns"_a, "settings"_a = py::dict())
+      .def(py::init(&make_fit), "scene"_a, "photos"_a, "unknowns"_a, "settings"_a = py::dict())
       .def("start", &FitJob::start, "Starts the thread. ValueError when started before.")
       .def("cancel", &FitJob::cancel, "Asks it to stop; polled per tile. What was found stays.")
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
@@ -352,8 +352,8 @@ Raises:
 "verifying"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
 seconds, seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
-      .def("preview", &preview_array, "capture_index"_a,
-           "Newest picture of a capture, (h, w, 3) float32, or None before the first.")
+      .def("preview", &preview_array, "photo_index"_a,
+           "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
@@ -364,8 +364,8 @@ fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
 search: {points (0: none), moved, start_loss, loss, standard_error}.
 report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
 "maximum", None), correlated_with}}, each a list by component; passes (0: not verified); misfit:
-{value, standard_error, explained}; rivals: values far from the best that explain the photos as well,
-each {"Body:roughness": [..]}; contested: components ("Body:base_color[1]") determined but for them}.
+{value, standard_error, explained}; alternatives: values far from the best that explain the photos as well,
+each {"Body:roughness": [..]}; ambiguous: components ("Body:base_color[1]") determined but for them}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
 final state, its loss taken from the validation render.)");

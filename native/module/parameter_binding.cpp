@@ -25,7 +25,7 @@ py::list parameters() {
         sockets.append(std::string(rest.substr(0, bar)));
         rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
       }
-      static constexpr const char* kCoordinates[] = {"linear", "log", "log_excess", "blur",
+      static constexpr const char* kScales[] = {"linear", "log", "log_excess", "roughness",
                                                      "reflectance"};
       static const std::vector<std::string> kVersions[] = {{"v1", "v2"}, {"v1"}, {"v2"}};
       static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
@@ -33,7 +33,7 @@ py::list parameters() {
                           "unit"_a = std::string(p.unit), "width"_a = parameter_widths(kind)[i],
                           "lower"_a = p.lower, "upper"_a = p.upper, "fit_lower"_a = p.fit_lower,
                           "fit_upper"_a = p.fit_upper, "initial"_a = p.initial,
-                          "coordinate"_a = kCoordinates[static_cast<int>(p.coordinate)],
+                          "scale"_a = kScales[static_cast<int>(p.scale)],
                           "effect"_a = kEffects[static_cast<int>(p.effect)],
                           "versions"_a = kVersions[static_cast<int>(p.versions)],
                           "help"_a = std::string(p.help)));
@@ -47,7 +47,7 @@ py::list parameters() {
 void bind_parameters(py::module_& m) {
   m.def("parameters", &parameters,
         "The table of every parameter that can be fitted: owner kind, name, Blender sockets, unit, "
-        "width, permitted range, default range of a fit, default value, coordinate, effect, "
+        "width, permitted range, default range of a fit, default value, scale, effect, "
         "versions of the Principled BSDF that have it, help.");
 }
 

@@ -19,7 +19,7 @@ struct Ray {
 enum class SensorFit { kAuto, kHorizontal, kVertical };
 
 /// Pinhole or orthographic camera as Blender describes it: looks along its local -Z, +Y up.
-/// Source: facts sheet "cycles", section 4 (measured on both versions to 0.06 px).
+/// Source: docs/method/rendering.md, "Camera" (measured on Blender 3.4 and 4.5 to 0.06 px).
 struct Camera {
   std::string name;
   bool orthographic = false;

@@ -105,7 +105,7 @@ class Geometry {
     return in_world_space_[instance] ? &faces_[instances_[instance].mesh][triangle] : nullptr;
   }
   /// Rounding of a barycentric point, in units of its triangle's largest coordinate: 20 ulp.
-  /// Source: facts sheet "native", section 5 (no leak, no self-hit from 1e-4 to 1e5 units).
+  /// Source: docs/method/rendering.md, "Precision" (no leak, no self-hit from 1e-4 to 1e5 units).
   static constexpr float kPositionError = 20 * 0x1p-23f;
   /// Of a UV map or colour attribute by name (empty: the first); zero where the mesh has none, as in
   /// Cycles.

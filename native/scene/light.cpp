@@ -5,7 +5,7 @@
 #include "math/sampling.h"
 #include "scene/area_light.h"
 
-// Radiometry of Blender's lamps: facts sheet "cycles", section 3 (measured on both versions).
+// Radiometry of Blender's lamps: docs/method/rendering.md, "Lamps" (measured on 3.4 and 4.5).
 namespace selenite {
 namespace {
 

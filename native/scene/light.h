@@ -27,7 +27,7 @@ struct LightParameters {
                     .fit_lower = 0.001,
                     .fit_upper = 10000,
                     .initial = 10,
-                    .coordinate = Coordinate::kLog,
+                    .scale = Scale::kLog,
                     .effect = Effect::kEmission,
                     .help = "Power of the lamp in watts; for a sun its irradiance in W/m2"},
           p.power);
@@ -46,7 +46,7 @@ struct LightParameters {
 };
 
 enum class LightKind { kPoint, kSun, kSpot, kArea };
-/// Which Blender's conventions the numbers follow (facts sheet "cycles", section 3).
+/// Which Blender's conventions the numbers follow (docs/method/rendering.md, "Lamps").
 enum class LightUnits { kBlender3, kBlender4 };
 
 /// Towards a light, from a point that is lit.

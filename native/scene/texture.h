@@ -21,7 +21,8 @@ enum class Interpolation { kLinear, kClosest, kCubic };
 /// Image on a surface; texel centres at (i + 1/2) / N, origin bottom left.
 ///
 /// An `encoded` image (in sRGB) is interpolated on its encoded values and decoded afterwards, as
-/// Cycles does; any other is linear. Source: facts sheet "cycles", section 5. Immutable, shared.
+/// Cycles does; any other is linear. Source:
+/// docs/method/rendering.md, "Textures". Immutable, shared.
 class Texture {
  public:
   /// Row 0 of `pixels` is the top. `alpha` is empty, or one number a pixel by which the colours were

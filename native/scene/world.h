@@ -25,7 +25,7 @@ struct WorldParameters {
                     .fit_lower = 0.001,
                     .fit_upper = 1000,
                     .initial = 1,
-                    .coordinate = Coordinate::kLog,
+                    .scale = Scale::kLog,
                     .effect = Effect::kEmission,
                     .help = "Strength of the background; multiplies its colour or image"},
           p.strength);
@@ -49,7 +49,7 @@ struct WorldParameters {
 /// u = 1/2 - atan2(y, x)/(2 pi), v = 1/2 + asin(z)/pi from the bottom; bilinear, u repeats.
 /// A negative pixel (resampled pictures have them, those that Blender brings along too) is negative
 /// light, as Cycles shows it, and is not sampled. InvalidArgument: a pixel that is not finite.
-/// Source: facts sheet "cycles", section 3.
+/// Source: docs/method/rendering.md, "World".
 class EnvironmentMap {
  public:
   EnvironmentMap(int width, int height, std::vector<Colorf> pixels);  ///< row 0 at the top

@@ -12,8 +12,8 @@ struct Setting {
   Scene scene = synthetic_scene();
   Unknowns unknowns;
   SlotLayout layout;
-  std::vector<Capture> captures;
-  Problem problem{unknowns, layout, captures, losses()[0], 100};
+  std::vector<Photo> photos;
+  Problem problem{unknowns, layout, photos, losses()[0], 100};
   explicit Setting(const std::vector<UnknownParameter>& wanted)
       : unknowns(scene, wanted), layout(scene, unknowns.parameters()) {}
 };
@@ -72,14 +72,14 @@ TEST(Adam, ACopyGoesOnAlike) {
 
 TEST(Adam, NamesTheUnknownWhoseDerivativeIsNotFinite) {
   Setting s(synthetic_unknowns());
-  s.captures = {synthetic_capture(s.scene, "Left", 4)};
-  check_captures(s.scene, s.captures);
+  s.photos = {synthetic_capture(s.scene, "Left", 4)};
+  check_photos(s.scene, s.photos);
   RenderSettings settings;
   settings.width = settings.height = 4;
   std::vector<Observation> seen(1);
   seen[0].film = SyntheticRenderer()(s.scene, s.scene.cameras[0], s.layout, settings, nullptr);
   seen[0].film.slots[1].mean[5].g = std::nanf("");
-  seen[0].loss = s.problem.loss.evaluate(seen[0].film, s.captures[0]);
+  seen[0].loss = s.problem.loss.evaluate(seen[0].film, s.photos[0]);
   Adam adam(s.problem);
   try {
     adam.step(s.unknowns.start(), seen);

@@ -34,7 +34,7 @@ RenderSettings settings_of(int spp, std::uint64_t seed) {
   return square_settings(kSize, spp, seed);
 }
 
-std::vector<Capture> photos_of(const Scene& scene, int spp = 400) {
+std::vector<Photo> photos_of(const Scene& scene, int spp = 400) {
   return taken_photos(scene, kSize, spp);
 }
 
@@ -57,7 +57,7 @@ TEST_P(FieldsLoss, GradientAddsUpToThatOfOneAlbedo) {
   Scene plain = grid;
   plain.appearance.materials[0].albedo_grid = {};
   plain.appearance.materials[0].values.albedo = Color<double>(double(0.6f));
-  const Capture photo = photos_of(smoke(std::vector<float>(8, 0.9f)), 16)[0];
+  const Photo photo = photos_of(smoke(std::vector<float>(8, 0.9f)), 16)[0];
   const Fields fields(grid, {grid_unknown()});
   const FieldGradient found =
       loss_field_gradient(grid, grid.cameras[0], fields, photo, loss, settings_of(16, 7), nullptr);
@@ -190,9 +190,9 @@ TEST(FieldsFit, ASearchFindsTheOneAlbedoThatSuitsAllVoxels) {
   Fit fit(smoke(std::vector<float>(8, 0.1f)), photos_of(smoke(truth)),
           {extinction_unknown(), grid_unknown()}, settings);
   ASSERT_TRUE(fit.step());
-  EXPECT_EQ(fit.result().phase, Phase::kSearching);
+  EXPECT_EQ(fit.result().phase, Phase::kMultiStart);
   EXPECT_FALSE(fit.can_be_saved());
-  while (fit.result().phase == Phase::kSearching) ASSERT_TRUE(fit.step());
+  while (fit.result().phase == Phase::kMultiStart) ASSERT_TRUE(fit.step());
   EXPECT_GT(fit.result().search.points, 64);
   EXPECT_TRUE(fit.result().search.moved);
   const Vector found = (*fit.result().fields_last)[0];
@@ -212,12 +212,12 @@ TEST(FieldsFit, ASearchFindsTheOneAlbedoThatSuitsAllVoxels) {
 
 TEST(FieldsFit, AfterASearchEachPhotoMakesAStepThatBeginsLong) {
   for (const std::size_t count : {1u, 2u}) {
-    std::vector<Capture> photos = photos_of(smoke(std::vector<float>(8, 0.7f)));
+    std::vector<Photo> photos = photos_of(smoke(std::vector<float>(8, 0.7f)));
     photos.resize(count);
-    check_captures(smoke(std::vector<float>(8, 0.5f)), photos);
+    check_photos(smoke(std::vector<float>(8, 0.5f)), photos);
     Fit fit(smoke(std::vector<float>(8, 0.5f)), photos, {extinction_unknown(), grid_unknown()},
             settings_of(15, 8));
-    while (fit.result().iterations == 0 && fit.result().phase != Phase::kFitting)
+    while (fit.result().iterations == 0 && fit.result().phase != Phase::kDescent)
       ASSERT_TRUE(fit.step());
     const Vector found = (*fit.result().fields_last)[0];
     ASSERT_TRUE(fit.step());
@@ -242,7 +242,7 @@ TEST(FieldsFit, SearchesOnlyWhereNothingIsKnownOfTheVoxels) {
     FitSettings settings = settings_of(1, 2);
     settings.search = search;
     const Scene scene = smoke(start);
-    return Fit(scene, photos_of(scene, 1), wanted, settings).result().phase == Phase::kSearching;
+    return Fit(scene, photos_of(scene, 1), wanted, settings).result().phase == Phase::kMultiStart;
   };
   const std::vector<float> even(8, 0.5f);
   EXPECT_TRUE(searches(even, both, "auto"));
@@ -260,7 +260,7 @@ TEST(FieldsFit, TurnsGoOnToTheSameBits) {
   settings.tolerance = 0;
   settings.threads = 1;
   const std::vector<UnknownParameter> wanted = {extinction_unknown(), grid_unknown()};
-  const std::vector<Capture> photos = photos_of(smoke(std::vector<float>(8, 0.9f)), 16);
+  const std::vector<Photo> photos = photos_of(smoke(std::vector<float>(8, 0.9f)), 16);
   const Scene start = smoke(std::vector<float>(8, 0.5f));
   for (const int at : {2, 4, 6}) {
     Fit whole(start, photos, wanted, settings), second(start, photos, wanted, settings);
@@ -284,7 +284,7 @@ TEST(FieldsFit, GoesTogetherWithOneValueAndWithEitherCamerasOrder) {
     settings.tolerance = 0;
     settings.accumulate = accumulate;
     settings.threads = accumulate ? 1 : 2;
-    const std::vector<Capture> photos = photos_of(smoke(std::vector<float>(8, 0.9f)), 16);
+    const std::vector<Photo> photos = photos_of(smoke(std::vector<float>(8, 0.9f)), 16);
     const std::vector<UnknownParameter> wanted = {{"Smoke", "extinction", {2, 2, 2}, 0.1, 10, 0.03},
                                                   grid_unknown()};
     Fit fit(start, photos, wanted, settings);

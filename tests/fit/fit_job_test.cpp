@@ -10,7 +10,7 @@
 namespace selenite {
 namespace {
 
-std::vector<Capture> one(const Scene& scene) { return {synthetic_capture(scene, "Left")}; }
+std::vector<Photo> one(const Scene& scene) { return {synthetic_capture(scene, "Left")}; }
 
 /// A renderer that holds every render until it is let go or cancelled, as a long one would.
 struct Gate {

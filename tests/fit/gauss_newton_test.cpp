@@ -30,45 +30,45 @@ FitResult run(const FitSettings& settings,
 
 double worst_error(const Vector& x) { return (x - synthetic_truth()).cwiseAbs().maxCoeff(); }
 
-TEST(Coordinates, GoBackAndForthAndHaveTheRightSlope) {
+TEST(Reparametrization, GoBackAndForthAndHaveTheRightSlope) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "base_color", {0.2, 0.2, 0.2}, 0, 1, 0.03},
                                               {"Body", "roughness", {0.6}, 0.02, 1, 0.03},
                                               {"Body", "ior", {1.7}, 1, 2.5, 0.03},
                                               {"Body", "albedo", {0.7, 0.7, 0.7}, 0, 0.999, 0.03},
                                               {"World", "strength", {2}, 0, 100, 0.03}});
-  const Coordinates coordinates(unknowns);
+  const Reparametrization reparametrization(unknowns);
   for (const Vector& x : {unknowns.minimum(), unknowns.maximum(), unknowns.start()}) {
-    const Vector u = coordinates.from_values(x);
+    const Vector u = reparametrization.from_values(x);
     EXPECT_TRUE(u.allFinite()) << u.transpose();
-    EXPECT_LT((coordinates.to_values(u) - x).cwiseAbs().maxCoeff(), 1e-12);
+    EXPECT_LT((reparametrization.to_values(u) - x).cwiseAbs().maxCoeff(), 1e-12);
     constexpr double kStep = 1e-6;
     const Vector ones = Vector::Ones(u.size());
     const Vector difference =
-        (coordinates.to_values(u + kStep * ones) - coordinates.to_values(u - kStep * ones)) /
+        (reparametrization.to_values(u + kStep * ones) - reparametrization.to_values(u - kStep * ones)) /
         (2 * kStep);
-    EXPECT_LT((coordinates.slope(x) - difference)
-                  .cwiseQuotient(coordinates.slope(x))
+    EXPECT_LT((reparametrization.slope(x) - difference)
+                  .cwiseQuotient(reparametrization.slope(x))
                   .cwiseAbs()
                   .maxCoeff(),
               1e-5);
   }
-  EXPECT_DOUBLE_EQ(coordinates.minimum()[3], std::log(8e-6 + 0.15 * 0.15 * 0.15) / 3)
+  EXPECT_DOUBLE_EQ(reparametrization.minimum()[3], std::log(8e-6 + 0.15 * 0.15 * 0.15) / 3)
       << "roughness";
 }
 
-TEST(Coordinates, RoughnessReachesZero) {
+TEST(Reparametrization, RoughnessReachesZero) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {0}, 0, 1, 0.03}});
-  const Coordinates coordinates(unknowns);
-  EXPECT_LT(coordinates.to_values(coordinates.minimum())[0], 1e-8);
-  EXPECT_TRUE(std::isfinite(coordinates.slope(unknowns.minimum())[0]));
+  const Reparametrization reparametrization(unknowns);
+  EXPECT_LT(reparametrization.to_values(reparametrization.minimum())[0], 1e-8);
+  EXPECT_TRUE(std::isfinite(reparametrization.slope(unknowns.minimum())[0]));
 }
 
-TEST(Coordinates, ReflectanceHasTheRightSlopeAndEnds) {
-  EXPECT_EQ(Coordinates::reflectance(0), 0);
-  EXPECT_EQ(Coordinates::reflectance(1), 1);
+TEST(Reparametrization, ReflectanceHasTheRightSlopeAndEnds) {
+  EXPECT_EQ(Reparametrization::reflectance(0), 0);
+  EXPECT_EQ(Reparametrization::reflectance(1), 1);
   for (const double albedo : {0.0, 1e-3, 0.3, 0.8, 0.99, 0.999}) {
-    const double u = Coordinates::reflectance(albedo);
-    EXPECT_NEAR(Coordinates::albedo_of(u), albedo, 1e-12);
+    const double u = Reparametrization::reflectance(albedo);
+    EXPECT_NEAR(Reparametrization::albedo_of(u), albedo, 1e-12);
   }
 }
 
@@ -88,9 +88,9 @@ double exact_reflectance(double albedo) {
   return 1 - 2 * root * (h * mu).mean();
 }
 
-TEST(Coordinates, ReflectanceIsThatOfAHalfSpace) {
+TEST(Reparametrization, ReflectanceIsThatOfAHalfSpace) {
   for (const double albedo : {0.3, 0.6, 0.9, 0.99})
-    EXPECT_NEAR(Coordinates::reflectance(albedo), exact_reflectance(albedo), 0.003) << albedo;
+    EXPECT_NEAR(Reparametrization::reflectance(albedo), exact_reflectance(albedo), 0.003) << albedo;
 }
 
 constexpr std::size_t kDepths = kSyntheticSize * kSyntheticSize;
@@ -133,13 +133,13 @@ Film absorption(const Scene& scene, const Camera&, const SlotLayout& layout,
 TEST(GaussNewton, ChannelsOfAnExtinctionAreAlikeWhereNothingElseIsSeen) {
   Scene scene = synthetic_scene();
   scene.appearance.materials[0].values.extinction = {1, 3, 1};
-  Capture capture = synthetic_capture(scene, "Left");
+  Photo photo = synthetic_capture(scene, "Left");
   for (std::size_t i = 0; i < kDepths; ++i)
     for (int c = 0; c < 3; ++c)
-      capture.reference[i][c] = c < 2 ? static_cast<float>(light_through(scene, i, c)) : 0.f;
+      photo.reference[i][c] = c < 2 ? static_cast<float>(light_through(scene, i, c)) : 0.f;
   FitSettings settings = gauss_newton_settings({});
   settings.renderer = absorption;
-  Fit fit(scene, {capture}, {{"Body", "extinction", {8, 8, 8}, 0.01, 100, 0.03}}, settings);
+  Fit fit(scene, {photo}, {{"Body", "extinction", {8, 8, 8}, 0.01, 100, 0.03}}, settings);
   while (fit.step()) {
   }
   const Vector& found = fit.result().best;
@@ -153,20 +153,20 @@ struct OnePhoto {
   Scene scene = synthetic_scene();
   Unknowns unknowns;
   SlotLayout layout{scene, unknowns.parameters()};
-  std::vector<Capture> captures;
-  Problem problem{unknowns, layout, captures, losses()[0], 10};
+  std::vector<Photo> photos;
+  Problem problem{unknowns, layout, photos, losses()[0], 10};
 
   OnePhoto(const std::vector<UnknownParameter>& wanted, int size)
-      : unknowns(scene, wanted), captures{synthetic_capture(scene, "Left", size)} {
-    check_captures(scene, captures);
+      : unknowns(scene, wanted), photos{synthetic_capture(scene, "Left", size)} {
+    check_photos(scene, photos);
   }
   OnePhoto(const OnePhoto&) = delete;  // the problem refers to members
   OnePhoto& operator=(const OnePhoto&) = delete;
 
   /// All pixels count alike.
-  JacobianSums::Set all(const JacobianSums& sums) const {
-    const auto numbers = static_cast<Eigen::Index>(3 * captures[0].size());
-    return sums.all(problem, captures[0], Eigen::VectorXf::Ones(numbers));
+  InstrumentalVariables::Set all(const InstrumentalVariables& sums) const {
+    const auto numbers = static_cast<Eigen::Index>(3 * photos[0].size());
+    return sums.all(problem, photos[0], Eigen::VectorXf::Ones(numbers));
   }
 };
 
@@ -179,22 +179,22 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
     h.differentiated = Eigen::ArrayX<bool>::Constant(1, true);
     return h;
   };
-  JacobianSums sums;
+  InstrumentalVariables sums;
   sums.add(halves(1, 10), 1);
   const auto first = photo.all(sums);
-  EXPECT_FLOAT_EQ(first.a.instruments(0, 0), 1);
-  EXPECT_FLOAT_EQ(first.b.instruments(0, 0), 10);
+  EXPECT_FLOAT_EQ(first.a.filtered(0, 0), 1);
+  EXPECT_FLOAT_EQ(first.b.filtered(0, 0), 10);
   const auto second = [&](float a, float b) {
-    JacobianSums copy = sums;
+    InstrumentalVariables copy = sums;
     copy.add(halves(a, b), 1);
     return photo.all(copy);
   };
   EXPECT_FLOAT_EQ(second(100, 1000).a.slopes(0, 0), (1 + 100) / 2.f);
   EXPECT_FLOAT_EQ(second(100, 1000).b.slopes(0, 0), (10 + 1000) / 2.f);
-  EXPECT_EQ(second(100, 1000).a.instruments, second(100, -7).a.instruments);
-  EXPECT_EQ(second(100, 1000).b.instruments, second(-7, 1000).b.instruments);
-  EXPECT_NE(second(100, 1000).a.instruments, second(-7, 1000).a.instruments);
-  EXPECT_NE(second(100, 1000).b.instruments, second(100, -7).b.instruments);
+  EXPECT_EQ(second(100, 1000).a.filtered, second(100, -7).a.filtered);
+  EXPECT_EQ(second(100, 1000).b.filtered, second(-7, 1000).b.filtered);
+  EXPECT_NE(second(100, 1000).a.filtered, second(-7, 1000).a.filtered);
+  EXPECT_NE(second(100, 1000).b.filtered, second(100, -7).b.filtered);
 }
 
 TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
@@ -211,25 +211,25 @@ TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
     h.jacobian_b.col(1).setZero();
     return h;
   };
-  JacobianSums sums, always;
+  InstrumentalVariables sums, always;
   constexpr double kKeep = 0.5;
   for (const float value : {1.f, 3.f}) {
     sums.add(halves(value, true), kKeep);
     always.add(halves(value, true), kKeep);
   }
   always.add(halves(7, true), 1);
-  const JacobianSums::Set known = photo.all(always);
+  const InstrumentalVariables::Set known = photo.all(always);
   const float before = (0.5f * 1 + 3) / 1.5f;
   for (int turn = 0; turn < 3; ++turn) {
     sums.add(halves(7, false), kKeep);
-    const JacobianSums::Set now = photo.all(sums);
+    const InstrumentalVariables::Set now = photo.all(sums);
     EXPECT_FLOAT_EQ(now.a.slopes(0, 1), before) << "neither forgotten nor zero";
     EXPECT_FLOAT_EQ(now.a.noise(0, 1), now.b.noise(0, 1));
     EXPECT_GT(now.a.slopes(0, 0), before);
   }
   // What comes next goes to the part that is due to this column, as if the turns had not been.
   sums.add(halves(7, true), 1, 1.0 / 8);
-  const JacobianSums::Set after = photo.all(sums);
+  const InstrumentalVariables::Set after = photo.all(sums);
   EXPECT_FLOAT_EQ(after.a.slopes(0, 1), known.a.slopes(0, 1));
   EXPECT_NEAR(after.a.noise(0, 1), known.a.noise(0, 1), 1e-5);
 }
@@ -254,8 +254,8 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     GaussNewton fit(photo.problem);
     for (std::uint64_t i = 0; i <= 8; ++i) fit.gather(x, {0, look({0.5, 6}, 100 * run + i), {}}, 1);
-    Evidence seen(1);
-    seen.add(photo.captures[0], fit.equations(0, exact), 1);
+    NormalEquations seen(1);
+    seen.add(photo.photos[0], fit.equations(0, exact), 1);
     normal += seen.normal(0, 0);
     variance += seen.normal_variance(0, 0);
     gradient += seen.gradient[0];
@@ -324,16 +324,16 @@ TEST(GaussNewton, IgnoresMaskedPixels) {
   FitSettings settings = gauss_newton_settings({0, 0});
   settings.iterations = 60;
   const Scene scene = synthetic_scene();
-  std::vector<Capture> captures{synthetic_capture(scene, "Left"),
+  std::vector<Photo> photos{synthetic_capture(scene, "Left"),
                                 synthetic_capture(scene, "Right")};
-  for (Capture& capture : captures) {
-    capture.weight.assign(capture.size(), 1.f);
-    for (std::size_t i = 0; i < capture.size(); i += 3) {
-      capture.weight[i] = 0;
-      capture.reference[i] = Colorf(std::nanf(""));
+  for (Photo& photo : photos) {
+    photo.weight.assign(photo.size(), 1.f);
+    for (std::size_t i = 0; i < photo.size(); i += 3) {
+      photo.weight[i] = 0;
+      photo.reference[i] = Colorf(std::nanf(""));
     }
   }
-  Fit fit(scene, captures, synthetic_unknowns(), settings);
+  Fit fit(scene, photos, synthetic_unknowns(), settings);
   while (fit.step()) {
   }
   EXPECT_LT(worst_error(fit.result().last), 2e-3);

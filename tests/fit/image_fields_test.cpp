@@ -88,7 +88,7 @@ double most_off(const Vector& values, const std::vector<float>& truth) {
 
 TEST(ImageFields, GradientAddsUpToThatOfOneBaseColour) {
   const Scene scene = board({0.6f, 0.6f, 0.6f, 0.6f}), plain = without_image(scene, double{0.6f});
-  const Capture photo = taken_photos(without_image(scene, 0.9), kSize, 16)[0];
+  const Photo photo = taken_photos(without_image(scene, 0.9), kSize, 16)[0];
   const Fields fields(scene, {texels()});
   EXPECT_EQ(fields.shape(0), (std::vector<std::ptrdiff_t>{kTexels, kTexels, 3}));
   const SlotLayout layout(plain, {plain.find("Board", "base_color")});
@@ -147,7 +147,7 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
           {roughness(), texels()}, fit_settings(60));
   EXPECT_EQ(fit.optimiser_name(), "gauss-newton");
   const Vector start = (*fit.result().fields_last)[0];
-  while (fit.result().phase == Phase::kSearching) ASSERT_TRUE(fit.step());
+  while (fit.result().phase == Phase::kMultiStart) ASSERT_TRUE(fit.step());
   const Vector even = (*fit.result().fields_last)[0];
   EXPECT_NE(even, start);
   for (Eigen::Index i = 3; i < even.size(); ++i) EXPECT_EQ(even[i], even[i % 3]);

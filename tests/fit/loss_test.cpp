@@ -14,18 +14,18 @@ struct Setting {
   Scene scene = synthetic_scene();
   Unknowns unknowns{scene, synthetic_unknowns()};
   SlotLayout layout{scene, unknowns.parameters()};
-  std::vector<Capture> captures{synthetic_capture(scene, "Left")};
+  std::vector<Photo> photos{synthetic_capture(scene, "Left")};
   Vector x = Vector{{0.25, 0.3, 0.5, 0.5, 0.4, 1.35}};
 
   Setting() {
     // A mask with all kinds of weights, and a reference that no values reach: residuals do not
     // vanish.
-    captures[0].weight.assign(captures[0].size(), 1.f);
-    for (std::size_t i = 0; i < captures[0].size(); i += 3) captures[0].weight[i] = 0.25f;
-    for (std::size_t i = 0; i < captures[0].size(); i += 5) captures[0].weight[i] = 0;
-    for (std::size_t i = 0; i < captures[0].size(); ++i)
-      captures[0].reference[i] += Colorf(i % 2 ? 0.04f : 0.f);
-    check_captures(scene, captures);
+    photos[0].weight.assign(photos[0].size(), 1.f);
+    for (std::size_t i = 0; i < photos[0].size(); i += 3) photos[0].weight[i] = 0.25f;
+    for (std::size_t i = 0; i < photos[0].size(); i += 5) photos[0].weight[i] = 0;
+    for (std::size_t i = 0; i < photos[0].size(); ++i)
+      photos[0].reference[i] += Colorf(i % 2 ? 0.04f : 0.f);
+    check_photos(scene, photos);
   }
   Film film(const Vector& at, const SyntheticRenderer& renderer, int spp,
             std::uint64_t seed) const {
@@ -43,15 +43,15 @@ TEST_P(EveryLoss, SlopeAgreesWithFiniteDifference) {
   const Loss& loss = find_loss(GetParam());
   const Setting s;
   const SyntheticRenderer exact{0, 0};
-  const LossResult at = loss.evaluate(s.film(s.x, exact, 2, 1), s.captures[0]);
+  const LossResult at = loss.evaluate(s.film(s.x, exact, 2, 1), s.photos[0]);
   const Vector gradient = loss_gradient(s.layout, s.film(s.x, exact, 2, 1), at);
   for (Eigen::Index k = 0; k < s.x.size(); ++k) {
     constexpr double kStep = 1e-3;
     Vector low = s.x, high = s.x;
     low[k] -= kStep;
     high[k] += kStep;
-    const double difference = (loss.evaluate(s.film(high, exact, 2, 1), s.captures[0]).value -
-                               loss.evaluate(s.film(low, exact, 2, 1), s.captures[0]).value) /
+    const double difference = (loss.evaluate(s.film(high, exact, 2, 1), s.photos[0]).value -
+                               loss.evaluate(s.film(low, exact, 2, 1), s.photos[0]).value) /
                               (2 * kStep);
     // mae has kinks: a residual that changes its sign within the step moves the difference a
     // little.
@@ -65,19 +65,19 @@ TEST_P(EveryLoss, IgnoresPixelsOfWeightZero) {
   const Loss& loss = find_loss(GetParam());
   const Setting s;
   Film film = s.film(s.x, {}, 4, 2);
-  const LossResult before = loss.evaluate(film, s.captures[0]);
+  const LossResult before = loss.evaluate(film, s.photos[0]);
   for (std::size_t i = 0; i < film.size(); i += 5) film.mean[i] = Colorf(1e6f);
-  const LossResult after = loss.evaluate(film, s.captures[0]);
+  const LossResult after = loss.evaluate(film, s.photos[0]);
   EXPECT_EQ(before.value, after.value);
   for (std::size_t i = 0; i < film.size(); i += 5) EXPECT_EQ(after.slope[i].r, 0.f);
 }
 
 TEST_P(EveryLoss, IsZeroAtTheTruth) {
   const Setting s;
-  std::vector<Capture> captures{synthetic_capture(s.scene, "Left")};
-  check_captures(s.scene, captures);
+  std::vector<Photo> photos{synthetic_capture(s.scene, "Left")};
+  check_photos(s.scene, photos);
   const LossResult at =
-      find_loss(GetParam()).evaluate(s.film(synthetic_truth(), {0, 0}, 2, 1), captures[0]);
+      find_loss(GetParam()).evaluate(s.film(synthetic_truth(), {0, 0}, 2, 1), photos[0]);
   EXPECT_NEAR(at.value, 0, 1e-12);
 }
 
@@ -136,13 +136,13 @@ Trial run_trial(const std::string& name, int spp, int seeds) {
   const Setting s;
   Trial trial;
   const Film exact = s.film(s.x, {0, 0}, 2, 0);
-  const LossResult truth = loss.evaluate(exact, s.captures[0]);
+  const LossResult truth = loss.evaluate(exact, s.photos[0]);
   trial.true_value = truth.value;
   trial.true_gradient = loss_gradient(s.layout, exact, truth);
   trial.gradient.resize(static_cast<std::size_t>(s.x.size()));
   for (int seed = 0; seed < seeds; ++seed) {
     const Film film = s.film(s.x, {0.5, 0.5}, spp, static_cast<std::uint64_t>(seed) + 100);
-    const LossResult at = loss.evaluate(film, s.captures[0]);
+    const LossResult at = loss.evaluate(film, s.photos[0]);
     trial.value.add(at.unbiased);
     const Vector gradient = loss_gradient(s.layout, film, at);
     for (Eigen::Index k = 0; k < gradient.size(); ++k)
@@ -170,7 +170,8 @@ TEST(Loss, PlainSquaredErrorHasABiasedGradient) {
   EXPECT_LT(std::abs(trial.value.z(trial.true_value)), 4) << "its `unbiased` value is not";
 }
 
-/// The form over pairs of facts/native.md 4c, computed sample by sample, is what films give.
+/// The form over pairs of docs/method/losses.md, "All-pairs estimator", computed sample by
+/// sample, is what films give.
 TEST(Loss, DualBufferIsTheMeanOverAllPairsOfSamples) {
   const Setting s;
   constexpr int kSpp = 5;
@@ -183,20 +184,20 @@ TEST(Loss, DualBufferIsTheMeanOverAllPairsOfSamples) {
   };
   double value = 0;
   Vector gradient = Vector::Zero(s.x.size());
-  const Capture& capture = s.captures[0];
-  for (std::size_t i = 0; i < capture.size(); ++i)
+  const Photo& photo = s.photos[0];
+  for (std::size_t i = 0; i < photo.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       std::vector<double> image(kSpp);
       for (int n = 0; n < kSpp; ++n)
         image[static_cast<std::size_t>(n)] =
             sample(films[static_cast<std::size_t>(n)].mean,
                    n ? &films[static_cast<std::size_t>(n - 1)].mean : nullptr, i, c, n + 1);
-      const double photo = capture.reference[i][c], share = capture.share(i) / (kSpp * (kSpp - 1));
+      const double reference = photo.reference[i][c], share = photo.share(i) / (kSpp * (kSpp - 1));
       for (int a = 0; a < kSpp; ++a)
         for (int b = 0; b < kSpp; ++b)
           if (a != b)
-            value += share * (image[static_cast<std::size_t>(a)] - photo) *
-                     (image[static_cast<std::size_t>(b)] - photo);
+            value += share * (image[static_cast<std::size_t>(a)] - reference) *
+                     (image[static_cast<std::size_t>(b)] - reference);
       for (std::size_t k = 0; k < s.layout.rows.size(); ++k) {
         const UnknownRow& row = s.layout.rows[k];
         if (row.channel >= 0 && row.channel != c) continue;
@@ -208,11 +209,11 @@ TEST(Loss, DualBufferIsTheMeanOverAllPairsOfSamples) {
           for (int a = 0; a < kSpp; ++a)
             if (a != b)
               gradient[static_cast<Eigen::Index>(k)] +=
-                  2 * share * (image[static_cast<std::size_t>(a)] - photo) * slope;
+                  2 * share * (image[static_cast<std::size_t>(a)] - reference) * slope;
         }
       }
     }
-  const LossResult at = find_loss("dual-buffer").evaluate(films.back(), capture);
+  const LossResult at = find_loss("dual-buffer").evaluate(films.back(), photo);
   EXPECT_NEAR(at.value, value, 2e-6 * std::abs(value) + 1e-8);
   EXPECT_LT((loss_gradient(s.layout, films.back(), at) - gradient).norm(), 1e-5 * gradient.norm());
 }
@@ -224,7 +225,7 @@ TEST(Loss, StandardErrorIsTheSpreadOverSeeds) {
     for (int seed = 0; seed < 400; ++seed) {
       const LossResult at =
           find_loss("dual-buffer")
-              .evaluate(s.film(x, {}, 16, static_cast<std::uint64_t>(seed)), s.captures[0]);
+              .evaluate(s.film(x, {}, 16, static_cast<std::uint64_t>(seed)), s.photos[0]);
       values.add(at.unbiased);
       variance.add(at.standard_error * at.standard_error);
     }
@@ -237,8 +238,8 @@ TEST(Loss, MeanBiasIsRenderMinusPhoto) {
   const Setting s;
   Film film = s.film(s.x, {0, 0}, 2, 0);
   for (std::size_t i = 0; i < film.size(); ++i)
-    film.mean[i] = s.captures[0].reference[i] + Colorf(0.5f, 0.f, -0.25f);
-  const Color<double> bias = mean_bias(film, s.captures[0]);
+    film.mean[i] = s.photos[0].reference[i] + Colorf(0.5f, 0.f, -0.25f);
+  const Color<double> bias = mean_bias(film, s.photos[0]);
   EXPECT_NEAR(bias.r, 0.5, 1e-6);
   EXPECT_NEAR(bias.g, 0, 1e-6);
   EXPECT_NEAR(bias.b, -0.25, 1e-6);
@@ -247,17 +248,17 @@ TEST(Loss, MeanBiasIsRenderMinusPhoto) {
 TEST(Loss, BrightnessIndependentMseIgnoresTheExposure) {
   const Setting s;
   const Film film = s.film(s.x, {0, 0}, 2, 0);
-  Capture brighter = s.captures[0];
+  Photo brighter = s.photos[0];
   for (Colorf& c : brighter.reference) c = c * 8.f;
   const Loss& loss = find_loss("brightness-independent-mse");
-  EXPECT_NEAR(loss.evaluate(film, brighter).value, loss.evaluate(film, s.captures[0]).value, 1e-9);
+  EXPECT_NEAR(loss.evaluate(film, brighter).value, loss.evaluate(film, s.photos[0]).value, 1e-9);
 }
 
 TEST(Loss, BrightnessIndependentMseStaysFiniteOnABlackRender) {
   const Setting s;
   Film film = s.film(s.x, {0, 0}, 2, 0);
   for (Colorf& c : film.mean) c = Colorf(0.f);
-  const LossResult at = find_loss("brightness-independent-mse").evaluate(film, s.captures[0]);
+  const LossResult at = find_loss("brightness-independent-mse").evaluate(film, s.photos[0]);
   EXPECT_TRUE(std::isfinite(at.value));
   for (const Colorf& c : at.slope) EXPECT_TRUE(std::isfinite(c.r));
 }

@@ -195,28 +195,28 @@ inline Scene synthetic_scene(int materials = 1) {
 inline constexpr int kSyntheticSize = 16;
 
 /// Photo of `scene` without noise, or with that of `spp` samples.
-inline Capture synthetic_capture(const Scene& scene, const std::string& camera,
+inline Photo synthetic_capture(const Scene& scene, const std::string& camera,
                                  int size = kSyntheticSize, int spp = 0, std::uint64_t seed = 0) {
   RenderSettings settings;
   settings.width = settings.height = size;
   settings.spp = std::max(spp, 1);
   settings.seed = seed;
-  Capture capture;
-  capture.camera = camera;
-  capture.width = capture.height = size;
-  capture.reference = SyntheticRenderer{spp > 0 ? 0.5 : 0.0, 0}(scene, scene.camera(camera),
+  Photo photo;
+  photo.camera = camera;
+  photo.width = photo.height = size;
+  photo.reference = SyntheticRenderer{spp > 0 ? 0.5 : 0.0, 0}(scene, scene.camera(camera),
                                                                 SlotLayout(), settings, nullptr)
                           .mean;
-  return capture;
+  return photo;
 }
 
 /// A photo that is 0.5 all over.
-inline Capture grey_capture(int size = kSyntheticSize) {
-  Capture capture;
-  capture.camera = "Left";
-  capture.width = capture.height = size;
-  capture.reference.assign(static_cast<std::size_t>(size) * size, Colorf(0.5f));
-  return capture;
+inline Photo grey_capture(int size = kSyntheticSize) {
+  Photo photo;
+  photo.camera = "Left";
+  photo.width = photo.height = size;
+  photo.reference.assign(static_cast<std::size_t>(size) * size, Colorf(0.5f));
+  return photo;
 }
 
 inline std::vector<UnknownParameter> synthetic_unknowns() {
@@ -240,7 +240,7 @@ inline FitSettings exact_settings(Renderer renderer, int iterations) {
   settings.iterations = iterations;
   settings.tolerance = 0;
   settings.threads = 1;
-  settings.secants = false;
+  settings.finite_differences = false;
   settings.renderer = std::move(renderer);
   return settings;
 }
@@ -250,8 +250,8 @@ inline FitSettings synthetic_settings(SyntheticRenderer renderer = {}) {
   settings.optimiser = "adam";
   settings.threads = 1;
   settings.tolerance = 0;
-  settings.search = settings.verification = "off";
-  settings.secants = false;
+  settings.search = settings.refinement = "off";
+  settings.finite_differences = false;
   settings.renderer = renderer;
   return settings;
 }

@@ -20,17 +20,17 @@ inline RenderSettings square_settings(int size, int spp, std::uint64_t seed) {
   return settings;
 }
 
-inline std::vector<Capture> taken_photos(const Scene& scene, int size, int spp = 400) {
-  std::vector<Capture> captures;
+inline std::vector<Photo> taken_photos(const Scene& scene, int size, int spp = 400) {
+  std::vector<Photo> photos;
   for (const Camera& camera : scene.cameras) {
-    Capture capture;
-    capture.camera = camera.name;
-    capture.width = capture.height = size;
-    capture.reference = render(scene, camera, {}, square_settings(size, spp, 99)).mean;
-    captures.push_back(std::move(capture));
+    Photo photo;
+    photo.camera = camera.name;
+    photo.width = photo.height = size;
+    photo.reference = render(scene, camera, {}, square_settings(size, spp, 99)).mean;
+    photos.push_back(std::move(photo));
   }
-  check_captures(scene, captures);
-  return captures;
+  check_photos(scene, photos);
+  return photos;
 }
 
 }  // namespace selenite

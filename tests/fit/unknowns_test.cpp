@@ -102,22 +102,22 @@ TEST(Unknowns, NameMistakesAloneAreUnknownNames) {
 
 struct BadCapture {
   const char* name;
-  void (*spoil)(std::vector<Capture>&);
+  void (*spoil)(std::vector<Photo>&);
   const char* says;
 };
 class BadCaptures : public ::testing::TestWithParam<BadCapture> {};
 TEST_P(BadCaptures, AreNamedWithTheirCure) {
   const Scene scene = synthetic_scene();
-  std::vector<Capture> captures{synthetic_capture(scene, "Left", 4)};
-  GetParam().spoil(captures);
+  std::vector<Photo> photos{synthetic_capture(scene, "Left", 4)};
+  GetParam().spoil(photos);
   try {
-    check_captures(scene, captures);
+    check_photos(scene, photos);
     FAIL() << "accepted";
   } catch (const std::exception& error) {
     EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
   }
 }
-using Captures = std::vector<Capture>;
+using Captures = std::vector<Photo>;
 INSTANTIATE_TEST_SUITE_P(
     Table, BadCaptures,
     ::testing::Values(
@@ -136,13 +136,13 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(Captures, NanUnderTheMaskIsBlack) {
   const Scene scene = synthetic_scene();
-  Captures captures{synthetic_capture(scene, "Left", 4)};
-  captures[0].reference[3].g = std::nanf("");
-  captures[0].weight.assign(16, 1.f);
-  captures[0].weight[3] = 0;
-  check_captures(scene, captures);
-  EXPECT_EQ(captures[0].reference[3].g, 0.f);
-  EXPECT_EQ(captures[0].total_weight, 15);
+  Captures photos{synthetic_capture(scene, "Left", 4)};
+  photos[0].reference[3].g = std::nanf("");
+  photos[0].weight.assign(16, 1.f);
+  photos[0].weight[3] = 0;
+  check_photos(scene, photos);
+  EXPECT_EQ(photos[0].reference[3].g, 0.f);
+  EXPECT_EQ(photos[0].total_weight, 15);
 }
 
 }  // namespace

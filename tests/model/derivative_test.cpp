@@ -126,7 +126,7 @@ TEST_P(FiniteDifference, AgreesWithDual) {
       }
     }
     // The test did test something; where a root or a power begins, most slopes are infinite.
-    const bool begins = (x == 1 && p.coordinate == Coordinate::kLogExcess) ||
+    const bool begins = (x == 1 && p.scale == Scale::kLogExcess) ||
                         (x == 0 && (p.name == "specular_level" || p.name == "coat_tint"));
     EXPECT_GT(agreed, begins ? 1500 : 2900) << kinks << " kinks";
     // The walk under the surface begins where the BSDF ends: subsurface_test.cpp of model and render.

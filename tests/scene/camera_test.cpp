@@ -60,7 +60,7 @@ class CameraView : public testing::TestWithParam<View> {
 };
 
 TEST_P(CameraView, ProjectionFollowsTheFormula) {
-  // Facts sheet "cycles", section 4, written out anew: D is the fitted dimension.
+  // docs/method/rendering.md, "Camera", written out anew: D is the fitted dimension.
   const View& v = GetParam();
   const Camera c = camera();
   const PixelCamera pixels(c, v.width, v.height);

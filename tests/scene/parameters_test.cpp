@@ -44,10 +44,10 @@ TEST_P(Table, RowsAreCompleteAndConsistent) {
     EXPECT_LE(p.initial, p.upper) << p.name;
     const int width = parameter_widths(kind)[i];
     EXPECT_TRUE(width == 1 || width == 3) << p.name;
-    if (p.coordinate == Coordinate::kLog) {
+    if (p.scale == Scale::kLog) {
       EXPECT_GT(p.fit_lower, 0) << p.name;
     }
-    if (p.coordinate == Coordinate::kLogExcess) {
+    if (p.scale == Scale::kLogExcess) {
       EXPECT_GE(p.fit_lower, 1) << p.name;
     }
     const ParameterRef ref = scene.find(owner, p.name);

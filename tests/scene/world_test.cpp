@@ -37,7 +37,7 @@ World world_of(int width, int height, const Pixels& pixels) {
 }
 
 TEST(EnvironmentMap, DirectionsFollowBlendersPanorama) {
-  // Facts sheet "cycles", section 3: centre column +X, right of it -Y, v up.
+  // docs/method/rendering.md, "World": centre column +X, right of it -Y, v up.
   constexpr int kWidth = 16, kHeight = 8;
   const auto at = [&](int column, int row, const Vec3f& direction) {
     Pixels pixels = black(kWidth, kHeight);

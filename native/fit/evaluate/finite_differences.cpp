@@ -10,10 +10,10 @@ namespace selenite {
 namespace {
 
 /// Distance of the two pictures in log x (extinction), in log(x - 1) (IOR) and in the coordinate of a
-/// roughness. Longer than those of facts sheet "estimators", Q2 (0.3, 0.2, 0.3): noise falls with the
-/// length (`./dev bench estimators`), and up and down in turns the differences are central. Fits of
+/// roughness. Longer than 0.3, 0.2 and 0.3 (docs/measurements/derivatives.md, "Length of
+/// differences as instruments"): noise falls with the length (`./dev bench estimators`), and up and down in turns the differences are central. Fits of
 /// three media with two seeds each: mean error 0.29 with the short ones, 0.10 with these. Beyond 0.4
-/// of a roughness the difference no longer goes with the slope: see `Coordinates`.
+/// of a roughness the difference no longer goes with the slope: see `Reparametrization`.
 constexpr double kStepLog = 0.5, kStepLogExcess = 0.4;
 /// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
 /// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are
@@ -33,37 +33,37 @@ double step_for_gradient(const Scene& scene, const ParameterRef& ref) {
   return is_sharp_refraction(scene, ref) ? kGradientStepLogExcess : 0;
 }
 
-double step_for_instrument(const Parameter& description) {
-  switch (description.coordinate) {
-    case Coordinate::kLog:
+double step_for_instrumental(const Parameter& description) {
+  switch (description.scale) {
+    case Scale::kLog:
       return kStepLog;
-    case Coordinate::kBlur:
-      return kBlurSecant;
-    case Coordinate::kLogExcess:
+    case Scale::kRoughness:
+      return kRoughnessDifference;
+    case Scale::kLogExcess:
       return kStepLogExcess;
     default:
       return 0;
   }
 }
 
-double secant_step(const Scene& scene, const ParameterRef& ref, Purpose purpose) {
+double difference_step(const Scene& scene, const ParameterRef& ref, Purpose purpose) {
   const Parameter& description = scene.description(ref);
   if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
   return purpose == Purpose::kGradient ? step_for_gradient(scene, ref)
-                                       : step_for_instrument(description);
+                                       : step_for_instrumental(description);
 }
 
 /// A parameter whose derivative pictures are differences.
-struct Secant {
+struct FiniteDifference {
   std::vector<Eigen::Index> members;  ///< its components
-  double step;                        ///< distance of the two pictures, in `Coordinates`
+  double step;                        ///< distance of the two pictures, in `Reparametrization`
   const Parameter& description;
   bool refraction;  ///< see `is_sharp_refraction`
 };
 
 /// Those of the unknowns, and the parameters that are left.
 struct Shares {
-  std::vector<Secant> secants;
+  std::vector<FiniteDifference> differences;
   std::vector<ParameterRef> carried;
 };
 
@@ -80,9 +80,9 @@ Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bo
     const Parameter& description = unknowns.descriptions()[p];
     // Channels that are diagonal move together: each shows in its own channel of the picture.
     const bool together = members[p].size() == 1 || description.diagonal;
-    const double step = differences && together ? secant_step(scene, ref, purpose) : 0;
+    const double step = differences && together ? difference_step(scene, ref, purpose) : 0;
     if (step > 0)
-      shares.secants.push_back(
+      shares.differences.push_back(
           {std::move(members[p]), step, description, is_sharp_refraction(scene, ref)});
     else
       shares.carried.push_back(ref);
@@ -147,30 +147,30 @@ struct Ends {
   double apart;
 };
 
-Ends ends_of(const Secant& secant, const Coordinates& coordinates, const Vector& x, Side side) {
-  const Vector u = coordinates.from_values(x);
+Ends ends_of(const FiniteDifference& difference, const Reparametrization& reparametrization, const Vector& x, Side side) {
+  const Vector u = reparametrization.from_values(x);
   const auto moved = [&](double by) -> std::optional<Vector> {
     if (by == 0) return std::nullopt;
     Vector to = u;
-    for (const Eigen::Index k : secant.members) to[k] += by;
-    to = coordinates.to_values(to);
+    for (const Eigen::Index k : difference.members) to[k] += by;
+    to = reparametrization.to_values(to);
     Vector result = x;
-    for (const Eigen::Index k : secant.members) result[k] = to[k];
+    for (const Eigen::Index k : difference.members) result[k] = to[k];
     return result;
   };
   const auto forbidden = [&](const std::optional<Vector>& to) {
-    return to && std::ranges::any_of(secant.members, [&](Eigen::Index k) {
-             return (*to)[k] < secant.description.lower || (*to)[k] > secant.description.upper;
+    return to && std::ranges::any_of(difference.members, [&](Eigen::Index k) {
+             return (*to)[k] < difference.description.lower || (*to)[k] > difference.description.upper;
            });
   };
-  Reach reach = reach_of(secant.step, side);
-  if (forbidden(moved(reach.up))) reach = {0, secant.step};
-  if (forbidden(moved(-reach.down))) reach = {secant.step, 0};
+  Reach reach = reach_of(difference.step, side);
+  if (forbidden(moved(reach.up))) reach = {0, difference.step};
+  if (forbidden(moved(-reach.down))) reach = {difference.step, 0};
   return {moved(reach.up), moved(-reach.down), reach.up + reach.down};
 }
 
 /// `per_channel`: what a difference of the pictures is multiplied with.
-SlotFilm difference(const Film& high, const Film& low, const Colorf& per_channel) {
+SlotFilm divided_difference(const Film& high, const Film& low, const Colorf& per_channel) {
   SlotFilm slot = std::move(Film(high.width, high.height, high.spp, 1).slots.front());
   for (std::size_t i = 0; i < high.size(); ++i) {
     slot.mean[i] = (high.mean[i] - low.mean[i]) * per_channel;
@@ -193,7 +193,7 @@ void note_covariance(const Film& film, SlotFilm& slot) {
 
 bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref) {
   if (ref.kind != OwnerKind::kMaterial ||
-      scene.description(ref).coordinate != Coordinate::kLogExcess)
+      scene.description(ref).scale != Scale::kLogExcess)
     return false;
   const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
   Principled<double> sharpest = material.values;
@@ -209,27 +209,27 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref) {
 
 Differences differences_of(Purpose purpose, int iteration) {
   if (purpose == Purpose::kGradient) return {};
-  if (iteration < kAllOf) return {side_in_turn(iteration)};
+  if (iteration < kAllOf) return {alternating_side(iteration)};
   const int since = iteration - kAllOf;
-  return {.side = side_in_turn(since / kRound), .first = since % kRound, .every = kRound};
+  return {.side = alternating_side(since / kRound), .first = since % kRound, .every = kRound};
 }
 
-Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
+Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization, const Scene& scene,
                         const Vector& x, Purpose purpose, Differences which,
                         const PictureAt& render) {
-  const Shares shares = shares_of(problem, scene, purpose, coordinates != nullptr);
+  const Shares shares = shares_of(problem, scene, purpose, reparametrization != nullptr);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
   // Where nothing is carried, and differences have two pictures of their own, no other is needed.
   const bool alone = !which.picture && which.side == Side::kBoth && shares.carried.empty();
   Film film;
   if (!alone) film = render_passes(problem.layout, passes, x, render);
-  const Vector slope = shares.secants.empty() ? Vector() : coordinates->slope(x);
-  for (int index = 0; const Secant& secant : shares.secants) {
+  const Vector slope = shares.differences.empty() ? Vector() : reparametrization->slope(x);
+  for (int index = 0; const FiniteDifference& difference : shares.differences) {
     if (!which.taken(index++)) continue;
-    if (!which.blurs && secant.description.coordinate == Coordinate::kBlur) continue;
-    if (!which.refractions && secant.refraction) continue;
+    if (!which.roughnesses && difference.description.scale == Scale::kRoughness) continue;
+    if (!which.refractions && difference.refraction) continue;
     const auto [above, below, apart] =
-        ends_of(secant, *coordinates, x, which.side_of(secant.description));
+        ends_of(difference, *reparametrization, x, which.side_of(difference.description));
     const bool two_more = alone || (above && below);
     const SlotLayout layout = two_more ? SlotLayout() : passes.front();
     const bool independent = two_more && purpose == Purpose::kGradient;
@@ -246,14 +246,14 @@ Film render_derivatives(const Problem& problem, const Coordinates* coordinates, 
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
       // Slots are by the parameter; channel c of a colour has a slope of its own.
-      const bool colour = secant.members.size() > 1;
-      const Eigen::Index k = secant.members[colour ? static_cast<std::size_t>(c) : 0];
+      const bool colour = difference.members.size() > 1;
+      const Eigen::Index k = difference.members[colour ? static_cast<std::size_t>(c) : 0];
       scale[c] = static_cast<float>(1 / (apart * slope[k]));
     }
     const auto slot = static_cast<std::size_t>(
-        problem.layout.rows[static_cast<std::size_t>(secant.members.front())].slot);
+        problem.layout.rows[static_cast<std::size_t>(difference.members.front())].slot);
     film.slots[slot] =
-        difference(high.size() > 0 ? high : film, low.size() > 0 ? low : film, scale);
+        divided_difference(high.size() > 0 ? high : film, low.size() > 0 ? low : film, scale);
     if (!independent && !alone) note_covariance(film, film.slots[slot]);
   }
   return film.size() > 0 ? film : render_passes(problem.layout, passes, x, render);

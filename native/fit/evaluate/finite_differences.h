@@ -12,30 +12,30 @@ namespace selenite {
 enum class Side { kUp, kDown, kBoth };
 
 /// Distance of the two pictures in the coordinate of a roughness.
-inline constexpr double kBlurSecant = 0.4;
+inline constexpr double kRoughnessDifference = 0.4;
 
 /// Whose random numbers a picture has.
 enum class Paths { kOfFilm, kOther };
 
-/// The capture in question at values x, with the derivatives of `layout`.
+/// The photo in question at values x, with the derivatives of `layout`.
 using PictureAt = std::function<Film(const Vector& x, const SlotLayout& layout, Paths paths)>;
 
 /// Of the `number`-th difference by a parameter: from above and from below in turns, so that two of
 /// them make a central one.
-inline Side side_in_turn(int number) { return number % 2 == 0 ? Side::kUp : Side::kDown; }
+inline Side alternating_side(int number) { return number % 2 == 0 ? Side::kUp : Side::kDown; }
 
 /// Which differences of a picture are taken, and from which side.
 struct Differences {
   Side side = Side::kBoth;
   Side of_roughness = side;  ///< pictures change unevenly with a low one
   int first = 0, every = 1;  ///< the first one of them, and how many on the next
-  bool blurs = true;         ///< whether those by roughness are among them
+  bool roughnesses = true;         ///< whether those by roughness are among them
   bool refractions = true;   ///< whether those by the IOR of what refracts sharply are
   bool picture = true;  ///< else the picture itself may be left black, and its noise is another's
 
   bool taken(int index) const { return index % every == first; }
   Side side_of(const Parameter& parameter) const {
-    return parameter.coordinate == Coordinate::kBlur ? of_roughness : side;
+    return parameter.scale == Scale::kRoughness ? of_roughness : side;
   }
 };
 
@@ -52,7 +52,7 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref);
 /// those that the paths carry along, and in place of those for which that is the better estimate
 /// differences of two pictures with equal seeds: one more picture for each of these parameters, two
 /// with `Side::kBoth`. A side that leaves the permitted range gives way to the other. The slots of
-/// those that are not taken this time are empty. Without `coordinates` there are no differences.
+/// those that are not taken this time are empty. Without `reparametrization` there are no differences.
 ///
 /// Instruments take roughness, IOR and extinction so, gradients the IOR of what refracts sharply.
 ///
@@ -61,7 +61,8 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref);
 /// difference over a step of fixed length in the optimiser's coordinate has a fraction of that
 /// noise, as the paths are the same and the step is long. It is not quite the derivative, which an
 /// instrument need not be; a gradient that is made of it vanishes where the residuals do.
-/// Sources: facts sheet "estimators", Q1, and `./dev bench estimators` (docs/manual/derivatives.md).
+/// Source: docs/method/derivatives.md, "Finite differences with common random numbers"; measured:
+/// `./dev bench estimators` (docs/measurements/derivatives.md, "Estimators").
 ///
 /// What is replaced is not carried: it would cost time, and paths that bring nothing else are kept
 /// alive for it. A path chooses lobes and lengths by what it carries, so what a picture is held
@@ -70,7 +71,7 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref);
 /// that the product has no bias of noise, and none that has to be estimated.
 ///
 /// Of a difference a slot has `mean`, `half_a` and `covariance`; its `variance` is 0.
-Film render_derivatives(const Problem& problem, const Coordinates* coordinates, const Scene& scene,
+Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization, const Scene& scene,
                         const Vector& x, Purpose purpose, Differences which,
                         const PictureAt& render);
 

@@ -10,9 +10,9 @@
 namespace selenite {
 
 /// What one camera shows of the unknowns at their start values; no photo takes part.
-struct Look {
+struct PhotoJacobian {
   Film film;
-  /// d picture / d `Coordinates` over the even and over the odd samples: independent of each other,
+  /// d picture / d `Reparametrization` over the even and over the odd samples: independent of each other,
   /// so products of one with the other have no bias of noise.
   Jacobian a, b;
 };
@@ -20,7 +20,7 @@ struct Look {
 /// Takes differences in place of derivatives where a fit does (`render_derivatives`): one render more
 /// for each. Throws Cancelled, InvalidArgument (fewer than two samples; what `render` refuses),
 /// UnknownName.
-Look look(const Scene& scene, const Unknowns& unknowns, const std::string& camera,
+PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns, const std::string& camera,
           const RenderSettings& settings, Progress* progress = nullptr);
 
 }  // namespace selenite

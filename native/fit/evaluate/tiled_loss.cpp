@@ -22,7 +22,7 @@ void extend(Eigen::ArrayXd& all, const Eigen::ArrayXd& more) {
 
 }  // namespace
 
-Likeness::Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights) {
+TiledLoss::TiledLoss(const Film& film, const Photo& photo, const Eigen::VectorXf& weights) {
   const auto size = static_cast<Eigen::Index>(3 * film.size());
   Eigen::VectorXf half_a(size), half_b(size), own(size);
   for (std::size_t i = 0; i < film.size(); ++i)
@@ -51,12 +51,12 @@ Likeness::Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf
   }
 }
 
-void Likeness::append(const Likeness& other, double share) {
+void TiledLoss::append(const TiledLoss& other, double share) {
   extend(coarse, share * other.coarse);
   extend(all, share * other.all);
 }
 
-Film whole(const Parts& parts) {
+Film merged(const FilmPair& parts) {
   Film film(parts[0].width, parts[0].height, parts[0].spp + parts[1].spp);
   for (std::size_t i = 0; i < film.size(); ++i) {
     film.mean[i] = (parts[0].mean[i] + parts[1].mean[i]) / 2.f;
@@ -66,8 +66,8 @@ Film whole(const Parts& parts) {
   return film;
 }
 
-void Nearness::add(const Capture& photo, const Eigen::VectorXf& weights, const Parts& one,
-                   const Parts& other) {
+void PairedMidpointTest::add(const Photo& photo, const Eigen::VectorXf& weights, const FilmPair& one,
+                   const FilmPair& other) {
   std::array<Halves, 2> from, to;
   for (std::size_t part = 0; part < 2; ++part) {
     from[part] = residual_halves(one[part], photo);
@@ -78,7 +78,7 @@ void Nearness::add(const Capture& photo, const Eigen::VectorXf& weights, const P
     const Eigen::VectorXf first = to[0].*way - from[0].*way, second = to[1].*way - from[1].*way;
     const Eigen::VectorXf four_times =
         from[0].*middle + from[1].*middle + to[0].*middle + to[1].*middle;
-    return instrument_of((first + second) / 2, first, second, 0.25, photo, -1, weights)
+    return filtered_derivative((first + second) / 2, first, second, 0.25, photo, -1, weights)
         .cwiseProduct(four_times / 4)
         .cwiseProduct(weights);
   };
@@ -92,11 +92,11 @@ void Nearness::add(const Capture& photo, const Eigen::VectorXf& weights, const P
   }
 }
 
-bool Nearness::certain(double sigmas) const { return sum > sigmas * std::sqrt(variance); }
+bool PairedMidpointTest::significant(double sigmas) const { return sum > sigmas * std::sqrt(variance); }
 
-double Nearness::ahead() const { return variance > 0 ? -sum / std::sqrt(variance) : 0; }
+double PairedMidpointTest::z_score() const { return variance > 0 ? -sum / std::sqrt(variance) : 0; }
 
-Total::Total(const Eigen::ArrayXd& terms)
+NoisySum::NoisySum(const Eigen::ArrayXd& terms)
     : sum(terms.sum()), deviation(std::sqrt((terms - terms.mean()).square().sum())) {}
 
 }  // namespace selenite

@@ -12,28 +12,28 @@ namespace selenite {
 /// How far a render is from a photo: the weighted sum of squared residuals, without the bias of
 /// noise, tile by tile. Few samples know little of single pixels where light comes by rare bright
 /// paths, but something of what pixels have in common.
-struct Likeness {
+struct TiledLoss {
   Eigen::ArrayXd coarse;  ///< of blurred residuals, one half of the samples times the other
   Eigen::ArrayXd all;     ///< of each pixel's own
 
   /// weights: of the residuals, 3 numbers a pixel.
-  Likeness(const Film& film, const Capture& photo, const Eigen::VectorXf& weights);
-  Likeness() = default;
+  TiledLoss(const Film& film, const Photo& photo, const Eigen::VectorXf& weights);
+  TiledLoss() = default;
   /// Another photo's tiles, `share` of all.
-  void append(const Likeness& other, double share);
+  void append(const TiledLoss& other, double share);
 };
 
 /// Sum of independent terms, and its standard deviation as their scatter tells it.
-struct Total {
+struct NoisySum {
   double sum, deviation;
-  explicit Total(const Eigen::ArrayXd& terms);
+  explicit NoisySum(const Eigen::ArrayXd& terms);
 };
 
 /// A picture in two parts with seeds of their own.
-using Parts = std::array<Film, 2>;
+using FilmPair = std::array<Film, 2>;
 
 /// Both parts as one film, a half each.
-Film whole(const Parts& parts);
+Film merged(const FilmPair& parts);
 
 /// How much nearer to the photos one picture is than another, rendered with equal seeds.
 ///
@@ -41,16 +41,16 @@ Film whole(const Parts& parts);
 /// noise of their own. So: on which side of the picture half-way between the two does the photo lie?
 /// The way from one to the other, made of one half of the samples and filtered like an instrument,
 /// times what the middle of the other half is above the photo, pixel by pixel.
-struct Nearness {
+struct PairedMidpointTest {
   double sum = 0, variance = 0;
 
   /// Adds what a photo says. weights: of the residuals, 3 numbers a pixel.
-  void add(const Capture& photo, const Eigen::VectorXf& weights, const Parts& one,
-           const Parts& other);
+  void add(const Photo& photo, const Eigen::VectorXf& weights, const FilmPair& one,
+           const FilmPair& other);
   /// Whether `one` is nearer by so many standard deviations.
-  bool certain(double sigmas) const;
+  bool significant(double sigmas) const;
   /// By how many the other is: 0 where the pictures are the same.
-  double ahead() const;
+  double z_score() const;
 };
 
 }  // namespace selenite

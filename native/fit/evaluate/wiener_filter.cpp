@@ -10,7 +10,7 @@ constexpr int kAround = 4;  ///< radius of the window that the variances are mea
 
 }  // namespace
 
-BandGains::Bands BandGains::split(const Eigen::VectorXf& picture) const {
+WienerFilter::Bands WienerFilter::split(const Eigen::VectorXf& picture) const {
   Bands bands;
   bands[0] = picture;
   for (std::size_t i = 0; i < kRadii.size(); ++i) {
@@ -20,7 +20,7 @@ BandGains::Bands BandGains::split(const Eigen::VectorXf& picture) const {
   return bands;
 }
 
-BandGains::BandGains(const Eigen::VectorXf& a, const Eigen::VectorXf& b,
+WienerFilter::WienerFilter(const Eigen::VectorXf& a, const Eigen::VectorXf& b,
                      const Eigen::VectorXf& weight, int width, int height)
     : width_(width), height_(height) {
   constexpr float kCount = (2 * kAround + 1) * (2 * kAround + 1);
@@ -31,7 +31,7 @@ BandGains::BandGains(const Eigen::VectorXf& a, const Eigen::VectorXf& b,
   for (std::size_t i = 0; i < in_a.size(); ++i) {
     const Eigen::VectorXf common = weight.cwiseProduct(in_a[i]).cwiseProduct(in_b[i]);
     const Eigen::VectorXf all = weight.cwiseProduct(in_a[i].cwiseAbs2() + in_b[i].cwiseAbs2()) / 2;
-    // Less one standard error, that of chance likeness as of a single bright pixel: measured on
+    // Less one standard error, that of chance tiled_loss as of a single bright pixel: measured on
     // derivative pictures of fits, the better of three thresholds.
     signal_[i] = (around(common) - (around(common.cwiseAbs2()).cwiseMax(0) / kCount).cwiseSqrt())
                      .cwiseMax(0);
@@ -39,7 +39,7 @@ BandGains::BandGains(const Eigen::VectorXf& a, const Eigen::VectorXf& b,
   }
 }
 
-Eigen::VectorXf BandGains::filter(const Eigen::VectorXf& picture, float noise) const {
+Eigen::VectorXf WienerFilter::filter(const Eigen::VectorXf& picture, float noise) const {
   const Bands bands = split(picture);
   Eigen::VectorXf sum = Eigen::VectorXf::Zero(picture.size());
   for (std::size_t i = 0; i < bands.size(); ++i)

@@ -7,14 +7,14 @@
 namespace selenite {
 
 /// Tells signal from noise in pictures of the same thing that are mostly noise: how much of each band
-/// (detail between box blurs of growing size) is common to two independent ones, by place and
+/// (detail between box roughnesses of growing size) is common to two independent ones, by place and
 /// channel. A Wiener filter with measured spectra: sharp highlights stay sharp where they are seen,
 /// smooth regions are averaged widely, and where nothing is seen yet nothing is left.
-class BandGains {
+class WienerFilter {
  public:
   /// Pictures with three channels a pixel, row by row; `weight` of the same size: what a deviation
   /// counts.
-  BandGains(const Eigen::VectorXf& a, const Eigen::VectorXf& b, const Eigen::VectorXf& weight,
+  WienerFilter(const Eigen::VectorXf& a, const Eigen::VectorXf& b, const Eigen::VectorXf& weight,
             int width, int height);
   /// `noise`: variance of the picture's noise in units of that of `a`.
   Eigen::VectorXf filter(const Eigen::VectorXf& picture, float noise) const;

@@ -34,12 +34,12 @@ struct TrustReport {
   std::vector<Confidence> components;  ///< empty: not verified, or parameters of a medium
   Misfit misfit;
   int passes = 0;
-  /// Values far from the answer that explain the photos as well; see `Rivals`.
-  std::vector<Vector> rivals;
-  std::vector<int> contested;  ///< components that were determined but for them
+  /// Values far from the answer that explain the photos as well; see `AlternativeMinima`.
+  std::vector<Vector> alternatives;
+  std::vector<int> ambiguous;  ///< components that were determined but for them
 };
 
-/// One Gauss-Newton step from the evidence, and how sure it is.
+/// One Gauss-Newton step from the equations, and how sure it is.
 struct Estimate {
   Vector step;          ///< in determined directions only, inside the bounds
   double surprise = 0;  ///< largest component of it along a direction, in standard deviations
@@ -50,20 +50,20 @@ struct Known {
   double value;
   Confidence confidence;
 };
-/// What other looks say, in `Coordinates`; empty: nothing.
-struct OtherLooks {
-  Vector gone{};  ///< way from the one before to this: a roughness that turns back stays within it
-  Vector unsure{};                            ///< way that counts as one standard error more
+/// What other looks say, in `Reparametrization`; empty: nothing.
+struct OtherPasses {
+  Vector previous_step{};  ///< way from the one before to this: a roughness that turns back stays within it
+  Vector unsure_step{};                            ///< way that counts as one standard error more
   std::vector<std::optional<Known>> known{};  ///< see beside.h
   std::vector<bool> squared{};  ///< components of which nothing goes with the value itself
   double beyond_noise = 1;  ///< errors in units of those told by noise; steps do not depend on it
 };
-Estimate estimate(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& u,
-                  const Evidence& evidence, const OtherLooks& others = {});
+Estimate estimate(const Unknowns& unknowns, const Reparametrization& reparametrization, const Vector& u,
+                  const NormalEquations& equations, const OtherPasses& others = {});
 
 /// Widens the intervals to hold x, which is what the user gets: a step may lead beyond the end of the
 /// longest that is taken, or of a bound, and then the interval of where it leads may not reach back.
-void hold(const Unknowns& unknowns, const Coordinates& coordinates, const Vector& x,
+void contain(const Unknowns& unknowns, const Reparametrization& reparametrization, const Vector& x,
           std::vector<Confidence>& components);
 
 }  // namespace selenite

@@ -18,20 +18,20 @@ constexpr float kWeight = 8;
 
 }  // namespace
 
-void Focus::scout(const Observation& derivatives, const Vector& slope, double weight) {
-  scouted_[static_cast<std::size_t>(derivatives.capture)].add(
+void InformativePixels::add_pilot(const Observation& derivatives, const Vector& slope, double weight) {
+  pilot_[static_cast<std::size_t>(derivatives.photo)].add(
       split_halves(*problem_, derivatives, slope), 1, weight);
 }
 
 /// By what numbers of photos add to the diagonal of J^T w J, as the two halves of what was scouted say:
 /// single strong paths, which rule the mean's square, show in one of them alone.
-void Focus::choose(const GaussNewton& evidence, const std::vector<bool>& counts) {
-  photos_.clear();
+void InformativePixels::choose(const GaussNewton& gauss_newton, const std::vector<bool>& counts) {
+  selections_.clear();
   std::vector<Eigen::MatrixXf> told;  // columns are unknowns
   Eigen::RowVectorXd total = Eigen::RowVectorXd::Zero(std::ssize(counts));
-  for (std::size_t i = 0; i < scouted_.size(); ++i) {
-    const JacobianSums::Set sums = scouted_[i].plain();
-    told.push_back(evidence.weight(i).asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
+  for (std::size_t i = 0; i < pilot_.size(); ++i) {
+    const InstrumentalVariables::Set sums = pilot_[i].plain();
+    told.push_back(gauss_newton.weight(i).asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
     total += told.back().cast<double>().colwise().sum();
   }
   Eigen::VectorXf shares = Eigen::VectorXf::Zero(total.size());
@@ -48,46 +48,46 @@ void Focus::choose(const GaussNewton& evidence, const std::vector<bool>& counts)
   if (chosen == 0) return;
   std::nth_element(positive.begin(), positive.begin() + chosen, positive.end(), std::greater<>());
   const float least = positive[static_cast<std::size_t>(chosen)];
-  for (auto next = all.cbegin(); const Capture& capture : problem_->captures) {
+  for (auto next = all.cbegin(); const Photo& photo : problem_->photos) {
     auto pixels = std::make_shared<PixelMask>();
-    for (std::size_t p = 0; p < capture.size(); ++p) pixels->push_back(*next++ > least);
-    photos_.push_back({capture, {}});
-    photos_.back().capture.pixels = std::move(pixels);
+    for (std::size_t p = 0; p < photo.size(); ++p) pixels->push_back(*next++ > least);
+    selections_.push_back({photo, {}});
+    selections_.back().photo.pixels = std::move(pixels);
   }
 }
 
-void Focus::gather(const Observation& derivatives, const Vector& slope) {
-  Photo& photo = photos_[static_cast<std::size_t>(derivatives.capture)];
+void InformativePixels::gather(const Observation& derivatives, const Vector& slope) {
+  Selection& selection = selections_[static_cast<std::size_t>(derivatives.photo)];
   const Halves halves = split_halves(*problem_, derivatives, slope);
-  photo.jacobians.add(halves, 1);
-  if (photo.gathered++ == 0) photo.variance = Eigen::VectorXf::Zero(halves.variance.size());
-  photo.variance += halves.variance * (static_cast<float>(derivatives.film.spp) / 2);
+  selection.jacobians.add(halves, 1);
+  if (selection.gathered++ == 0) selection.variance = Eigen::VectorXf::Zero(halves.variance.size());
+  selection.variance += halves.variance * (static_cast<float>(derivatives.film.spp) / 2);
 }
 
 /// The weights know the noise pixel by pixel from the derivatives' samples: where few have seen it, they
 /// are those of the whole photo.
-GaussNewton::Seen Focus::seen(std::size_t i, const Film& residual,
-                              const GaussNewton& evidence) const {
-  const Photo& photo = photos_[i];
-  const Eigen::VectorXf variance = photo.variance / static_cast<float>(photo.gathered);
-  return {residual_halves(residual, photo.capture), photo.jacobians.plain(),
-          evidence.weight_by(i, variance).cwiseMin(evidence.weight(i))};
+GaussNewton::WeightedResidual InformativePixels::seen(std::size_t i, const Film& residual,
+                              const GaussNewton& gauss_newton) const {
+  const Selection& selection = selections_[i];
+  const Eigen::VectorXf variance = selection.variance / static_cast<float>(selection.gathered);
+  return {residual_halves(residual, selection.photo), selection.jacobians.plain(),
+          gauss_newton.weight_by(i, variance).cwiseMin(gauss_newton.weight(i))};
 }
 
-void Focus::weigh(std::vector<GaussNewton::Equations>& all) {
-  const Eigen::Index unknowns = all.front().focus->z.a.slopes.cols();
+void InformativePixels::weigh(std::vector<GaussNewton::PhotoEquations>& all) {
+  const Eigen::Index unknowns = all.front().informative->z.a.slopes.cols();
   Eigen::VectorXf common = Eigen::VectorXf::Zero(unknowns), each = common;
-  for (const GaussNewton::Equations& one : all) {
-    const auto& [a, b] = one.focus->z;
-    const auto weight = one.focus->weight.asDiagonal();
+  for (const GaussNewton::PhotoEquations& one : all) {
+    const auto& [a, b] = one.informative->z;
+    const auto weight = one.informative->weight.asDiagonal();
     common += (weight * a.slopes.cwiseProduct(b.slopes)).colwise().sum();
     each += (weight * (a.slopes.cwiseAbs2() + b.slopes.cwiseAbs2())).colwise().sum() / 2;
   }
   const Eigen::VectorXf gain =
       kWeight * (each.array() > 0).select(common.cwiseQuotient(each), 0).cwiseMax(0);
-  for (GaussNewton::Equations& one : all)
-    for (JacobianSums::Half* half : {&one.focus->z.a, &one.focus->z.b})
-      half->instruments *= gain.asDiagonal();
+  for (GaussNewton::PhotoEquations& one : all)
+    for (InstrumentalVariables::Half* half : {&one.informative->z.a, &one.informative->z.b})
+      half->filtered *= gain.asDiagonal();
 }
 
 }  // namespace selenite

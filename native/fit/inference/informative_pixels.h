@@ -13,40 +13,40 @@ namespace selenite {
 /// derivatives have noise in every pixel, and few samples of all drown those. The same samples in a
 /// hundredth of the pixels are a hundred times as many there. Which pixels they are is chosen by other
 /// samples than those that are taken there, so that the choice leaves no bias.
-class Focus {
+class InformativePixels {
  public:
   /// `problem` must outlive it.
-  explicit Focus(const Problem& problem) : problem_(&problem), scouted_(problem.captures.size()) {}
+  explicit InformativePixels(const Problem& problem) : problem_(&problem), pilot_(problem.photos.size()) {}
 
-  /// Derivatives of a whole photo, which tell where to look; `weight` as of `JacobianSums`, `slope` as
+  /// Derivatives of a whole photo, which tell where to look; `weight` as of `InstrumentalVariables`, `slope` as
   /// of `split_halves`.
-  void scout(const Observation& derivatives, const Vector& slope, double weight);
-  /// Chooses anew, in the weights of `evidence`, and forgets what was seen. `counts`: by unknown,
+  void add_pilot(const Observation& derivatives, const Vector& slope, double weight);
+  /// Chooses anew, in the weights of `gauss_newton`, and forgets what was seen. `counts`: by unknown,
   /// whether it is to be looked for.
-  void choose(const GaussNewton& evidence, const std::vector<bool>& counts);
-  bool empty() const { return photos_.empty(); }
-  /// Photo i with its chosen pixels alone.
-  const Capture& photo(std::size_t i) const { return photos_[i].capture; }
+  void choose(const GaussNewton& gauss_newton, const std::vector<bool>& counts);
+  bool empty() const { return selections_.empty(); }
+  /// Selection i with its chosen pixels alone.
+  const Photo& photo(std::size_t i) const { return selections_[i].photo; }
 
   /// Derivatives of such a photo join its sums.
   void gather(const Observation& derivatives, const Vector& slope);
   /// Of photo i; `residual`: a render of its own with other seeds. Other pixels say nothing.
-  GaussNewton::Seen seen(std::size_t i, const Film& residual, const GaussNewton& evidence) const;
+  GaussNewton::WeightedResidual seen(std::size_t i, const Film& residual, const GaussNewton& gauss_newton) const;
   /// Gives the equations of what was seen, all photos', their weight beside those of the whole photos:
   /// more, as far as their instruments are no noise.
-  static void weigh(std::vector<GaussNewton::Equations>& all);
+  static void weigh(std::vector<GaussNewton::PhotoEquations>& all);
 
  private:
-  struct Photo {
-    Capture capture;
-    JacobianSums jacobians;
+  struct Selection {
+    Photo photo;
+    InstrumentalVariables jacobians;
     Eigen::VectorXf variance{};  ///< of one sample, summed over what was gathered
     int gathered = 0;
   };
 
   const Problem* problem_;
-  std::vector<JacobianSums> scouted_;
-  std::vector<Photo> photos_;  ///< empty: no pixel tells
+  std::vector<InstrumentalVariables> pilot_;
+  std::vector<Selection> selections_;  ///< empty: no pixel tells
 };
 
 }  // namespace selenite

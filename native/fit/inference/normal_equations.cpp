@@ -7,34 +7,34 @@
 
 namespace selenite {
 
-void Evidence::leave_out(Eigen::Index k) {
-  for (Eigen::MatrixXd* one : {&normal, &normal_variance, &spread}) {
+void NormalEquations::remove(Eigen::Index k) {
+  for (Eigen::MatrixXd* one : {&normal, &normal_variance, &score_covariance}) {
     one->row(k).setZero();
     one->col(k).setZero();
   }
   gradient[k] = 0;
 }
 
-void Evidence::add(const Capture& capture, const GaussNewton::Equations& equations,
-                   std::size_t captures) {
+void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations& equations,
+                   std::size_t photos) {
   const Eigen::VectorXf& weight = equations.whole.weight;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
-  const GaussNewton::Seen* const focus = equations.focus ? &*equations.focus : nullptr;
+  const GaussNewton::WeightedResidual* const informative = equations.informative ? &*equations.informative : nullptr;
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
   Vector term(n);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
     term.setZero();
     // The photo's noise is in both.
-    for (const GaussNewton::Seen* seen : {&equations.whole, focus}) {
+    for (const GaussNewton::WeightedResidual* seen : {&equations.whole, informative}) {
       if (!seen) continue;
       const auto& [halves, z, weights] = *seen;
       noise_a.setZero();
       noise_b.setZero();
       for (Eigen::Index j = 3 * i; j < 3 * i + 3; ++j) {
         const double w = weights[j] / 2;
-        const Vector a = w * z.a.instruments.row(j).cast<double>();
-        const Vector b = w * z.b.instruments.row(j).cast<double>();
+        const Vector a = w * z.a.filtered.row(j).cast<double>();
+        const Vector b = w * z.b.filtered.row(j).cast<double>();
         normal.noalias() += a * z.b.slopes.row(j).cast<double>();
         normal.noalias() += b * z.a.slopes.row(j).cast<double>();
         noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
@@ -44,23 +44,23 @@ void Evidence::add(const Capture& capture, const GaussNewton::Equations& equatio
       normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     }
     gradient += term;
-    spread.noalias() += term * term.transpose();
+    score_covariance.noalias() += term * term.transpose();
   }
   const Halves& halves = equations.whole.residual;
   // A pixel's residual in one half times its neighbours' in the other: only what they share stays.
-  const Eigen::VectorXf relative = relative_weights(capture, captures);
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * capture.width + x; };
-  for (int y = 0; y < capture.height; ++y)
-    for (int x = 0; x < capture.width; ++x) {
-      if (capture.weight[at(x, y)] == 0) continue;
+  const Eigen::VectorXf relative = relative_weights(photo, photos);
+  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * photo.width + x; };
+  for (int y = 0; y < photo.height; ++y)
+    for (int x = 0; x < photo.width; ++x) {
+      if (photo.weight[at(x, y)] == 0) continue;
       std::array<double, 3> around{};
       int count = 0;
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
           const int p = x + dx, q = y + dy;
-          if ((dx == 0 && dy == 0) || p < 0 || q < 0 || p >= capture.width || q >= capture.height)
+          if ((dx == 0 && dy == 0) || p < 0 || q < 0 || p >= photo.width || q >= photo.height)
             continue;
-          if (capture.weight[at(p, q)] == 0) continue;
+          if (photo.weight[at(p, q)] == 0) continue;
           ++count;
           for (std::size_t c = 0; c < 3; ++c)
             around[c] += halves.residual_b[static_cast<Eigen::Index>(3 * at(p, q) + c)];

@@ -5,22 +5,22 @@
 
 namespace selenite {
 
-/// What one look at frozen values says, summed over photos and pixels; in `Coordinates`.
-struct Evidence {
+/// What one look at frozen values says, summed over photos and pixels; in `Reparametrization`.
+struct NormalEquations {
   Eigen::MatrixXd normal;           ///< Z^T w J; not symmetric
   Eigen::MatrixXd normal_variance;  ///< of each of its entries
-  Eigen::MatrixXd spread;           ///< covariance of `gradient`, noise of the photos included
+  Eigen::MatrixXd score_covariance;           ///< covariance of `gradient`, noise of the photos included
   Vector gradient;                  ///< Z^T w (I - photo)
   double misfit = 0, misfit_variance = 0;
 
-  explicit Evidence(Eigen::Index n)
+  explicit NormalEquations(Eigen::Index n)
       : normal(Eigen::MatrixXd::Zero(n, n)),
         normal_variance(normal),
-        spread(normal),
+        score_covariance(normal),
         gradient(Vector::Zero(n)) {}
   /// As if unknown k showed in no picture.
-  void leave_out(Eigen::Index k);
-  void add(const Capture& capture, const GaussNewton::Equations& equations, std::size_t captures);
+  void remove(Eigen::Index k);
+  void add(const Photo& photo, const GaussNewton::PhotoEquations& equations, std::size_t photos);
 };
 
 }  // namespace selenite

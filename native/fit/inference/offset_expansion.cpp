@@ -13,7 +13,7 @@ bool holds(const Confidence& one, double value) {
 
 }  // namespace
 
-std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x) {
+std::optional<Vector> offset_point(const Unknowns& unknowns, const Vector& x) {
   // Small enough that others' slopes are as at 0, within a tenth.
   constexpr double kBeside = 0.1;
   Vector there = x;
@@ -24,7 +24,7 @@ std::optional<Vector> beside(const Unknowns& unknowns, const Vector& x) {
   return there;
 }
 
-std::vector<std::optional<Known>> known_from(const Vector& x,
+std::vector<std::optional<Known>> known_from_offset(const Vector& x,
                                              const std::vector<Confidence>& components,
                                              const Vector& there, const Vector& found,
                                              const std::vector<Confidence>& seen) {
@@ -46,7 +46,7 @@ std::vector<std::optional<Known>> known_from(const Vector& x,
   return known;
 }
 
-bool leads_elsewhere(const std::vector<std::optional<Known>>& known, const Vector& x) {
+bool excludes(const std::vector<std::optional<Known>>& known, const Vector& x) {
   for (std::size_t i = 0; i < known.size(); ++i)
     if (known[i] && !holds(known[i]->confidence, x[static_cast<Eigen::Index>(i)])) return true;
   return false;

@@ -14,148 +14,148 @@ namespace {
 /// Shares of the samples, a round each.
 constexpr std::array kShares{16, 4, 1};
 constexpr int kLeastOfRound = 16;  ///< samples, where there are as many
-/// Standard deviations by which a rival must be worse to lose.
+/// Standard deviations by which a alternative must be worse to lose.
 constexpr double kSigmas = 3;
-/// Widths of its interval, and share of its range, that a value of a rival lies off at least: what is
+/// Widths of its interval, and share of its range, that a value of a alternative lies off at least: what is
 /// nearer is the same basin, seen less sharply.
 constexpr double kWidths = 2, kShareOfRange = 0.1;
-constexpr std::size_t kParts = std::tuple_size_v<Parts>;
+constexpr std::size_t kParts = std::tuple_size_v<FilmPair>;
 
 /// Whether component k of `x` is that of another basin.
-bool far_apart(const Coordinates& coordinates, const Vector& x, const Vector& answer,
+bool far_apart(const Reparametrization& reparametrization, const Vector& x, const Vector& answer,
                Eigen::Index k) {
-  const double range = coordinates.maximum()[k] - coordinates.minimum()[k];
-  const double way = coordinates.from_values(x)[k] - coordinates.from_values(answer)[k];
+  const double range = reparametrization.maximum()[k] - reparametrization.minimum()[k];
+  const double way = reparametrization.from_values(x)[k] - reparametrization.from_values(answer)[k];
   return std::abs(way) > kShareOfRange * range;
 }
 
 /// Whether what is told about a component leaves `x` out by so many widths.
-bool leaves_out(const Confidence& told, double x, double widths) {
-  const auto [low, high] = told.interval;
+bool leaves_out(const Confidence& reported, double x, double widths) {
+  const auto [low, high] = reported.interval;
   const double margin = widths * (high - low);
-  return told.determined && (x < low - margin || x > high + margin);
+  return reported.determined && (x < low - margin || x > high + margin);
 }
 
 }  // namespace
 
-Rivals::Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
-               std::vector<Vector> rivals, std::uint64_t seed, int spp)
+AlternativeMinima::AlternativeMinima(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
+               std::vector<Vector> alternatives, std::uint64_t seed, int spp)
     : problem_(&problem),
-      coordinates_(problem.unknowns),
+      reparametrization_(problem.unknowns),
       weights_(std::move(weights)),
       seed_(seed),
       most_spp_(spp) {
-  rivals.insert(rivals.begin(), std::move(answer));
-  for (Vector& x : rivals) candidates_.emplace_back().x = std::move(x);
+  alternatives.insert(alternatives.begin(), std::move(answer));
+  for (Vector& x : alternatives) candidates_.emplace_back().x = std::move(x);
 }
 
 /// Of a part.
-int Rivals::spp() const {
+int AlternativeMinima::spp() const {
   const int share = kShares[static_cast<std::size_t>(round_)];
   const int all = std::max(most_spp_ / share, std::min(kLeastOfRound, most_spp_));
   return std::max(all / static_cast<int>(kParts), 2);
 }
 
-bool Rivals::step(const RenderAt& render) {
+bool AlternativeMinima::step(const RenderAt& render) {
   if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return false;
-  const Capture& photo = problem_->captures[capture_];
+  const Photo& photo = problem_->photos[photo_];
   Candidate& candidate = candidates_[candidate_];
   const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
   candidate.seen[part_] = render(candidate.x, photo, spp(),
-                                 seed_of(seed_, purpose, static_cast<int>(capture_)), std::nullopt);
+                                 seed_of(seed_, purpose, static_cast<int>(photo_)), std::nullopt);
   if (++part_ < kParts) return true;
   part_ = 0;
   if (++candidate_ < candidates_.size()) return true;
   candidate_ = 0;
   end_photo();
-  if (++capture_ < problem_->captures.size()) return true;
-  capture_ = 0;
+  if (++photo_ < problem_->photos.size()) return true;
+  photo_ = 0;
   end_round();
   return candidates_.size() > 1 && round_ < static_cast<int>(kShares.size());
 }
 
-void Rivals::end_photo() {
-  const Capture& photo = problem_->captures[capture_];
-  const Eigen::VectorXf& weights = weights_[capture_];
+void AlternativeMinima::end_photo() {
+  const Photo& photo = problem_->photos[photo_];
+  const Eigen::VectorXf& weights = weights_[photo_];
   const auto& answer = candidates_.front().seen;
   for (std::size_t i = 1; i < candidates_.size(); ++i)
-    candidates_[i].behind.add(photo, weights, answer, candidates_[i].seen);
+    candidates_[i].against_answer.add(photo, weights, answer, candidates_[i].seen);
   for (Candidate& candidate : candidates_) {
-    candidate.likeness.append(Likeness(whole(candidate.seen), photo, weights), 1);
+    candidate.tiled_loss.append(TiledLoss(merged(candidate.seen), photo, weights), 1);
     candidate.seen = {};
   }
 }
 
 /// Drops those that have lost.
-void Rivals::end_round() {
-  const Likeness& answer = candidates_.front().likeness;
-  const auto worse = [](const Eigen::ArrayXd& rival, const Eigen::ArrayXd& answer) {
-    const Total by(rival - answer);
+void AlternativeMinima::end_round() {
+  const TiledLoss& answer = candidates_.front().tiled_loss;
+  const auto worse = [](const Eigen::ArrayXd& alternative, const Eigen::ArrayXd& answer) {
+    const NoisySum by(alternative - answer);
     return by.sum > kSigmas * by.deviation;
   };
-  const auto lost = [&](const Candidate& rival) {
-    return rival.behind.certain(kSigmas) || worse(rival.likeness.coarse, answer.coarse) ||
-           worse(rival.likeness.all, answer.all);
+  const auto lost = [&](const Candidate& alternative) {
+    return alternative.against_answer.significant(kSigmas) || worse(alternative.tiled_loss.coarse, answer.coarse) ||
+           worse(alternative.tiled_loss.all, answer.all);
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
-  if (++round_ == static_cast<int>(kShares.size())) return;  // `standing` tells by the last one
+  if (++round_ == static_cast<int>(kShares.size())) return;  // `survivors` tells by the last one
   for (Candidate& candidate : candidates_) {
-    candidate.likeness = {};
-    candidate.behind = {};
+    candidate.tiled_loss = {};
+    candidate.against_answer = {};
   }
 }
 
-bool Rivals::Standing::won() const { return ahead > kSigmas; }
+bool AlternativeMinima::Survivor::is_better() const { return z_score > kSigmas; }
 
-std::vector<Rivals::Standing> Rivals::standing() const {
-  std::vector<Standing> standing;
+std::vector<AlternativeMinima::Survivor> AlternativeMinima::survivors() const {
+  std::vector<Survivor> survivors;
   const Vector& answer = candidates_.front().x;
-  for (auto rival = candidates_.begin() + 1; rival != candidates_.end(); ++rival) {
+  for (auto alternative = candidates_.begin() + 1; alternative != candidates_.end(); ++alternative) {
     bool far = false;
     for (Eigen::Index k = 0; k < answer.size(); ++k)
-      far = far || far_apart(coordinates_, rival->x, answer, k);
-    if (far) standing.push_back({rival->x, rival->behind.ahead()});
+      far = far || far_apart(reparametrization_, alternative->x, answer, k);
+    if (far) survivors.push_back({alternative->x, alternative->against_answer.z_score()});
   }
-  std::stable_sort(standing.begin(), standing.end(),
-                   [](const Standing& a, const Standing& b) { return a.ahead > b.ahead; });
-  return standing;
+  std::stable_sort(survivors.begin(), survivors.end(),
+                   [](const Survivor& a, const Survivor& b) { return a.z_score > b.z_score; });
+  return survivors;
 }
 
-std::vector<Rivals::Standing> Rivals::serious(const TrustReport& report) const {
-  std::vector<Standing> found = standing();
-  std::erase_if(found, [&](const Standing& one) {
+std::vector<AlternativeMinima::Survivor> AlternativeMinima::pending(const TrustReport& report) const {
+  std::vector<Survivor> found = survivors();
+  std::erase_if(found, [&](const Survivor& one) {
     TrustReport judged = report;
-    contest(judged, coordinates_, candidates_.front().x, one.x, false);
-    return !one.won() && judged.rivals.size() == report.rivals.size();
+    mark_ambiguous(judged, reparametrization_, candidates_.front().x, one.x, false);
+    return !one.is_better() && judged.alternatives.size() == report.alternatives.size();
   });
   return found;
 }
 
-double Rivals::fraction() const {
+double AlternativeMinima::fraction() const {
   const double rounds = static_cast<double>(kShares.size());
   if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return 1;
   const auto of_photo = static_cast<double>(kParts * candidates_.size());
-  const double done = (static_cast<double>(capture_) +
+  const double done = (static_cast<double>(photo_) +
                        static_cast<double>(kParts * candidate_ + part_) / of_photo) /
-                      static_cast<double>(problem_->captures.size());
+                      static_cast<double>(problem_->photos.size());
   return (round_ + done) / rounds;
 }
 
-void contest(TrustReport& report, const Coordinates& coordinates, const Vector& answer,
-             const Vector& rival, bool refined) {
+void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
+             const Vector& alternative, bool refined) {
   bool any = false;
   for (std::size_t k = 0; k < report.components.size(); ++k) {
-    Confidence& told = report.components[k];
+    Confidence& reported = report.components[k];
     const auto at = static_cast<Eigen::Index>(k);
-    if (!far_apart(coordinates, rival, answer, at) ||
-        !leaves_out(told, rival[at], refined ? 0 : kWidths))
+    if (!far_apart(reparametrization, alternative, answer, at) ||
+        !leaves_out(reported, alternative[at], refined ? 0 : kWidths))
       continue;
     any = true;
-    told.determined = false;
-    report.contested.push_back(static_cast<int>(k));
+    reported.determined = false;
+    report.ambiguous.push_back(static_cast<int>(k));
   }
-  if (any) report.rivals.push_back(rival);
+  if (any) report.alternatives.push_back(alternative);
 }
 
 }  // namespace selenite

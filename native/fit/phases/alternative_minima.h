@@ -17,37 +17,37 @@ namespace selenite {
 /// them better, it does.
 ///
 /// Equal seeds, first with a sixteenth of the samples, then with a quarter and with all for those
-/// that still stand. A rival loses by `Likeness`, coarse or in detail, or by `Nearness`. Refined in
+/// that still stand. A alternative loses by `TiledLoss`, coarse or in detail, or by `PairedMidpointTest`. Refined in
 /// small pictures only, it is worse than the bottom of its basin: photos that tell basins apart do so
 /// here, too.
-class Rivals {
+class AlternativeMinima {
  public:
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
   /// samples of a pixel at most.
-  Rivals(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
-         std::vector<Vector> rivals, std::uint64_t seed, int spp);
+  AlternativeMinima(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
+         std::vector<Vector> alternatives, std::uint64_t seed, int spp);
   /// The next picture; false when it was the last. May throw what `render` throws.
   bool step(const RenderAt& render);
   double fraction() const;
   /// After the last step: one that stands and lies far from the answer, and by how many standard
   /// deviations the photos are nearer to it than to the answer.
-  struct Standing {
+  struct Survivor {
     Vector x;
-    double ahead;
+    double z_score;
     /// Nearer for certain.
-    bool won() const;
+    bool is_better() const;
   };
   /// Likewise: those that lie far from the answer, the nearest to the photos first.
-  std::vector<Standing> standing() const;
+  std::vector<Survivor> survivors() const;
   /// Likewise: those of them that matter, because they won or because they contest what `report` tells.
-  std::vector<Standing> serious(const TrustReport& report) const;
+  std::vector<Survivor> pending(const TrustReport& report) const;
 
  private:
   struct Candidate {
     Vector x;
-    Parts seen;         ///< of the current photo
-    Likeness likeness;  ///< of this round
-    Nearness behind;    ///< likewise: how much nearer to the photos the answer is
+    FilmPair seen;         ///< of the current photo
+    TiledLoss tiled_loss;  ///< of this round
+    PairedMidpointTest against_answer;    ///< likewise: how much nearer to the photos the answer is
   };
 
   int spp() const;
@@ -55,20 +55,20 @@ class Rivals {
   void end_round();
 
   const Problem* problem_;
-  Coordinates coordinates_;
+  Reparametrization reparametrization_;
   std::vector<Eigen::VectorXf> weights_;
   std::vector<Candidate> candidates_;  ///< the answer, then those that stand
   std::uint64_t seed_;
   int most_spp_;
   int round_ = 0;
-  std::size_t capture_ = 0, candidate_ = 0;  ///< of the next picture
+  std::size_t photo_ = 0, candidate_ = 0;  ///< of the next picture
   std::size_t part_ = 0;                     ///< likewise
 };
 
-/// Notes in `report`, which is about `answer`, a rival that explains the photos as well if it lies far
-/// outside what is told, and takes back that these values are determined. refined: at the bottom of
+/// Notes in `report`, which is about `answer`, a alternative that explains the photos as well if it lies far
+/// outside what is reported, and takes back that these values are determined. refined: at the bottom of
 /// its basin; else widths of an interval may lie between what are the same values.
-void contest(TrustReport& report, const Coordinates& coordinates, const Vector& answer,
-             const Vector& rival, bool refined);
+void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
+             const Vector& alternative, bool refined);
 
 }  // namespace selenite

@@ -15,23 +15,23 @@ namespace {
 
 constexpr int kSize = 40;  ///< pixels of the longer side
 constexpr std::size_t kPoints = 64;
-constexpr int kLookSpp = 8, kStepSpp = 8, kFinalSpp = 48;
+constexpr int kFirstSpp = 8, kStepSpp = 8, kFinalSpp = 48;
 /// After looking at all points: so many go on, by so many steps each.
-struct Stage {
+struct Round {
   std::size_t count;
   int steps;
 };
-constexpr std::array kStages{Stage{8, 4}, Stage{4, 5}, Stage{3, 6}};
-constexpr int kLast = static_cast<int>(kStages.size()) + 1;  ///< the stage that chooses
+constexpr std::array kRounds{Round{8, 4}, Round{4, 5}, Round{3, 6}};
+constexpr int kLast = static_cast<int>(kRounds.size()) + 1;  ///< the round that chooses
 constexpr int kRemembered =
     1 << 20;                       ///< iterations that the steps think are to come: no late phase
 constexpr double kMargin = 0.1;    ///< of the range, on both sides: the ends are flat
 constexpr double kGreyness = 0.3;  ///< of the range: how far channels stray from their grey
 /// An extinction has the scale of the scene: it is searched within this factor of the start.
-constexpr double kReach = 10;
+constexpr double kExtinctionFactor = 10;
 constexpr double kLeastIor = 1.2, kLargestIor = 2;  ///< of most dielectrics
 constexpr double kSigmas = 2;                       ///< by which one must lose to another
-constexpr double kAlike = 0.1;                      ///< of each range: the same basin
+constexpr double kSameBasin = 0.1;                      ///< of each range: the same basin
 constexpr double kMedianOfSquare = 0.455;           ///< of a standard normal number
 /// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
 /// below its mean by luck.
@@ -57,19 +57,19 @@ double uniform(std::uint64_t key) { return static_cast<double>(mix64(key) >> 11)
 
 }  // namespace
 
-Capture shrunk(const Capture& capture, int size) {
-  const int longest = std::max(capture.width, capture.height);
-  if (longest <= size) return capture;
+Photo resized(const Photo& photo, int size) {
+  const int longest = std::max(photo.width, photo.height);
+  if (longest <= size) return photo;
   const double scale = static_cast<double>(size) / longest;
-  Capture small;
-  small.camera = capture.camera;
-  small.width = std::max(1, static_cast<int>(std::lround(capture.width * scale)));
-  small.height = std::max(1, static_cast<int>(std::lround(capture.height * scale)));
-  small.frame = {capture.frame.aspect, capture.width, capture.height};
+  Photo small;
+  small.camera = photo.camera;
+  small.width = std::max(1, static_cast<int>(std::lround(photo.width * scale)));
+  small.height = std::max(1, static_cast<int>(std::lround(photo.height * scale)));
+  small.frame = {photo.frame.aspect, photo.width, photo.height};
   if (!(small.frame.aspect > 0))
-    small.frame.aspect = static_cast<double>(capture.width) / capture.height;
-  const double step_x = static_cast<double>(capture.width) / small.width;
-  const double step_y = static_cast<double>(capture.height) / small.height;
+    small.frame.aspect = static_cast<double>(photo.width) / photo.height;
+  const double step_x = static_cast<double>(photo.width) / small.width;
+  const double step_y = static_cast<double>(photo.height) / small.height;
   const auto covered = [](int i, double low, double high) {
     return std::max(0.0, std::min(i + 1.0, high) - std::max<double>(i, low));
   };
@@ -80,14 +80,14 @@ Capture shrunk(const Capture& capture, int size) {
       Color<double> sum;
       double area = 0, weight = 0;
       bool whole = true;
-      for (int j = static_cast<int>(top); j < std::min<double>(bottom, capture.height); ++j)
-        for (int i = static_cast<int>(left); i < std::min<double>(right, capture.width); ++i) {
+      for (int j = static_cast<int>(top); j < std::min<double>(bottom, photo.height); ++j)
+        for (int i = static_cast<int>(left); i < std::min<double>(right, photo.width); ++i) {
           const double part = covered(i, left, right) * covered(j, top, bottom);
           if (!(part > 0)) continue;
-          const auto at = static_cast<std::size_t>(j) * capture.width + i;
-          whole = whole && capture.weight[at] > 0;
-          sum += Color<double>(capture.reference[at]) * part;
-          weight += part * capture.weight[at];
+          const auto at = static_cast<std::size_t>(j) * photo.width + i;
+          whole = whole && photo.weight[at] > 0;
+          sum += Color<double>(photo.reference[at]) * part;
+          weight += part * photo.weight[at];
           area += part;
         }
       small.reference.push_back(whole ? Colorf(sum / area) : Colorf(0.f));
@@ -95,17 +95,17 @@ Capture shrunk(const Capture& capture, int size) {
       small.total_weight += small.weight.back();
     }
   // All pixels beside a masked one (a thin object): the photo itself is the way out.
-  return small.total_weight > 0 ? small : capture;
+  return small.total_weight > 0 ? small : photo;
 }
 
-Search::Search(const Problem& problem, std::uint64_t seed)
+MultiStart::MultiStart(const Problem& problem, std::uint64_t seed)
     : seed_(seed),
-      problem_{problem.unknowns, problem.layout, captures_, problem.loss, kRemembered},
-      coordinates_(problem.unknowns),
+      problem_{problem.unknowns, problem.layout, photos_, problem.loss, kRemembered},
+      reparametrization_(problem.unknowns),
       chosen_(problem.unknowns.start()) {
-  for (const Capture& capture : problem.captures) {
-    captures_.push_back(shrunk(capture, kSize));
-    weights_.push_back(relative_weights(captures_.back(), 1));
+  for (const Photo& photo : problem.photos) {
+    photos_.push_back(resized(photo, kSize));
+    weights_.push_back(relative_weights(photos_.back(), 1));
   }
   Candidate start;
   start.x = chosen_;
@@ -123,33 +123,33 @@ Search::Search(const Problem& problem, std::uint64_t seed)
 ///
 /// Logarithmic where the table says so. A spread of roughness that is even in the value was worse in
 /// four of eight fits and better in two. Steps find no way from an index of refraction near 1, at which nothing shows.
-double Search::point_in_range(int component, double at) const {
+double MultiStart::point_in_range(int component, double at) const {
   const Unknowns& unknowns = problem_.unknowns;
   const Parameter& description = unknowns.description_of(component);
   double low = unknowns.minimum()[component], high = unknowns.maximum()[component];
   at = kMargin + (1 - 2 * kMargin) * at;
-  if (description.coordinate == Coordinate::kLogExcess && low < kLeastIor && high > kLargestIor) {
+  if (description.scale == Scale::kLogExcess && low < kLeastIor && high > kLargestIor) {
     low = kLeastIor;
     high = kLargestIor;
   }
   const double start = unknowns.start()[component];
-  if (description.coordinate == Coordinate::kLog && description.effect != Effect::kSurface &&
+  if (description.scale == Scale::kLog && description.effect != Effect::kSurface &&
       start > 0) {
-    low = std::max(low, start / kReach);
-    high = std::min(high, start * kReach);
+    low = std::max(low, start / kExtinctionFactor);
+    high = std::min(high, start * kExtinctionFactor);
   }
-  if (description.coordinate == Coordinate::kReflectance) {
-    low = Coordinates::reflectance(low);
-    return Coordinates::albedo_of(low + at * (Coordinates::reflectance(high) - low));
+  if (description.scale == Scale::kReflectance) {
+    low = Reparametrization::reflectance(low);
+    return Reparametrization::albedo_of(low + at * (Reparametrization::reflectance(high) - low));
   }
-  if ((description.coordinate == Coordinate::kLog || description.coordinate == Coordinate::kBlur) &&
+  if ((description.scale == Scale::kLog || description.scale == Scale::kRoughness) &&
       low > 0)
     return low * std::pow(high / low, at);
   return low + at * (high - low);
 }
 
 /// Even over the ranges of the parameters; the channels of a colour share their grey.
-std::vector<Vector> Search::spread_points() const {
+std::vector<Vector> MultiStart::spread_points() const {
   const Unknowns& unknowns = problem_.unknowns;
   std::vector<Vector> points;
   for (std::size_t n = 1; n <= kPoints; ++n) {
@@ -171,31 +171,31 @@ std::vector<Vector> Search::spread_points() const {
   return points;
 }
 
-std::uint64_t Search::seed_for(int purpose, int index, int capture) const {
-  return seed_of(mix64(seed_ ^ static_cast<std::uint64_t>(purpose)), index, capture);
+std::uint64_t MultiStart::seed_for(int purpose, int index, int photo) const {
+  return seed_of(mix64(seed_ ^ static_cast<std::uint64_t>(purpose)), index, photo);
 }
 
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
-void Search::look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
-  candidate.seen = Likeness();
-  const double share = 1.0 / static_cast<double>(captures_.size());
-  for (std::size_t v = 0; v < captures_.size(); ++v) {
-    const Capture& photo = captures_[v];
-    Parts parts;
+void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
+  candidate.tiled_loss = TiledLoss();
+  const double share = 1.0 / static_cast<double>(photos_.size());
+  for (std::size_t v = 0; v < photos_.size(); ++v) {
+    const Photo& photo = photos_[v];
+    FilmPair parts;
     for (int i = 0; i < 2; ++i)
       parts[static_cast<std::size_t>(i)] = render(
           candidate.x, photo, spp / 2, seed_for(purpose, i, static_cast<int>(v)), std::nullopt);
-    candidate.seen.append(Likeness(whole(parts), photo, weights_[v]), share);
-    if (stage_ == kLast) candidate.pictures.push_back(std::move(parts));
+    candidate.tiled_loss.append(TiledLoss(merged(parts), photo, weights_[v]), share);
+    if (round_ == kLast) candidate.pictures.push_back(std::move(parts));
   }
 }
 
 /// Puts the losses together: the detail counts as far as it tells candidates apart.
-void Search::rank() {
+void MultiStart::rank() {
   std::vector<double> details, noise;
   for (const Candidate& one : candidates_) {
     if (one.untouched) continue;  // mostly far off
-    const Total detail(one.seen.all - one.seen.coarse);
+    const NoisySum detail(one.tiled_loss.all - one.tiled_loss.coarse);
     details.push_back(detail.sum);
     noise.push_back(square(detail.deviation));
   }
@@ -205,22 +205,22 @@ void Search::rank() {
   const double between = median(spread);
   const double share = between > 0 ? std::max(1 - median(noise) / between, 0.0) : 0;
   for (Candidate& one : candidates_) {
-    one.tiles = one.seen.coarse + share * (one.seen.all - one.seen.coarse);
+    one.tiles = one.tiled_loss.coarse + share * (one.tiled_loss.all - one.tiled_loss.coarse);
     one.loss = one.tiles.sum();
     one.rank = one.loss + kRankSigmas * std::sqrt(one.tiles.square().sum());
   }
 }
 
-void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& render) const {
+void MultiStart::descend(Candidate& candidate, int index, int steps, const RenderAt& render) const {
   if (!candidate.steps) candidate.steps = std::make_shared<GaussNewton>(problem_);
   for (int n = 0; n < steps; ++n) {
     std::vector<Observation> seen;
-    for (std::size_t v = 0; v < captures_.size(); ++v) {
-      const int purpose = 16 + 64 * stage_ + n;
+    for (std::size_t v = 0; v < photos_.size(); ++v) {
+      const int purpose = 16 + 64 * round_ + n;
       seen.push_back(
           {static_cast<int>(v),
-           render(candidate.x, captures_[v], kStepSpp,
-                  seed_for(purpose, index, static_cast<int>(v)), Differences{side_in_turn(n)}),
+           render(candidate.x, photos_[v], kStepSpp,
+                  seed_for(purpose, index, static_cast<int>(v)), Differences{alternating_side(n)}),
            {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
@@ -229,34 +229,34 @@ void Search::refine(Candidate& candidate, int index, int steps, const RenderAt& 
 }
 
 /// Whether two points are one basin's, for all that a search can tell.
-bool Search::alike(const Vector& x, const Vector& y) const {
-  const Vector range = coordinates_.maximum() - coordinates_.minimum();
-  const Vector apart = coordinates_.from_values(x) - coordinates_.from_values(y);
-  return (apart.cwiseAbs().array() <= kAlike * range.array()).all();
+bool MultiStart::same_basin(const Vector& x, const Vector& y) const {
+  const Vector range = reparametrization_.maximum() - reparametrization_.minimum();
+  const Vector apart = reparametrization_.from_values(x) - reparametrization_.from_values(y);
+  return (apart.cwiseAbs().array() <= kSameBasin * range.array()).all();
 }
 
 /// The best of each kind. The start and what came of it stay whatever their rank.
-void Search::keep_best(std::size_t count) {
+void MultiStart::keep_best(std::size_t count) {
   std::stable_sort(candidates_.begin(), candidates_.end(),
                    [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   std::vector<Candidate> kept;
   for (Candidate& one : candidates_) {
     const bool known = std::any_of(kept.begin(), kept.end(),
-                                   [&](const Candidate& other) { return alike(one.x, other.x); });
+                                   [&](const Candidate& other) { return same_basin(one.x, other.x); });
     if (one.from_start || (kept.size() < count && !known)) kept.push_back(std::move(one));
   }
   candidates_ = std::move(kept);
 }
 
-bool Search::step(const RenderAt& render) {
-  if (stage_ > kLast) return false;
+bool MultiStart::step(const RenderAt& render) {
+  if (round_ > kLast) return false;
   Candidate& candidate = candidates_[next_];
-  const bool final = stage_ == kLast;
-  if (stage_ > 0 && !final && !candidate.untouched)
-    refine(candidate, static_cast<int>(next_), kStages[static_cast<std::size_t>(stage_) - 1].steps,
+  const bool final = round_ == kLast;
+  if (round_ > 0 && !final && !candidate.untouched)
+    descend(candidate, static_cast<int>(next_), kRounds[static_cast<std::size_t>(round_) - 1].steps,
            render);
-  look(candidate, final ? kFinalSpp : stage_ == 0 ? kLookSpp : kStepSpp, stage_, render);
-  done_ = (stage_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
+  evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, render);
+  done_ = (round_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
           (kLast + 1);
   if (++next_ < candidates_.size()) return true;
   next_ = 0;
@@ -265,20 +265,20 @@ bool Search::step(const RenderAt& render) {
     choose();
   } else {
     keep_best(
-        kStages[std::min<std::size_t>(static_cast<std::size_t>(stage_), kStages.size() - 1)].count);
-    if (stage_ == 0) {  // one goes on as it is, one is refined
+        kRounds[std::min<std::size_t>(static_cast<std::size_t>(round_), kRounds.size() - 1)].count);
+    if (round_ == 0) {  // one goes on as it is, one is refined
       Candidate copy = *std::find_if(candidates_.begin(), candidates_.end(),
                                      [](const Candidate& one) { return one.from_start; });
       copy.untouched = false;
       candidates_.push_back(std::move(copy));
     }
   }
-  return ++stage_ <= kLast;
+  return ++round_ <= kLast;
 }
 
-double Search::fraction() const { return done_; }
+double MultiStart::fraction() const { return done_; }
 
-std::vector<Vector> Search::others() const {
+std::vector<Vector> MultiStart::others() const {
   std::vector<Vector> others;
   for (const Candidate& one : candidates_)
     if (!one.untouched && one.x != chosen_) others.push_back(one.x);
@@ -286,36 +286,36 @@ std::vector<Vector> Search::others() const {
 }
 
 /// Share of the range, in the coordinate of steps, to the nearest bound.
-double Search::room(const Vector& x) const {
-  const Vector u = coordinates_.from_values(x);
-  const Vector nearest = (u - coordinates_.minimum()).cwiseMin(coordinates_.maximum() - u);
-  return nearest.cwiseQuotient(coordinates_.maximum() - coordinates_.minimum()).minCoeff();
+double MultiStart::distance_to_bounds(const Vector& x) const {
+  const Vector u = reparametrization_.from_values(x);
+  const Vector nearest = (u - reparametrization_.minimum()).cwiseMin(reparametrization_.maximum() - u);
+  return nearest.cwiseQuotient(reparametrization_.maximum() - reparametrization_.minimum()).minCoeff();
 }
 
 /// Whether nothing says that `other` is better by more than noise.
-bool Search::as_good(const Candidate& one, const Candidate& other) const {
+bool MultiStart::equivalent(const Candidate& one, const Candidate& other) const {
   // Tile against tile: equal seeds, so that common noise cancels.
-  const Total by(one.tiles - other.tiles);
+  const NoisySum by(one.tiles - other.tiles);
   if (by.sum > kSigmas * by.deviation) return false;
-  Nearness behind;
-  for (std::size_t v = 0; v < captures_.size(); ++v)
-    behind.add(captures_[v], weights_[v], other.pictures[v], one.pictures[v]);
-  return !behind.certain(kSigmas);
+  PairedMidpointTest behind;
+  for (std::size_t v = 0; v < photos_.size(); ++v)
+    behind.add(photos_[v], weights_[v], other.pictures[v], one.pictures[v]);
+  return !behind.significant(kSigmas);
 }
 
-void Search::choose() {
+void MultiStart::choose() {
   const Candidate& best =
       *std::min_element(candidates_.begin(), candidates_.end(),
                         [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   const Candidate* chosen = &best;
   // At a bound steps see little, as of a roughness: of equals the one farthest from bounds.
   for (const Candidate& one : candidates_)
-    if (!one.untouched && room(one.x) > room(chosen->x) && as_good(one, best)) chosen = &one;
+    if (!one.untouched && distance_to_bounds(one.x) > distance_to_bounds(chosen->x) && equivalent(one, best)) chosen = &one;
   for (const Candidate& one : candidates_) {
     if (!one.untouched) continue;
     result_.start_loss = one.loss;
-    result_.standard_error = Total(one.tiles - chosen->tiles).deviation;
-    if (as_good(one, *chosen)) chosen = &one;
+    result_.standard_error = NoisySum(one.tiles - chosen->tiles).deviation;
+    if (equivalent(one, *chosen)) chosen = &one;
   }
   chosen_ = chosen->x;
   result_.moved = !chosen->untouched;

@@ -13,14 +13,14 @@
 
 namespace selenite {
 
-/// A capture rendered at values x, with the slots of all unknowns and the differences that
+/// A photo rendered at values x, with the slots of all unknowns and the differences that
 /// `derivatives` names.
-using RenderAt = std::function<Film(const Vector& x, const Capture& photo, int spp,
+using RenderAt = std::function<Film(const Vector& x, const Photo& photo, int spp,
                                     std::uint64_t seed, std::optional<Differences> derivatives)>;
 
 /// What a search has found; losses are of small pictures in Gauss-Newton's first weights,
 /// without the bias of noise and without detail that is noise.
-struct SearchResult {
+struct MultiStartResult {
   int points = 0;             ///< looked at, the start included; 0: there was no search
   bool moved = false;         ///< whether the fit goes on elsewhere than at the start
   double start_loss = 0;      ///< at the user's values
@@ -35,21 +35,22 @@ struct SearchResult {
 /// basin where another parameter does the brightening. Few samples know little of single pixels where
 /// light comes by rare bright paths: pictures are compared coarsely, and in detail as far as the
 /// details of candidates differ by more than noise. The user's values compete, refined like the others
-/// and as they are: those lose only to what is better by more than noise. Source: facts sheet "estimators",
-/// Q2 (gdet5), with a common grey for the channels of a colour, which steps mend at once.
-class Search {
+/// and as they are: those lose only to what is better by more than noise. Source:
+/// docs/method/optimisation.md, "Multi-start". The channels of a colour share a grey,
+/// which steps mend at once.
+class MultiStart {
  public:
   /// `problem` must outlive it.
-  Search(const Problem& problem, std::uint64_t seed);
-  Search(const Search&) = delete;  // the small problem refers to members
-  Search& operator=(const Search&) = delete;
+  MultiStart(const Problem& problem, std::uint64_t seed);
+  MultiStart(const MultiStart&) = delete;  // the small problem refers to members
+  MultiStart& operator=(const MultiStart&) = delete;
 
   /// The next portion of the work; false when nothing is left. May throw what `render` throws.
   bool step(const RenderAt& render);
   double fraction() const;
   /// Once `step` has returned false: the values to go on from.
   const Vector& values() const { return chosen_; }
-  const SearchResult& result() const { return result_; }
+  const MultiStartResult& result() const { return result_; }
   /// Likewise: other values that were refined to the end.
   std::vector<Vector> others() const;
 
@@ -58,39 +59,39 @@ class Search {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    Likeness seen;                ///< in the newest look
-    std::vector<Parts> pictures;  ///< of the last stage's, photo by photo
+    TiledLoss tiled_loss;                ///< in the newest look
+    std::vector<FilmPair> pictures;  ///< of the last round's, photo by photo
     Eigen::ArrayXd tiles;         ///< of `loss`
     std::shared_ptr<GaussNewton> steps;
   };
 
   double point_in_range(int component, double at) const;
   std::vector<Vector> spread_points() const;
-  std::uint64_t seed_for(int purpose, int index, int capture) const;
-  void look(Candidate& candidate, int spp, int purpose, const RenderAt& render) const;
-  void refine(Candidate& candidate, int index, int steps, const RenderAt& render) const;
+  std::uint64_t seed_for(int purpose, int index, int photo) const;
+  void evaluate(Candidate& candidate, int spp, int purpose, const RenderAt& render) const;
+  void descend(Candidate& candidate, int index, int steps, const RenderAt& render) const;
   void rank();
-  bool alike(const Vector& x, const Vector& y) const;
-  bool as_good(const Candidate& one, const Candidate& other) const;
+  bool same_basin(const Vector& x, const Vector& y) const;
+  bool equivalent(const Candidate& one, const Candidate& other) const;
   void keep_best(std::size_t count);
-  double room(const Vector& x) const;
+  double distance_to_bounds(const Vector& x) const;
   void choose();
 
   std::uint64_t seed_;
-  std::vector<Capture> captures_;  ///< small
+  std::vector<Photo> photos_;  ///< small
   std::vector<Eigen::VectorXf> weights_;
   Problem problem_;
-  Coordinates coordinates_;
+  Reparametrization reparametrization_;
   std::vector<Candidate> candidates_;
-  std::size_t next_ = 0;  ///< candidate of the running stage
-  int stage_ = 0;
+  std::size_t next_ = 0;  ///< candidate of the running round
+  int round_ = 0;
   double done_ = 0;
   Vector chosen_;
-  SearchResult result_;
+  MultiStartResult result_;
 };
 
-/// The capture at a size of at most `size` pixels; a pixel is the mean over those it covers, and
+/// The photo at a size of at most `size` pixels; a pixel is the mean over those it covers, and
 /// does not count where one of them does not, as a render of it shows them all.
-Capture shrunk(const Capture& capture, int size);
+Photo resized(const Photo& photo, int size);
 
 }  // namespace selenite

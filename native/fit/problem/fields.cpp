@@ -99,7 +99,7 @@ Scene with_values(const Scene& scene, const ImageRef& ref, const Eigen::VectorXf
 }
 
 /// The loss of one pixel, where losses of pixels add up.
-PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Capture& capture,
+PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Photo& photo,
                           std::size_t pixel) {
   Film one;
   one.width = one.height = 1;
@@ -107,12 +107,12 @@ PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Capture& cap
   one.mean = {film.mean[pixel]};
   one.half_a = {film.half_a[pixel]};
   one.variance = {film.variance[pixel]};
-  Capture part;
-  part.camera = capture.camera;
+  Photo part;
+  part.camera = photo.camera;
   part.width = part.height = 1;
-  part.reference = {capture.reference[pixel]};
-  part.weight = {capture.weight[pixel]};
-  part.total_weight = capture.total_weight;
+  part.reference = {photo.reference[pixel]};
+  part.weight = {photo.weight[pixel]};
+  part.total_weight = photo.total_weight;
   const LossResult result = loss.evaluate(one, part);
   return {result.slope[0], result.curvature.empty() ? Colorf() : result.curvature[0]};
 }
@@ -201,7 +201,7 @@ void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>
     if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
       const double texels = how[f].spread * image->width() * image->height();
       slopes =
-          smoothed(std::move(slopes), image->height(), image->width(), 3,
+          gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
                    std::sqrt(texels / (4 * kPi<double>)), image->extension() == Extension::kRepeat);
     }
     const Eigen::Map<const Vector> gradient(slopes.data(),
@@ -214,17 +214,17 @@ void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>
 }
 
 FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
-                                  const Capture& capture, const Loss& loss,
+                                  const Photo& photo, const Loss& loss,
                                   const RenderSettings& settings, Progress* progress) {
   const auto render = [&](const PixelLoss& pixel) {
     return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
   };
   if (loss.per_pixel)
     return render([&](std::size_t pixel, const Film& film) {
-      return slope_of_pixel(loss, film, capture, pixel);
+      return slope_of_pixel(loss, film, photo, pixel);
     });
   const FieldGradient first = render({});
-  const LossResult result = loss.evaluate(first.film, capture);
+  const LossResult result = loss.evaluate(first.film, photo);
   FieldGradient second = render([&](std::size_t pixel, const Film&) {
     return PixelSlope{result.slope[pixel],
                       result.curvature.empty() ? Colorf() : result.curvature[pixel]};

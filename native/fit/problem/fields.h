@@ -18,7 +18,7 @@ using FieldValues = std::vector<Vector>;
 
 /// Unknowns with a value at every place instead of one: the voxels of albedo and density grids, the
 /// texels of base colours, as their images hold them. They start at the values that the scene has, or
-/// where a search of `EvenFields` ends, and are fitted with Adam, or by `FieldNewton`.
+/// where a search of `UniformFields` ends, and are fitted with Adam, or by `FieldGaussNewton`.
 class Fields {
  public:
   /// By its name among the parameters of a material.
@@ -80,7 +80,7 @@ class FieldAdam {
 /// Picture, and the loss's derivative by every value of the fields, from the same samples: in one pass
 /// where the loss is a sum over pixels, else in two.
 FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
-                                  const Capture& capture, const Loss& loss,
+                                  const Photo& photo, const Loss& loss,
                                   const RenderSettings& settings, Progress* progress);
 
 }  // namespace selenite

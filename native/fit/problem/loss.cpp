@@ -20,14 +20,14 @@ struct Sums {
 
 /// `pixel(i, c, curvature)` returns {value, slope} and may set the curvature that noise meets.
 template <class Pixel>
-LossResult sum_pixels(const Film& film, const Capture& capture, Pixel&& pixel) {
+LossResult sum_pixels(const Film& film, const Photo& photo, Pixel&& pixel) {
   LossResult result;
   result.slope.resize(film.size());
   result.curvature.resize(film.size());
   result.parts.resize(film.size());
   Sums sums;
   for (std::size_t i = 0; i < film.size(); ++i) {
-    if (capture.weight[i] == 0) continue;
+    if (photo.weight[i] == 0) continue;
     // The channels of a pixel come from the same paths: they vary together.
     double together = 0, apart = 0, bias = 0, part = 0;
     for (int c = 0; c < 3; ++c) {
@@ -58,16 +58,16 @@ struct Term {
   double value, slope;
 };
 
-LossResult squared(const Film& film, const Capture& capture) {
-  return sum_pixels(film, capture, [&](std::size_t i, int c, double& curvature) {
-    const double share = capture.share(i), residual = film.mean[i][c] - capture.reference[i][c];
+LossResult squared(const Film& film, const Photo& photo) {
+  return sum_pixels(film, photo, [&](std::size_t i, int c, double& curvature) {
+    const double share = photo.share(i), residual = film.mean[i][c] - photo.reference[i][c];
     curvature = 2 * share;
     return Term{share * residual * residual, 2 * share * residual};
   });
 }
 
-LossResult mse(const Film& film, const Capture& capture) {
-  LossResult result = squared(film, capture);
+LossResult mse(const Film& film, const Photo& photo) {
+  LossResult result = squared(film, photo);
   result.curvature.clear();  // the plain loss keeps its bias: that is its definition
   return result;
 }
@@ -77,59 +77,59 @@ LossResult without_bias(LossResult result) {
   return result;
 }
 
-LossResult dual_buffer(const Film& film, const Capture& capture) {
-  return without_bias(squared(film, capture));
+LossResult dual_buffer(const Film& film, const Photo& photo) {
+  return without_bias(squared(film, photo));
 }
 
-LossResult mae(const Film& film, const Capture& capture) {
-  return sum_pixels(film, capture, [&](std::size_t i, int c, double&) {
-    const double share = capture.share(i), residual = film.mean[i][c] - capture.reference[i][c];
+LossResult mae(const Film& film, const Photo& photo) {
+  return sum_pixels(film, photo, [&](std::size_t i, int c, double&) {
+    const double share = photo.share(i), residual = film.mean[i][c] - photo.reference[i][c];
     const double sign = residual > 0 ? 1 : residual < 0 ? -1 : 0;
     return Term{share * std::abs(residual), share * sign};
   });
 }
 
 /// Mean of a picture over weighted pixels and all channels.
-double mean_of(const Picture& picture, const Capture& capture) {
+double mean_of(const Picture& picture, const Photo& photo) {
   double sum = 0;
   for (std::size_t i = 0; i < picture.size(); ++i)
-    if (capture.weight[i] > 0)
-      for (int c = 0; c < 3; ++c) sum += capture.share(i) * picture[i][c];
+    if (photo.weight[i] > 0)
+      for (int c = 0; c < 3; ++c) sum += photo.share(i) * picture[i][c];
   return sum;
 }
 
-LossResult brightness_independent_mse(const Film& film, const Capture& capture) {
-  const double render_mean = mean_of(film.mean, capture);
-  const double photo_mean = mean_of(capture.reference, capture);
+LossResult brightness_independent_mse(const Film& film, const Photo& photo) {
+  const double render_mean = mean_of(film.mean, photo);
+  const double photo_mean = mean_of(photo.reference, photo);
   if (!(photo_mean > 0))
-    throw InvalidArgument("Photo of camera '" + capture.camera +
+    throw InvalidArgument("Photo of camera '" + photo.camera +
                           "' is black; brightness-independent-mse needs a mean above 0");
   // A black render has no brightness to divide by. The floor keeps the slope finite and pointing
   // up.
   const double mean = std::max(render_mean, 1e-6 * photo_mean);
   const auto difference = [&](std::size_t i, int c) {
-    return film.mean[i][c] / mean - capture.reference[i][c] / photo_mean;
+    return film.mean[i][c] / mean - photo.reference[i][c] / photo_mean;
   };
   double through_mean =
       0;  // sum of share * difference * I: what every pixel does by way of the mean
   for (std::size_t i = 0; i < film.size(); ++i)
-    if (capture.weight[i] > 0)
+    if (photo.weight[i] > 0)
       for (int c = 0; c < 3; ++c)
-        through_mean += capture.share(i) * difference(i, c) * film.mean[i][c];
+        through_mean += photo.share(i) * difference(i, c) * film.mean[i][c];
   if (mean > render_mean) through_mean = 0;
-  return without_bias(sum_pixels(film, capture, [&](std::size_t i, int c, double& curvature) {
-    const double share = capture.share(i), d = difference(i, c);
+  return without_bias(sum_pixels(film, photo, [&](std::size_t i, int c, double& curvature) {
+    const double share = photo.share(i), d = difference(i, c);
     curvature = 2 * share / (mean * mean);
     return Term{share * d * d, 2 * share * (d / mean - through_mean / (mean * mean))};
   }));
 }
 
-LossResult mean_bias_error(const Film& film, const Capture& capture) {
-  const Color<double> bias = mean_bias(film, capture);
-  return without_bias(sum_pixels(film, capture, [&](std::size_t i, int c, double& curvature) {
-    const double share = 3 * capture.share(i);  // of its own channel
+LossResult mean_bias_error(const Film& film, const Photo& photo) {
+  const Color<double> bias = mean_bias(film, photo);
+  return without_bias(sum_pixels(film, photo, [&](std::size_t i, int c, double& curvature) {
+    const double share = 3 * photo.share(i);  // of its own channel
     curvature = 2 * share * share / 3;
-    const double residual = film.mean[i][c] - capture.reference[i][c];
+    const double residual = film.mean[i][c] - photo.reference[i][c];
     return Term{bias[c] * share * residual / 3, 2 * bias[c] * share / 3};
   }));
 }
@@ -197,12 +197,12 @@ Vector loss_gradient(const SlotLayout& layout, const Film& film, const LossResul
   return gradient;
 }
 
-Color<double> mean_bias(const Film& film, const Capture& capture) {
+Color<double> mean_bias(const Film& film, const Photo& photo) {
   Color<double> bias;
   for (std::size_t i = 0; i < film.size(); ++i)
-    if (capture.weight[i] > 0)
-      bias += (Color<double>(film.mean[i]) - Color<double>(capture.reference[i])) *
-              (3 * capture.share(i));
+    if (photo.weight[i] > 0)
+      bias += (Color<double>(film.mean[i]) - Color<double>(photo.reference[i])) *
+              (3 * photo.share(i));
   return bias;
 }
 

@@ -34,7 +34,7 @@ struct Loss {
   int least_spp;       ///< fewer samples are refused
   bool least_squares;  ///< its expectation is a weighted sum of squared residuals
   bool per_pixel;      ///< a sum over pixels: the slope of one needs no other
-  LossResult (*evaluate)(const Film& film, const Capture& capture);
+  LossResult (*evaluate)(const Film& film, const Photo& photo);
 };
 
 std::span<const Loss> losses();
@@ -48,6 +48,6 @@ const Loss& find_loss(std::string_view name);
 Vector loss_gradient(const SlotLayout& layout, const Film& film, const LossResult& loss);
 
 /// Weighted mean of render minus photo, per channel: above 0 the render is too bright.
-Color<double> mean_bias(const Film& film, const Capture& capture);
+Color<double> mean_bias(const Film& film, const Photo& photo);
 
 }  // namespace selenite

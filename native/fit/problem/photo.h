@@ -12,7 +12,7 @@
 namespace selenite {
 
 /// A photo and the camera that took it, at working size.
-struct Capture {
+struct Photo {
   std::string camera;
   int width = 0, height = 0;
   PhotoFrame frame;           ///< of the photo before it was brought to working size
@@ -26,12 +26,12 @@ struct Capture {
   /// Weight of a pixel and channel: with it a weighted sum over pixels and channels is a mean.
   double share(std::size_t pixel) const { return weight[pixel] / (3 * total_weight); }
 
-  double total_weight = 0;  ///< sum of `weight`, set by `check_captures`
+  double total_weight = 0;  ///< sum of `weight`, set by `check_photos`
 };
 
 /// Fills empty weights with 1 and sets pixels of weight 0 to black, so that no NaN can leak.
 /// Reports all problems at once: InvalidArgument (sizes, NaN or infinite photo pixels, negative or
 /// all-zero weights, a camera with two photos), UnknownName (no such camera).
-void check_captures(const Scene& scene, std::vector<Capture>& captures);
+void check_photos(const Scene& scene, std::vector<Photo>& photos);
 
 }  // namespace selenite

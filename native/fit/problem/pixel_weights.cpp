@@ -31,30 +31,30 @@ Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
 
 }  // namespace
 
-Eigen::VectorXf brightness(const Capture& capture) {
-  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * capture.size()));
+Eigen::VectorXf brightness(const Photo& photo) {
+  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * photo.size()));
   double mean = 0;
-  for (std::size_t i = 0; i < capture.size(); ++i)
+  for (std::size_t i = 0; i < photo.size(); ++i)
     for (int c = 0; c < 3; ++c) {
-      const float value = std::max(capture.reference[i][c], 0.f);
+      const float value = std::max(photo.reference[i][c], 0.f);
       level[static_cast<Eigen::Index>(3 * i) + c] = value;
-      mean += capture.share(i) * value;
+      mean += photo.share(i) * value;
     }
   constexpr double kBlack = 1e-6;
-  return around(level, capture.width, capture.height).array() +
+  return around(level, photo.width, photo.height).array() +
          static_cast<float>(kDimShare * std::max(mean, kBlack));
 }
 
-Eigen::VectorXf shares(const Capture& capture, std::size_t captures) {
-  Eigen::VectorXf share(static_cast<Eigen::Index>(3 * capture.size()));
-  for (std::size_t i = 0; i < capture.size(); ++i)
+Eigen::VectorXf shares(const Photo& photo, std::size_t photos) {
+  Eigen::VectorXf share(static_cast<Eigen::Index>(3 * photo.size()));
+  for (std::size_t i = 0; i < photo.size(); ++i)
     share.segment<3>(static_cast<Eigen::Index>(3 * i))
-        .setConstant(static_cast<float>(capture.share(i) / static_cast<double>(captures)));
+        .setConstant(static_cast<float>(photo.share(i) / static_cast<double>(photos)));
   return share;
 }
 
-Eigen::VectorXf relative_weights(const Capture& capture, std::size_t captures) {
-  return shares(capture, captures).cwiseQuotient(brightness(capture).cwiseAbs2());
+Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos) {
+  return shares(photo, photos).cwiseQuotient(brightness(photo).cwiseAbs2());
 }
 
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {

@@ -8,15 +8,15 @@
 namespace selenite {
 
 /// What is rougher than that does not look sharp: alpha is 0.001.
-inline constexpr double kSharpRoughness = 0.03;
+inline constexpr double kLowRoughness = 0.03;
 
-/// Coordinates in which the picture is closest to linear, as the table says
+/// Reparametrization in which the picture is closest to linear, as the table says
 /// (Parameter::coordinate): x, log x or log(x - 1), the logarithms shifted where the bounds reach
 /// their pole, log(x^3 + 0.15^3) / 3 of a roughness, or the diffuse reflectance of a half-space with
 /// albedo x.
-class Coordinates {
+class Reparametrization {
  public:
-  explicit Coordinates(const Unknowns& unknowns);
+  explicit Reparametrization(const Unknowns& unknowns);
 
   Vector from_values(const Vector& x) const;
   Vector to_values(const Vector& u) const;
@@ -30,13 +30,13 @@ class Coordinates {
 
   /// Diffuse reflectance of a half-space that scatters evenly with that albedo, in [0, 1]: 0 at 0,
   /// 1 at 1, where its slope is infinite. Source: van de Hulst 1980, "Multiple Light Scattering",
-  /// similarity form; facts sheet "estimators", Q2, step 1.
+  /// similarity form; docs/method/optimisation.md, "Reparametrization".
   static double reflectance(double albedo);
   static double albedo_of(double reflectance);
 
  private:
   struct Axis {
-    enum class Kind { kLinear, kLogarithm, kBlur, kReflectance } kind;
+    enum class Kind { kLinear, kLogarithm, kRoughness, kReflectance } kind;
     double shift = 0;  ///< u = log(x + shift), log(x^3 + shift^3) / 3
 
     double from_value(double x) const;

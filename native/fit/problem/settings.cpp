@@ -16,9 +16,9 @@ int FitSettings::chosen_validation_spp() const {
   return validation_spp > 0 ? validation_spp : std::max(kLeast, kTimes * spp);
 }
 
-int FitSettings::chosen_verification_spp() const {
+int FitSettings::chosen_refinement_spp() const {
   constexpr int kLeast = 64;
-  return verification_spp > 0 ? verification_spp : std::max(kLeast, iterations * spp);
+  return refinement_spp > 0 ? refinement_spp : std::max(kLeast, iterations * spp);
 }
 
 void FitSettings::check() const {
@@ -36,10 +36,10 @@ void FitSettings::check() const {
   require("validation_interval", validation_interval, 1, 1e6);
   require("validation_spp", validation_spp, 0, 65536);
   if (validation_spp == 1) require("validation_spp", validation_spp, 2, 65536);
-  require("verification_spp", verification_spp, 0, 65536);
-  if (verification_spp == 1) require("verification_spp", verification_spp, 2, 65536);
+  require("refinement_spp", refinement_spp, 0, 65536);
+  if (refinement_spp == 1) require("refinement_spp", refinement_spp, 2, 65536);
   for (const auto& [name, value] :
-       {std::pair{"search", search}, std::pair{"verification", verification}})
+       {std::pair{"search", search}, std::pair{"refinement", refinement}})
     if (value != "on" && value != "off" && value != "auto") {
       if (!problems.str().empty()) problems << '\n';
       problems << name << " = '" << value << "' is unknown; choose one of auto, on, off";

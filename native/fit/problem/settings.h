@@ -28,17 +28,17 @@ struct FitSettings {
   int validation_interval = 5;
   int validation_spp = 0;  ///< 0: twice spp, at least 16
   /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
-  bool secants = true;
+  bool finite_differences = true;
   /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton, where
-  /// there are no grids and images, or `EvenFields`).
+  /// there are no grids and images, or `UniformFields`).
   std::string search = "auto";
   /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
-  std::string verification = "auto";
-  int verification_spp = 0;    ///< of a pass; 0: as many as the iterations took, at least 64
+  std::string refinement = "auto";
+  int refinement_spp = 0;    ///< of a pass; 0: as many as the iterations took, at least 64
   Renderer renderer = render;  ///< a test puts an analytic picture here
 
   int chosen_validation_spp() const;
-  int chosen_verification_spp() const;
+  int chosen_refinement_spp() const;
   /// InvalidArgument names every setting that is out of range.
   void check() const;
 };

@@ -7,7 +7,7 @@
 namespace selenite {
 namespace {
 
-bool is_even(const Vector& values, int channels) {
+bool is_uniform(const Vector& values, int channels) {
   for (Eigen::Index i = channels; i < values.size(); ++i)
     if (values[i] != values[i % channels]) return false;
   return true;
@@ -15,15 +15,15 @@ bool is_even(const Vector& values, int channels) {
 
 }  // namespace
 
-Color<double> EvenFields::Colour::held(const Color<double>& linear) const {
+Color<double> UniformFields::Colour::held(const Color<double>& linear) const {
   return image ? Color<double>(image->encode(Colorf(linear))) : linear;
 }
 
-Color<double> EvenFields::Colour::linear(const Color<double>& held) const {
+Color<double> UniformFields::Colour::linear(const Color<double>& held) const {
   return image ? Color<double>(image->decode(Colorf(held))) : held;
 }
 
-std::vector<EvenFields::Colour> EvenFields::colours_of(const Scene& scene, const Fields& fields) {
+std::vector<UniformFields::Colour> UniformFields::colours_of(const Scene& scene, const Fields& fields) {
   std::vector<Colour> colours;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const FieldRef& ref = fields.refs()[f];
@@ -36,7 +36,7 @@ std::vector<EvenFields::Colour> EvenFields::colours_of(const Scene& scene, const
 }
 
 /// `wanted` without fields, then the colours that stand for them.
-std::vector<UnknownParameter> EvenFields::few_of(const std::vector<UnknownParameter>& wanted,
+std::vector<UnknownParameter> UniformFields::few_of(const std::vector<UnknownParameter>& wanted,
                                                  const Fields& fields,
                                                  const std::vector<Colour>& colours) {
   std::vector<UnknownParameter> few;
@@ -58,7 +58,7 @@ std::vector<UnknownParameter> EvenFields::few_of(const std::vector<UnknownParame
   return few;
 }
 
-Scene EvenFields::without(Scene scene, const Fields& fields, const std::vector<Colour>& colours) {
+Scene UniformFields::without(Scene scene, const Fields& fields, const std::vector<Colour>& colours) {
   for (const Colour& colour : colours) {
     const FieldRef& ref = fields.refs()[colour.field];
     const int index = std::visit([](const auto& one) { return one.material; }, ref);
@@ -72,22 +72,22 @@ Scene EvenFields::without(Scene scene, const Fields& fields, const std::vector<C
   return scene;
 }
 
-std::unique_ptr<EvenFields> EvenFields::of(const Scene& scene,
+std::unique_ptr<UniformFields> UniformFields::of(const Scene& scene,
                                            const std::vector<UnknownParameter>& wanted,
                                            const Fields& fields,
-                                           const std::vector<Capture>& captures, const Loss& loss,
+                                           const std::vector<Photo>& photos, const Loss& loss,
                                            int iterations) {
   for (std::size_t f = 0; f < fields.refs().size(); ++f)
-    if (!is_even(fields.start()[f], fields.channels(f))) return nullptr;
+    if (!is_uniform(fields.start()[f], fields.channels(f))) return nullptr;
   if (colours_of(scene, fields).empty() || std::ranges::all_of(wanted, Fields::is_field))
     return nullptr;
-  std::unique_ptr<EvenFields> even(
-      new EvenFields(scene, wanted, fields, captures, loss, iterations));
-  return even->unknowns_.size() <= kFewUnknowns ? std::move(even) : nullptr;
+  std::unique_ptr<UniformFields> uniform(
+      new UniformFields(scene, wanted, fields, photos, loss, iterations));
+  return uniform->unknowns_.size() <= kFewUnknowns ? std::move(uniform) : nullptr;
 }
 
-EvenFields::EvenFields(const Scene& scene, const std::vector<UnknownParameter>& wanted,
-                       const Fields& fields, const std::vector<Capture>& captures, const Loss& loss,
+UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted,
+                       const Fields& fields, const std::vector<Photo>& photos, const Loss& loss,
                        int iterations)
     : fields_(fields),
       colours_(colours_of(scene, fields)),
@@ -95,10 +95,10 @@ EvenFields::EvenFields(const Scene& scene, const std::vector<UnknownParameter>& 
       unknowns_(scene_, few_of(wanted, fields, colours_)),
       scalars_(unknowns_.size() - 3 * static_cast<Eigen::Index>(colours_.size())),
       layout_(scene_, unknowns_.parameters()),
-      problem_{unknowns_, layout_, captures, loss, iterations},
-      coordinates_(unknowns_) {}
+      problem_{unknowns_, layout_, photos, loss, iterations},
+      reparametrization_(unknowns_) {}
 
-FieldValues EvenFields::fields(const Vector& x) const {
+FieldValues UniformFields::fields(const Vector& x) const {
   FieldValues values = fields_.start();
   Eigen::Index at = scalars_;
   for (const Colour& colour : colours_) {

@@ -15,21 +15,21 @@ namespace selenite {
 /// go through these, and voxels and texels by their thousands start from what it finds. Otherwise
 /// whatever else darkens a body (extinction, IOR, roughness) is fitted to make up for them while they
 /// are far off.
-class EvenFields {
+class UniformFields {
  public:
   /// None where voxels or texels differ (something told where they start), where no scalar or no colour
   /// is unknown, or where there are more than kFewUnknowns numbers. All arguments but the first two must
   /// outlive it.
-  static std::unique_ptr<EvenFields> of(const Scene& scene,
+  static std::unique_ptr<UniformFields> of(const Scene& scene,
                                         const std::vector<UnknownParameter>& wanted,
-                                        const Fields& fields, const std::vector<Capture>& captures,
+                                        const Fields& fields, const std::vector<Photo>& photos,
                                         const Loss& loss, int iterations);
-  EvenFields(const EvenFields&) = delete;  // the problem refers to members
-  EvenFields& operator=(const EvenFields&) = delete;
+  UniformFields(const UniformFields&) = delete;  // the problem refers to members
+  UniformFields& operator=(const UniformFields&) = delete;
 
   /// The scalars of the fit in their order, then a colour for each albedo grid and image.
   const Problem& problem() const { return problem_; }
-  const Coordinates& coordinates() const { return coordinates_; }
+  const Reparametrization& reparametrization() const { return reparametrization_; }
   /// Without the albedo grids and images that are unknown.
   Scene scene_at(const Vector& x) const { return unknowns_.scene_with(scene_, x); }
   /// Those of the fit.
@@ -46,8 +46,8 @@ class EvenFields {
     Color<double> held(const Color<double>& linear) const;
     Color<double> linear(const Color<double>& held) const;
   };
-  EvenFields(const Scene& scene, const std::vector<UnknownParameter>& wanted, const Fields& fields,
-             const std::vector<Capture>& captures, const Loss& loss, int iterations);
+  UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted, const Fields& fields,
+             const std::vector<Photo>& photos, const Loss& loss, int iterations);
   static std::vector<Colour> colours_of(const Scene& scene, const Fields& fields);
   static std::vector<UnknownParameter> few_of(const std::vector<UnknownParameter>& wanted,
                                               const Fields& fields,
@@ -61,7 +61,7 @@ class EvenFields {
   Eigen::Index scalars_;
   SlotLayout layout_;
   Problem problem_;
-  Coordinates coordinates_;
+  Reparametrization reparametrization_;
 };
 
 }  // namespace selenite

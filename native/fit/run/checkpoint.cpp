@@ -18,13 +18,13 @@ std::string Fit::fingerprint() const {
        {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
         std::int64_t{settings_.spp}, std::int64_t{settings_.depth},
         std::int64_t{settings_.accumulate}, std::int64_t{settings_.validation_interval},
-        std::int64_t{settings_.chosen_validation_spp()}, std::int64_t{settings_.secants}})
+        std::int64_t{settings_.chosen_validation_spp()}, std::int64_t{settings_.finite_differences}})
     text += " " + std::to_string(number);
   text += " " + settings_.search;
   for (const Component& component : unknowns_.components()) text += "\n" + component.name;
   for (std::size_t f = 0; f < fields_.names().size(); ++f)
     text += "\n" + fields_.names()[f] + " " + std::to_string(fields_.start()[f].size());
-  for (const Capture& photo : captures_)
+  for (const Photo& photo : photos_)
     text += "\n" + photo.camera + " " + std::to_string(photo.width) + " " +
             std::to_string(photo.height);
   return text;
@@ -45,14 +45,14 @@ void Fit::members(SavedState& state) {
   state(result_.search.points, result_.search.moved, result_.search.start_loss, result_.search.loss,
         result_.search.standard_error, others_);
   optimiser_->members(state);
-  bool has_newton = field_newton_ != nullptr;
+  bool has_newton = field_gauss_newton_ != nullptr;
   state(has_newton);
-  if (state.reading()) field_newton_ = has_newton ? FieldNewton::of(fields_, captures_) : nullptr;
-  if (field_newton_) state(*field_newton_);
+  if (state.reading()) field_gauss_newton_ = has_newton ? FieldGaussNewton::of(fields_, photos_) : nullptr;
+  if (field_gauss_newton_) state(*field_gauss_newton_);
   if (!state.reading()) return;
   state.expect_end();
-  search_.reset();
-  result_.phase = Phase::kFitting;
+  multi_start_.reset();
+  result_.phase = Phase::kDescent;
   result_.fields_last = std::make_shared<FieldValues>(std::move(last));
   result_.fields_best = std::make_shared<FieldValues>(std::move(best));
 }
@@ -69,7 +69,7 @@ void Fit::restore(std::string_view saved) {
   SavedState state(saved);
   members(state);
   // A look at the answer leaves no trace until it is over: it is begun again.
-  if (result_.iterations >= all_iterations() && wants_verification()) start_verification();
+  if (result_.iterations >= all_iterations() && wants_refinement()) start_refinement();
 }
 
 }  // namespace selenite

@@ -34,9 +34,9 @@ struct HistoryRow {
 };
 
 /// What a fit is doing: looking around, stepping, looking again at what it has found.
-enum class Phase { kSearching, kFitting, kVerifying };
+enum class Phase { kMultiStart, kDescent, kRefinement };
 
-enum class StopReason { kNone, kIterations, kArrived, kTolerance, kCancelled, kDropped, kError };
+enum class StopReason { kNone, kIterations, kConverged, kTolerance, kCancelled, kDropped, kError };
 const char* phase_text(Phase phase);
 /// A few words, as shown to users and written to result.json.
 const char* stop_text(StopReason reason);
@@ -57,9 +57,9 @@ struct FitResult {
   std::int64_t samples = 0;  ///< paths traced, validation included
   std::int64_t dropped = 0;  ///< of them left out because they were not finite
   double cpu_seconds = 0;    ///< of the renders
-  Phase phase = Phase::kFitting;
-  double phase_fraction = 0;  ///< of the search, or of the verification
-  SearchResult search;
+  Phase phase = Phase::kDescent;
+  double phase_fraction = 0;  ///< of the search, or of the refinement
+  MultiStartResult search;
   TrustReport report;
   std::vector<HistoryRow> history;
 };
@@ -71,7 +71,7 @@ struct FitResult {
 /// InvalidArgument, or UnknownName when names that do not exist are the only problem.
 class Fit {
  public:
-  Fit(Scene scene, std::vector<Capture> captures, const std::vector<UnknownParameter>& unknowns,
+  Fit(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
       FitSettings settings);
   Fit(const Fit&) = delete;  // the optimiser refers to members
   Fit& operator=(const Fit&) = delete;
@@ -86,7 +86,7 @@ class Fit {
   /// Not during the search, which is short and which a new fit does in the same way, nor once the
   /// answer has been verified.
   bool can_be_saved() const {
-    return !search_ && trials_.empty() && !tried_ && !rivals_ && verified_rivals_ == 0;
+    return !multi_start_ && trials_.empty() && !tried_ && !alternative_minima_ && refined_alternatives_ == 0;
   }
   /// Before the first step. InvalidArgument when it is damaged or of a fit with other arguments.
   void restore(std::string_view saved);
@@ -96,19 +96,19 @@ class Fit {
   const Vector& values() const { return x_; }
   const Unknowns& unknowns() const { return unknowns_; }
   const Fields& fields() const { return fields_; }
-  const std::vector<Capture>& captures() const { return captures_; }
+  const std::vector<Photo>& photos() const { return photos_; }
   const FitSettings& settings() const { return settings_; }
   /// Those of the settings, or half of them where the rest goes into a longer look at the answer: where
-  /// voxels are stepped together with scalars (`FieldNewton`), looks at frozen values bring more.
+  /// voxels are stepped together with scalars (`FieldGaussNewton`), looks at frozen values bring more.
   int all_iterations() const;
   const std::string& optimiser_name() const { return optimiser_name_; }
-  /// Newest picture of each capture; empty before the first. Shared, never changed afterwards.
+  /// Newest picture of each photo; empty before the first. Shared, never changed afterwards.
   const std::vector<std::shared_ptr<const Picture>>& previews() const { return previews_; }
 
  private:
   struct Validation {
     double loss = 0, unbiased = 0, variance = 0;
-    std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all captures
+    std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all photos
     Color<double> bias;
     void members(SavedState& state);
   };
@@ -116,60 +116,60 @@ class Fit {
   Scene scene_at(const Vector& x, const FieldValues& fields) const {
     return fields_.scene_with(unknowns_.scene_with(scene_, x), fields);
   }
-  void begin_search(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted);
-  bool search(Progress* progress);
+  void begin_multi_start(const OptimiserKind& kind, const std::vector<UnknownParameter>& wanted);
+  bool run_multi_start(Progress* progress);
   bool iterate(Progress* progress);
-  bool verify(Progress* progress);
-  bool compare_with_rivals(Progress* progress);
-  void decide();
-  void report_rivals();
-  void note_verified(double fraction);
+  bool refine(Progress* progress);
+  bool compare_alternatives(Progress* progress);
+  void choose_minimum();
+  void report_alternatives();
+  void note_refinement(double fraction);
   bool stop_after_iterations();
   /// What is rendered at a vector of values.
   struct Subject {
     const Problem& problem;
-    const Coordinates* coordinates;  ///< of differences; none: all are carried
+    const Reparametrization* reparametrization;  ///< of differences; none: all are carried
     std::function<Scene(const Vector&)> scene_at;
   };
   Subject subject(const FieldValues& fields) const;
   RenderAt renderer(Subject subject, Progress* progress);
   /// See `render_derivatives`.
-  Film derivatives(const Subject& subject, const Vector& x, const Capture& photo, int spp,
+  Film derivatives(const Subject& subject, const Vector& x, const Photo& photo, int spp,
                    std::uint64_t seed, Purpose purpose, Differences which, Progress* progress);
   /// What moves in an iteration: scalars and fields together, or in turns.
-  struct Turn {
+  struct Block {
     bool scalars, fields;
     bool first;  ///< of its kind since the others moved
   };
-  Turn turn(int iteration) const;
-  bool is_turn_of_scalars(int iteration) const;
+  Block block(int iteration) const;
+  bool is_scalar_block(int iteration) const;
   /// How many iterations before this one, or in all, moved what `member` says.
-  int turns_of(bool Turn::*member, int iterations) const;
+  int count_iterations(bool Block::*member, int iterations) const;
   std::vector<FieldStep> field_steps() const;
-  void smooth(const Turn& now);
+  void smooth(const Block& now);
   /// With roughnesses that are no larger than what looks sharp.
-  Vector sharpened(Vector x) const;
-  bool looks_sharp(const Vector& x) const;
-  static bool is_as_good(const Validation& sharp, const Validation& blurred);
+  Vector at_low_roughness(Vector x) const;
+  bool is_low_roughness(const Vector& x) const;
+  static bool is_equivalent(const Validation& sharp, const Validation& blurred);
   /// False where there is nothing to try.
   bool begin_trials();
   bool compare_trials(Progress* progress);
   /// Where an image is fitted after a search, the IOR of what refracts sharply is looked for before each
   /// turn of the scalars, in place of steps by derivatives.
-  bool looks_for_refraction() const;
+  bool searches_ior() const;
   /// The components that are looked for so.
-  std::vector<int> refractions(const Vector& x) const;
+  std::vector<int> sharp_refractions(const Vector& x) const;
   /// With those where they suit the photos best.
-  Vector refracted(Vector x, Progress* progress);
+  Vector ior_line_search(Vector x, Progress* progress);
   /// Adds the gradient by the fields to `gradients`, if it is their turn.
-  Observation observe(const Vector& x, const FieldValues& fields, int capture, const Turn& turn,
-                      std::vector<std::vector<double>>& gradients, FieldNewton* newton,
+  Observation observe(const Vector& x, const FieldValues& fields, int index, const Block& block,
+                      std::vector<std::vector<double>>& gradients, FieldGaussNewton* newton,
                       Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, int spp, Progress* progress);
   Validation validate(const Vector& x, const FieldValues& fields, Progress* progress) {
     return validate(x, fields, settings_.chosen_validation_spp(), progress);
   }
-  /// Of two that are about as good, to the sharp one: see `is_as_good`. Not where voxels are stepped with
+  /// Of two that are about as good, to the sharp one: see `is_equivalent`. Not where voxels are stepped with
   /// the scalars: there the last of both are the nearest, and a sharp body is tried at them.
   bool gives_way_to_best(const Vector& x, const Validation& validation) const;
   bool may_give_way_to_best(const Vector& x) const;
@@ -183,20 +183,20 @@ class Fit {
   bool finish(Progress* progress);
   /// Records `x`, whose validation that is, as the final state. True where it became the best one:
   /// where `told` that it is, by more samples than a validation's, it does.
-  bool settle(const Vector& x, const Validation& validation, bool told = false);
-  bool wants_verification() const;
-  void start_verification();
-  void verify_from(const Vector& x, const Optimiser* optimiser);
+  bool accept(const Vector& x, const Validation& validation, bool accepted = false);
+  bool wants_refinement() const;
+  void start_refinement();
+  void refine_from(const Vector& x, const Optimiser* optimiser);
   bool stop(StopReason reason, std::string message = {});
   bool too_many_dropped();
   bool within_tolerance() const;
   std::string fingerprint() const;
   void members(SavedState& state);
-  RenderSettings render_settings(const Capture& photo, int spp, std::uint64_t seed) const;
-  void count(const Film& film, const Capture& photo);
+  RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
+  void count(const Film& film, const Photo& photo);
 
   Scene scene_;
-  std::vector<Capture> captures_;
+  std::vector<Photo> photos_;
   Unknowns unknowns_;
   Fields fields_;
   FitSettings settings_;
@@ -206,23 +206,23 @@ class Fit {
   std::string optimiser_name_;
   std::unique_ptr<Optimiser> optimiser_;
   Purpose purpose_ = Purpose::kGradient;        ///< of the derivatives of an iteration
-  std::unique_ptr<Coordinates> coordinates_;    ///< of differences; none: all are carried
-  std::unique_ptr<EvenFields> even_;            ///< what the search is about beside fields
-  std::unique_ptr<Search> search_;              ///< until it is over
+  std::unique_ptr<Reparametrization> reparametrization_;    ///< of differences; none: all are carried
+  std::unique_ptr<UniformFields> uniform_;            ///< what the search is about beside fields
+  std::unique_ptr<MultiStart> multi_start_;              ///< until it is over
   std::vector<Vector> others_;                  ///< that the search refined and left
-  std::unique_ptr<Verification> verification_;  ///< from the end of the iterations on
-  std::unique_ptr<Rivals> rivals_;              ///< from the end of the verification on
-  struct Verified {
+  std::unique_ptr<Refinement> refinement_;  ///< from the end of the iterations on
+  std::unique_ptr<AlternativeMinima> alternative_minima_;              ///< from the end of the refinement on
+  struct Refined {
     Vector x;
     TrustReport report;
   };
-  Verified verified_;               ///< by the newest verification
-  std::optional<Verified> answer_;  ///< once it has been compared with rivals
-  std::vector<Vector> serious_;     ///< rivals that stood and have not been verified
-  std::vector<Verified> as_good_;   ///< those that were, and that nothing tells from the answer
-  int verified_rivals_ = 0;
+  Refined refined_;               ///< by the newest refinement
+  std::optional<Refined> accepted_;  ///< once it has been compared with alternatives
+  std::vector<Vector> pending_;     ///< alternatives that stood and have not been verified
+  std::vector<Refined> equivalent_;   ///< those that were, and that nothing tells from the answer
+  int refined_alternatives_ = 0;
   FieldAdam field_adam_;
-  std::unique_ptr<FieldNewton> field_newton_;  ///< once a search is over: of few voxels
+  std::unique_ptr<FieldGaussNewton> field_gauss_newton_;  ///< once a search is over: of few voxels
   /// Values of the scalars that are compared before a turn of theirs.
   struct Trial {
     Vector x;
@@ -230,7 +230,7 @@ class Fit {
   };
   std::vector<Trial> trials_;        ///< until one of them has been taken
   std::optional<Validation> tried_;  ///< of that, until the turn has begun
-  bool in_turns_ = false;
+  bool alternates_ = false;
   bool searched_ = false;  ///< beside fields
   Vector x_;
   FieldValues field_values_;

@@ -9,9 +9,9 @@
 
 namespace selenite {
 
-FitJob::FitJob(Scene scene, std::vector<Capture> captures,
+FitJob::FitJob(Scene scene, std::vector<Photo> photos,
                const std::vector<UnknownParameter>& unknowns, FitSettings settings)
-    : fit_(std::move(scene), std::move(captures), unknowns, std::move(settings)),
+    : fit_(std::move(scene), std::move(photos), unknowns, std::move(settings)),
       published_(std::make_shared<const FitResult>(fit_.result())),
       previews_(fit_.previews()) {}
 
@@ -89,7 +89,7 @@ void FitJob::enter_phase() {
 
 double FitJob::seconds_left() const {
   const FitResult& result = *published_;
-  const double done = phase_ == Phase::kFitting
+  const double done = phase_ == Phase::kDescent
                           ? static_cast<double>(result.iterations - phase_from_) /
                                 (fit_.all_iterations() - phase_from_)
                           : result.phase_fraction;
@@ -139,12 +139,12 @@ FitResult FitJob::result() const {
   return *published_;
 }
 
-std::shared_ptr<const Picture> FitJob::preview(int capture) const {
+std::shared_ptr<const Picture> FitJob::preview(int photo) const {
   const std::scoped_lock lock(mutex_);
-  if (capture < 0 || capture >= static_cast<int>(previews_.size()))
-    throw InvalidArgument("Fit.preview: capture_index = " + std::to_string(capture) +
+  if (photo < 0 || photo >= static_cast<int>(previews_.size()))
+    throw InvalidArgument("Fit.preview: photo_index = " + std::to_string(photo) +
                           " must lie in [0, " + std::to_string(previews_.size()) + ")");
-  return previews_[static_cast<std::size_t>(capture)];
+  return previews_[static_cast<std::size_t>(photo)];
 }
 
 }  // namespace selenite

@@ -19,7 +19,7 @@ struct FitState {
   std::string error;            ///< why it failed; empty if it did not
   std::string stopped_because;  ///< empty while running
   std::string phase;            ///< "searching", "fitting", "verifying"
-  double phase_fraction = 0;    ///< of the search or the verification
+  double phase_fraction = 0;    ///< of the search or the refinement
   int iteration = 0, iterations = 0;
   double loss = 0, validation = 0, validation_standard_error = 0;  ///< newest; NaN: none yet
   double seconds = 0;
@@ -32,7 +32,7 @@ struct FitState {
 class FitJob {
  public:
   /// Checks everything (see Fit), starts nothing.
-  FitJob(Scene scene, std::vector<Capture> captures, const std::vector<UnknownParameter>& unknowns,
+  FitJob(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
          FitSettings settings);
   ~FitJob();
   FitJob(const FitJob&) = delete;
@@ -54,12 +54,12 @@ class FitJob {
   FitResult result() const;
   /// Seconds from start to end, or to now.
   double seconds() const;
-  /// Newest picture; empty before the first. InvalidArgument when there is no such capture.
-  std::shared_ptr<const Picture> preview(int capture) const;
+  /// Newest picture; empty before the first. InvalidArgument when there is no such photo.
+  std::shared_ptr<const Picture> preview(int photo) const;
 
   const Unknowns& unknowns() const { return fit_.unknowns(); }
   const Fields& fields() const { return fit_.fields(); }
-  const std::vector<Capture>& captures() const { return fit_.captures(); }
+  const std::vector<Photo>& photos() const { return fit_.photos(); }
   const std::string& optimiser_name() const { return fit_.optimiser_name(); }
 
  private:
@@ -76,7 +76,7 @@ class FitJob {
   bool started_ = false, over_ = false;
   Clock::time_point begin_, end_;
   double seconds_before_ = 0;  ///< of the fit that this one goes on with
-  Phase phase_ = Phase::kFitting;
+  Phase phase_ = Phase::kDescent;
   Clock::time_point phase_begin_;
   int phase_from_ = 0;  ///< iterations before the phase began
   std::shared_ptr<const std::string> saved_;

@@ -18,7 +18,7 @@ constexpr double kTiny = 1e-30;
 
 Adam::Adam(const Problem& problem) : problem_(&problem), moments_(problem.unknowns.size()) {}
 
-Vector Adam::step(const Vector& x, std::span<const Observation> seen, FieldNewton*) {
+Vector Adam::step(const Vector& x, std::span<const Observation> seen, FieldGaussNewton*) {
   Vector gradient = Vector::Zero(x.size());
   for (const Observation& one : seen) {
     const Vector part = loss_gradient(problem_->layout, one.film, one.loss);
@@ -27,7 +27,7 @@ Vector Adam::step(const Vector& x, std::span<const Observation> seen, FieldNewto
         throw std::runtime_error("The derivative with respect to " +
                                  problem_->unknowns.components()[static_cast<std::size_t>(k)].name +
                                  " of camera '" +
-                                 problem_->captures[static_cast<std::size_t>(one.capture)].camera +
+                                 problem_->photos[static_cast<std::size_t>(one.photo)].camera +
                                  "' is not finite; narrow its bounds, or report this scene");
     gradient += part / static_cast<double>(seen.size());
   }

@@ -25,7 +25,7 @@ class Adam final : public Optimiser {
  public:
   explicit Adam(const Problem& problem);
   Vector step(const Vector& x, std::span<const Observation> seen,
-              FieldNewton* beside = nullptr) override;
+              FieldGaussNewton* fields = nullptr) override;
   std::unique_ptr<Optimiser> clone() const override { return std::make_unique<Adam>(*this); }
   void members(SavedState& state) override;
 

@@ -9,7 +9,7 @@
 namespace selenite {
 namespace {
 
-// Source: facts sheet "estimators", Q2, steps 2 to 8.
+// Source: docs/method/optimisation.md.
 constexpr double kLeastValue = 0.003;   ///< of the scaled normal matrix, in a direction
 constexpr double kLeastStrength = 0.1;  ///< of Z^T w Z, for scaling
 /// From this iteration on caps shrink as 1 / iteration: the way that is left to go stays unlimited
@@ -45,46 +45,46 @@ GaussNewton::Matrix GaussNewton::prior() const {
   return prior;
 }
 
-bool GaussNewton::is_blur(Eigen::Index k) const {
-  return problem_->unknowns.description_of(static_cast<int>(k)).coordinate == Coordinate::kBlur;
+bool GaussNewton::is_roughness(Eigen::Index k) const {
+  return problem_->unknowns.description_of(static_cast<int>(k)).scale == Scale::kRoughness;
 }
 
 /// Step within the caps and the bounds. Components that would leave at a bound are held, and the
 /// others solved again without them.
-GaussNewton::Way GaussNewton::bounded_way(const Vector& u, bool hold_blurs) const {
+GaussNewton::DampedStep GaussNewton::bounded_step(const Vector& u, bool fix_roughness) const {
   const Matrix normal = normal_ + prior();
   const Vector residual = right_ - normal * u;
   const Vector scale =
       normal.diagonal().cwiseMax(kLeastStrength * strength_).cwiseMax(0).cwiseSqrt();
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < u.size(); ++k)
-    if (scale[k] > 0 && !(hold_blurs && is_blur(k))) free.push_back(k);  // else: not in any picture
-  Way way{Vector::Zero(u.size()), Vector::Zero(u.size())};
+    if (scale[k] > 0 && !(fix_roughness && is_roughness(k))) free.push_back(k);  // else: not in any picture
+  DampedStep way{Vector::Zero(u.size()), Vector::Zero(u.size())};
   Vector& step = way.step;
   while (!free.empty()) {
-    way = free_way(free, normal, residual, scale);
+    way = free_step(free, normal, residual, scale);
     const auto leaves = [&](Eigen::Index k) {
-      return (u[k] <= coordinates_.minimum()[k] && step[k] < 0) ||
-             (u[k] >= coordinates_.maximum()[k] && step[k] > 0);
+      return (u[k] <= reparametrization_.minimum()[k] && step[k] < 0) ||
+             (u[k] >= reparametrization_.maximum()[k] && step[k] > 0);
     };
     if (std::erase_if(free, leaves) == 0) break;
     way.step.setZero();
-    way.left.setZero();
+    way.remaining.setZero();
   }
   const double longest = std::min(1.0, kShrinkFrom / iteration_);
-  const double reach = step.cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
+  const double reach = step.cwiseQuotient(reparametrization_.cap()).cwiseAbs().maxCoeff();
   if (reach > longest) step *= longest / reach;
-  step = (u + step).cwiseMax(coordinates_.minimum()).cwiseMin(coordinates_.maximum()) - u;
+  step = (u + step).cwiseMax(reparametrization_.minimum()).cwiseMin(reparametrization_.maximum()) - u;
   return way;
 }
 
-/// Damped step in the singular directions of the scaled normal matrix, shrunk where it is noise.
-GaussNewton::Way GaussNewton::free_way(const std::vector<Eigen::Index>& free, const Matrix& normal,
+/// Damped step in the singular directions of the scaled normal matrix, resized where it is noise.
+GaussNewton::DampedStep GaussNewton::free_step(const std::vector<Eigen::Index>& free, const Matrix& normal,
                                        const Vector& residual, const Vector& scale) const {
   const Vector inverse = scale(free).cwiseInverse();
   const Matrix scaled = inverse.asDiagonal() * normal(free, free) * inverse.asDiagonal();
   const Matrix noise = inverse.asDiagonal() * covariance_(free, free) * inverse.asDiagonal();
-  const Directions directions(scaled);
+  const SingularDirections directions(scaled);
   const Vector values = directions.values.cwiseMax(kLeastValue);
   const Matrix spread = directions.out.transpose() * noise * directions.out;
   Vector along = directions.out.transpose() * inverse.cwiseProduct(residual(free));
@@ -96,9 +96,9 @@ GaussNewton::Way GaussNewton::free_way(const std::vector<Eigen::Index>& free, co
   }
   const Matrix back = directions.in * values.cwiseInverse().asDiagonal();
   const Vector deviation = (back * spread * back.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
-  Way way{Vector::Zero(scale.size()), Vector::Zero(scale.size())};
+  DampedStep way{Vector::Zero(scale.size()), Vector::Zero(scale.size())};
   way.step(free) = inverse.cwiseProduct(directions.in * along);
-  way.left(free) = inverse.cwiseProduct((directions.in * whole).cwiseAbs() + deviation);
+  way.remaining(free) = inverse.cwiseProduct((directions.in * whole).cwiseAbs() + deviation);
   return way;
 }
 

@@ -53,8 +53,8 @@ Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
 
 }  // namespace
 
-std::unique_ptr<FieldNewton> FieldNewton::of(const Fields& fields,
-                                             const std::vector<Capture>& captures) {
+std::unique_ptr<FieldGaussNewton> FieldGaussNewton::of(const Fields& fields,
+                                             const std::vector<Photo>& photos) {
   std::ptrdiff_t numbers = 0;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
@@ -64,16 +64,16 @@ std::unique_ptr<FieldNewton> FieldNewton::of(const Fields& fields,
   if (numbers == 0 || numbers > kMostNumbers) return nullptr;
   for (const int cell : {kCell, kLargeCell}) {
     double cells = 0;
-    for (const Capture& photo : captures)
+    for (const Photo& photo : photos)
       cells +=
           static_cast<double>(cells_along(photo.width, cell)) * cells_along(photo.height, cell);
     if (cells * static_cast<double>(numbers) <= kMostEntries)
-      return std::unique_ptr<FieldNewton>(new FieldNewton(fields, captures, cell));
+      return std::unique_ptr<FieldGaussNewton>(new FieldGaussNewton(fields, photos, cell));
   }
   return nullptr;
 }
 
-FieldNewton::FieldNewton(const Fields& fields, const std::vector<Capture>& captures, int cell)
+FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos, int cell)
     : cell_(cell) {
   FieldValues low = fields.start(), high = low;
   for (std::size_t f = 0; f < low.size(); ++f) {
@@ -82,12 +82,12 @@ FieldNewton::FieldNewton(const Fields& fields, const std::vector<Capture>& captu
   }
   minimum_ = joined(low);
   maximum_ = joined(high);
-  for (const Capture& photo : captures) {
+  for (const Photo& photo : photos) {
     View view;
     view.width = photo.width;
     view.height = photo.height;
     const int columns = cells_along(photo.width, cell), rows = cells_along(photo.height, cell);
-    const Eigen::VectorXf relative = relative_weights(photo, captures.size());
+    const Eigen::VectorXf relative = relative_weights(photo, photos.size());
     std::vector<float> sums(static_cast<std::size_t>(columns) * rows, 0.f);
     for (std::size_t p = 0; p < photo.size(); ++p) {
       view.share.push_back(relative.segment<3>(static_cast<Eigen::Index>(3 * p)).mean());
@@ -102,28 +102,28 @@ FieldNewton::FieldNewton(const Fields& fields, const std::vector<Capture>& captu
   }
 }
 
-void FieldNewton::View::members(SavedState& state) {
+void FieldGaussNewton::View::members(SavedState& state) {
   state(jacobian, gathered, residual, variance, weight, seen, slopes);
 }
 
-void FieldNewton::members(SavedState& state) {
+void FieldGaussNewton::members(SavedState& state) {
   state(values_, prior_);
   for (View& view : views_) state(view);
 }
 
-void FieldNewton::stand_at(const FieldValues& values) {
+void FieldGaussNewton::set_values(const FieldValues& values) {
   values_ = values;
   if (prior_.size() == 0) prior_ = joined(values);
   for (View& view : views_) view.seen = 0;
 }
 
-Eigen::Index FieldNewton::cell_of(const View& view, std::size_t pixel) const {
+Eigen::Index FieldGaussNewton::cell_of(const View& view, std::size_t pixel) const {
   const int x = static_cast<int>(pixel) % view.width, y = static_cast<int>(pixel) / view.width;
   return static_cast<Eigen::Index>(y / cell_) * cells_along(view.width, cell_) + x / cell_;
 }
 
 template <class Pixels>
-Eigen::MatrixXf FieldNewton::of_cells(const View& view, const Pixels& pixels) const {
+Eigen::MatrixXf FieldGaussNewton::of_cells(const View& view, const Pixels& pixels) const {
   const Eigen::Index cells = view.jacobian.rows();
   Eigen::MatrixXf sums = Eigen::MatrixXf::Zero(3 * cells, pixels.cols());
   for (std::size_t p = 0; p < view.share.size(); ++p)
@@ -132,7 +132,7 @@ Eigen::MatrixXf FieldNewton::of_cells(const View& view, const Pixels& pixels) co
   return sums;
 }
 
-void FieldNewton::see(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight,
+void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight,
                       double keep) {
   View& view = views_[i];
   const Eigen::ArrayXf share = of_numbers(view.share);
@@ -152,7 +152,7 @@ void FieldNewton::see(std::size_t i, const Halves& seen, const Eigen::VectorXf& 
   view.weight = (of_channels(2).array() > 0).select(of_channels(2).cwiseInverse(), 0.f);
 }
 
-void FieldNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
+void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
   View& view = views_[i];
   const double kept = kJacobianKept * view.gathered;
   const auto fresh = static_cast<float>(1 / (kept + 1));
@@ -165,7 +165,7 @@ void FieldNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
   view.gathered = kept + 1;
 }
 
-void FieldNewton::solve(double done) {
+void FieldGaussNewton::solve(double done) {
   const Eigen::VectorXd values = joined(values_);
   Eigen::Index rows = 0;
   for (const View& view : views_) rows += view.jacobian.rows();
@@ -203,25 +203,25 @@ void FieldNewton::solve(double done) {
   }
 }
 
-Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
+Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>& z) {
   const Eigen::Index unknowns = z.front().whole->a.slopes.cols();
   Eigen::MatrixXd left = Eigen::MatrixXd::Zero(unknowns, unknowns);
   // Of the cells: in the scalars' equations numbers have weights of their own.
   std::vector<Eigen::MatrixXf> weights, sums_a, sums_b;
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
-    const JacobianSums::Set& whole = *z[i].whole;
+    const InstrumentalVariables::Set& whole = *z[i].whole;
     view.slopes = of_cells(view, of_numbers(view.share).matrix().asDiagonal() *
                                      ((whole.a.slopes + whole.b.slopes) / 2));
     weights.push_back(of_cells(view, *z[i].weight).reshaped(view.jacobian.rows(), 3));
-    const auto sums = [&](JacobianSums::Half JacobianSums::Set::*half) {
-      Eigen::MatrixXf all = of_cells(view, z[i].weight->asDiagonal() * (whole.*half).instruments);
-      if (z[i].focus)
-        all += of_cells(view, z[i].focus_weight->asDiagonal() * (z[i].focus->*half).instruments);
+    const auto sums = [&](InstrumentalVariables::Half InstrumentalVariables::Set::*half) {
+      Eigen::MatrixXf all = of_cells(view, z[i].weight->asDiagonal() * (whole.*half).filtered);
+      if (z[i].informative)
+        all += of_cells(view, z[i].informative_weight->asDiagonal() * (z[i].informative->*half).filtered);
       return all;
     };
-    sums_a.push_back(sums(&JacobianSums::Set::a));
-    sums_b.push_back(sums(&JacobianSums::Set::b));
+    sums_a.push_back(sums(&InstrumentalVariables::Set::a));
+    sums_b.push_back(sums(&InstrumentalVariables::Set::b));
   }
   for (int c = 0; c < 3; ++c) {
     const Eigen::MatrixXf& solved = channels_[static_cast<std::size_t>(c)].jacobian;
@@ -240,8 +240,8 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
                      : 1;
     normal.diagonal().array() += prior;
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
-    const Eigen::MatrixXd like = (separate(z, &JacobianSums::Set::a, c, sums_a, solver) +
-                                  separate(z, &JacobianSums::Set::b, c, sums_b, solver)) /
+    const Eigen::MatrixXd like = (eliminate_fields(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
+                                  eliminate_fields(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
                                  2;
     // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
     // voxels is prior * deviation^2 / normal.
@@ -251,8 +251,8 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z) {
   return left;
 }
 
-Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z,
-                                      JacobianSums::Half JacobianSums::Set::*half, int c,
+Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>& z,
+                                      InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
                                       const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const {
   Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(solver.cols(), sums.front().cols());
@@ -263,15 +263,15 @@ Eigen::MatrixXd FieldNewton::separate(const std::vector<Instruments>& z,
   Eigen::MatrixXd like = solver.solve(seen.cast<double>());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const View& view = views_[i];
-    const Eigen::MatrixXf imitated = of_channel(view.jacobian, c) * like.cast<float>();
-    Jacobian& instruments = (z[i].whole->*half).instruments;
+    const Eigen::MatrixXf explained = of_channel(view.jacobian, c) * like.cast<float>();
+    Jacobian& instruments = (z[i].whole->*half).filtered;
     for (std::size_t p = 0; p < view.share.size(); ++p)
-      instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= imitated.row(cell_of(view, p));
+      instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= explained.row(cell_of(view, p));
   }
   return like;
 }
 
-void FieldNewton::advance(const Eigen::VectorXd& du) {
+void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
   const Eigen::VectorXd before = joined(values_);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(before.size());
   for (int c = 0; c < 3; ++c) {

@@ -28,46 +28,46 @@ class SavedState;
 /// hold wherever the voxels are. The voxels follow: their own step, and what a step of the scalars takes
 /// along. The normal equations of a channel are those of its own voxels. Before anything is seen, a
 /// voxel is where the search left it to within a standard deviation.
-class FieldNewton {
+class FieldGaussNewton {
  public:
   /// Null where the fields are other than albedo grids of colours, or numbers and photos too many.
-  static std::unique_ptr<FieldNewton> of(const Fields& fields,
-                                         const std::vector<Capture>& captures);
+  static std::unique_ptr<FieldGaussNewton> of(const Fields& fields,
+                                         const std::vector<Photo>& photos);
 
   int cell() const { return cell_; }
   /// Of the pixels of photo i in their cells.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
   /// Stands at these values, which no residual has been seen at. The first ones are the prior's.
-  void stand_at(const FieldValues& values);
+  void set_values(const FieldValues& values);
   /// A render of photo i at the current values, of which a share of what was seen before is kept;
   /// `weight` is that of its numbers.
-  void see(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight, double keep);
+  void add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight, double keep);
   /// Derivatives join the sums.
   void gather(std::size_t i, const FieldJacobian& derivatives);
 
   /// Makes the normal equations; `done`: share of the iterations, as damping falls.
   void solve(double done);
   /// The scalars' instruments for a photo.
-  struct Instruments {
-    JacobianSums::Set* whole;
+  struct Regressors {
+    InstrumentalVariables::Set* whole;
     const Eigen::VectorXf* weight;             ///< of the numbers of the photo
-    const JacobianSums::Set* focus = nullptr;  ///< more of them, on some pixels, if there are
-    const Eigen::VectorXf* focus_weight = nullptr;
+    const InstrumentalVariables::Set* informative = nullptr;  ///< more of them, on some pixels, if there are
+    const Eigen::VectorXf* informative_weight = nullptr;
   };
   /// Takes from those for whole photos, all of them, what voxels can imitate of these and of those on
   /// some pixels, by the last `solve`: what both say together is then none of the voxels. Keeps the
   /// slopes of the whole ones for `advance`. Returns the covariance that the scalars' equations are
   /// left with because of voxels that hardly show, by what was known of these before any photo.
-  Eigen::MatrixXd separate(const std::vector<Instruments>& z);
-  /// The voxels go where they should if the scalars move by du (in `Coordinates`).
+  Eigen::MatrixXd eliminate_fields(const std::vector<Regressors>& z);
+  /// The voxels go where they should if the scalars move by du (in `Reparametrization`).
   void advance(const Eigen::VectorXd& du);
   const FieldValues& values() const { return values_; }
 
   void members(SavedState& state);
 
  private:
-  FieldNewton(const Fields& fields, const std::vector<Capture>& captures, int cell);
+  FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos, int cell);
 
   struct View {
     int width = 0, height = 0;
@@ -90,8 +90,8 @@ class FieldNewton {
   Eigen::MatrixXf of_cells(const View& view, const Pixels& pixels) const;
   /// Of one half and channel c, by the sums over cells of all channels; returns what voxels are like
   /// the scalars.
-  Eigen::MatrixXd separate(const std::vector<Instruments>& z,
-                           JacobianSums::Half JacobianSums::Set::*half, int c,
+  Eigen::MatrixXd eliminate_fields(const std::vector<Regressors>& z,
+                           InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
                            const std::vector<Eigen::MatrixXf>& sums,
                            const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;

@@ -13,7 +13,7 @@
 namespace selenite {
 namespace {
 
-// Constants of the recipe. Source: facts sheet "estimators", Q2, steps 2 to 8.
+// Constants of the recipe. Source: docs/method/optimisation.md.
 constexpr double kFirstDamping = 0.1;
 constexpr double kEarlyDamping = 0.05, kLateDamping = 0.002;  ///< smallest, before and after:
 constexpr double kLateFrom = 0.64;                            ///< share of the iterations
@@ -23,7 +23,7 @@ constexpr double kLeastKept = 0.1, kLeastJacobianKept = 0.3;
 /// Equations count with this power of their iteration's number: early ones were made far from the
 /// answer, where pictures change by other slopes. Those of all alike cost a fit the last of its way
 /// (an error that falls as t^-0.65 where differences measure 1.5 times the slope); these a seventh
-/// more noise, which verification takes away again.
+/// more noise, which refinement takes away again.
 constexpr double kAging = 1;
 /// Where fields move: what is kept of the equations before, which told of other fields, and the least
 /// damping.
@@ -35,7 +35,7 @@ constexpr std::size_t kAveraged = 8;
 /// Arrived: so many iterations, and no more than that share of the caps left to go. A look at frozen
 /// values ends the way better than more iterations; but it needs their derivatives.
 constexpr int kLeastIterations = 10;
-constexpr double kArrived = 0.1;
+constexpr double kConverged = 0.1;
 constexpr int kVarianceBlur = 2;
 constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
 constexpr double kModelError = 0.05;       ///< of a pixel's brightness
@@ -58,8 +58,8 @@ Eigen::MatrixXd weighted_product(const A& a, const Eigen::VectorXf& w, const B& 
 
 GaussNewton::GaussNewton(const Problem& problem)
     : problem_(&problem),
-      coordinates_(problem.unknowns),
-      views_(problem.captures.size()),
+      reparametrization_(problem.unknowns),
+      views_(problem.photos.size()),
       normal_(Matrix::Zero(problem.unknowns.size(), problem.unknowns.size())),
       covariance_(normal_),
       right_(Vector::Zero(problem.unknowns.size())),
@@ -72,14 +72,14 @@ void GaussNewton::View::members(SavedState& state) { state(weight, variance, jac
 
 void GaussNewton::members(SavedState& state) {
   state(views_, iteration_, variance_count_, next_weighing_, normal_, covariance_, right_,
-        strength_, damping_, last_move_, rejected_, arrived_, best_loss_, has_best_, best_u_,
+        strength_, damping_, last_move_, rejected_, converged_, best_loss_, has_best_, best_u_,
         accepted_, seen_);
 }
 
 void GaussNewton::set_first_weights() {
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    const Capture& capture = problem_->captures[i];
-    views_[i].weight = relative_weights(capture, views_.size());
+    const Photo& photo = problem_->photos[i];
+    views_[i].weight = relative_weights(photo, views_.size());
     views_[i].variance = Eigen::VectorXf::Zero(views_[i].weight.size());
   }
 }
@@ -90,7 +90,7 @@ void GaussNewton::set_first_weights() {
 void GaussNewton::learn_variance(std::span<const Observation> seen, double keep) {
   variance_count_ = keep * variance_count_ + 1;
   for (const Observation& one : seen) {
-    View& view = views_[static_cast<std::size_t>(one.capture)];
+    View& view = views_[static_cast<std::size_t>(one.photo)];
     const Eigen::Map<const Eigen::VectorXf> variance(&one.film.variance.front().r,
                                                      view.variance.size());
     view.variance = view.variance * static_cast<float>(keep) +
@@ -99,18 +99,18 @@ void GaussNewton::learn_variance(std::span<const Observation> seen, double keep)
   if (iteration_ != next_weighing_) return;
   next_weighing_ *= 2;
   for (std::size_t i = 0; i < views_.size(); ++i) {
-    const Capture& capture = problem_->captures[i];
+    const Photo& photo = problem_->photos[i];
     views_[i].weight =
-        weight_by(i, box_blur(views_[i].variance, capture.width, capture.height, kVarianceBlur) /
+        weight_by(i, box_blur(views_[i].variance, photo.width, photo.height, kVarianceBlur) /
                          static_cast<float>(variance_count_));
   }
   has_best_ = false;  // losses in other weights do not compare
 }
 
 Eigen::VectorXf GaussNewton::weight_by(std::size_t i, const Eigen::VectorXf& variance) const {
-  const Capture& capture = problem_->captures[i];
-  const Eigen::VectorXf model = brightness(capture) * static_cast<float>(kModelError);
-  return shares(capture, views_.size())
+  const Photo& photo = problem_->photos[i];
+  const Eigen::VectorXf model = brightness(photo) * static_cast<float>(kModelError);
+  return shares(photo, views_.size())
       .cwiseQuotient(variance / static_cast<float>(kFinalSamples) + model.cwiseAbs2());
 }
 
@@ -141,16 +141,16 @@ bool GaussNewton::worse_than_best(const NoisyLoss& loss) const {
          best_loss_.value + kWorseSigmas * noise + kWorseBy * std::abs(best_loss_.value);
 }
 
-void GaussNewton::add(Measurement& sum, const JacobianSums::Set& z, const Eigen::VectorXf& w,
+void GaussNewton::add(Measurement& sum, const InstrumentalVariables::Set& z, const Eigen::VectorXf& w,
                       const Halves& halves) {
-  sum.normal += (weighted_product(z.a.instruments, w, z.b.slopes) +
-                 weighted_product(z.b.instruments, w, z.a.slopes)) /
+  sum.normal += (weighted_product(z.a.filtered, w, z.b.slopes) +
+                 weighted_product(z.b.filtered, w, z.a.slopes)) /
                 2;
-  sum.gradient += (weighted_product(z.a.instruments, w, halves.residual_b) +
-                   weighted_product(z.b.instruments, w, halves.residual_a)) /
+  sum.gradient += (weighted_product(z.a.filtered, w, halves.residual_b) +
+                   weighted_product(z.b.filtered, w, halves.residual_a)) /
                   2;
   const Eigen::VectorXf noise = w.cwiseAbs2().cwiseProduct(halves.variance);
-  for (const Jacobian* one : {&z.a.instruments, &z.b.instruments}) {
+  for (const Jacobian* one : {&z.a.filtered, &z.b.filtered}) {
     sum.covariance += weighted_product(*one, noise, *one) / 4;
     sum.strength += weighted_product(*one, w, *one).diagonal() / 2;
   }
@@ -168,33 +168,33 @@ void GaussNewton::join(const Measurement& now, const Vector& u, double keep) {
   strength_ = keep * strength_ + now.strength;
 }
 
-JacobianSums::Set GaussNewton::instruments(std::size_t i) const {
-  return views_[i].jacobians.all(*problem_, problem_->captures[i], views_[i].weight);
+InstrumentalVariables::Set GaussNewton::instrumental_variables(std::size_t i) const {
+  return views_[i].jacobians.all(*problem_, problem_->photos[i], views_[i].weight);
 }
 
-std::vector<JacobianSums::Set> GaussNewton::instruments(std::span<const Observation> seen,
-                                                        FieldNewton& beside) const {
-  std::vector<JacobianSums::Set> z;
-  std::vector<FieldNewton::Instruments> all;
+std::vector<InstrumentalVariables::Set> GaussNewton::instrumental_variables(std::span<const Observation> seen,
+                                                        FieldGaussNewton& fields) const {
+  std::vector<InstrumentalVariables::Set> z;
+  std::vector<FieldGaussNewton::Regressors> all;
   for (const Observation& one : seen)
-    z.push_back(instruments(static_cast<std::size_t>(one.capture)));
+    z.push_back(instrumental_variables(static_cast<std::size_t>(one.photo)));
   for (std::size_t k = 0; k < seen.size(); ++k)
-    all.push_back({&z[k], &views_[static_cast<std::size_t>(seen[k].capture)].weight});
-  beside.solve(iteration_ / static_cast<double>(problem_->iterations));
-  (void)beside.separate(all);  // steps follow what is known, whatever is not
+    all.push_back({&z[k], &views_[static_cast<std::size_t>(seen[k].photo)].weight});
+  fields.solve(iteration_ / static_cast<double>(problem_->iterations));
+  (void)fields.eliminate_fields(all);  // steps follow what is known, whatever is not
   return z;
 }
 
 GaussNewton::Measurement GaussNewton::measure(std::span<const Observation> seen,
                                               const std::vector<Halves>& halves,
-                                              FieldNewton* beside) const {
+                                              FieldGaussNewton* fields) const {
   const Eigen::Index n = right_.size();
   Measurement sum{Matrix::Zero(n, n), Matrix::Zero(n, n), Vector::Zero(n), Vector::Zero(n)};
-  std::vector<JacobianSums::Set> separated;
-  if (beside) separated = instruments(seen, *beside);
+  std::vector<InstrumentalVariables::Set> separated;
+  if (fields) separated = instrumental_variables(seen, *fields);
   for (std::size_t v = 0; v < seen.size(); ++v) {
-    const auto i = static_cast<std::size_t>(seen[v].capture);
-    add(sum, beside ? separated[v] : instruments(i), views_[i].weight, halves[v]);
+    const auto i = static_cast<std::size_t>(seen[v].photo);
+    add(sum, fields ? separated[v] : instrumental_variables(i), views_[i].weight, halves[v]);
   }
   return sum;
 }
@@ -203,22 +203,22 @@ double GaussNewton::least_damping() const {
   return iteration_ < kLateFrom * problem_->iterations ? kEarlyDamping : kLateDamping;
 }
 
-Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen, FieldNewton* beside) {
-  const Vector u = coordinates_.from_values(x);
-  const Vector slope = coordinates_.slope(x);
+Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen, FieldGaussNewton* fields) {
+  const Vector u = reparametrization_.from_values(x);
+  const Vector slope = reparametrization_.slope(x);
   std::vector<Halves> halves;
   for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
   ++iteration_;
-  arrived_ = false;
-  show(seen, halves, beside);
+  converged_ = false;
+  show(seen, halves, fields);
   const NoisyLoss loss = weighted_loss(halves);
   // The voxels that went along would have to go back as well; `Fit` does that where a turn begins.
-  if (!beside && worse_than_best(loss)) {
+  if (!fields && worse_than_best(loss)) {
     ++rejected_;
     damping_ *= kDampingUp;
     last_move_ = 0;  // back to where the sums were made
     accepted_.pop_back();
-    return problem_->unknowns.project(coordinates_.to_values(best_u_));
+    return problem_->unknowns.project(reparametrization_.to_values(best_u_));
   }
   if (rejected_ == 0) damping_ *= kDampingDown;
   damping_ = std::max(damping_, least_damping());
@@ -227,10 +227,10 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen, Fie
   const double moved = kept();
   const double jacobian_keep = std::max(moved, kLeastJacobianKept);
   ++seen_;
-  const double keep = beside ? kept_beside() : moved * (1 - kAging / iteration_);
+  const double keep = fields ? kept_with_fields() : moved * (1 - kAging / iteration_);
   for (std::size_t v = 0; v < seen.size(); ++v)
-    views_[static_cast<std::size_t>(seen[v].capture)].jacobians.add(halves[v], jacobian_keep);
-  const Measurement now = measure(seen, halves, beside);
+    views_[static_cast<std::size_t>(seen[v].photo)].jacobians.add(halves[v], jacobian_keep);
+  const Measurement now = measure(seen, halves, fields);
   join(now, u, keep);
   if (!has_best_ || loss.value < best_loss_.value) {
     has_best_ = true;
@@ -238,37 +238,37 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen, Fie
     best_u_ = u;
   }
 
-  const Way way = bounded_way(u);
-  const Vector next = go(u, way, beside);
-  arrived_ = iteration_ >= kLeastIterations &&
-             (way.left.array() <= kArrived * coordinates_.cap().array()).all();
-  last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
+  const DampedStep way = bounded_step(u);
+  const Vector next = advance(u, way, fields);
+  converged_ = iteration_ >= kLeastIterations &&
+             (way.remaining.array() <= kConverged * reparametrization_.cap().array()).all();
+  last_move_ = (next - u).cwiseQuotient(reparametrization_.cap()).cwiseAbs().maxCoeff();
   accepted_.push_back(next);
   if (accepted_.size() > kAveraged) accepted_.pop_front();
   learn_variance(seen, jacobian_keep);
-  return problem_->unknowns.project(coordinates_.to_values(next));
+  return problem_->unknowns.project(reparametrization_.to_values(next));
 }
 
 /// By the instruments that earlier iterations have gathered. Fields and scalars that stand in for each
 /// other lie in a narrow valley, in which turns of either alone are slow.
-Vector GaussNewton::follow(const Vector& x, std::span<const Observation> seen,
-                           FieldNewton* beside) {
+Vector GaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen,
+                           FieldGaussNewton* fields) {
   std::vector<Halves> halves;
   for (const Observation& one : seen)
     halves.push_back(
-        residual_halves(one.film, problem_->captures[static_cast<std::size_t>(one.capture)]));
-  show(seen, halves, beside);
+        residual_halves(one.film, problem_->photos[static_cast<std::size_t>(one.photo)]));
+  show(seen, halves, fields);
   if (std::ranges::any_of(views_, [](const View& view) { return view.jacobians.empty(); }))
     return x;
-  const Vector u = coordinates_.from_values(x);
-  const Measurement now = measure(seen, halves, beside);
-  if (beside) ++seen_;
-  join(now, u, beside ? kept_beside() : kFollowKept);
-  damping_ = std::max(beside ? least_damping() : kFollowDamping, damping_);
+  const Vector u = reparametrization_.from_values(x);
+  const Measurement now = measure(seen, halves, fields);
+  if (fields) ++seen_;
+  join(now, u, fields ? kept_with_fields() : kFollowKept);
+  damping_ = std::max(fields ? least_damping() : kFollowDamping, damping_);
   // Fields paint what blur would be needed for, until the derivatives of all are new.
-  const Vector next = go(u, bounded_way(u, true), beside);
-  if (beside) last_move_ = (next - u).cwiseQuotient(coordinates_.cap()).cwiseAbs().maxCoeff();
-  return problem_->unknowns.project(coordinates_.to_values(next));
+  const Vector next = advance(u, bounded_step(u, true), fields);
+  if (fields) last_move_ = (next - u).cwiseQuotient(reparametrization_.cap()).cwiseAbs().maxCoeff();
+  return problem_->unknowns.project(reparametrization_.to_values(next));
 }
 
 /// Of the past, after the last step.
@@ -277,50 +277,50 @@ double GaussNewton::kept() const {
 }
 
 /// Where fields move along: all iterations tell, also those of the fields.
-double GaussNewton::kept_beside(int ahead) const { return kept() * (1 - kAging / (seen_ + ahead)); }
+double GaussNewton::kept_with_fields(int ahead) const { return kept() * (1 - kAging / (seen_ + ahead)); }
 
 void GaussNewton::show(std::span<const Observation> seen, const std::vector<Halves>& halves,
-                       FieldNewton* beside) const {
-  if (!beside) return;
+                       FieldGaussNewton* fields) const {
+  if (!fields) return;
   for (std::size_t k = 0; k < seen.size(); ++k) {
-    const auto i = static_cast<std::size_t>(seen[k].capture);
-    beside->see(i, halves[k], views_[i].weight, kept_beside(1));
+    const auto i = static_cast<std::size_t>(seen[k].photo);
+    fields->add_residual(i, halves[k], views_[i].weight, kept_with_fields(1));
   }
 }
 
-Vector GaussNewton::go(const Vector& u, const Way& way, FieldNewton* beside) {
-  if (beside) beside->advance(way.step);
+Vector GaussNewton::advance(const Vector& u, const DampedStep& way, FieldGaussNewton* fields) {
+  if (fields) fields->advance(way.step);
   return u + way.step;
 }
 
 void GaussNewton::gather(const Vector& x, const Observation& derivatives, double weight) {
-  views_[static_cast<std::size_t>(derivatives.capture)].jacobians.add(
-      split_halves(*problem_, derivatives, coordinates_.slope(x)), 1, weight);
+  views_[static_cast<std::size_t>(derivatives.photo)].jacobians.add(
+      split_halves(*problem_, derivatives, reparametrization_.slope(x)), 1, weight);
 }
 
-GaussNewton::Equations GaussNewton::equations(std::size_t i, const Film& residual) const {
-  const Capture& capture = problem_->captures[i];
+GaussNewton::PhotoEquations GaussNewton::equations(std::size_t i, const Film& residual) const {
+  const Photo& photo = problem_->photos[i];
   const View& view = views_[i];
-  return {{residual_halves(residual, capture), instruments(i), view.weight}};
+  return {{residual_halves(residual, photo), instrumental_variables(i), view.weight}};
 }
 
-Eigen::MatrixXd GaussNewton::separate(std::vector<Equations>& all, FieldNewton& beside) const {
-  std::vector<FieldNewton::Instruments> z;
+Eigen::MatrixXd GaussNewton::eliminate_fields(std::vector<PhotoEquations>& all, FieldGaussNewton& fields) const {
+  std::vector<FieldGaussNewton::Regressors> z;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    Seen& whole = all[i].whole;
-    beside.see(i, whole.residual, whole.weight, 0);
+    WeightedResidual& whole = all[i].whole;
+    fields.add_residual(i, whole.residual, whole.weight, 0);
     z.push_back({&whole.z, &whole.weight});
-    if (const auto& focus = all[i].focus) {
-      z.back().focus = &focus->z;
-      z.back().focus_weight = &focus->weight;
+    if (const auto& informative = all[i].informative) {
+      z.back().informative = &informative->z;
+      z.back().informative_weight = &informative->weight;
     }
   }
-  beside.solve(iteration_ / static_cast<double>(problem_->iterations));
-  return beside.separate(z);
+  fields.solve(iteration_ / static_cast<double>(problem_->iterations));
+  return fields.eliminate_fields(z);
 }
 
 /// The instruments serve on: what is wrong about them slows the way and leaves its end.
-void GaussNewton::start_afresh() {
+void GaussNewton::reset_equations() {
   normal_.setZero();
   covariance_.setZero();
   right_.setZero();
@@ -333,9 +333,9 @@ void GaussNewton::start_afresh() {
 }
 
 /// Pictures of a sharp body change by other slopes than those of a blurred one.
-void GaussNewton::start_anew() {
+void GaussNewton::reset_everything() {
   for (View& view : views_) view.jacobians = {};
-  start_afresh();
+  reset_equations();
 }
 
 /// The mean of the last estimates: each still carries the noise of its own samples.
@@ -348,7 +348,7 @@ Vector GaussNewton::answer(const Vector& x) const {
   const Vector mean =
       std::accumulate(accepted_.end() - static_cast<std::ptrdiff_t>(count), accepted_.end(), zero) /
       static_cast<double>(count);
-  return problem_->unknowns.project(coordinates_.to_values(mean));
+  return problem_->unknowns.project(reparametrization_.to_values(mean));
 }
 
 }  // namespace selenite

@@ -18,42 +18,42 @@ namespace selenite {
 /// of fresh half-buffers meet instruments Z: Jacobians of the other halves, accumulated over
 /// iterations, clipped and filtered. Whatever Z's own errors are, E[Z^T w (I - photo)] is zero at the
 /// solution, so they slow the way and cannot move its end. All iterations together are one recursive
-/// least squares problem in `Coordinates`; directions that are still noise do not move. It minimises
+/// least squares problem in `Reparametrization`; directions that are still noise do not move. It minimises
 /// squares weighted by 1 / (noise^2 + (a share of brightness)^2), whatever the fit's (least
-/// squares) loss. Source: facts sheet "estimators", Q2 (recipe det5), without the global search.
+/// squares) loss. Source: docs/method/optimisation.md, "Instrumental Gauss-Newton".
 class GaussNewton final : public Optimiser {
  public:
   explicit GaussNewton(const Problem& problem);
   Vector step(const Vector& x, std::span<const Observation> seen,
-              FieldNewton* beside = nullptr) override;
-  Vector follow(const Vector& x, std::span<const Observation> seen,
-                FieldNewton* beside = nullptr) override;
+              FieldGaussNewton* fields = nullptr) override;
+  Vector step_by_residuals(const Vector& x, std::span<const Observation> seen,
+                FieldGaussNewton* fields = nullptr) override;
   Vector answer(const Vector& x) const override;
-  void start_afresh() override;
-  void start_anew() override;
+  void reset_equations() override;
+  void reset_everything() override;
   bool averages() const override { return true; }
-  bool arrived() const override { return arrived_; }
+  bool converged() const override { return converged_; }
 
   /// For a look at frozen values: what one photo says about them, in the weights and with the
   /// instruments that have been gathered.
-  struct Seen {
+  struct WeightedResidual {
     Halves residual;
-    JacobianSums::Set z;
+    InstrumentalVariables::Set z;
     Eigen::VectorXf weight;
   };
-  struct Equations {
-    Seen whole;
-    std::optional<Seen> focus{};  ///< some of its pixels, by samples of their own; see `Focus`
+  struct PhotoEquations {
+    WeightedResidual whole;
+    std::optional<WeightedResidual> informative{};  ///< some of its pixels, by samples of their own; see `InformativePixels`
   };
   /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);
   /// Of photo i; `residual` is a render of its own with other seeds.
-  Equations equations(std::size_t i, const Film& residual) const;
+  PhotoEquations equations(std::size_t i, const Film& residual) const;
   /// Makes the instruments, all photos', those that the fields beside cannot imitate. The fields see
   /// the residuals of the whole photos, and those alone.
-  /// Returns as `FieldNewton::separate` does.
-  Eigen::MatrixXd separate(std::vector<Equations>& all, FieldNewton& beside) const;
-  const Coordinates& coordinates() const { return coordinates_; }
+  /// Returns as `FieldGaussNewton::separate` does.
+  Eigen::MatrixXd eliminate_fields(std::vector<PhotoEquations>& all, FieldGaussNewton& fields) const;
+  const Reparametrization& reparametrization() const { return reparametrization_; }
   /// Of the residuals of photo i, 3 numbers a pixel.
   const Eigen::VectorXf& weight(std::size_t i) const { return views_[i].weight; }
   /// The same by the variance of one sample.
@@ -69,7 +69,7 @@ class GaussNewton final : public Optimiser {
   struct View {
     Eigen::VectorXf weight;    ///< per channel of a pixel; sums to about 1 / brightness^2
     Eigen::VectorXf variance;  ///< of one sample, summed over recent iterations
-    JacobianSums jacobians;
+    InstrumentalVariables jacobians;
     void members(SavedState& state);
   };
   /// Sums over pixels of one iteration.
@@ -80,7 +80,7 @@ class GaussNewton final : public Optimiser {
     Vector strength;    ///< diagonal of Z^T w Z
   };
   /// Adds those of one photo, whose jacobians say `z`.
-  static void add(Measurement& sum, const JacobianSums::Set& z, const Eigen::VectorXf& weight,
+  static void add(Measurement& sum, const InstrumentalVariables::Set& z, const Eigen::VectorXf& weight,
                   const Halves& halves);
   /// Joins the sums, of which `keep` is kept. Throws as `step`.
   void join(const Measurement& now, const Vector& u, double keep);
@@ -93,31 +93,31 @@ class GaussNewton final : public Optimiser {
   NoisyLoss weighted_loss(const std::vector<Halves>& halves) const;
   bool worse_than_best(const NoisyLoss& loss) const;
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
-                      FieldNewton* beside) const;
-  JacobianSums::Set instruments(std::size_t i) const;
-  std::vector<JacobianSums::Set> instruments(std::span<const Observation> seen,
-                                             FieldNewton& beside) const;
+                      FieldGaussNewton* fields) const;
+  InstrumentalVariables::Set instrumental_variables(std::size_t i) const;
+  std::vector<InstrumentalVariables::Set> instrumental_variables(std::span<const Observation> seen,
+                                             FieldGaussNewton& fields) const;
   /// Where a solution leads, per component: the step to take, and what is left to go, whole and with
   /// one standard deviation of what is known about it.
-  struct Way {
-    Vector step, left;
+  struct DampedStep {
+    Vector step, remaining;
   };
 
   Matrix prior() const;
-  bool is_blur(Eigen::Index k) const;
-  Way bounded_way(const Vector& u, bool hold_blurs = false) const;
+  bool is_roughness(Eigen::Index k) const;
+  DampedStep bounded_step(const Vector& u, bool fix_roughness = false) const;
   void show(std::span<const Observation> seen, const std::vector<Halves>& halves,
-            FieldNewton* beside) const;
+            FieldGaussNewton* fields) const;
   double kept() const;
-  double kept_beside(int ahead = 0) const;
+  double kept_with_fields(int ahead = 0) const;
   /// The step, with the fields beside it, if there are.
-  Vector go(const Vector& u, const Way& way, FieldNewton* beside);
-  Way free_way(const std::vector<Eigen::Index>& free, const Matrix& normal, const Vector& residual,
+  Vector advance(const Vector& u, const DampedStep& way, FieldGaussNewton* fields);
+  DampedStep free_step(const std::vector<Eigen::Index>& free, const Matrix& normal, const Vector& residual,
                const Vector& scale) const;
   double least_damping() const;
 
   const Problem* problem_;
-  Coordinates coordinates_;
+  Reparametrization reparametrization_;
   std::vector<View> views_;
   int iteration_ = 0;
   double variance_count_ = 0;  ///< renders in View::variance
@@ -131,7 +131,7 @@ class GaussNewton final : public Optimiser {
   double damping_;
   double last_move_ = 0;  ///< largest component of the last step in units of its cap
   int rejected_ = 0;      ///< in a row
-  bool arrived_ = false;
+  bool converged_ = false;
   NoisyLoss best_loss_;
   bool has_best_ = false;
   Vector best_u_;

@@ -21,7 +21,7 @@ std::vector<double> weights_of(double sigma) {
 
 }  // namespace
 
-std::vector<double> smoothed(std::vector<double> picture, std::ptrdiff_t height,
+std::vector<double> gaussian_blur(std::vector<double> picture, std::ptrdiff_t height,
                              std::ptrdiff_t width, int channels, double sigma, bool repeats) {
   constexpr double kLeast = 0.2;
   if (sigma < kLeast) return picture;

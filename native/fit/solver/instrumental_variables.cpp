@@ -11,7 +11,7 @@
 namespace selenite {
 namespace {
 
-// Source: facts sheet "estimators", Q2, step 4.
+// Source: docs/method/optimisation.md, "Instrument filter".
 constexpr double kClipQuantile = 0.998;
 constexpr int kBlurRadius = 1;  ///< of the first ones, of which nothing is known yet
 /// Every so many entries are looked at for the quantile: it need not be exact.
@@ -41,11 +41,11 @@ void set_column(Jacobian& jacobian, Eigen::Index column, const Eigen::VectorXf& 
 }
 
 /// A column cut at a quantile of its absolute values: single paths must not rule it.
-Eigen::VectorXf clipped(const Eigen::VectorXf& column, const Capture& capture, int channel) {
+Eigen::VectorXf clipped(const Eigen::VectorXf& column, const Photo& photo, int channel) {
   std::vector<float> sizes;
   for (Eigen::Index i = 0; i < column.size(); i += kQuantileStride) {
     const bool counts = channel < 0 || i % 3 == channel;
-    if (counts && capture.weight[static_cast<std::size_t>(i / 3)] > 0)
+    if (counts && photo.weight[static_cast<std::size_t>(i / 3)] > 0)
       sizes.push_back(std::abs(column[i]));
   }
   if (sizes.empty()) return column;
@@ -57,20 +57,20 @@ Eigen::VectorXf clipped(const Eigen::VectorXf& column, const Capture& capture, i
 
 }  // namespace
 
-Halves residual_halves(const Film& film, const Capture& capture) {
+Halves residual_halves(const Film& film, const Photo& photo) {
   Halves halves;
-  halves.residual_a = as_vector(film.half_a) - as_vector(capture.reference);
-  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(capture.reference);
+  halves.residual_a = as_vector(film.half_a) - as_vector(photo.reference);
+  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(photo.reference);
   halves.variance = as_vector(film.variance) * 2;
   return halves;
 }
 
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
   const Film& film = seen.film;
-  const Capture& capture = problem.captures[static_cast<std::size_t>(seen.capture)];
+  const Photo& photo = problem.photos[static_cast<std::size_t>(seen.photo)];
   const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
   const Eigen::Index rows = as_vector(film.mean).size();
-  Halves halves = residual_halves(film, capture);
+  Halves halves = residual_halves(film, photo);
   halves.jacobian_a.setZero(rows, unknowns);
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
@@ -86,20 +86,20 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   return halves;
 }
 
-Eigen::VectorXf instrument_of(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
-                              const Eigen::VectorXf& other, double share, const Capture& capture,
+Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
+                              const Eigen::VectorXf& other, double share, const Photo& photo,
                               int channel, const Eigen::VectorXf& importance) {
-  const BandGains gains(clipped(one, capture, channel), clipped(other, capture, channel),
-                        importance, capture.width, capture.height);
+  const WienerFilter gains(clipped(one, photo, channel), clipped(other, photo, channel),
+                        importance, photo.width, photo.height);
   // In units of the mean variance of the two.
-  return gains.filter(clipped(mean, capture, channel), static_cast<float>(2 * share));
+  return gains.filter(clipped(mean, photo, channel), static_cast<float>(2 * share));
 }
 
-void JacobianSums::members(SavedState& state) { state(parts_[0], parts_[1], adds_); }
+void InstrumentalVariables::members(SavedState& state) { state(parts_[0], parts_[1], adds_); }
 
-void JacobianSums::Part::members(SavedState& state) { state(a, b, weight); }
+void InstrumentalVariables::Part::members(SavedState& state) { state(a, b, weight); }
 
-void JacobianSums::add(const Halves& halves, double keep, double weight) {
+void InstrumentalVariables::add(const Halves& halves, double keep, double weight) {
   const float kept = static_cast<float>(keep), fresh = static_cast<float>(weight);
   const Eigen::Index columns = halves.jacobian_a.cols();
   adds_.resize(static_cast<std::size_t>(columns));
@@ -114,7 +114,7 @@ void JacobianSums::add(const Halves& halves, double keep, double weight) {
   }
   for (Eigen::Index k = 0; k < columns; ++k) {
     if (!halves.differentiated[k]) continue;
-    // 0 1 1 0 0 1 1 0 ...: secants from above and from below, which take turns, are in both.
+    // 0 1 1 0 0 1 1 0 ...: differences from above and from below, which take turns, are in both.
     int& adds = adds_[static_cast<std::size_t>(k)];
     Part& now = parts_[static_cast<std::size_t>((adds + 1) / 2 % 2)];
     ++adds;
@@ -124,19 +124,19 @@ void JacobianSums::add(const Halves& halves, double keep, double weight) {
   }
 }
 
-JacobianSums::Set JacobianSums::all(const Problem& problem, const Capture& capture,
+InstrumentalVariables::Set InstrumentalVariables::all(const Problem& problem, const Photo& photo,
                                     const Eigen::VectorXf& importance) const {
-  return {half(problem, capture, &Part::a, importance),
-          half(problem, capture, &Part::b, importance)};
+  return {half(problem, photo, &Part::a, importance),
+          half(problem, photo, &Part::b, importance)};
 }
 
-JacobianSums::Set JacobianSums::plain() const {
+InstrumentalVariables::Set InstrumentalVariables::plain() const {
   Set set{means(&Part::a), means(&Part::b)};
-  for (Half* one : {&set.a, &set.b}) one->instruments = one->slopes;
+  for (Half* one : {&set.a, &set.b}) one->filtered = one->slopes;
   return set;
 }
 
-JacobianSums::Half JacobianSums::means(Jacobian Part::*which) const {
+InstrumentalVariables::Half InstrumentalVariables::means(Jacobian Part::*which) const {
   const auto& [first, second] = parts_;
   const Eigen::Index rows = (first.*which).rows(), columns = (first.*which).cols();
   Half result;
@@ -158,30 +158,30 @@ JacobianSums::Half JacobianSums::means(Jacobian Part::*which) const {
   return result;
 }
 
-double JacobianSums::share(Eigen::Index k) const {
+double InstrumentalVariables::share(Eigen::Index k) const {
   const double first = parts_[0].weight[k], second = parts_[1].weight[k];
   return first * second / ((first + second) * (first + second));
 }
 
-JacobianSums::Half JacobianSums::half(const Problem& problem, const Capture& capture,
+InstrumentalVariables::Half InstrumentalVariables::half(const Problem& problem, const Photo& photo,
                                       Jacobian Part::*which,
                                       const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
   Half result = means(which);
-  result.instruments = result.slopes;
+  result.filtered = result.slopes;
   for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
     if (first.weight[k] + second.weight[k] == 0) continue;
     const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
     const Eigen::VectorXf slope = result.slopes.col(k);
     if (share(k) == 0) {
-      result.instruments.col(k) =
-          box_blur(clipped(slope, capture, channel), capture.width, capture.height, kBlurRadius);
+      result.filtered.col(k) =
+          box_blur(clipped(slope, photo, channel), photo.width, photo.height, kBlurRadius);
       continue;
     }
     const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
     const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
-    result.instruments.col(k) =
-        instrument_of(slope, one, other, share(k), capture, channel, importance);
+    result.filtered.col(k) =
+        filtered_derivative(slope, one, other, share(k), photo, channel, importance);
   }
   return result;
 }

@@ -26,7 +26,7 @@ constexpr std::array kOptimisers{
         "gauss-newton",
         "Least squares over all iterations with accumulated derivative images: few unknowns, "
         "tens of times fewer samples. Learning rates are not used",
-        2, true, true, true, Purpose::kInstrument, make<GaussNewton>},
+        2, true, true, true, Purpose::kInstrumental, make<GaussNewton>},
 };
 
 /// Why a kind does not go with the settings, with the cure; empty if it does.
@@ -37,7 +37,7 @@ std::string obstacle(const OptimiserKind& kind, const Loss& loss, int spp, bool 
   if (spp < kind.least_spp)
     return "needs spp of at least " + std::to_string(kind.least_spp) + ", not " +
            std::to_string(spp);
-  if (kind.needs_all_captures && !accumulate)
+  if (kind.needs_all_photos && !accumulate)
     return "steps once for all cameras; set accumulate, or choose optimiser = 'adam'";
   return {};
 }

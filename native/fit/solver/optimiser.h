@@ -15,21 +15,21 @@
 
 namespace selenite {
 
-class FieldNewton;
+class FieldGaussNewton;
 class SavedState;
 
 /// What a fit is about; constant while it runs.
 struct Problem {
   const Unknowns& unknowns;
   const SlotLayout& layout;  ///< slots and rows of all unknowns
-  const std::vector<Capture>& captures;
+  const std::vector<Photo>& photos;
   const Loss& loss;
   int iterations;
 };
 
-/// One capture, rendered at the current values with fresh seeds.
+/// One photo, rendered at the current values with fresh seeds.
 struct Observation {
-  int capture;
+  int photo;
   Film film;  ///< `slots` are those of Problem::layout
   LossResult loss;
 };
@@ -39,25 +39,25 @@ struct Observation {
 class Optimiser {
  public:
   virtual ~Optimiser() = default;
-  /// The next values, inside the bounds. `seen` holds one observation, or one per capture.
+  /// The next values, inside the bounds. `seen` holds one observation, or one per photo.
   /// Throws std::runtime_error naming the unknown when a derivative is not finite.
   virtual Vector step(const Vector& x, std::span<const Observation> seen,
-                      FieldNewton* beside = nullptr) = 0;
+                      FieldGaussNewton* fields = nullptr) = 0;
   /// The next values where something else in the scene moves meanwhile: `seen` has no derivatives, one
-  /// observation per capture. Stays where nothing can be told without.
-  virtual Vector follow(const Vector& x, std::span<const Observation> /*seen*/,
-                        FieldNewton* /*beside*/ = nullptr) {
+  /// observation per photo. Stays where nothing can be told without.
+  virtual Vector step_by_residuals(const Vector& x, std::span<const Observation> /*seen*/,
+                        FieldGaussNewton* /*fields*/ = nullptr) {
     return x;
   }
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
   virtual Vector answer(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.
-  virtual void start_afresh() {}
+  virtual void reset_equations() {}
   /// The values are others than those that the last step led to: nothing that was seen holds there.
-  virtual void start_anew() {}
-  /// Whether the last step left so little that a look at frozen values (`Verification`) can go the
+  virtual void reset_everything() {}
+  /// Whether the last step left so little that a look at frozen values (`Refinement`) can go the
   /// rest better than more steps.
-  virtual bool arrived() const { return false; }
+  virtual bool converged() const { return false; }
   /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
   virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;
@@ -68,7 +68,7 @@ class Optimiser {
 /// What an optimiser uses derivative pictures for, on which it depends which estimate of them pays:
 /// see `render_derivatives`.
 enum class Purpose {
-  kInstrument,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
+  kInstrumental,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
   kGradient,    ///< multiplied with the residuals of the same render
 };
 
@@ -79,7 +79,7 @@ struct OptimiserKind {
   std::string_view name;
   std::string_view help;
   int least_spp;
-  bool needs_all_captures;  ///< cannot step after every camera
+  bool needs_all_photos;  ///< cannot step after every camera
   bool least_squares_only;  ///< for losses that are sums of squares
   bool few_unknowns;        ///< made for up to kFewUnknowns
   Purpose purpose;

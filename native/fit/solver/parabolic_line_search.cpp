@@ -11,8 +11,8 @@ constexpr int kMostSteps = 12;  ///< away from the start
 
 }  // namespace
 
-double valley_bottom(const std::function<double(double)>& height, double start,
-                     const ValleyRange& range) {
+double parabolic_line_search(const std::function<double(double)>& height, double start,
+                     const LineSearchRange& range) {
   const double step = range.step, origin = std::clamp(start, range.minimum, range.maximum);
   const auto place = [&](int i) {
     return std::clamp(origin + i * step, range.minimum, range.maximum);

@@ -12,11 +12,11 @@ namespace selenite {
 /// it so would be wrong just where unknowns can nearly make up for each other: there J has no change
 /// left to show, but the instruments see one in the transposed half. For a symmetric matrix these are
 /// its eigenvectors and eigenvalues; a value below 0 means that noise rules.
-struct Directions {
+struct SingularDirections {
   Eigen::MatrixXd out, in;
   Eigen::VectorXd values;
 
-  explicit Directions(const Eigen::MatrixXd& normal) {
+  explicit SingularDirections(const Eigen::MatrixXd& normal) {
     const Eigen::JacobiSVD<Eigen::MatrixXd> solver(normal,
                                                    Eigen::ComputeFullU | Eigen::ComputeFullV);
     out = solver.matrixU();

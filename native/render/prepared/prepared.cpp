@@ -127,7 +127,7 @@ void Prepared<L>::prepare_roulette(const SlotLayout& layout) {
     const Parameter& description = scene.description(ref);
     const std::vector<double> values = scene.get(ref);
     double size = 1;
-    if (description.coordinate == Coordinate::kLog || description.coordinate == Coordinate::kBlur) {
+    if (description.scale == Scale::kLog || description.scale == Scale::kRoughness) {
       // By the logarithm of what has a unit, so that the unit of length decides nothing, and of
       // roughness, by which derivatives grow as it becomes small. From a value
       // of 0 light comes by its derivative alone: then that keeps the path.

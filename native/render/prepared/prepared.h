@@ -150,8 +150,9 @@ class Prepared {
 
   // Densities per solid angle by which light sampling would have chosen a direction. They are for the
   // weights of multiple importance sampling, and whatever they are, the weights of both strategies
-  // add up to 1. But refraction that only light sampling can reach keeps its own weight (facts sheet
-  // "cycles", 1.11): for a `refracted` direction they are those of Cycles.
+  // add up to 1. But refraction that only light sampling can reach keeps its own weight
+  // (docs/method/rendering.md, "Evaluation of rough refraction"): for a `refracted`
+  // direction they are those of Cycles.
   float lamp_density(int lamp, const LightHit& hit, bool refracted) const {
     return hit.density * probability(lamp, refracted);
   }

@@ -19,14 +19,14 @@ TEST_P(Valley, TheBottomOfAParabolaIsMet) {
     EXPECT_TRUE(asked.insert(x).second) << "twice at " << x;
     return 3 + 5 * (x - bottom) * (x - bottom);
   };
-  EXPECT_NEAR(valley_bottom(height, start, {0.04, -10, 10}), bottom, 1e-9);
+  EXPECT_NEAR(parabolic_line_search(height, start, {0.04, -10, 10}), bottom, 1e-9);
   EXPECT_LE(asked.size(), 4 + std::abs(start - bottom) / 0.04);
 }
 
 TEST_P(Valley, TheBottomOfAWedgeIsMetToAnEleventhOfAStep) {
   const double start = GetParam().first, bottom = GetParam().second;
   const auto height = [&](double x) { return std::abs(x - bottom); };
-  EXPECT_NEAR(valley_bottom(height, start, {0.04, -10, 10}), bottom, 0.04 / 11);
+  EXPECT_NEAR(parabolic_line_search(height, start, {0.04, -10, 10}), bottom, 0.04 / 11);
 }
 INSTANTIATE_TEST_SUITE_P(StartAndBottom, Valley,
                          testing::Values(std::pair{0.0, 0.0}, std::pair{0.0, 0.013},
@@ -38,18 +38,18 @@ TEST(Valley, StaysWithinTheRange) {
     EXPECT_LE(x, 0.1);
     return x;
   };
-  EXPECT_EQ(valley_bottom(height, 0.09, {0.04, 0, 0.1}), 0);
+  EXPECT_EQ(parabolic_line_search(height, 0.09, {0.04, 0, 0.1}), 0);
   const auto rising_to_the_end = [&](double x) { return -height(x); };
-  EXPECT_EQ(valley_bottom(rising_to_the_end, -1, {0.04, 0, 0.1}), 0.1) << "a start outside";
+  EXPECT_EQ(parabolic_line_search(rising_to_the_end, -1, {0.04, 0, 0.1}), 0.1) << "a start outside";
 }
 
 TEST(Valley, StaysWhereNothingTells) {
-  EXPECT_EQ(valley_bottom([](double) { return 1.0; }, 0.5, {0.04, 0, 1}), 0.5);
+  EXPECT_EQ(parabolic_line_search([](double) { return 1.0; }, 0.5, {0.04, 0, 1}), 0.5);
 }
 
 TEST(Valley, GivesUpOnASlopeWithoutAnEnd) {
   int asked = 0;
-  const double found = valley_bottom(
+  const double found = parabolic_line_search(
       [&](double x) {
         ++asked;
         return -x;

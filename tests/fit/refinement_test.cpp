@@ -12,21 +12,21 @@ namespace {
 
 constexpr int kSize = 12;
 
-struct Verified {
+struct Refined {
   Vector values;
   TrustReport report;
 };
 
 /// Verifies values that are off by a part of what is uncertain.
-Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t seed,
+Refined verify(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
                 const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
   const Scene scene = synthetic_scene();
-  check_captures(scene, captures);
+  check_photos(scene, photos);
   const Unknowns unknowns(scene, wanted);
   const SlotLayout layout(scene, unknowns.parameters());
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const GaussNewton none(problem);
-  const RenderAt render = [&](const Vector& at, const Capture& photo, int spp, std::uint64_t key,
+  const RenderAt render = [&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
                               std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
@@ -36,23 +36,23 @@ Verified verify(const Vector& x, std::vector<Capture> captures, std::uint64_t se
     return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
                                        derivatives ? layout : SlotLayout(), settings, nullptr);
   };
-  Verification verification(problem, &none, unknowns.project(x), seed, spp, 16);
-  while (verification.step(render)) {
+  Refinement refinement(problem, &none, unknowns.project(x), seed, spp, 16);
+  while (refinement.step(render)) {
   }
-  return {verification.values(), verification.report()};
+  return {refinement.values(), refinement.report()};
 }
 
 // 200 runs with photos as noisy as the renders: of about 1200 intervals, correlated within a run, 85
 // to 95 % must hold. With true intervals the share has a standard deviation of about 1.3 %, so one
 // change of the seeds in some ten thousand would fail.
-TEST(Verification, NinetyPercentIntervalsHoldInNinetyPercent) {
+TEST(Refinement, NinetyPercentIntervalsHoldInNinetyPercent) {
   const Scene scene = synthetic_scene();
   const Vector truth = synthetic_truth();
   int held = 0, given = 0;
   for (int run = 0; run < 200; ++run) {
     Vector start = truth;
     for (int k = 0; k < start.size(); ++k) start[k] *= 1 + (((run + k) % 5) - 2) * 0.004;
-    const Verified found =
+    const Refined found =
         verify(start,
                {synthetic_capture(scene, "Left", kSize, 64, 10000u + static_cast<unsigned>(run)),
                 synthetic_capture(scene, "Right", kSize, 64, 20000u + static_cast<unsigned>(run))},
@@ -70,14 +70,14 @@ TEST(Verification, NinetyPercentIntervalsHoldInNinetyPercent) {
   EXPECT_LT(share, 0.95) << held << " of " << given;
 }
 
-TEST(Verification, MendsAnAnswerThatIsNotThereYet) {
+TEST(Refinement, MendsAnAnswerThatIsNotThereYet) {
   const Scene scene = synthetic_scene();
-  const std::vector<Capture> photos{synthetic_capture(scene, "Left", kSize),
+  const std::vector<Photo> photos{synthetic_capture(scene, "Left", kSize),
                                     synthetic_capture(scene, "Right", kSize)};
   Vector off = synthetic_truth();
   off[0] += 0.05;
   off[5] += 0.05;
-  const Verified found = verify(off, photos, 3);
+  const Refined found = verify(off, photos, 3);
   EXPECT_GT(found.report.passes, 1);
   EXPECT_NEAR(found.values[0], 0.4, 0.01);
   EXPECT_NEAR(found.values[5], 1.5, 0.02);
@@ -86,9 +86,9 @@ TEST(Verification, MendsAnAnswerThatIsNotThereYet) {
 // The look before the last has a quarter of its samples, so that the last step is mostly that one's
 // noise, twice as large as its own: over three of its own standard deviations in most fits, and no
 // reason to look again.
-TEST(Verification, TheNoiseOfOneLookIsNoReasonForAnother) {
+TEST(Refinement, TheNoiseOfOneLookIsNoReasonForAnother) {
   const Scene scene = synthetic_scene();
-  const std::vector<Capture> photos{synthetic_capture(scene, "Left", kSize),
+  const std::vector<Photo> photos{synthetic_capture(scene, "Left", kSize),
                                     synthetic_capture(scene, "Right", kSize)};
   int fourth = 0;
   for (std::uint64_t run = 0; run < 50; ++run)
@@ -96,24 +96,24 @@ TEST(Verification, TheNoiseOfOneLookIsNoReasonForAnother) {
   EXPECT_LE(fourth, 5);
 }
 
-TEST(Verification, NamesWhatNoPictureShows) {
+TEST(Refinement, NamesWhatNoPictureShows) {
   const Scene scene = synthetic_scene();
   auto unknowns = synthetic_unknowns();
   unknowns.push_back({"Body", "metallic", {0.3}, 0, 1, 0.03});
   Vector x(7);
   x << synthetic_truth(), 0.3;
-  const Verified found = verify(x, {synthetic_capture(scene, "Left", kSize)}, 1, unknowns);
+  const Refined found = verify(x, {synthetic_capture(scene, "Left", kSize)}, 1, unknowns);
   EXPECT_FALSE(found.report.components[6].determined);
   EXPECT_EQ(found.values[6], 0.3) << "nothing says that it should move";
   EXPECT_TRUE(found.report.components[0].determined);
 }
 
-TEST(Verification, PromisesNothingAboutWhatIsNotSeen) {
+TEST(Refinement, PromisesNothingAboutWhatIsNotSeen) {
   auto unknowns = synthetic_unknowns();
   unknowns.push_back({"Body", "extinction", {1, 1, 1}, 0.1, 10, 0.03});
   Vector x(9);
   x << synthetic_truth(), 1, 1, 1;
-  const Verified found =
+  const Refined found =
       verify(x, {synthetic_capture(synthetic_scene(), "Left", kSize)}, 1, unknowns);
   ASSERT_EQ(found.report.components.size(), 9u);
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(found.report.components[k].determined, k < 6) << k;
@@ -146,18 +146,18 @@ Film squared_film(const Scene& scene, const SlotLayout& layout, const RenderSett
 
 // Slopes a twentieth of what they are: each look leads twenty times too far, to and fro, and as far as one
 // step may go. The fourth ends where the first began.
-TEST(Verification, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
+TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   constexpr double kStart = 0.45, kTruth = 0.5, kToldSlope = 0.05;
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(scene, {{"Body", "metallic", {kStart}, 0, 1, 0.03}});
   const SlotLayout layout(scene, unknowns.parameters());
-  std::vector<Capture> captures{grey_capture(kSize)};
-  check_captures(scene, captures);
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  std::vector<Photo> photos{grey_capture(kSize)};
+  check_photos(scene, photos);
+  const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const Vector start = Vector::Constant(1, kStart);
-  Verification verification(problem, nullptr, start, 1, 64, 16);
+  Refinement refinement(problem, nullptr, start, 1, 64, 16);
   int slopes = 0;
-  const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
+  const RenderAt render = [&](const Vector& at, const Photo&, int spp, std::uint64_t key,
                               std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
@@ -168,19 +168,19 @@ TEST(Verification, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
       return std::pair(0.5 + at[0] - kTruth, kToldSlope);
     });
   };
-  while (verification.step(render)) {
+  while (refinement.step(render)) {
   }
-  ASSERT_EQ(verification.report().passes, 4);
+  ASSERT_EQ(refinement.report().passes, 4);
   EXPECT_EQ(slopes, 2 + 3 * 4)
       << "to begin with and in three looks, by turns from each side: they serve the fourth, too";
-  verification.settle_for(start);
-  const Confidence told = verification.report().components[0];
+  refinement.accept(start);
+  const Confidence told = refinement.report().components[0];
   EXPECT_LE(told.interval[0], kStart);
   EXPECT_GE(told.interval[1], kStart);
   EXPECT_FALSE(told.determined);
 }
 
-struct VerifiedFromZero : Verified {
+struct VerifiedFromZero : Refined {
   TrustReport settled;  ///< where the answer is not taken
 };
 
@@ -198,32 +198,32 @@ VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uin
     settings.seed = key;
     return squared_film(unknowns.scene_with(scene, at), slots, settings, vertex);
   };
-  Capture photo = grey_capture(kSize);
+  Photo photo = grey_capture(kSize);
   photo.reference =
       rendered(Vector{{transmission, metallic}}, SlotLayout(), 64, mix64(1000 + seed)).mean;
-  std::vector<Capture> captures{photo};
-  check_captures(scene, captures);
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
+  std::vector<Photo> photos{photo};
+  check_photos(scene, photos);
+  const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const Vector start{{0, metallic + transmission / 3}};
-  Verification verification(problem, nullptr, start, seed, 64, 16);
-  const RenderAt render = [&](const Vector& at, const Capture&, int spp, std::uint64_t key,
+  Refinement refinement(problem, nullptr, start, seed, 64, 16);
+  const RenderAt render = [&](const Vector& at, const Photo&, int spp, std::uint64_t key,
                               std::optional<Differences> derivatives) {
     return rendered(at, derivatives ? layout : SlotLayout(), spp, key);
   };
-  while (verification.step(render)) {
+  while (refinement.step(render)) {
   }
-  VerifiedFromZero found{{verification.values(), verification.report()}, {}};
-  verification.settle_for(start);
-  found.settled = verification.report();
+  VerifiedFromZero found{{refinement.values(), refinement.report()}, {}};
+  refinement.accept(start);
+  found.settled = refinement.report();
   return found;
 }
 
-TEST(Verification, KnowsOfALowTransmissionByALookFromBeside) {
+TEST(Refinement, KnowsOfALowTransmissionByALookFromBeside) {
   constexpr int kRuns = 60;
   const std::array truth{0.03, 0.5};
   int held = 0, given = 0;
   for (int run = 0; run < kRuns; ++run) {
-    const Verified found = verify_from_zero(truth[0], truth[1], static_cast<std::uint64_t>(run));
+    const Refined found = verify_from_zero(truth[0], truth[1], static_cast<std::uint64_t>(run));
     for (std::size_t k = 0; k < truth.size(); ++k) {
       const Confidence& one = found.report.components[k];
       if (!one.determined) continue;
@@ -236,7 +236,7 @@ TEST(Verification, KnowsOfALowTransmissionByALookFromBeside) {
   EXPECT_GT(held, given * 85 / 100) << given;
 }
 
-TEST(Verification, FindsATransmissionThatAFitHasLeftAtZero) {
+TEST(Refinement, FindsATransmissionThatAFitHasLeftAtZero) {
   for (std::uint64_t run = 0; run < 20; ++run) {
     const VerifiedFromZero found = verify_from_zero(0.15, 0.45, run);
     EXPECT_NEAR(found.values[0], 0.15, 0.04) << "four standard errors";
@@ -248,7 +248,7 @@ TEST(Verification, FindsATransmissionThatAFitHasLeftAtZero) {
 }
 
 // On this side the slope leads away from it, and is seen well enough to determine a value.
-TEST(Verification, FindsATransmissionBeyondWhereItsSlopeVanishes) {
+TEST(Refinement, FindsATransmissionBeyondWhereItsSlopeVanishes) {
   int held = 0;
   constexpr int kRuns = 20;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
@@ -261,13 +261,13 @@ TEST(Verification, FindsATransmissionBeyondWhereItsSlopeVanishes) {
   EXPECT_GE(held, 15);
 }
 
-TEST(Verification, NamesTheBound) {
+TEST(Refinement, NamesTheBound) {
   const Scene scene = synthetic_scene();
   auto unknowns = synthetic_unknowns();
   unknowns[1].minimum = 0.5;  // truth .4
   Vector x = synthetic_truth();
   x[3] = 0.5;
-  const Verified found =
+  const Refined found =
       verify(x, {synthetic_capture(scene, "Left", kSize), synthetic_capture(scene, "Right", kSize)},
              1, unknowns);
   EXPECT_EQ(found.report.components[3].at_bound, AtBound::kMinimum);
@@ -278,9 +278,9 @@ TEST(Verification, NamesTheBound) {
 
 // Photos with noise of their own are explained; a lamp that the scene lacks is not. One in some
 // hundred photos would be called unexplained by chance.
-TEST(Verification, TellsNoiseOfThePhotoFromAMisfit) {
+TEST(Refinement, TellsNoiseOfThePhotoFromAMisfit) {
   const Scene scene = synthetic_scene();
-  Capture photo = synthetic_capture(scene, "Left", kSize, 16, 77);
+  Photo photo = synthetic_capture(scene, "Left", kSize, 16, 77);
   EXPECT_TRUE(verify(synthetic_truth(), {photo}, 1).report.misfit.explained);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x) {
@@ -296,20 +296,20 @@ TEST(Verification, TellsNoiseOfThePhotoFromAMisfit) {
 FitSettings default_settings() {
   FitSettings settings = synthetic_settings({0.5, 0.5});
   settings.optimiser = "auto";
-  settings.search = settings.verification = "auto";
+  settings.search = settings.refinement = "auto";
   settings.iterations = 30;
   settings.spp = 8;
   return settings;
 }
 
-TEST(Verification, AFitEndsWithItsReport) {
+TEST(Refinement, AFitEndsWithItsReport) {
   const Scene scene = synthetic_scene();
   Fit fit(scene, {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")},
           synthetic_unknowns(), default_settings());
   bool verified = false;
-  while (fit.step()) verified = verified || fit.result().phase == Phase::kVerifying;
+  while (fit.step()) verified = verified || fit.result().phase == Phase::kRefinement;
   const FitResult& result = fit.result();
-  EXPECT_EQ(result.stopped, StopReason::kArrived) << result.message;
+  EXPECT_EQ(result.stopped, StopReason::kConverged) << result.message;
   EXPECT_EQ(result.phase_fraction, 1);
   EXPECT_TRUE(verified);
   ASSERT_EQ(result.report.components.size(), 6u);
@@ -324,18 +324,18 @@ TEST(Verification, AFitEndsWithItsReport) {
   }
 }
 
-TEST(Verification, AFitThatNothingRivalsHasCountedToTheEnd) {
+TEST(Refinement, AFitThatNothingRivalsHasCountedToTheEnd) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
-  settings.search = "off";  // finds no rivals
+  settings.search = "off";  // finds no alternatives
   Fit fit(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
   while (fit.step()) {
   }
-  EXPECT_EQ(fit.result().phase, Phase::kVerifying);
+  EXPECT_EQ(fit.result().phase, Phase::kRefinement);
   EXPECT_EQ(fit.result().phase_fraction, 1);
 }
 
-TEST(Verification, AFitIteratesLongerTheLessItKnows) {
+TEST(Refinement, AFitIteratesLongerTheLessItKnows) {
   const auto iterations = [](const FitSettings& settings) {
     const Scene scene = synthetic_scene();
     Fit fit(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
@@ -345,22 +345,22 @@ TEST(Verification, AFitIteratesLongerTheLessItKnows) {
   };
   FitSettings settings = default_settings();
   const int clear = iterations(settings);
-  EXPECT_GE(clear, 10);  // verification needs their derivatives
+  EXPECT_GE(clear, 10);  // refinement needs their derivatives
   EXPECT_LT(clear, 20);
   settings.renderer = SyntheticRenderer{2, 5};
   EXPECT_GT(iterations(settings), clear);
   settings.renderer = SyntheticRenderer{20, 50};
   EXPECT_EQ(iterations(settings), settings.iterations);
   settings = default_settings();
-  settings.verification = "off";  // nothing would go the rest of the way
+  settings.refinement = "off";  // nothing would go the rest of the way
   EXPECT_EQ(iterations(settings), settings.iterations);
 }
 
-TEST(Verification, ACancelledVerificationKeepsTheFit) {
+TEST(Refinement, ACancelledVerificationKeepsTheFit) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
   Fit whole(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
-  while (whole.result().phase != Phase::kVerifying) ASSERT_TRUE(whole.step());
+  while (whole.result().phase != Phase::kRefinement) ASSERT_TRUE(whole.step());
   const FitResult before = whole.result();
   Progress progress;
   progress.cancelled = true;
@@ -371,7 +371,7 @@ TEST(Verification, ACancelledVerificationKeepsTheFit) {
   EXPECT_TRUE(whole.result().report.components.empty());
 }
 
-TEST(Verification, AdamWithFewUnknownsIsVerifiedWithInstrumentsOfItsOwn) {
+TEST(Refinement, AdamWithFewUnknownsIsVerifiedWithInstrumentsOfItsOwn) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
   settings.optimiser = "adam";

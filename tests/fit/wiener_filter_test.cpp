@@ -42,9 +42,9 @@ double efficiency(const Eigen::VectorXf& instrument, const Eigen::VectorXf& trut
   return both * both / (instrument.squaredNorm() * truth.squaredNorm());
 }
 
-TEST(BandGains, KeepASpotSharpAndAverageTheRest) {
+TEST(WienerFilter, KeepASpotSharpAndAverageTheRest) {
   const Eigen::VectorXf truth = signal(), a = truth + noise(1), b = truth + noise(2);
-  const BandGains gains(a, b, kEqual, kSize, kSize);
+  const WienerFilter gains(a, b, kEqual, kSize, kSize);
   const Eigen::VectorXf found = gains.filter(a, 1);
   EXPECT_GT(found[3 * (kSpot * kSize + kSpot)], 9) << "of 15";
   const auto corner = [](const Eigen::VectorXf& x) { return x.head(3 * 20 * kSize); };
@@ -54,22 +54,22 @@ TEST(BandGains, KeepASpotSharpAndAverageTheRest) {
   EXPECT_LT(efficiency(box_blur(a, kSize, kSize, 1), truth), 0.6);
 }
 
-TEST(BandGains, LeaveWhatHasNoNoise) {
+TEST(WienerFilter, LeaveWhatHasNoNoise) {
   const Eigen::VectorXf truth = signal();
-  const Eigen::VectorXf found = BandGains(truth, truth, kEqual, kSize, kSize).filter(truth, 0);
+  const Eigen::VectorXf found = WienerFilter(truth, truth, kEqual, kSize, kSize).filter(truth, 0);
   EXPECT_LT((found - truth).cwiseAbs().maxCoeff(), 1e-4);
 }
 
-TEST(BandGains, LeaveNothingOfNoise) {
+TEST(WienerFilter, LeaveNothingOfNoise) {
   const Eigen::VectorXf a = noise(1), b = noise(2);
-  const Eigen::VectorXf found = BandGains(a, b, kEqual, kSize, kSize).filter(a, 1);
+  const Eigen::VectorXf found = WienerFilter(a, b, kEqual, kSize, kSize).filter(a, 1);
   EXPECT_LT(found.norm(), 0.1 * a.norm());
 }
 
-TEST(BandGains, AreFiniteWhereNothingCounts) {
+TEST(WienerFilter, AreFiniteWhereNothingCounts) {
   const Eigen::VectorXf none = Eigen::VectorXf::Zero(kRows), a = noise(1);
-  EXPECT_EQ(BandGains(a, a, none, kSize, kSize).filter(a, 1), none);
-  EXPECT_EQ(BandGains(none, none, kEqual, kSize, kSize).filter(a, 1), none);
+  EXPECT_EQ(WienerFilter(a, a, none, kSize, kSize).filter(a, 1), none);
+  EXPECT_EQ(WienerFilter(none, none, kEqual, kSize, kSize).filter(a, 1), none);
 }
 
 }  // namespace

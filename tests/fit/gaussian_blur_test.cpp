@@ -25,7 +25,7 @@ class Smoothed : public testing::TestWithParam<double> {};
 
 TEST_P(Smoothed, SpreadsAPixelAsAGaussianOfItsOwnChannel) {
   const double sigma = GetParam();
-  const auto found = smoothed(impulse(kMiddle, kMiddle, 1), kSide, kSide, 3, sigma, false);
+  const auto found = gaussian_blur(impulse(kMiddle, kMiddle, 1), kSide, kSide, 3, sigma, false);
   double sum = 0, vertical = 0, horizontal = 0;
   for (std::ptrdiff_t y = 0; y < kSide; ++y)
     for (std::ptrdiff_t x = 0; x < kSide; ++x) {
@@ -45,24 +45,24 @@ INSTANTIATE_TEST_SUITE_P(Sigma, Smoothed, testing::Values(0.7, 1.5, 4.0));
 
 TEST(Smoothed, GoesOnAtTheOtherEndOnlyWhereThePictureRepeats) {
   for (const bool repeats : {false, true}) {
-    const auto found = smoothed(impulse(0, kMiddle, 0), kSide, kSide, 3, 1, repeats);
+    const auto found = gaussian_blur(impulse(0, kMiddle, 0), kSide, kSide, 3, 1, repeats);
     EXPECT_EQ(found[at(kSide - 1, kMiddle, 0)] > 0, repeats);
     EXPECT_EQ(found[at(kSide - 1, kMiddle, 0)], repeats ? found[at(1, kMiddle, 0)] : 0);
     // What is alike everywhere stays, at the edges too.
     for (const double value :
-         smoothed(std::vector<double>(3 * kSide * kSide, 0.25), kSide, kSide, 3, 2, repeats))
+         gaussian_blur(std::vector<double>(3 * kSide * kSide, 0.25), kSide, kSide, 3, 2, repeats))
       EXPECT_NEAR(value, 0.25, 1e-12);
   }
 }
 
 TEST(Smoothed, ReachesFartherThanThePicture) {
   const std::vector<double> small = {0, 1, 2, 3};
-  for (const double value : smoothed(small, 2, 2, 1, 20, true)) EXPECT_NEAR(value, 1.5, 0.02);
+  for (const double value : gaussian_blur(small, 2, 2, 1, 20, true)) EXPECT_NEAR(value, 1.5, 0.02);
 }
 
 TEST(Smoothed, LeavesAllAsItIsWhereNothingIsToBeSmoothed) {
   const auto picture = impulse(3, 4, 2);
-  EXPECT_EQ(smoothed(picture, kSide, kSide, 3, 0, true), picture);
+  EXPECT_EQ(gaussian_blur(picture, kSide, kSide, 3, 0, true), picture);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ TEST(Beside, WhatLiesAtItsBoundStaysWithinAStandardErrorOfIt) {
   seen.interval = {kBound, 0.06};
   seen.standard_error = 0.018;
   const auto known = [&](double found) {
-    return *known_from(x, {at_x}, there, Vector::Constant(1, found), {seen})[0];
+    return *known_from_offset(x, {at_x}, there, Vector::Constant(1, found), {seen})[0];
   };
   EXPECT_EQ(known(0.018).value, kBound);
   EXPECT_EQ(known(0.018).confidence.at_bound, AtBound::kMinimum);

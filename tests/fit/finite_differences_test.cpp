@@ -16,16 +16,16 @@ struct Setting {
   Scene scene;
   Unknowns unknowns;
   SlotLayout layout{scene, unknowns.parameters()};
-  std::vector<Capture> captures{synthetic_capture(scene, "Left")};
+  std::vector<Photo> photos{synthetic_capture(scene, "Left")};
   Vector x{{0.25, 0.3, 0.5, 0.25, 0.7, 1.35}};
   const Loss& loss = find_loss("dual-buffer");
-  Problem problem{unknowns, layout, captures, loss, 10};
-  Coordinates coordinates{unknowns};
+  Problem problem{unknowns, layout, photos, loss, 10};
+  Reparametrization reparametrization{unknowns};
 
   explicit Setting(const std::vector<UnknownParameter>& wanted = synthetic_unknowns(),
                    int materials = 1)
       : scene(synthetic_scene(materials)), unknowns(scene, wanted) {
-    check_captures(scene, captures);
+    check_photos(scene, photos);
   }
 
   Film film(const Vector& at, const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
@@ -43,17 +43,17 @@ struct Setting {
   }
   Film with_secants(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
                     Purpose purpose = Purpose::kGradient, Differences which = {}) const {
-    return render_derivatives(problem, &coordinates, unknowns.scene_with(scene, x), x, purpose,
+    return render_derivatives(problem, &reparametrization, unknowns.scene_with(scene, x), x, purpose,
                               which, [&](const Vector& at, const SlotLayout& slots, Paths paths) {
                                 const std::uint64_t other = paths == Paths::kOther ? 1000000 : 0;
                                 return film(at, renderer, spp, seed + other, slots);
                               });
   }
   Vector gradient(const Film& of) const {
-    return loss_gradient(layout, of, loss.evaluate(of, captures[0]));
+    return loss_gradient(layout, of, loss.evaluate(of, photos[0]));
   }
   double expected_loss(const Vector& at) const {
-    return loss.evaluate(film(at, {0, 0}, 2, 0), captures[0]).value;
+    return loss.evaluate(film(at, {0, 0}, 2, 0), photos[0]).value;
   }
 };
 
@@ -101,7 +101,7 @@ TEST(Secants, ATexturedRoughnessMayBeSharp) {
   Scene scene = s.scene;
   const auto pictures = [&] {
     int count = 0;
-    (void)render_derivatives(s.problem, &s.coordinates, scene, s.unknowns.start(),
+    (void)render_derivatives(s.problem, &s.reparametrization, scene, s.unknowns.start(),
                              Purpose::kGradient, {},
                              [&](const Vector& at, const SlotLayout& layout, Paths) {
                                ++count;
@@ -125,7 +125,7 @@ TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   const std::size_t all = s.layout.slots.size();
   const auto asked = [&](Purpose purpose, Side side) {
     std::vector<std::size_t> slots;
-    (void)render_derivatives(s.problem, &s.coordinates, s.unknowns.scene_with(s.scene, s.x), s.x,
+    (void)render_derivatives(s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x), s.x,
                              purpose, {side},
                              [&](const Vector& at, const SlotLayout& layout, Paths) {
                                slots.push_back(layout.slots.size());
@@ -135,12 +135,12 @@ TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   };
   using Slots = std::vector<std::size_t>;
   const std::size_t rest = all - 2;  // without roughness and IOR
-  EXPECT_EQ(asked(Purpose::kInstrument, Side::kUp), Slots(3, rest));
-  EXPECT_EQ(asked(Purpose::kInstrument, Side::kDown), Slots(3, rest));
-  EXPECT_EQ(asked(Purpose::kInstrument, Side::kBoth), (Slots{rest, 0, 0, 0, 0}));
+  EXPECT_EQ(asked(Purpose::kInstrumental, Side::kUp), Slots(3, rest));
+  EXPECT_EQ(asked(Purpose::kInstrumental, Side::kDown), Slots(3, rest));
+  EXPECT_EQ(asked(Purpose::kInstrumental, Side::kBoth), (Slots{rest, 0, 0, 0, 0}));
   EXPECT_EQ(asked(Purpose::kGradient, Side::kBoth), (Slots{all - 1, 0, 0}));
   s.x[kIor] = 9.5;  // up by 0.35 in log(x - 1) would be beyond 10: one side only
-  EXPECT_EQ(asked(Purpose::kInstrument, Side::kBoth), (Slots{rest, 0, 0, rest}));
+  EXPECT_EQ(asked(Purpose::kInstrumental, Side::kBoth), (Slots{rest, 0, 0, rest}));
 }
 
 /// Whatever their number, each comes once in a round, from above and from below in turns.
@@ -149,7 +149,7 @@ TEST(Secants, AreTakenInRounds) {
   std::vector<std::vector<Side>> sides(kSecants);
   std::vector<int> pictures;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
-    const Differences now = differences_of(Purpose::kInstrument, iteration);
+    const Differences now = differences_of(Purpose::kInstrumental, iteration);
     pictures.push_back(0);
     for (int i = 0; i < kSecants; ++i) {
       EXPECT_EQ(now.of_roughness, now.side);
@@ -175,7 +175,7 @@ TEST(Secants, AreTakenInRounds) {
 TEST(Secants, ARoughnessHasASideOfItsOwn) {
   const Setting s;
   const auto slots = [&](Differences which) {
-    return s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, which).slots;
+    return s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental, which).slots;
   };
   const auto up = slots({Side::kUp}), both = slots({Side::kBoth});
   const auto mixed = slots({Side::kUp, Side::kBoth});
@@ -194,9 +194,9 @@ TEST(Secants, DifferencesAloneNeedNoPictureBetween) {
   const auto all = synthetic_unknowns();
   const auto rendered = [](const Setting& s, Differences which, Film* film = nullptr) {
     std::vector<double> iors;
-    const Film found = render_derivatives(s.problem, &s.coordinates,
+    const Film found = render_derivatives(s.problem, &s.reparametrization,
                                           s.unknowns.scene_with(s.scene, s.unknowns.start()),
-                                          s.unknowns.start(), Purpose::kInstrument, which,
+                                          s.unknowns.start(), Purpose::kInstrumental, which,
                                           [&](const Vector& at, const SlotLayout& layout, Paths) {
                                             iors.push_back(at[at.size() - 1]);
                                             return s.film(at, {0.5, 0.5}, 4, 1, layout);
@@ -220,7 +220,7 @@ TEST(Secants, DifferencesAloneNeedNoPictureBetween) {
   EXPECT_EQ(rendered(colour, {.side = Side::kBoth, .picture = false}).size(), 3u);
   EXPECT_EQ(rendered(two, {.side = Side::kUp, .picture = false}).size(), 3u);
   const Setting roughness({all[1]});
-  EXPECT_EQ(rendered(roughness, {.side = Side::kBoth, .blurs = false, .picture = false}).size(),
+  EXPECT_EQ(rendered(roughness, {.side = Side::kBoth, .roughnesses = false, .picture = false}).size(),
             1u);
 }
 
@@ -228,13 +228,13 @@ TEST(Secants, RoughnessesAndSharpRefractionsCanBeLeftOut) {
   Setting s;
   s.x[kTransmission] = 0.9;
   const auto is_left_out = [&](std::size_t k, const Differences& which) {
-    const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, which);
+    const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental, which);
     return film.slots[static_cast<std::size_t>(s.layout.rows[k].slot)].mean.empty();
   };
   for (const bool sharp : {true, false}) {
     s.x[kRoughness] = sharp ? 0.05 : 0.6;
-    EXPECT_TRUE(is_left_out(kRoughness, {.blurs = false}));
-    EXPECT_FALSE(is_left_out(kIor, {.blurs = false}) ||
+    EXPECT_TRUE(is_left_out(kRoughness, {.roughnesses = false}));
+    EXPECT_FALSE(is_left_out(kIor, {.roughnesses = false}) ||
                  is_left_out(kRoughness, {.refractions = false}));
     EXPECT_EQ(is_left_out(kIor, {.refractions = false}), sharp);
   }
@@ -242,11 +242,11 @@ TEST(Secants, RoughnessesAndSharpRefractionsCanBeLeftOut) {
 
 TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {
   const Setting s;
-  const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument,
+  const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental,
                                    {.side = Side::kUp, .first = 1, .every = 3});
-  const Halves halves = split_halves(s.problem, {0, film, {}}, s.coordinates.slope(s.x));
-  const Film all = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrument, {Side::kUp});
-  const Halves whole = split_halves(s.problem, {0, all, {}}, s.coordinates.slope(s.x));
+  const Halves halves = split_halves(s.problem, {0, film, {}}, s.reparametrization.slope(s.x));
+  const Film all = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental, {Side::kUp});
+  const Halves whole = split_halves(s.problem, {0, all, {}}, s.reparametrization.slope(s.x));
   for (Eigen::Index k = 0; k < s.x.size(); ++k) {
     EXPECT_TRUE(whole.differentiated[k]);
     EXPECT_EQ(halves.differentiated[k], k != kRoughness);
@@ -275,7 +275,7 @@ TEST(Secants, EveryDerivativeIsInItsSlot) {
   };
   int passes = 0;
   const Film film =
-      render_derivatives(s.problem, nullptr, s.scene, s.unknowns.start(), Purpose::kInstrument,
+      render_derivatives(s.problem, nullptr, s.scene, s.unknowns.start(), Purpose::kInstrumental,
                          {Side::kUp}, [&](const Vector&, const SlotLayout& layout, Paths) {
                            ++passes;
                            EXPECT_LE(layout.slots.size(), static_cast<std::size_t>(kMaxSlots));
@@ -294,7 +294,7 @@ TEST(Secants, InstrumentsTakeTheRoughnessToo) {
   const Setting s;
   const SyntheticRenderer renderer{0.5, 0.5};
   const Film plain = s.film(s.x, renderer, 4, 1);
-  const Film with = s.with_secants(renderer, 4, 1, Purpose::kInstrument, {Side::kUp});
+  const Film with = s.with_secants(renderer, 4, 1, Purpose::kInstrumental, {Side::kUp});
   for (const Eigen::Index k : {kRoughness, kTransmission, kIor}) {
     const auto slot = static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(k)].slot);
     const bool same = plain.slots[slot].mean[20].g == with.slots[slot].mean[20].g;
@@ -378,7 +378,7 @@ TEST(Secants, ASideThatLeavesTheRangeGivesWay) {
 TEST(Secants, AdamRendersTwoMorePicturesAStep) {
   const Setting s;
   FitSettings settings = synthetic_settings();
-  settings.secants = true;
+  settings.finite_differences = true;
   settings.iterations = 3;
   settings.validation_interval = 100;
   std::vector<UnknownParameter> unknowns = synthetic_unknowns();

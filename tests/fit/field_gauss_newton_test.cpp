@@ -25,41 +25,41 @@ std::vector<UnknownParameter> extinction_and_grid() {
   return {{"Smoke", "extinction", {5, 5, 5}, 0.1, 20, 0.1}, grid_unknown()};
 }
 
-std::vector<Capture> grey_photos() {
-  std::vector<Capture> photos =
+std::vector<Photo> grey_photos() {
+  std::vector<Photo> photos =
       taken_photos(coloured_smoke(std::vector<float>(24, 0.5f)), kSide, 1);
-  for (Capture& photo : photos) photo.reference.assign(photo.size(), Colorf(0.5f));
+  for (Photo& photo : photos) photo.reference.assign(photo.size(), Colorf(0.5f));
   return photos;
 }
 
-/// Two photos of a world that is linear in 24 numbers and two scalars: what `FieldNewton` is told.
+/// Two photos of a world that is linear in 24 numbers and two scalars: what `FieldGaussNewton` is told.
 struct LinearWorld {
-  std::vector<Capture> photos = grey_photos();
+  std::vector<Photo> photos = grey_photos();
   Fields fields{coloured_smoke(std::vector<float>(24, 0.5f)), {grid_unknown()}};
-  std::unique_ptr<FieldNewton> newton = FieldNewton::of(fields, photos);
+  std::unique_ptr<FieldGaussNewton> newton = FieldGaussNewton::of(fields, photos);
   std::vector<CellJacobian> jacobians;
-  std::vector<JacobianSums::Set> z;  ///< of two scalars: of cells' means only, and of pixels
+  std::vector<InstrumentalVariables::Set> z;  ///< of two scalars: of cells' means only, and of pixels
   std::vector<Eigen::VectorXf> weights;
 
   explicit LinearWorld(double noise = 0) {
     std::mt19937 random(5);
     std::normal_distribution<float> normal;
-    newton->stand_at(fields.start());
-    for (const Capture& photo : photos) {
+    newton->set_values(fields.start());
+    for (const Photo& photo : photos) {
       // A number shows in its own channel, as the cells' Jacobian holds it.
       jacobians.push_back(
           CellJacobian::NullaryExpr(kCells, kNumbers, [&](auto...) { return normal(random); }));
       FieldJacobian told;
       told.fields = {jacobians.back()};
       newton->gather(z.size(), told);
-      JacobianSums::Half half;
+      InstrumentalVariables::Half half;
       half.slopes = Jacobian::NullaryExpr(kRows, 2, [&](auto...) { return normal(random); });
-      for (Eigen::Index i = 0; i < kRows; ++i) half.slopes(i, 0) = imitated(z.size(), i);
-      half.instruments = half.slopes;
+      for (Eigen::Index i = 0; i < kRows; ++i) half.slopes(i, 0) = explained(z.size(), i);
+      half.filtered = half.slopes;
       z.push_back({half, half});
       weights.push_back(relative_weights(photo, photos.size()));
     }
-    for (std::size_t i = 0; i < photos.size(); ++i) see(i, Vector::Zero(kNumbers), {0, 0}, noise);
+    for (std::size_t i = 0; i < photos.size(); ++i) add_residual(i, Vector::Zero(kNumbers), {0, 0}, noise);
   }
 
   static Eigen::Index cell(Eigen::Index row) {
@@ -67,14 +67,14 @@ struct LinearWorld {
     return pixel / kSide / 8 * (kSide / 8) + pixel % kSide / 8;
   }
   /// What the voxels' picture is where number k is off by k / 10.
-  float imitated(std::size_t photo, Eigen::Index row) const {
+  float explained(std::size_t photo, Eigen::Index row) const {
     float sum = 0;
     for (Eigen::Index k = row % 3; k < kNumbers; k += 3)
       sum += jacobians[photo](cell(row), k) * static_cast<float>(k) / 10;
     return sum;
   }
   /// Residuals where voxels and scalars are off by so much.
-  void see(std::size_t photo, const Vector& voxels, const Eigen::Vector2d& scalars,
+  void add_residual(std::size_t photo, const Vector& voxels, const Eigen::Vector2d& scalars,
            double noise = 0) {
     Halves halves;
     halves.residual_a = z[photo].a.slopes * scalars.cast<float>();
@@ -83,11 +83,11 @@ struct LinearWorld {
         halves.residual_a[i] += jacobians[photo](cell(i), k) * static_cast<float>(voxels[k]);
     halves.residual_b = halves.residual_a;
     halves.variance = Eigen::VectorXf::Constant(kRows, static_cast<float>(noise * noise));
-    newton->see(photo, halves, weights[photo], 0);
+    newton->add_residual(photo, halves, weights[photo], 0);
   }
   void solve_and_separate() {
     newton->solve(1);
-    (void)newton->separate({{&z[0], &weights[0]}, {&z[1], &weights[1]}});
+    (void)newton->eliminate_fields({{&z[0], &weights[0]}, {&z[1], &weights[1]}});
   }
   /// Of the instruments of a scalar, by all numbers.
   Eigen::VectorXf seen_by(Eigen::Index scalar) const {
@@ -96,60 +96,60 @@ struct LinearWorld {
       for (Eigen::Index i = 0; i < kRows; ++i)
         for (Eigen::Index k = i % 3; k < kNumbers; k += 3)
           sum[k] +=
-              weights[photo][i] * z[photo].a.instruments(i, scalar) * jacobians[photo](cell(i), k);
+              weights[photo][i] * z[photo].a.filtered(i, scalar) * jacobians[photo](cell(i), k);
     return sum;
   }
 };
 
-TEST(FieldNewton, InstrumentsAreBlindToWhatVoxelsCanImitate) {
+TEST(FieldGaussNewton, InstrumentsAreBlindToWhatVoxelsCanImitate) {
   LinearWorld world;
   const Eigen::VectorXf first = world.seen_by(0), second = world.seen_by(1);
-  const float imitated = world.z[0].a.instruments.col(0).norm(),
-              other = world.z[0].a.instruments.col(1).norm();
+  const float explained = world.z[0].a.filtered.col(0).norm(),
+              other = world.z[0].a.filtered.col(1).norm();
   world.solve_and_separate();
-  EXPECT_LT(world.z[0].a.instruments.col(0).norm(), 0.01 * imitated);
-  EXPECT_GT(world.z[0].a.instruments.col(1).norm(), 0.95 * other) << "voxels make no single pixels";
+  EXPECT_LT(world.z[0].a.filtered.col(0).norm(), 0.01 * explained);
+  EXPECT_GT(world.z[0].a.filtered.col(1).norm(), 0.95 * other) << "voxels make no single pixels";
   EXPECT_LT(world.seen_by(0).norm(), 0.01 * first.norm());
   EXPECT_LT(world.seen_by(1).norm(), 0.01 * second.norm());
-  EXPECT_EQ(world.z[0].a.instruments, world.z[0].b.instruments);
+  EXPECT_EQ(world.z[0].a.filtered, world.z[0].b.filtered);
 }
 
-/// What pixels in focus say is not taken from them, but the whole photos' instruments make up for it.
-TEST(FieldNewton, WithPixelsInFocusBothTogetherAreBlind) {
+/// What pixels in informative say is not taken from them, but the whole photos' instruments make up for it.
+TEST(FieldGaussNewton, WithPixelsInFocusBothTogetherAreBlind) {
   LinearWorld world;
   std::mt19937 random(6);
   std::normal_distribution<float> normal;
-  JacobianSums::Set focus = world.z[0];
-  for (JacobianSums::Half* half : {&focus.a, &focus.b}) {
-    half->instruments.setZero();
+  InstrumentalVariables::Set informative = world.z[0];
+  for (InstrumentalVariables::Half* half : {&informative.a, &informative.b}) {
+    half->filtered.setZero();
     for (Eigen::Index i = 300; i < 330; ++i)
-      for (Eigen::Index k = 0; k < 2; ++k) half->instruments(i, k) = 20 * normal(random);
+      for (Eigen::Index k = 0; k < 2; ++k) half->instrumental_variables(i, k) = 20 * normal(random);
   }
   for (Eigen::Index i = 0; i < kRows; ++i) world.weights[0][i] *= 1 + static_cast<float>(i % 7);
-  const Eigen::VectorXf focus_weight = 3 * world.weights[0];
+  const Eigen::VectorXf informative_weight = 3 * world.weights[0];
   const auto both = [&](Eigen::Index scalar) {
     Eigen::VectorXf sum = world.seen_by(scalar);
     for (Eigen::Index i = 300; i < 330; ++i)
       for (Eigen::Index k = i % 3; k < kNumbers; k += 3)
-        sum[k] += focus_weight[i] * focus.a.instruments(i, scalar) *
+        sum[k] += informative_weight[i] * informative.a.filtered(i, scalar) *
                   world.jacobians[0](LinearWorld::cell(i), k);
     return sum;
   };
   const float first = both(0).norm(), second = both(1).norm();
   world.newton->solve(1);
-  (void)world.newton->separate(
-      {{&world.z[0], &world.weights[0], &focus, &focus_weight}, {&world.z[1], &world.weights[1]}});
+  (void)world.newton->eliminate_fields(
+      {{&world.z[0], &world.weights[0], &informative, &informative_weight}, {&world.z[1], &world.weights[1]}});
   EXPECT_LT(both(0).norm(), 0.01 * first);
   EXPECT_LT(both(1).norm(), 0.01 * second);
   EXPECT_GT(world.seen_by(1).norm(), 0.1 * second) << "that of the whole photos alone is not";
 }
 
-TEST(FieldNewton, VoxelsGoWhereTheyAreTogetherWithTheScalars) {
+TEST(FieldGaussNewton, VoxelsGoWhereTheyAreTogetherWithTheScalars) {
   LinearWorld world;
   Vector off(kNumbers);
   for (Eigen::Index k = 0; k < kNumbers; ++k) off[k] = 0.2 * std::sin(static_cast<double>(k));
   const Eigen::Vector2d scalars{0.03, -0.4};
-  for (std::size_t photo = 0; photo < 2; ++photo) world.see(photo, off, scalars);
+  for (std::size_t photo = 0; photo < 2; ++photo) world.add_residual(photo, off, scalars);
   world.solve_and_separate();
   world.newton->advance(-scalars);
   EXPECT_LT(
@@ -162,13 +162,13 @@ TEST(FieldNewton, VoxelsGoWhereTheyAreTogetherWithTheScalars) {
   EXPECT_LT((world.newton->values()[0] - there[0]).cwiseAbs().maxCoeff(), 0.005);
 }
 
-TEST(FieldNewton, StaysInsideTheBoundsAndGoesNoFartherThanAStep) {
+TEST(FieldGaussNewton, StaysInsideTheBoundsAndGoesNoFartherThanAStep) {
   LinearWorld world;
   Vector off = Vector::Constant(kNumbers, 5);
   off.tail(12).setConstant(-5);
   for (int i = 0; i < 3; ++i) {
     const Vector before = world.newton->values()[0];
-    for (std::size_t photo = 0; photo < 2; ++photo) world.see(photo, off, {0, 0});
+    for (std::size_t photo = 0; photo < 2; ++photo) world.add_residual(photo, off, {0, 0});
     world.newton->solve(1);
     world.newton->advance(Eigen::Vector2d::Zero());
     EXPECT_LE((world.newton->values()[0] - before).cwiseAbs().maxCoeff(), 0.25 + 1e-12);
@@ -177,11 +177,11 @@ TEST(FieldNewton, StaysInsideTheBoundsAndGoesNoFartherThanAStep) {
   EXPECT_EQ(world.newton->values()[0].tail(12), Vector::Ones(12));
 }
 
-TEST(FieldNewton, NoiseLeavesVoxelsWhereTheSearchPutThem) {
+TEST(FieldGaussNewton, NoiseLeavesVoxelsWhereTheSearchPutThem) {
   Vector off = Vector::Constant(kNumbers, 0.2);
   const auto moved = [&](double noise) {
     LinearWorld world(noise);
-    for (std::size_t photo = 0; photo < 2; ++photo) world.see(photo, off, {0, 0}, noise);
+    for (std::size_t photo = 0; photo < 2; ++photo) world.add_residual(photo, off, {0, 0}, noise);
     world.newton->solve(1);
     world.newton->advance(Eigen::Vector2d::Zero());
     return (world.newton->values()[0].array() - 0.5).abs().mean();
@@ -191,11 +191,11 @@ TEST(FieldNewton, NoiseLeavesVoxelsWhereTheSearchPutThem) {
   EXPECT_GT(moved(5), moved(50));
 }
 
-TEST(FieldNewton, IsForFewColouredAlbedosAlone) {
-  const std::vector<Capture> photos = grey_photos();
+TEST(FieldGaussNewton, IsForFewColouredAlbedosAlone) {
+  const std::vector<Photo> photos = grey_photos();
   const Scene scene = coloured_smoke(std::vector<float>(24, 0.5f));
-  EXPECT_TRUE(FieldNewton::of(Fields(scene, {grid_unknown()}), photos));
-  EXPECT_FALSE(FieldNewton::of(Fields(scene, {}), photos));
+  EXPECT_TRUE(FieldGaussNewton::of(Fields(scene, {grid_unknown()}), photos));
+  EXPECT_FALSE(FieldGaussNewton::of(Fields(scene, {}), photos));
   Scene grey = scene;
   Material& m = grey.appearance.materials[0];
   const auto grid_of = [](int side, int channels) {
@@ -204,9 +204,9 @@ TEST(FieldNewton, IsForFewColouredAlbedosAlone) {
                                   std::vector<float>(count, 0.5f));
   };
   m.albedo_grid.grid = grid_of(2, 1);
-  EXPECT_FALSE(FieldNewton::of(Fields(grey, {grid_unknown()}), photos));
+  EXPECT_FALSE(FieldGaussNewton::of(Fields(grey, {grid_unknown()}), photos));
   m.albedo_grid.grid = grid_of(13, 3);
-  EXPECT_FALSE(FieldNewton::of(Fields(grey, {grid_unknown()}), photos));
+  EXPECT_FALSE(FieldGaussNewton::of(Fields(grey, {grid_unknown()}), photos));
 }
 
 std::vector<float> chequered() {
@@ -217,7 +217,7 @@ std::vector<float> chequered() {
   return truth;
 }
 
-TEST(FieldNewton, AFitFindsVoxelsAndExtinctionAndSaysHowSureItIs) {
+TEST(FieldGaussNewton, AFitFindsVoxelsAndExtinctionAndSaysHowSureItIs) {
   const std::vector<float> truth = chequered();
   FitSettings settings;
   settings.iterations = 16;
@@ -249,13 +249,13 @@ TEST(FieldNewton, AFitFindsVoxelsAndExtinctionAndSaysHowSureItIs) {
   }
 }
 
-TEST(FieldNewton, ASavedFitGoesOnToTheSameBits) {
+TEST(FieldGaussNewton, ASavedFitGoesOnToTheSameBits) {
   FitSettings settings;
   settings.iterations = 10;
   settings.spp = 2;
   settings.tolerance = 0;
   settings.threads = 1;
-  const std::vector<Capture> photos = taken_photos(coloured_smoke(chequered()), 16, 16);
+  const std::vector<Photo> photos = taken_photos(coloured_smoke(chequered()), 16, 16);
   const Scene start = coloured_smoke(std::vector<float>(24, 0.5f));
   Fit whole(start, photos, extinction_and_grid(), settings);
   std::map<int, std::string> saved;  // within turns of either, and before the look at the answer

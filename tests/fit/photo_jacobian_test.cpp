@@ -18,19 +18,19 @@ Scene matte_scene() {
   return builder.build();
 }
 
-Look look_at_matte(const Scene& scene, int spp) {
+PhotoJacobian look_at_matte(const Scene& scene, int spp) {
   const Unknowns unknowns(scene, {{"Body", "base_color", {0.4, 0.5, 0.6}, 0, 1, 0.03},
                                   {"World", "strength", {2}, 0.01, 100, 0.03}});
   RenderSettings settings;
   settings.width = settings.height = 16;
   settings.spp = spp;
   settings.seed = 3;
-  return look(scene, unknowns, "Camera 0", settings);
+  return photo_jacobian(scene, unknowns, "Camera 0", settings);
 }
 
 // Means over 256 pixels of 32 samples, whose deviation is below 1: 5 standard errors are 0.08.
-TEST(Look, HalvesHaveTheSlopesOnPaper) {
-  const Look seen = look_at_matte(matte_scene(), 64);
+TEST(PhotoJacobian, HalvesHaveTheSlopesOnPaper) {
+  const PhotoJacobian seen = look_at_matte(matte_scene(), 64);
   for (const Jacobian& half : {seen.a, seen.b}) {
     ASSERT_EQ(half.rows(), 3 * 16 * 16);
     ASSERT_EQ(half.cols(), 4);
@@ -52,7 +52,7 @@ TEST(Look, HalvesHaveTheSlopesOnPaper) {
   EXPECT_NE(seen.a, seen.b);
 }
 
-TEST(Look, OneSampleHasNoSecondHalf) {
+TEST(PhotoJacobian, OneSampleHasNoSecondHalf) {
   EXPECT_THROW((void)look_at_matte(matte_scene(), 1), InvalidArgument);
 }
 

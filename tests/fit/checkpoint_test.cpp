@@ -8,7 +8,7 @@
 namespace selenite {
 namespace {
 
-std::vector<Capture> both(const Scene& scene) {
+std::vector<Photo> both(const Scene& scene) {
   return {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")};
 }
 

@@ -20,25 +20,25 @@ Unknowns two_unknowns() {
 }
 
 /// Of two whose pictures have so much in common, with a standard deviation of 0.01 for each alone.
-Evidence evidence_of_two(double in_common) {
-  Evidence evidence(2);
+NormalEquations evidence_of_two(double in_common) {
+  NormalEquations evidence(2);
   evidence.normal << 1, in_common, in_common, 1;
   evidence.normal_variance.setConstant(1e-12);
-  evidence.spread = 1e-4 * evidence.normal;
+  evidence.score_covariance = 1e-4 * evidence.normal;
   return evidence;
 }
 
-// Evidence made by hand: the sum of two parameters is known well, their difference hardly.
+// NormalEquations made by hand: the sum of two parameters is known well, their difference hardly.
 TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
   const Unknowns unknowns = two_unknowns();
-  const Coordinates coordinates(unknowns);
+  const Reparametrization reparametrization(unknowns);
   // Standard deviations: .007 of the sum, .2 of the rest.
-  const Estimate found = estimate(unknowns, coordinates, unknowns.start(), evidence_of_two(0.999));
+  const Estimate found = estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.999));
   for (std::size_t k : {0u, 1u}) {
     EXPECT_FALSE(found.components[k].determined);
     EXPECT_EQ(found.components[k].correlated_with, 1 - static_cast<int>(k));
   }
-  const Estimate apart = estimate(unknowns, coordinates, unknowns.start(), evidence_of_two(0.5));
+  const Estimate apart = estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.5));
   EXPECT_TRUE(apart.components[0].determined);
   EXPECT_EQ(apart.components[0].correlated_with, -1);
   // H^-1 of [[1, .5], [.5, 1]] has 4/3 on its diagonal.
@@ -47,12 +47,12 @@ TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
 
 TEST(Uncertainty, ErrorsBeyondNoiseWidenIntervalsAndLeaveTheStepAlone) {
   const Unknowns unknowns = two_unknowns();
-  const Coordinates coordinates(unknowns);
-  Evidence evidence = evidence_of_two(0.5);
+  const Reparametrization reparametrization(unknowns);
+  NormalEquations evidence = evidence_of_two(0.5);
   evidence.gradient = Vector{{0.02, -0.03}};
   const Vector& x = unknowns.start();
-  const Estimate by_noise = estimate(unknowns, coordinates, x, evidence);
-  const Estimate found = estimate(unknowns, coordinates, x, evidence, {.beyond_noise = 1.5});
+  const Estimate by_noise = estimate(unknowns, reparametrization, x, evidence);
+  const Estimate found = estimate(unknowns, reparametrization, x, evidence, {.beyond_noise = 1.5});
   EXPECT_EQ(found.step, by_noise.step);
   EXPECT_EQ(found.surprise, by_noise.surprise);
   for (std::size_t k : {0u, 1u}) {
@@ -69,16 +69,16 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   constexpr double kQuantile90 = 1.6449;  // of the normal distribution
   const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kHere}, 0, 1, 0.03},
                                               {"Body", "metallic", {0.5}, 0, 1, 0.03}});
-  const Coordinates coordinates(unknowns);
+  const Reparametrization reparametrization(unknowns);
   const auto looked = [&](double shared) {
-    Evidence evidence(2);
+    NormalEquations evidence(2);
     evidence.normal << 1, shared, shared, 1;
     evidence.normal_variance.setConstant(1e-12);
     // Half of the way, and a little more, is what the slope at 0.03 says.
     const double straight = (kTrue * kTrue - kHere * kHere) / (2 * kHere);
     evidence.gradient = -evidence.normal * Vector{{straight, -shared * straight}};
-    evidence.spread = 1e-8 * evidence.normal;
-    return std::pair(estimate(unknowns, coordinates, unknowns.start(), evidence), straight);
+    evidence.score_covariance = 1e-8 * evidence.normal;
+    return std::pair(estimate(unknowns, reparametrization, unknowns.start(), evidence), straight);
   };
   const auto [found, straight] = looked(kShared);
   EXPECT_NEAR(found.step[0], kTrue - kHere, 1e-9);
@@ -89,7 +89,7 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   EXPECT_NEAR(interval[1], std::sqrt(kTrue * kTrue + 2 * kHere * kQuantile90 * error), 1e-9);
   EXPECT_GT(kTrue - interval[0], interval[1] - kTrue);  // the way down is the longer one
 
-  // Seen by itself it steps as any other.
+  // WeightedResidual by itself it steps as any other.
   const auto [apart, direct] = looked(0.5);
   EXPECT_NEAR(apart.step[0], direct, 1e-9);
 }
@@ -98,14 +98,14 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
 TEST(Uncertainty, FromFarTheIntervalHoldsTheEndsOfTheSquareAndOfTheSlope) {
   constexpr double kFrom = 0.1, kStep = -0.055, kError = 0.002, kQuantile90 = 1.6449;
   const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kFrom}, 0, 1, 0.03}});
-  const Coordinates coordinates(unknowns);
-  Evidence evidence(1);
+  const Reparametrization reparametrization(unknowns);
+  NormalEquations evidence(1);
   evidence.normal << 1;
   evidence.normal_variance << 1e-12;
   evidence.gradient << -kStep;
-  evidence.spread << kError * kError;
+  evidence.score_covariance << kError * kError;
   const Estimate found =
-      estimate(unknowns, coordinates, unknowns.start(), evidence, {.squared = {true}});
+      estimate(unknowns, reparametrization, unknowns.start(), evidence, {.squared = {true}});
   EXPECT_NEAR(found.step[0], -kFrom, 1e-12);
   EXPECT_EQ(found.components[0].interval[0], 0);
   EXPECT_NEAR(found.components[0].interval[1], kFrom + kStep + kQuantile90 * kError, 1e-9);
@@ -115,27 +115,27 @@ TEST(Uncertainty, FromFarTheIntervalHoldsTheEndsOfTheSquareAndOfTheSlope) {
 // would go more than twice as far here.
 TEST(Uncertainty, StepsByTheEquationsAsTheyAre) {
   const Unknowns unknowns = two_unknowns();
-  const Coordinates coordinates(unknowns);
+  const Reparametrization reparametrization(unknowns);
   const Vector way{{0.03, -0.03}};
-  Evidence evidence(2);
+  NormalEquations evidence(2);
   evidence.normal << 1, 0.99, 0.79, 0.8;
   evidence.normal_variance.setConstant(1e-12);
   evidence.gradient = -evidence.normal * way;
-  evidence.spread = 1e-8 * Eigen::MatrixXd::Identity(2, 2);
-  const Estimate found = estimate(unknowns, coordinates, unknowns.start(), evidence);
+  evidence.score_covariance = 1e-8 * Eigen::MatrixXd::Identity(2, 2);
+  const Estimate found = estimate(unknowns, reparametrization, unknowns.start(), evidence);
   EXPECT_LT((found.step - way).norm(), 1e-9);
   const Eigen::MatrixXd back = evidence.normal.inverse();
-  const Eigen::MatrixXd covariance = back * evidence.spread * back.transpose();
+  const Eigen::MatrixXd covariance = back * evidence.score_covariance * back.transpose();
   for (Eigen::Index k = 0; k < 2; ++k)
     EXPECT_NEAR(found.components[static_cast<std::size_t>(k)].standard_error,
                 std::sqrt(covariance(k, k)), 1e-9);
 }
 
-TEST(Directions, AreTheEigenvectorsOfASymmetricMatrix) {
+TEST(SingularDirections, AreTheEigenvectorsOfASymmetricMatrix) {
   Eigen::Matrix3d normal;
   normal << 1, 0.5, 0.2, 0.5, 1, 0.9, 0.2, 0.9, 0.4;  // its smallest eigenvalue is below 0
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
-  const Directions found(normal);
+  const SingularDirections found(normal);
   Eigen::VectorXd sorted = found.values;
   std::sort(sorted.begin(), sorted.end());
   EXPECT_LT(sorted[0], 0);
@@ -146,13 +146,13 @@ TEST(Directions, AreTheEigenvectorsOfASymmetricMatrix) {
 // Two that are known well; one of them was still far on its way.
 TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
   const Unknowns unknowns = two_unknowns();
-  const Coordinates coordinates(unknowns);
-  Evidence evidence(2);
+  const Reparametrization reparametrization(unknowns);
+  NormalEquations evidence(2);
   evidence.normal << 1, 0.2, 0.2, 1;
   evidence.normal_variance.setConstant(1e-12);
-  evidence.spread = 1e-4 * evidence.normal;
+  evidence.score_covariance = 1e-4 * evidence.normal;
   const auto found = [&](double way, double other) {
-    return estimate(unknowns, coordinates, unknowns.start(), evidence, {{}, Vector{{way, other}}})
+    return estimate(unknowns, reparametrization, unknowns.start(), evidence, {{}, Vector{{way, other}}})
         .components;
   };
   const double noise = 0.01 / std::sqrt(1 - 0.2 * 0.2);
@@ -169,12 +169,12 @@ TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
 // The second parameter is lost in noise, but what it does looks like half of the first.
 TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
   const Unknowns unknowns = two_unknowns();
-  Evidence evidence(2);
+  NormalEquations evidence(2);
   evidence.normal << 1, 0.1, 0.1, 0.3;
   evidence.normal_variance << 1e-12, 1e-12, 1e-12, 1;
-  evidence.spread << 1e-6, 0, 0, 1;
+  evidence.score_covariance << 1e-6, 0, 0, 1;
   const auto error = [&] {
-    return estimate(unknowns, Coordinates(unknowns), unknowns.start(), evidence)
+    return estimate(unknowns, Reparametrization(unknowns), unknowns.start(), evidence)
         .components[0]
         .standard_error;
   };
@@ -188,12 +188,12 @@ TEST(Uncertainty, WhatIsAtItsBoundWidensWhatItIsCoupledTo) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "coat_weight", {0.5}, 0, 1, 0.03},
                                               {"Body", "metallic", {0.5}, 0.5, 1, 0.03}});
   const auto found = [&](double beyond) {
-    Evidence evidence(2);
+    NormalEquations evidence(2);
     evidence.normal << 1, 0.9, 0.9, 1;
     evidence.normal_variance.setConstant(1e-12);
     evidence.gradient = -evidence.normal * Vector{{0.0, -beyond}};
-    evidence.spread = 1e-4 * evidence.normal;
-    return estimate(unknowns, Coordinates(unknowns), unknowns.start(), evidence);
+    evidence.score_covariance = 1e-4 * evidence.normal;
+    return estimate(unknowns, Reparametrization(unknowns), unknowns.start(), evidence);
   };
   const Estimate near = found(0.01);
   const double apart = 0.01 / std::sqrt(1 - 0.9 * 0.9), end = -0.01 + 1.6449 * apart;
@@ -213,16 +213,16 @@ TEST(Uncertainty, SaysOfALowRoughnessOnlyThatItIsLow) {
   const auto interval = [](double roughness) {
     const Unknowns unknowns(synthetic_scene(),
                             {{"Body", "roughness", {roughness}, 0.02, 0.999, 0.03}});
-    Evidence evidence(1);
+    NormalEquations evidence(1);
     evidence.normal << 1;
     evidence.normal_variance << 1e-12;
-    evidence.spread << 0.03 * 0.03;
-    const Coordinates coordinates(unknowns);
-    return estimate(unknowns, coordinates, coordinates.from_values(unknowns.start()), evidence)
+    evidence.score_covariance << 0.03 * 0.03;
+    const Reparametrization reparametrization(unknowns);
+    return estimate(unknowns, reparametrization, reparametrization.from_values(unknowns.start()), evidence)
         .components[0]
         .interval;
   };
-  // Seen from 0.05, the other picture of the difference lies at 0.20. The interval is 12 % of it
+  // WeightedResidual from 0.05, the other picture of the difference lies at 0.20. The interval is 12 % of it
   // wide; where pictures change with the fourth power, that is as far as 0.111.
   EXPECT_EQ(interval(0.05)[0], 0.02);
   EXPECT_NEAR(interval(0.05)[1], 0.1113, 0.001);
@@ -236,16 +236,16 @@ TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
   const auto picture = [](double x) { return std::log(std::pow(x, 4) + std::pow(0.2, 4)) / 4; };
   const auto found = [&](double from, double to) {
     const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {from}, 0.02, 0.999, 0.03}});
-    const Coordinates coordinates(unknowns);
-    const Vector u = coordinates.from_values(unknowns.start());
-    const Vector above{{u[0] + kBlurSecant}};
-    const double slope = (picture(coordinates.to_values(above)[0]) - picture(from)) / kBlurSecant;
-    Evidence evidence(1);
+    const Reparametrization reparametrization(unknowns);
+    const Vector u = reparametrization.from_values(unknowns.start());
+    const Vector above{{u[0] + kRoughnessDifference}};
+    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) / kRoughnessDifference;
+    NormalEquations evidence(1);
     evidence.normal << slope * slope;
     evidence.gradient << slope * (picture(from) - picture(to));
     evidence.normal_variance << 1e-18;
-    evidence.spread << 1e-14 * slope * slope;
-    return coordinates.to_values(u + estimate(unknowns, coordinates, u, evidence).step)[0];
+    evidence.score_covariance << 1e-14 * slope * slope;
+    return reparametrization.to_values(u + estimate(unknowns, reparametrization, u, evidence).step)[0];
   };
   EXPECT_NEAR(found(0.08, 0.04), 0.04, 1e-6);
   EXPECT_NEAR(found(0.06, 0.03), 0.03, 1e-6);
@@ -263,23 +263,23 @@ TEST(Uncertainty, ALowRoughnessIsTheMeanOfWhatItMayBe) {
   constexpr double kLow = 0.02, kHigh = 0.12, kError = 0.01;
   constexpr int kTruths = 20000;
   const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {kLow}, kLow, 0.999, 0.03}});
-  const Coordinates coordinates(unknowns);
-  const Vector u = coordinates.from_values(unknowns.start());
+  const Reparametrization reparametrization(unknowns);
+  const Vector u = reparametrization.from_values(unknowns.start());
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0, kError);
   double square_of_mean = 0, square_of_end = 0;
   for (int i = 0; i < kTruths; ++i) {
     const double truth = kLow + (kHigh - kLow) * (i + 0.5) / kTruths;
-    const double step = coordinates.from_values(Vector{{truth}})[0] - u[0] + noise(random);
+    const double step = reparametrization.from_values(Vector{{truth}})[0] - u[0] + noise(random);
     if (step <= 0) continue;  // at its bound
-    Evidence evidence(1);
+    NormalEquations evidence(1);
     evidence.normal << 1;
     evidence.normal_variance << 1e-12;
-    evidence.spread << kError * kError;
+    evidence.score_covariance << kError * kError;
     evidence.gradient << -step;
-    const Vector end = coordinates.to_values(u + Vector{{step}});
-    const Estimate found = estimate(unknowns, coordinates, u, evidence);
-    square_of_mean += square(coordinates.to_values(u + found.step)[0] - truth);
+    const Vector end = reparametrization.to_values(u + Vector{{step}});
+    const Estimate found = estimate(unknowns, reparametrization, u, evidence);
+    square_of_mean += square(reparametrization.to_values(u + found.step)[0] - truth);
     square_of_end += square(end[0] - truth);
   }
   EXPECT_LT(square_of_mean, 0.9 * square_of_end);
@@ -288,15 +288,15 @@ TEST(Uncertainty, ALowRoughnessIsTheMeanOfWhatItMayBe) {
 
 TEST(Uncertainty, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
   const Unknowns unknowns(synthetic_scene(), roughness_from(0.5));
-  const Coordinates coordinates(unknowns);
-  const Vector u = coordinates.from_values(unknowns.start());
+  const Reparametrization reparametrization(unknowns);
+  const Vector u = reparametrization.from_values(unknowns.start());
   const auto step = [&](double gone, double pull) {
-    Evidence evidence(1);
+    NormalEquations evidence(1);
     evidence.normal << 1;
     evidence.normal_variance << 1e-12;
-    evidence.spread << 1e-14;
+    evidence.score_covariance << 1e-14;
     evidence.gradient << -pull;
-    return estimate(unknowns, coordinates, u, evidence, {.gone = Vector{{gone}}}).step[0];
+    return estimate(unknowns, reparametrization, u, evidence, {.previous_step = Vector{{gone}}}).step[0];
   };
   EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-9);
   EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-9);

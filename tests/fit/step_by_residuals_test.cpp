@@ -37,16 +37,16 @@ class Followed {
 
  private:
   void take_photos(const Scene& scene) {
-    captures_ = {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")};
-    check_captures(scene_, captures_);
+    photos_ = {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")};
+    check_photos(scene_, photos_);
   }
 
   SyntheticRenderer renderer_;
   Scene scene_ = synthetic_scene();
   Unknowns unknowns_{scene_, synthetic_unknowns()};
   SlotLayout layout_{scene_, unknowns_.parameters()};
-  std::vector<Capture> captures_;
-  Problem problem_{unknowns_, layout_, captures_, losses()[0], 12};
+  std::vector<Photo> photos_;
+  Problem problem_{unknowns_, layout_, photos_, losses()[0], 12};
 };
 
 class Follow : public testing::TestWithParam<double> {};
@@ -56,7 +56,7 @@ TEST_P(Follow, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
   Followed about(GetParam());
   GaussNewton optimiser(about.problem());
   Vector x = about.unknowns().start();
-  EXPECT_EQ(optimiser.follow(x, about.seen(x, SlotLayout(), 99)), x) << "nothing is known yet";
+  EXPECT_EQ(optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 99)), x) << "nothing is known yet";
   for (std::uint64_t i = 0; i < 12; ++i) x = optimiser.step(x, about.seen(x, about.layout(), i));
   ASSERT_LT((x - synthetic_truth()).cwiseAbs().maxCoeff(), 0.1);
   Vector there = synthetic_truth();
@@ -66,7 +66,7 @@ TEST_P(Follow, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
   about.move_to(there);
   const double before = (x - there).cwiseAbs().maxCoeff();
   for (std::uint64_t i = 0; i < 20; ++i)
-    x = optimiser.follow(x, about.seen(x, SlotLayout(), 100 + i));
+    x = optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 100 + i));
   EXPECT_LT((x - there).cwiseAbs().maxCoeff(), 0.4 * before);
   EXPECT_EQ(x[3], roughness);
 }
@@ -77,12 +77,12 @@ TEST(Follow, KnowsNothingOfAPlaceToWhichTheValuesWereMoved) {
   GaussNewton optimiser(about.problem());
   Vector x = about.unknowns().start();
   for (std::uint64_t i = 0; i < 4; ++i) x = optimiser.step(x, about.seen(x, about.layout(), i));
-  optimiser.start_anew();
+  optimiser.reset_everything();
   const Vector other = about.unknowns().start();
-  EXPECT_EQ(optimiser.follow(other, about.seen(other, SlotLayout(), 9)), other);
+  EXPECT_EQ(optimiser.step_by_residuals(other, about.seen(other, SlotLayout(), 9)), other);
   x = optimiser.step(other, about.seen(other, about.layout(), 10));
   EXPECT_NE(x, other);
-  EXPECT_NE(optimiser.follow(x, about.seen(x, SlotLayout(), 11)), x) << "one step tells again";
+  EXPECT_NE(optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 11)), x) << "one step tells again";
 }
 
 TEST(Follow, StaysInsideTheBounds) {
@@ -94,7 +94,7 @@ TEST(Follow, StaysInsideTheBounds) {
   beyond[4] = about.unknowns().maximum()[4];
   about.move_to(beyond);
   for (std::uint64_t i = 0; i < 20; ++i) {
-    x = optimiser.follow(x, about.seen(x, SlotLayout(), 100 + i));
+    x = optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 100 + i));
     EXPECT_EQ(x, about.unknowns().project(x));
   }
   EXPECT_GT(x[4], 0.9);

@@ -36,24 +36,24 @@ py::array_t<float> jacobian_array(const Jacobian& jacobian, const Film& film) {
   return out;
 }
 
-py::dict coordinates_dict(const Scene& scene, const std::vector<Asked>& asked) {
+py::dict reparametrization_dict(const Scene& scene, const std::vector<Asked>& asked) {
   const Unknowns unknowns = unknowns_of(scene, asked);
-  const Coordinates coordinates(unknowns);
+  const Reparametrization reparametrization(unknowns);
   py::list names;
   for (const Component& component : unknowns.components()) names.append(component.name);
-  return py::dict("names"_a = names, "slope"_a = vector_array(coordinates.slope(unknowns.start())),
-                  "range"_a = vector_array(coordinates.maximum() - coordinates.minimum()));
+  return py::dict("names"_a = names, "slope"_a = vector_array(reparametrization.slope(unknowns.start())),
+                  "range"_a = vector_array(reparametrization.maximum() - reparametrization.minimum()));
 }
 
-py::dict look_dict(const Scene& scene, const std::vector<Asked>& asked, const std::string& camera,
+py::dict photo_jacobian_dict(const Scene& scene, const std::vector<Asked>& asked, const std::string& camera,
                    int width, int height, int spp, std::uint64_t seed, int depth, int threads,
                    const FrameTuple& frame, Progress* progress) {
   const Unknowns unknowns = unknowns_of(scene, asked);
   const RenderSettings settings{width, height, spp, seed, depth, threads, frame_of(frame)};
-  Look seen;
+  PhotoJacobian seen;
   {
     py::gil_scoped_release release;
-    seen = look(scene, unknowns, camera, settings, progress);
+    seen = photo_jacobian(scene, unknowns, camera, settings, progress);
   }
   const Film& film = seen.film;
   Picture half_b(film.size());
@@ -89,24 +89,24 @@ py::array_t<int> first_hits(const Scene& scene, const Array<double>& starts,
 
 }  // namespace
 
-void bind_look(py::module_& m) {
+void bind_photo_jacobian(py::module_& m) {
   m.def("first_hits", &first_hits, "scene"_a, "starts"_a, "ends"_a,
         R"((n, 3) and (n, 3) world points -> (n,) int: the object, counted as in Scene.objects, that
 a camera at the start sees first before the end; -1: none. ValueError: a start is its end, or the
 shapes differ.)");
-  m.def("coordinates", &coordinates_dict, "scene"_a, "unknowns"_a,
-        R"(The coordinates in which a fit steps: dict of {names: ["Body:ior"], slope: d value / d
+  m.def("reparametrization", &reparametrization_dict, "scene"_a, "unknowns"_a,
+        R"(The reparametrization in which a fit steps: dict of {names: ["Body:ior"], slope: d value / d
 coordinate at the values, range: between the bounds}, each by component.
 
 unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
-  m.def("look", &look_dict, "scene"_a, "unknowns"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
+  m.def("photo_jacobian", &photo_jacobian_dict, "scene"_a, "unknowns"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
         py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
         "progress"_a = py::none(),
         R"(What a camera shows of the unknowns at their values: dict of image, half_a, half_b,
 variance (of image), each (height, width, 3), and jacobian_a, jacobian_b, (n, height, width, 3),
 d picture / d coordinate by component over even and odd samples; dropped.
 
-unknowns: as for `coordinates`; frame: as for `render`. Raises ValueError (spp below 2, more than 32 slots), KeyError,
+unknowns: as for `reparametrization`; frame: as for `render`. Raises ValueError (spp below 2, more than 32 slots), KeyError,
 Cancelled.)");
 }
 

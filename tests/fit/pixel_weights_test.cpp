@@ -22,7 +22,7 @@ TEST(BoxBlur, IsTheMeanOfWhatLiesInside) {
 // Noise of a photo has bright pixels. Weighted down because they are bright, they would leave the fit
 // a photo that is darker than what it shows.
 TEST(Weights, DoNotKnowThePixelThatTheyWeigh) {
-  std::vector<Capture> one{grey_capture(9)}, other{grey_capture(9)};
+  std::vector<Photo> one{grey_capture(9)}, other{grey_capture(9)};
   constexpr std::size_t kMiddle = 40;
   one[0].reference[kMiddle - 1] = other[0].reference[kMiddle + 1] = Colorf(9);
   one[0].reference[kMiddle] = Colorf(100);
@@ -31,8 +31,8 @@ TEST(Weights, DoNotKnowThePixelThatTheyWeigh) {
   one[0].reference[0] = Colorf(0.1f);
   other[0].reference[0] = Colorf(100);
   const Scene scene = synthetic_scene();
-  check_captures(scene, one);
-  check_captures(scene, other);
+  check_photos(scene, one);
+  check_photos(scene, other);
   const Eigen::VectorXf of_one = relative_weights(one[0], 1),
                         of_other = relative_weights(other[0], 1);
   EXPECT_FLOAT_EQ(of_one[3 * kMiddle], of_other[3 * kMiddle]);
@@ -41,9 +41,9 @@ TEST(Weights, DoNotKnowThePixelThatTheyWeigh) {
 }
 
 TEST(Weights, OfASinglePixelAreItsOwn) {
-  std::vector<Capture> capture{grey_capture(1)};
-  check_captures(synthetic_scene(), capture);
-  EXPECT_NEAR(relative_weights(capture[0], 1)[0] * 3, 1 / (0.65 * 0.65), 1e-5);
+  std::vector<Photo> photo{grey_capture(1)};
+  check_photos(synthetic_scene(), photo);
+  EXPECT_NEAR(relative_weights(photo[0], 1)[0] * 3, 1 / (0.65 * 0.65), 1e-5);
 }
 
 }  // namespace

@@ -38,10 +38,10 @@ std::unique_ptr<Fit> fit_from(double start, const FitSettings& settings) {
 FitResult ended(Fit& fit) {
   double fraction = 0;
   while (fit.step()) {
-    if (fit.result().phase != Phase::kVerifying) continue;
+    if (fit.result().phase != Phase::kRefinement) continue;
     const double now = fit.result().phase_fraction;
     if (now < fraction) {
-      EXPECT_TRUE(now == 1.0 / 2 || now == 2.0 / 3) << now << ": a rival's turn";
+      EXPECT_TRUE(now == 1.0 / 2 || now == 2.0 / 3) << now << ": a alternative's turn";
     }
     EXPECT_LE(now, 1);
     fraction = now;
@@ -58,28 +58,28 @@ FitResult run(const Twins& twins, std::uint64_t seed) {
 
 // The two are one test: a comparison that lets all stand, or none, fails one of them. Of 64 pixels each
 // round takes a twin in twenty for worse: of 200 fits with two rounds 166 told it, with three 162.
-TEST(Rivals, ThatExplainThePhotosAsWellAreTold) {
+TEST(AlternativeMinima, ThatExplainThePhotosAsWellAreTold) {
   constexpr int kFits = 20;
   int told = 0;
   for (int seed = 1; seed <= kFits; ++seed) {
     const FitResult found = run({}, static_cast<std::uint64_t>(seed));
     const double twin = found.best[0] < 0.45 ? kOther : kOne;
     EXPECT_NEAR(found.best[0], kOne + kOther - twin, 0.05) << seed;
-    if (found.report.rivals.empty()) continue;
+    if (found.report.alternatives.empty()) continue;
     ++told;
-    EXPECT_NEAR(found.report.rivals[0][0], twin, 0.1) << seed;
-    EXPECT_EQ(found.report.contested, std::vector<int>{0}) << seed;
+    EXPECT_NEAR(found.report.alternatives[0][0], twin, 0.1) << seed;
+    EXPECT_EQ(found.report.ambiguous, std::vector<int>{0}) << seed;
     EXPECT_FALSE(found.report.components[0].determined) << seed;
   }
   EXPECT_GE(told, 0.7 * kFits);
 }
 
-TEST(Rivals, ThatThePhotosTellApartAreNot) {
+TEST(AlternativeMinima, ThatThePhotosTellApartAreNot) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const FitResult found = run({.tell = 0.5}, seed);
     EXPECT_NEAR(found.best[0], kOne, 0.02);
-    EXPECT_TRUE(found.report.rivals.empty()) << seed;
-    EXPECT_TRUE(found.report.contested.empty());
+    EXPECT_TRUE(found.report.alternatives.empty()) << seed;
+    EXPECT_TRUE(found.report.ambiguous.empty());
     EXPECT_TRUE(found.report.components[0].determined);
   }
 }
@@ -110,15 +110,15 @@ Film by_rare_paths(const Scene& scene, const RenderSettings& settings, Rare rare
   return film;
 }
 
-/// Of 20 comparisons of the answer kOne with kOther, those that the rival survives.
+/// Of 20 comparisons of the answer kOne with kOther, those that the alternative survives.
 int stands(Rare rare, double tell) {
   const Scene scene = synthetic_scene();
-  std::vector<Capture> captures{grey_capture(32)};
-  check_captures(scene, captures);
+  std::vector<Photo> photos{grey_capture(32)};
+  check_photos(scene, photos);
   const Unknowns unknowns(scene, roughness_from(kOne));
   const SlotLayout layout(scene, unknowns.parameters());
-  const Problem problem{unknowns, layout, captures, losses()[0], 10};
-  const RenderAt render = [&](const Vector& x, const Capture& photo, int spp, std::uint64_t seed,
+  const Problem problem{unknowns, layout, photos, losses()[0], 10};
+  const RenderAt render = [&](const Vector& x, const Photo& photo, int spp, std::uint64_t seed,
                               std::optional<Differences>) {
     RenderSettings settings;
     settings.width = photo.width;
@@ -129,32 +129,32 @@ int stands(Rare rare, double tell) {
   };
   int stood = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    Rivals rivals(problem, {relative_weights(captures[0], 1)}, Vector::Constant(1, kOne),
+    AlternativeMinima alternatives(problem, {relative_weights(photos[0], 1)}, Vector::Constant(1, kOne),
                   {Vector::Constant(1, kOther)}, seed, 256);
-    while (rivals.step(render)) {
+    while (alternatives.step(render)) {
     }
     TrustReport report;
     report.components.push_back({.interval = {kOne - 0.01, kOne + 0.01}, .determined = true});
-    stood += static_cast<int>(rivals.serious(report).size());
+    stood += static_cast<int>(alternatives.pending(report).size());
   }
   return stood;
 }
 
 // Squares of residuals are mostly those of the few bright pixels of the strip: by them alone 16 of 20
 // would stand.
-TEST(Rivals, AreToldApartInLightOfRareBrightPaths) {
+TEST(AlternativeMinima, AreToldApartInLightOfRareBrightPaths) {
   EXPECT_LE(stands(Rare::kEverywhere, 0.4), 1) << "brighter by 2/5 in every second pixel";
   EXPECT_LE(stands(Rare::kInAStrip, 0.3), 4) << "by 3/10";
   for (const Rare rare : {Rare::kEverywhere, Rare::kInAStrip})
     EXPECT_GE(stands(rare, 0), 19) << "as good";
 }
 
-TEST(Rivals, AreThoseOfTheSearchOnly) {
+TEST(AlternativeMinima, AreThoseOfTheSearchOnly) {
   FitSettings settings = exact_settings(Twins(), 20);
   settings.search = "off";
   const FitResult found = ended(*fit_from(0.75, settings));
   EXPECT_NEAR(found.best[0], kOther, 0.05);
-  EXPECT_TRUE(found.report.rivals.empty());
+  EXPECT_TRUE(found.report.alternatives.empty());
   EXPECT_TRUE(found.report.components[0].determined);
 }
 
@@ -198,9 +198,9 @@ std::unique_ptr<Fit> coated_fit(double tell) {
       settings);
 }
 
-TEST(Rivals, WinWhereThePhotosAreNearerToThem) {
+TEST(AlternativeMinima, WinWhereThePhotosAreNearerToThem) {
   const auto fit = coated_fit(0.1);
-  while (fit->result().phase == Phase::kFitting && fit->step()) {
+  while (fit->result().phase == Phase::kDescent && fit->step()) {
   }
   EXPECT_NEAR(fit->values()[0], kOther, 0.05) << "steps find no way out";
   int begun = 0;
@@ -216,28 +216,28 @@ TEST(Rivals, WinWhereThePhotosAreNearerToThem) {
   EXPECT_NEAR(found.best[0], kOne, 0.02);
   EXPECT_NEAR(found.best[1], kOther, 0.02);
   EXPECT_EQ(found.best, found.last);
-  EXPECT_TRUE(found.report.rivals.empty()) << "what it left has lost";
+  EXPECT_TRUE(found.report.alternatives.empty()) << "what it left has lost";
   EXPECT_TRUE(found.report.components[0].determined && found.report.components[1].determined);
 }
 
-TEST(Rivals, ThatActAlikeAreToldWithoutASearch) {
+TEST(AlternativeMinima, ThatActAlikeAreToldWithoutASearch) {
   const FitResult found = ended(*coated_fit(0));
   const double twin = found.best[0] < 0.45 ? kOther : kOne;
   EXPECT_NEAR(found.best[0], kOne + kOther - twin, 0.05);
-  ASSERT_EQ(found.report.rivals.size(), 1u);
-  EXPECT_NEAR(found.report.rivals[0][0], twin, 0.05);
-  EXPECT_EQ(found.report.contested, (std::vector{0, 1}));
+  ASSERT_EQ(found.report.alternatives.size(), 1u);
+  EXPECT_NEAR(found.report.alternatives[0][0], twin, 0.05);
+  EXPECT_EQ(found.report.ambiguous, (std::vector{0, 1}));
 }
 
-TEST(Rivals, AreRememberedByASavedFit) {
+TEST(AlternativeMinima, AreRememberedByASavedFit) {
   const FitSettings settings = exact_settings(Twins(), 20);
   const auto whole = fit_from(0.45, settings), resumed = fit_from(0.45, settings);
   while (whole->result().iterations < 5) whole->step();
   resumed->restore(whole->saved());
   const FitResult expected = ended(*whole), found = ended(*resumed);
-  ASSERT_GE(expected.report.rivals.size(), 1u);
-  EXPECT_EQ(found.report.rivals, expected.report.rivals);
-  EXPECT_EQ(found.report.contested, expected.report.contested);
+  ASSERT_GE(expected.report.alternatives.size(), 1u);
+  EXPECT_EQ(found.report.alternatives, expected.report.alternatives);
+  EXPECT_EQ(found.report.ambiguous, expected.report.ambiguous);
 }
 
 }  // namespace
