@@ -23,7 +23,7 @@ from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
 from ..fit_run.unknowns import usual_requests
-from ..looks.conditioning import StageChoice
+from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest, SceneValues

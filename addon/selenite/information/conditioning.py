@@ -15,9 +15,9 @@ from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
 from ..fit_run.staging.request import StageRequest, first_then_all
 from ..fit_run.unknowns import Unknown, labels
-from . import information
+from . import fisher
 from .job import Step
-from .photos import Looks
+from .photo_information import PhotoInformation
 
 #: Where the photos are asked what they determine.
 AT_START, AT_SEARCHED = "at the start", "at the values that the search found"
@@ -42,7 +42,7 @@ class StageChoice:
         self._plan_of = plan_of
         self._why_not = cost.too_many(plan)
         self._search = None if self._why_not else _search(plan)
-        self._looks: Looks | None = None
+        self._photos: PhotoInformation | None = None
         self._cancelled = False
 
     def cancel(self) -> None:
@@ -50,8 +50,8 @@ class StageChoice:
         self._cancelled = True
         if self._search is not None:
             self._search.cancel()
-        if self._looks is not None:
-            self._looks.cancel()
+        if self._photos is not None:
+            self._photos.cancel()
 
     def steps(self) -> Iterator[Step]:
         """Raises BadInput for derivatives that are not finite, FitFailed, and the native
@@ -66,16 +66,14 @@ class StageChoice:
                 for step in _driven(self._search):
                     yield Step(begin * step.fraction, step.text)
                 seen = _at_result(self.plan, self._search)
-            self._looks = Looks(seen, seen.scene)
+            self._photos = PhotoInformation(seen, seen.scene)
             if self._cancelled:  # while there were no looks to cancel
-                self._looks.cancel()
-            for step in self._looks.at_photos():
+                self._photos.cancel()
+            for step in self._photos.at_photos():
                 yield Step(begin + (1 - begin) * step.fraction, step.text)
-            photos = [
-                information.precision(one) for one in self._looks.informations(request.settings)
-            ]
+            photos = [fisher.precision(one) for one in self._photos.informations(request.settings)]
             where = AT_START if self._search is None else AT_SEARCHED
-            waiting, why = held_back(photos, self._looks.ranges, self._looks.groups, where)
+            waiting, why = held_back(photos, self._photos.ranges, self._photos.groups, where)
             held = [self.plan.unknowns[index] for index in waiting]
         if not held:
             self.plan = replace(self.plan, request=replace(request, staging=f"All at once: {why}"))
@@ -130,7 +128,7 @@ def held_back(
 ) -> tuple[list[int], str]:
     """Which parameters wait for the last stage, and why; none: all at once.
 
-    photos: `information.precision` of each, (n, n). groups: components of each parameter. A
+    photos: `fisher.precision` of each, (n, n). groups: components of each parameter. A
     parameter is determined where all its components are. where: for the sentence.
     """
     everything = [k for group in groups for k in group]
@@ -138,13 +136,13 @@ def held_back(
 
     def errors(free: Sequence[int]) -> dict[int, float]:
         """Standard error of each component of `free`, all but these being known."""
-        found = information.errors(photos, ranges, free)
+        found = fisher.errors(photos, ranges, free)
         return dict(zip(free, found, strict=True))
 
     def known(index: int, found: dict[int, float]) -> bool:
         group = list(groups[index])
         sizes = np.array([found[k] for k in group])
-        return bool(information.determined(sizes, ranges[group]).all())
+        return bool(fisher.determined(sizes, ranges[group]).all())
 
     together = errors(everything)
     left = [index for index in range(count) if known(index, together)]
