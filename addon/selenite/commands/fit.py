@@ -14,7 +14,7 @@ from typing import Any
 
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.fields import ImageUnknown, fitted_grids
-from ..fit_run.job import FitJob, fitted_values
+from ..fit_run.job import DESCENT, FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import finished, new_folder, result_json, summary, write_results
@@ -261,7 +261,7 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
                 note = state.phase
-                if state.phase == "fitting":
+                if state.phase == DESCENT:
                     note = f"{state.iteration}/{state.iterations}"
                     note += "" if math.isnan(state.loss) else f"  loss {state.loss:.3g}"
                 if state.stage != stage:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..fit_run import cost
-from ..fit_run.job import FitJob, fitted_values, scene_at
+from ..fit_run.job import MULTI_START, FitJob, fitted_values, scene_at
 from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
 from ..fit_run.staging.request import StageRequest, first_then_all
@@ -94,7 +94,7 @@ def _search(plan: FitPlan) -> FitJob | None:
     """The fit of everything that the stage "search" will be; None where it would not search."""
     settings = replace(plan.request.settings, iterations=_SEARCH_ITERATIONS)
     job = FitJob(replace(plan, request=replace(plan.request, settings=settings)), to_end=False)
-    return job if job.progress().phase == "searching" else None
+    return job if job.progress().phase == MULTI_START else None
 
 
 def _driven(job: FitJob) -> Iterator[Step]:
@@ -102,8 +102,8 @@ def _driven(job: FitJob) -> Iterator[Step]:
     job.start()
     try:
         while (state := job.progress()).running:
-            searching = state.phase == "searching"
-            yield Step(state.fraction if searching else 1.0, "searching")
+            searching = state.phase == MULTI_START
+            yield Step(state.fraction if searching else 1.0, MULTI_START)
             time.sleep(_POLL)
     finally:
         job.cancel()

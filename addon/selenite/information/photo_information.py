@@ -65,7 +65,7 @@ class PhotoInformation:
             (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
             for item in plan.unknowns
         ]
-        found = native.core().coordinates(scene, self._asked)
+        found = native.core().reparametrization(scene, self._asked)
         #: Of the components, in the order of the unknowns: "Body:base_color[0]".
         self.names: list[str] = list(found["names"])
         #: Of the components: d parameter / d coordinate, and how far a coordinate's bounds are.
@@ -147,7 +147,7 @@ class PhotoInformation:
         of those that are there, and are as good."""
         photos = self.plan.captures
         pixels = cost.pixels_at(photos, settings.height) / len(photos)
-        spp = cost.verification_spp(settings)
+        spp = cost.refinement_spp(settings)
         return Noise(spp, self.relative, pixels / (self._size[0] * self._size[1]))
 
     def _relative_error(self, capture: Capture) -> float:
@@ -173,7 +173,7 @@ class PhotoInformation:
         self, camera: str, spp: int, look: int, picture: np.ndarray | None, weight: np.ndarray
     ) -> Seen:
         settings = self.plan.request.settings
-        seen: dict[str, Any] = native.core().look(
+        seen: dict[str, Any] = native.core().photo_jacobian(
             self._scene, self._asked, camera, *self._size, spp,
             seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
             threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,

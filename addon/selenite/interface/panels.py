@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
+from ..fit_run.job import DESCENT
 from . import field_rows, state
 from .request import FIT_SETTINGS
 
@@ -166,7 +167,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
         else:
             left = progress.seconds_left
             text = progress.phase.capitalize()
-            if progress.phase == "fitting":
+            if progress.phase == DESCENT:
                 text = f"{progress.iteration} of {progress.iterations}"
             text += "" if math.isnan(left) else f", {left:.0f} s left"
             _bar(layout, progress.fraction, text)
