@@ -81,7 +81,9 @@ def main():
     for roughness in options.roughness:
         for finite_differences in (True, False):
             label = f"roughness {roughness:g}, {'pairs' if finite_differences else 'detached'}"
-            runs = [fit(roughness, finite_differences, seed, options) for seed in range(options.seeds)]
+            runs = [
+                fit(roughness, finite_differences, seed, options) for seed in range(options.seeds)
+            ]
             root = {n: np.sqrt(np.mean([e[n] ** 2 for e, _ in runs])) for n in runs[0][0]}
             errors = ", ".join(f"{name} {error:.3f}" for name, error in root.items())
             each = " ".join(f"{error['ior']:.3f}" for error, _ in runs)

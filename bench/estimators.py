@@ -28,8 +28,8 @@ from synthetic.slopes import (  # noqa: E402
     DETACHED,
     PAIRS,
     Camera,
-    Scale,
     Gathered,
+    Scale,
     detached_of,
     half_covariance,
 )

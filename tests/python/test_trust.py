@@ -121,7 +121,9 @@ def test_what_is_not_determined_comes_with_where_to_find_the_next_photo() -> Non
     assert "next-camera" not in said(all_known)
 
 
-def test_alternative_minima_are_reported_whole_and_with_each_value_that_they_leave_ambiguous() -> None:
+def test_alternative_minima_are_reported_whole_and_with_each_value_that_they_leave_ambiguous() -> (
+    None
+):
     found = result()
     other = {"Body:roughness": [0.132], "Body:base_color": [0.5, 0.6, 0.7], "Body:ior": [1.45]}
     found["report"] |= {"alternative_minima": [other], "ambiguous": ["Body:roughness"]}

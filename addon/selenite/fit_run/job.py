@@ -153,7 +153,7 @@ class FitJob:
         for index, capture in enumerate(self.plan.captures):
             picture = self._fit.preview(index)
             if picture is not None:
-                seen = View(capture.camera, capture.reference, capture.weight, picture)
+                seen = View(capture.id, capture.reference, capture.weight, picture)
                 views.append(seen)
         limits = [
             Limits(item.name, item.minimum, item.maximum, item.by_ratio)

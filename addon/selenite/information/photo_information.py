@@ -94,11 +94,11 @@ class PhotoInformation:
         photos = self.plan.captures
         square = 0.0
         for index, capture in enumerate(photos):
-            yield Step(0.2 * index / len(photos), f"photo of {capture.camera}")
+            yield Step(0.2 * index / len(photos), f"photo {capture.id}")
             square += self._relative_error(capture) / len(photos)
         self.relative, self._seen = math.sqrt(square), []
         for index, capture in enumerate(photos):
-            yield Step(0.2 + 0.4 * index / len(photos), f"photo of {capture.camera}")
+            yield Step(0.2 + 0.4 * index / len(photos), f"photo {capture.id}")
             self._seen.append([(PHOTO_SPP, self._at_photo(capture, PHOTO_SPP, 1))])
         settings = self.plan.request.settings
         there = self.informations(settings)
@@ -106,7 +106,7 @@ class PhotoInformation:
         wanted = most_spp if fisher.weakest(there) < weakest else self.doubt / doubt
         spp = int(np.clip(wanted, PHOTO_SPP, most_spp)) - PHOTO_SPP
         for index, capture in enumerate(photos if spp > 0 else ()):
-            yield Step(0.6 + 0.4 * index / len(photos), f"photo of {capture.camera}, second look")
+            yield Step(0.6 + 0.4 * index / len(photos), f"photo {capture.id}, second pass")
             self._seen[index].append((spp, self._at_photo(capture, spp, 2)))
 
     def informations(self, settings: FitSettings) -> list[FisherInformation]:

@@ -26,8 +26,8 @@ from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from . import field_rows
+from .problem_reports import report_problems
 from .request import run_request, values_text
-from .row_operators import report_problems
 from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
 from .ticking import Ticking, built, redraw
 

@@ -13,7 +13,7 @@ from ..fit_run.job import FitFailed
 from ..information.job import BackgroundJob, Work
 from ..native import NativeUnavailable
 from ..problems import BadInput
-from .row_operators import report_problems
+from .problem_reports import report_problems
 from .state import Looking, is_idle
 
 T = TypeVar("T")

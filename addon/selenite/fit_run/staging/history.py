@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...parameters import Values
 from ..plan import FitPlan
-from .plan import at_colours
-
-if TYPE_CHECKING:
-    from .job import Point
+from .plan import Point, at_colours
 
 _SUMS = ("iterations", "samples", "seconds", "cpu_seconds", "dropped")
 

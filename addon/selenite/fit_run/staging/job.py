@@ -5,28 +5,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...parameters import Values
 from ..job import FitJob, Progress, SavedState
 from ..plan import FitPlan
 from . import plan as stage_plan
 from .history import joined
-from .plan import Stage
+from .plan import Point, Stage
 
 #: What a stage may stop because of for the next one to start.
 _ENDED_WELL = ("all iterations done", "converged", "loss below tolerance")
-
-
-@dataclass(frozen=True)
-class Point:
-    """Where a run stands between two stages: values by name, grids by name."""
-
-    values: dict[str, Values]
-    fields: dict[str, np.ndarray]
 
 
 def make_job(
