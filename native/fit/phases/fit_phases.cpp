@@ -32,11 +32,11 @@ void widen(TrustReport& report, const TrustReport& other) {
 const char* phase_text(Phase phase) {
   switch (phase) {
     case Phase::kMultiStart:
-      return "searching";
+      return "multi-start";
     case Phase::kRefinement:
-      return "verifying";
+      return "refinement";
     default:
-      return "fitting";
+      return "descent";
   }
 }
 

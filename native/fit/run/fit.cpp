@@ -52,7 +52,7 @@ const char* stop_text(StopReason reason) {
     case StopReason::kIterations:
       return "all iterations done";
     case StopReason::kConverged:
-      return "the values have settled";
+      return "converged";
     case StopReason::kTolerance:
       return "loss below tolerance";
     case StopReason::kCancelled:

@@ -177,7 +177,7 @@ class Fit {
   /// By more than so many standard errors of the difference, pixel against pixel: the seeds are the
   /// same, so most of the noise is common to both.
   static bool is_worse(const Validation& one, const Validation& than, double sigmas);
-  /// All iterations are done, or the values have settled.
+  /// All iterations are done, or the values have converged.
   bool is_over() const;
   /// Settles on the optimiser's answer, validates it, and ends the fit or has it verified.
   bool finish(Progress* progress);

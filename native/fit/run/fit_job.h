@@ -18,7 +18,7 @@ struct FitState {
   bool running = false, done = false;
   std::string error;            ///< why it failed; empty if it did not
   std::string stopped_because;  ///< empty while running
-  std::string phase;            ///< "searching", "fitting", "verifying"
+  std::string phase;            ///< "multi-start", "descent", "refinement"
   double phase_fraction = 0;    ///< of the search or the refinement
   int iteration = 0, iterations = 0;
   double loss = 0, validation = 0, validation_standard_error = 0;  ///< newest; NaN: none yet
