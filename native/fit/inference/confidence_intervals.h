@@ -37,6 +37,7 @@ struct TrustReport {
   /// Values far from the answer that explain the photos as well; see `AlternativeMinima`.
   std::vector<Vector> alternatives;
   std::vector<int> ambiguous;  ///< components that were determined but for them
+  void members(SavedState& state) { state(components, misfit, passes, alternatives, ambiguous); }
 };
 
 /// One Gauss-Newton step from the equations, and how sure it is.

@@ -20,6 +20,9 @@ struct NormalEquations {
         gradient(Vector::Zero(n)) {}
   /// As if unknown k showed in no picture.
   void remove(Eigen::Index k);
+  void members(SavedState& state) {
+    state(normal, normal_variance, score_covariance, gradient, misfit, misfit_variance);
+  }
   void add(const Photo& photo, const GaussNewton::PhotoEquations& equations, std::size_t photos);
 };
 
