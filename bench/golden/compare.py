@@ -29,8 +29,8 @@ ReadPicture = Callable[[str], np.ndarray]
 def difference(
     one: Path, other: Path, read_picture: ReadPicture, left_out: Collection[str] = ()
 ) -> str:
-    """Between two folders of one case; "" where they are equal. left_out: more keys of result.json
-    that do not count."""
+    """Between two folders of one case; "" where they are equal. left_out: more keys of JSON
+    objects that do not count."""
     files, others = _files(one), _files(other)
     if not files and not others:
         return "there are no results"
@@ -70,10 +70,7 @@ def _file_difference(
             for path, folder in zip((one, other), folders, strict=True)
         ]
         first_value, second_value = map(json.loads, texts)
-        for value in (first_value, second_value):
-            for key in left_out:
-                value.pop(key, None)
-        return json_difference(first_value, second_value)
+        return json_difference(first_value, second_value, left_out=left_out)
     if one.suffix == ".csv":
         return table_difference(*(_rows(path) for path in (one, other)))
     first, second = (bytearray(path.read_bytes()) for path in (one, other))
@@ -92,15 +89,16 @@ def _file_difference(
     return f"byte {index} is {first[index]:#04x} before, {second[index]:#04x} now"
 
 
-def json_difference(one: Any, other: Any, place: str = "") -> str:
-    """Of what `json.loads` gives; numbers are equal where every bit is."""
+def json_difference(one: Any, other: Any, place: str = "", left_out: Collection[str] = ()) -> str:
+    """Of what `json.loads` gives; numbers are equal where every bit is. left_out: more keys that
+    do not count."""
     if isinstance(one, dict) and isinstance(other, dict):
-        first, second = _renamed(one), _renamed(other)
+        first, second = (_renamed(item, left_out) for item in (one, other))
         if first.keys() != second.keys():
             lost, added = first.keys() - second.keys(), second.keys() - first.keys()
             return f"{place or 'keys'}: {sorted(lost)} before, {sorted(added)} now"
         for key in first:
-            found = json_difference(first[key], second[key], f"{place}/{key}")
+            found = json_difference(first[key], second[key], f"{place}/{key}", left_out)
             if found:
                 return found
         return ""
@@ -108,7 +106,7 @@ def json_difference(one: Any, other: Any, place: str = "") -> str:
         if len(one) != len(other):
             return f"{place}: {len(one)} items before, {len(other)} now"
         for index, (a, b) in enumerate(zip(one, other, strict=True)):
-            found = json_difference(a, b, f"{place}[{index}]")
+            found = json_difference(a, b, f"{place}[{index}]", left_out)
             if found:
                 return found
         return ""
@@ -118,11 +116,11 @@ def json_difference(one: Any, other: Any, place: str = "") -> str:
     return "" if repr(one) == repr(other) else f"{place}: {one!r} before, {other!r} now"
 
 
-def _renamed(item: Mapping[str, Any]) -> dict[str, Any]:
+def _renamed(item: Mapping[str, Any], left_out: Collection[str]) -> dict[str, Any]:
     """Under new names, without what does not count. Raises ValueError where two become one."""
     found: dict[str, Any] = {}
     for key, value in item.items():
-        if key in renamed.LEFT_OUT:
+        if key in renamed.LEFT_OUT or key in left_out:
             continue
         new_key = renamed.KEYS.get(key, key)
         if new_key in found:

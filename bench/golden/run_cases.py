@@ -26,6 +26,7 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 import bpy  # noqa: E402
+
 from golden import renamed  # noqa: E402
 
 #: Looks at a running fit in one phase, and whole states of it, after which its copy is kept.

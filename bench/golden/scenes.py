@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scenes of the cases, as .blend files. Nothing here but bpy: they do not depend on a revision.
 
-    python bench/golden/scenes.py FOLDER
+python bench/golden/scenes.py FOLDER
 """
 
 from __future__ import annotations
