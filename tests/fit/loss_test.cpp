@@ -170,7 +170,7 @@ TEST(Loss, PlainSquaredErrorHasABiasedGradient) {
   EXPECT_LT(std::abs(trial.value.z(trial.true_value)), 4) << "its `unbiased` value is not";
 }
 
-/// The form over pairs of facts/native.md 4c, computed sample by sample, is what films give.
+/// The form over pairs of docs/method/losses.md, computed sample by sample, is what films give.
 TEST(Loss, DualBufferIsTheMeanOverAllPairsOfSamples) {
   const Setting s;
   constexpr int kSpp = 5;

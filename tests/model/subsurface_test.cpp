@@ -14,7 +14,7 @@ namespace {
 using Medium = SubsurfaceMedium<double>;
 
 TEST(Subsurface, AlbedoInversionIsThatOfCycles) {
-  // facts/cycles.md §1.7
+  // docs/method/rendering.md
   EXPECT_NEAR(Medium::invert(0.2, 0.0), 0.6134, 5e-5);
   EXPECT_NEAR(Medium::invert(0.5, 0.0), 0.9137, 5e-5);
   EXPECT_NEAR(Medium::invert(0.9, 0.0), 0.9992, 5e-5);

@@ -131,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(Glasses, WhiteGlass,
                                           testing::Values(0.05, 0.3, 0.6, 1.0)));
 
 TEST(WhiteFurnace, MultiscatterGlassLosesWhatCyclesLoses) {
-  // Closed white sphere of IOR 1.5, mean over its disc, in Cycles 4.5: facts sheet, section 1.5.
+  // Closed white sphere of IOR 1.5, mean over its disc, in Cycles 4.5: docs/method/rendering.md.
   const std::pair<double, double> cycles[] = {
       {0.1, 1.000}, {0.3, 1.000}, {0.5, 0.989}, {0.7, 0.980}, {1.0, 0.985}};
   for (const auto& [roughness, expected] : cycles) {

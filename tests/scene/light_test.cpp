@@ -13,7 +13,7 @@
 #include "scene/small_scenes.h"
 
 // Radiometry of every kind of lamp: what `sample` brings, what uniform directions through
-// `intersect` bring, and the closed forms of the facts sheet "cycles", section 3, are one number.
+// `intersect` bring, and the closed forms of docs/method/rendering.md are one number.
 namespace selenite {
 namespace {
 
