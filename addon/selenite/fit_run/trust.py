@@ -100,8 +100,8 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
 
 
 def _beside_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """Of a transmission fitted beside the image of its own body. Measured: manual, page "fitting",
-    section "Images"."""
+    """Of a transmission fitted beside the image of its own body. Measured:
+    docs/measurements/fields.md."""
     image = join_name(unknown.owner, IN_PLACE_OF["base_color"])
     if unknown.parameter.name != "transmission" or image not in (result.get("fields_best") or {}):
         return []
