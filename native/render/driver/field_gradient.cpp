@@ -11,6 +11,7 @@
 
 #include "math/error.h"
 #include "render/driver/taped_tile.h"
+#include "render/driver/tile_pool.h"
 
 namespace selenite {
 namespace {

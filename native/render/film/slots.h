@@ -38,5 +38,7 @@ struct SlotLayout {
 
 /// More slots than this in one pass are refused: render in several.
 inline constexpr int kMaxSlots = 32;
+/// The same for the slots of one material, the most that a kernel is compiled for.
+inline constexpr int kMaxLocalSlots = 16;
 
 }  // namespace selenite

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "math/sampling.h"
-#include "render/path/dimension.h"
 #include "render/lanes/lane_paths.h"
+#include "render/path/dimension.h"
 #include "scene/area_light.h"
 
 namespace selenite {

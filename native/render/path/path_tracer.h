@@ -5,12 +5,11 @@
 
 #include "math/rng.h"
 #include "math/sampling.h"
+#include "render/media/random_walk.h"
+#include "render/media/scatterer.h"
 #include "render/path/dimension.h"
 #include "render/path/path.h"
 #include "render/prepared/prepared.h"
-#include "render/media/random_walk.h"
-#include "render/driver/render.h"
-#include "render/media/scatterer.h"
 
 namespace selenite {
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "render/driver/kernel.h"
 #include "render/prepared/prepared.h"
 
 namespace selenite {

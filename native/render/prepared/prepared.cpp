@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "math/error.h"
-#include "render/driver/kernel.h"
 
 namespace selenite {
 namespace {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "render/path/path_tracer.h"
 #include "render/driver/taped_tile.h"
-#include "render/driver/tile.h"
+
+#include "render/film/pixel_sums.h"
+#include "render/path/camera_samples.h"
+#include "render/path/path_tracer.h"
 
 namespace selenite {
 namespace {
