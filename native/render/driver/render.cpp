@@ -69,9 +69,15 @@ void render_by_paths(const Scene& scene, const Camera& camera, const SlotLayout&
 int local_slots(const SlotLayout& layout) {
   std::vector<int> count;
   for (const Slot& slot : layout.slots) {
-    if (slot.parameter.kind != OwnerKind::kMaterial) continue;
-    count.resize(std::max<std::size_t>(count.size(), slot.parameter.owner + 1));
-    ++count[slot.parameter.owner];
+    switch (slot.parameter.kind) {
+      case OwnerKind::kMaterial:
+        count.resize(std::max<std::size_t>(count.size(), slot.parameter.owner + 1));
+        ++count[slot.parameter.owner];
+        break;
+      case OwnerKind::kLight:
+      case OwnerKind::kWorld:
+        break;  // two at most, for which every kernel has room
+    }
   }
   return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
