@@ -32,6 +32,9 @@ struct SlotLayout {
   SlotLayout() = default;
   SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked);
 
+  /// The first slot of the owner that `slot` belongs to.
+  int first_of_owner(int slot) const;
+
  private:
   void add_slots(const Scene& scene, const ParameterRef& ref);
 };
