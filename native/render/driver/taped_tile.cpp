@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "render/path/path_tracer.h"
 #include "render/driver/taped_tile.h"
-#include "render/driver/tile.h"
+
+#include "render/film/pixel_sums.h"
+#include "render/path/camera_samples.h"
+#include "render/path/path_tracer.h"
 
 namespace selenite {
 namespace {
@@ -14,14 +16,19 @@ Colorf sample_weight(const PixelSlope& pixel, const Colorf& sample, const Colorf
   return weight;
 }
 
+template <class Sink>
+void spread(const PlacedGrid& grid, const Vec3f& position, const Colorf& derivative, Sink&& sink) {
+  grid.spread(position, derivative, sink);
+}
+template <class Sink>
+void spread(const Texture& image, const Vec3f& position, const Colorf& derivative, Sink&& sink) {
+  image.spread({position.x, position.y}, derivative, sink);
+}
+
 /// Adds the derivative by what was looked up in a field at a position.
-void spread(const Field& field, const Vec3f& position, const Colorf& derivative,
-            SparseGradient& to) {
+void add(const Field& field, const Vec3f& position, const Colorf& derivative, SparseGradient& to) {
   const auto sink = [&](std::uint32_t place, const Colorf& part) { to.add(place, part); };
-  if (const auto* grid = std::get_if<const PlacedGrid*>(&field))
-    (*grid)->spread(position, derivative, sink);
-  else
-    std::get<const Texture*>(field)->spread({position.x, position.y}, derivative, sink);
+  std::visit([&](const auto* one) { spread(*one, position, derivative, sink); }, field);
 }
 
 bool is_zero(const Colorf& c) { return c.r == 0 && c.g == 0 && c.b == 0; }
@@ -76,7 +83,7 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
         if (tapes[i].empty()) continue;
         tapes[i].sweep(sample_weight(slope, samples[i], film.mean[pixel], n),
                        [&](int field, const Vec3f& position, const Colorf& derivative) {
-                         spread(work.fields[field], position, derivative, of_cell[field]);
+                         add(work.fields[field], position, derivative, of_cell[field]);
                        });
       }
     }

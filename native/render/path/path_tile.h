@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "render/driver/camera_samples.h"
-#include "render/driver/kernel.h"
-#include "render/path/path_tracer.h"
 #include "render/film/pixel_sums.h"
+#include "render/path/camera_samples.h"
+#include "render/path/path_kernel.h"
+#include "render/path/path_tracer.h"
 
 namespace selenite {
 

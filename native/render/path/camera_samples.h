@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "math/rng.h"
+#include "render/film/render_settings.h"
 #include "render/prepared/prepared.h"
-#include "render/driver/render.h"
 
 namespace selenite {
 
