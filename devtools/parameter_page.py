@@ -22,7 +22,7 @@ STEPS = {
     "linear": "value",
     "log": "logarithm",
     "log_excess": "log(value - 1)",
-    "blur": "log(value³ + 0.15³) / 3",
+    "roughness": "log(value³ + 0.15³) / 3",
     "reflectance": "reflectance of a half-space",
 }
 
@@ -51,7 +51,7 @@ def page(table: list[dict[str, Any]]) -> str:
                 f"{row['lower']:g} to {row['upper']:g}",
                 f"{row['fit_lower']:g} to {row['fit_upper']:g}",
                 f"{row['initial']:g}",
-                STEPS[row["coordinate"]],
+                STEPS[row["scale"]],
                 row["help"],
             )
             lines.append("| " + " | ".join(cells) + " |")

@@ -121,6 +121,10 @@ TEST(SavedFit, IsRefusedWhereItDoesNotBelong) {
   EXPECT_THROW(otherwise.restore(saved), InvalidArgument);
   Fit adam(scene, both(scene), synthetic_unknowns(), twelve("adam", true));
   EXPECT_THROW(adam.restore(saved), InvalidArgument);
+  std::vector<Photo> photos = both(scene);
+  photos[1].reference[5].b += 1e-3f;
+  Fit retouched(scene, photos, synthetic_unknowns(), settings);
+  EXPECT_THROW(retouched.restore(saved), InvalidArgument) << "a photo has changed";
 }
 
 TEST(SavedFit, DamagedBytesAreRefused) {

@@ -174,39 +174,5 @@ TEST(Search, ThatIsCancelledLeavesTheStart) {
   EXPECT_TRUE(fit.result().history.empty());
 }
 
-TEST(Shrunk, AveragesWhatAPixelCoversAndLeavesOutWhatIsMasked) {
-  Photo photo;
-  photo.camera = "Left";
-  photo.width = 8;
-  photo.height = 4;
-  photo.weight.assign(32, 1.f);
-  for (int i = 0; i < 32; ++i) photo.reference.emplace_back(static_cast<float>(i));
-  photo.weight[0] = 0;
-  const Photo small = resized(photo, 4);
-  ASSERT_EQ(small.width, 4);
-  ASSERT_EQ(small.height, 2);
-  EXPECT_EQ(small.weight[0], 0.f);
-  EXPECT_EQ(small.weight[1], 1.f);
-  EXPECT_FLOAT_EQ(small.reference[1].r, (2 + 3 + 10 + 11) / 4.f);
-  EXPECT_DOUBLE_EQ(small.total_weight, 7);
-  EXPECT_EQ(resized(photo, 8).width, 8) << "never larger";
-}
-
-TEST(Shrunk, KeepsTheMeanAtAnUnevenRatio) {
-  Photo photo;
-  photo.camera = "Left";
-  photo.width = photo.height = 5;
-  photo.weight.assign(25, 1.f);
-  double sum = 0;
-  for (int i = 0; i < 25; ++i) {
-    photo.reference.emplace_back(static_cast<float>(i * i));
-    sum += i * i;
-  }
-  const Photo small = resized(photo, 3);
-  double small_sum = 0;
-  for (const Colorf& c : small.reference) small_sum += c.r;
-  EXPECT_NEAR(small_sum / 9, sum / 25, 1e-3);
-}
-
 }  // namespace
 }  // namespace selenite

@@ -57,54 +57,13 @@ double uniform(std::uint64_t key) { return static_cast<double>(mix64(key) >> 11)
 
 }  // namespace
 
-Photo resized(const Photo& photo, int size) {
-  const int longest = std::max(photo.width, photo.height);
-  if (longest <= size) return photo;
-  const double scale = static_cast<double>(size) / longest;
-  Photo small;
-  small.camera = photo.camera;
-  small.width = std::max(1, static_cast<int>(std::lround(photo.width * scale)));
-  small.height = std::max(1, static_cast<int>(std::lround(photo.height * scale)));
-  small.frame = {photo.frame.aspect, photo.width, photo.height};
-  if (!(small.frame.aspect > 0))
-    small.frame.aspect = static_cast<double>(photo.width) / photo.height;
-  const double step_x = static_cast<double>(photo.width) / small.width;
-  const double step_y = static_cast<double>(photo.height) / small.height;
-  const auto covered = [](int i, double low, double high) {
-    return std::max(0.0, std::min(i + 1.0, high) - std::max<double>(i, low));
-  };
-  for (int y = 0; y < small.height; ++y)
-    for (int x = 0; x < small.width; ++x) {
-      const double left = x * step_x, right = left + step_x, top = y * step_y;
-      const double bottom = top + step_y;
-      Color<double> sum;
-      double area = 0, weight = 0;
-      bool whole = true;
-      for (int j = static_cast<int>(top); j < std::min<double>(bottom, photo.height); ++j)
-        for (int i = static_cast<int>(left); i < std::min<double>(right, photo.width); ++i) {
-          const double part = covered(i, left, right) * covered(j, top, bottom);
-          if (!(part > 0)) continue;
-          const auto at = static_cast<std::size_t>(j) * photo.width + i;
-          whole = whole && photo.weight[at] > 0;
-          sum += Color<double>(photo.reference[at]) * part;
-          weight += part * photo.weight[at];
-          area += part;
-        }
-      small.reference.push_back(whole ? Colorf(sum / area) : Colorf(0.f));
-      small.weight.push_back(whole ? static_cast<float>(weight / area) : 0.f);
-      small.total_weight += small.weight.back();
-    }
-  // All pixels beside a masked one (a thin object): the photo itself is the way out.
-  return small.total_weight > 0 ? small : photo;
-}
-
 MultiStart::MultiStart(const Problem& problem, std::uint64_t seed)
     : seed_(seed),
       problem_{problem.unknowns, problem.layout, photos_, problem.loss, kRemembered},
       reparametrization_(problem.unknowns),
       chosen_(problem.unknowns.start()) {
   for (const Photo& photo : problem.photos) {
-    photos_.push_back(resized(photo, kSize));
+    photos_.push_back(photo.resized(kSize));
     weights_.push_back(relative_weights(photos_.back(), 1));
   }
   Candidate start;

@@ -79,8 +79,4 @@ class MultiStart {
   MultiStartResult result_;
 };
 
-/// The photo at a size of at most `size` pixels; a pixel is the mean over those it covers, and
-/// does not count where one of them does not, as a render of it shows them all.
-Photo resized(const Photo& photo, int size);
-
 }  // namespace selenite

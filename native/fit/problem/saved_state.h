@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "math/error.h"
-#include "math/rng.h"
+#include "math/hash.h"
 #include "render/film/film.h"
 
 namespace selenite {
@@ -56,15 +56,7 @@ class SavedState {
   [[noreturn]] static void damaged() {
     throw InvalidArgument("The saved state is damaged or of another version; start without it");
   }
-  std::uint64_t checksum() const {
-    std::uint64_t sum = mix64(bytes_.size());
-    for (std::size_t i = 0; i < bytes_.size(); i += sizeof sum) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, bytes_.data() + i, std::min(sizeof word, bytes_.size() - i));
-      sum = mix64(sum ^ word);
-    }
-    return sum;
-  }
+  std::uint64_t checksum() const { return hash64(bytes_); }
   void raw(void* data, std::size_t size) {
     if (size == 0) return;
     if (!reading_) {

@@ -16,13 +16,13 @@ from ..fit_run.captures import Capture
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
-from . import information
-from .information import Information, Noise
+from . import fisher
+from .fisher import FisherInformation, Noise
 from .job import Step
 
 #: Samples of a first look at a photo's camera.
 PHOTO_SPP = 64
-#: Usual bounds of a look, see `Looks.at_photos`.
+#: Usual bounds of a look, see `PhotoInformation.at_photos`.
 _DOUBT, _MOST_SPP, _WEAKEST = 0.1, 192, 6.0
 #: Pixels of a look, whatever its aspect.
 _PIXELS = 64 * 64
@@ -43,12 +43,12 @@ class Seen:
     picture: np.ndarray
     weight: np.ndarray
 
-    def information(self, noise: Noise) -> Information:
+    def information(self, noise: Noise) -> FisherInformation:
         """About the unknowns, of a photo with this noise."""
-        return information.information(self.halves, self.variance, self.picture, self.weight, noise)
+        return fisher.information(self.halves, self.variance, self.picture, self.weight, noise)
 
 
-class Looks:
+class PhotoInformation:
     """At the cameras of a scene, for the unknowns of a plan.
 
     plan: unknowns whose start are the values to look at, and the photos. scene: native, with these
@@ -65,7 +65,7 @@ class Looks:
             (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
             for item in plan.unknowns
         ]
-        found = native.core().coordinates(scene, self._asked)
+        found = native.core().reparametrization(scene, self._asked)
         #: Of the components, in the order of the unknowns: "Body:base_color[0]".
         self.names: list[str] = list(found["names"])
         #: Of the components: d parameter / d coordinate, and how far a coordinate's bounds are.
@@ -74,7 +74,7 @@ class Looks:
         #: Components of each unknown.
         self.groups = [list(range(a, b)) for a, b in zip(widths, widths[1:], strict=False)]
         #: After `at_photos`: error of the photos as a share of brightness; by how much one sample
-        #: leaves the information open (`Information.relative_doubt`), the worst photo's.
+        #: leaves the information open (`FisherInformation.relative_doubt`), the worst photo's.
         self.relative = self.doubt = 0.0
         self._seen: list[list[tuple[int, Seen]]] = []  # of each photo: samples, what they showed
         self._token = native.core().ProgressToken()
@@ -88,35 +88,35 @@ class Looks:
     ) -> Iterator[Step]:
         """A look at each photo's camera; where that leaves more doubt than is permitted, as a share
         of the information, a second one, with at most `most_spp` samples in all; with so many where
-        a direction has less than `weakest` (as information.weakest). A capture without a photo
+        a direction has less than `weakest` (as fisher.weakest). A capture without a photo
         counts as if its photo were the render. Raises BadInput for derivatives that are not finite,
         and the native Cancelled."""
         photos = self.plan.captures
         square = 0.0
         for index, capture in enumerate(photos):
-            yield Step(0.2 * index / len(photos), f"photo of {capture.camera}")
+            yield Step(0.2 * index / len(photos), f"photo {capture.id}")
             square += self._relative_error(capture) / len(photos)
         self.relative, self._seen = math.sqrt(square), []
         for index, capture in enumerate(photos):
-            yield Step(0.2 + 0.4 * index / len(photos), f"photo of {capture.camera}")
+            yield Step(0.2 + 0.4 * index / len(photos), f"photo {capture.id}")
             self._seen.append([(PHOTO_SPP, self._at_photo(capture, PHOTO_SPP, 1))])
         settings = self.plan.request.settings
         there = self.informations(settings)
         self.doubt = PHOTO_SPP * max(one.relative_doubt() for one in there)
-        wanted = most_spp if information.weakest(there) < weakest else self.doubt / doubt
+        wanted = most_spp if fisher.weakest(there) < weakest else self.doubt / doubt
         spp = int(np.clip(wanted, PHOTO_SPP, most_spp)) - PHOTO_SPP
         for index, capture in enumerate(photos if spp > 0 else ()):
-            yield Step(0.6 + 0.4 * index / len(photos), f"photo of {capture.camera}, second look")
+            yield Step(0.6 + 0.4 * index / len(photos), f"photo {capture.id}, second pass")
             self._seen[index].append((spp, self._at_photo(capture, spp, 2)))
 
-    def informations(self, settings: FitSettings) -> list[Information]:
+    def informations(self, settings: FitSettings) -> list[FisherInformation]:
         """After `at_photos`: of each photo, for a fit with these settings."""
         noise = self.noise(settings)
         found = []
-        for looks in self._seen:
-            total, first = looks[0]
+        for passes in self._seen:
+            total, first = passes[0]
             one = first.information(noise)
-            for spp, seen in looks[1:]:
+            for spp, seen in passes[1:]:
                 total += spp
                 one = one.mean(seen.information(noise), spp / total)
             found.append(one)
@@ -125,9 +125,9 @@ class Looks:
     def errors(self, settings: FitSettings) -> tuple[np.ndarray, np.ndarray]:
         """After `at_photos`: standard errors of such a fit, (n,), in the coordinates of steps, and
         whether it will tell them as determined, (n,) bool."""
-        photos = [information.precision(one) for one in self.informations(settings)]
-        found = information.errors(photos, self.ranges)
-        return found, information.determined(found, self.ranges)
+        photos = [fisher.precision(one) for one in self.informations(settings)]
+        found = fisher.errors(photos, self.ranges)
+        return found, fisher.determined(found, self.ranges)
 
     def _at_photo(self, capture: Capture, spp: int, look: int) -> Seen:
         """Looks of other numbers have other random numbers."""
@@ -147,7 +147,7 @@ class Looks:
         of those that are there, and are as good."""
         photos = self.plan.captures
         pixels = cost.pixels_at(photos, settings.height) / len(photos)
-        spp = cost.verification_spp(settings)
+        spp = cost.refinement_spp(settings)
         return Noise(spp, self.relative, pixels / (self._size[0] * self._size[1]))
 
     def _relative_error(self, capture: Capture) -> float:
@@ -166,14 +166,14 @@ class Looks:
         )  # fmt: skip
         halves = (film.half_a, film.half_b)
         variance = film.standard_error.astype(np.float64) ** 2 * _RESIDUAL_SPP
-        found = information.relative_square(halves, variance, capture.reference, capture.weight)
+        found = fisher.relative_square(halves, variance, capture.reference, capture.weight)
         return float(np.clip(found, low**2, high**2))
 
     def _at(
         self, camera: str, spp: int, look: int, picture: np.ndarray | None, weight: np.ndarray
     ) -> Seen:
         settings = self.plan.request.settings
-        seen: dict[str, Any] = native.core().look(
+        seen: dict[str, Any] = native.core().photo_jacobian(
             self._scene, self._asked, camera, *self._size, spp,
             seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
             threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,

@@ -18,7 +18,7 @@ class Step:
 
 
 class Work(Protocol):
-    """What a LookJob drives."""
+    """What a BackgroundJob drives."""
 
     def steps(self) -> Iterator[Step]:
         """Works from one step to the next; the result is left in the object itself."""
@@ -30,7 +30,7 @@ class Work(Protocol):
 W = TypeVar("W", bound=Work)
 
 
-class LookJob(Generic[W]):
+class BackgroundJob(Generic[W]):
     """Start, progress, cancel, join. Blender is not touched from the thread."""
 
     def __init__(self, work: W) -> None:

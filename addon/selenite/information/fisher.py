@@ -21,7 +21,7 @@ _RESOLVED, _PRIOR, _UNDETERMINED, _DECADES = 3.0, 0.29, 0.1, 4.6
 
 
 @dataclass(frozen=True)
-class Information:
+class FisherInformation:
     """Of one photo. With J = d picture / d coordinates, w the fit's weights and V the
     variance of a residual, each summed over pixels and channels:
 
@@ -37,10 +37,10 @@ class Information:
     low: float
     high: float
 
-    def mean(self, other: Information, share: float) -> Information:
+    def mean(self, other: FisherInformation, share: float) -> FisherInformation:
         """Of two looks at the same picture, the other one having that share of the samples."""
         rest = 1 - share
-        return Information(
+        return FisherInformation(
             rest * self.normal + share * other.normal,
             rest**2 * self.doubt + share**2 * other.doubt,
             rest * self.spread + share * other.spread,
@@ -80,7 +80,7 @@ def information(
     picture: np.ndarray,
     weight: np.ndarray,
     noise: Noise,
-) -> Information:
+) -> FisherInformation:
     """halves: independent estimates of J, (n, h, w, 3). sample_variance: of one sample, (h, w, 3).
     picture: the photo or a render in its place. weight: (h, w), 0 where a pixel does not count."""
     counts = weight > 0
@@ -98,7 +98,7 @@ def information(
     w = w.ravel()
     size, uncertain = (za**2 + zb**2) / 2, (a - b) ** 2 / 2
     mixed = (size * w**2) @ uncertain.T
-    return Information(
+    return FisherInformation(
         normal=_symmetric((za * w) @ b.T + (zb * w) @ a.T) / 2,
         doubt=mixed + mixed.T,
         spread=_symmetric(noisy[0] @ noisy[1].T),
@@ -124,7 +124,7 @@ def relative_square(
     return float((share * product / level**2).sum() / share.sum())
 
 
-def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
+def precision(found: FisherInformation, resolved: float = _RESOLVED) -> np.ndarray:
     """(n, n), positive semidefinite: inverse covariance of what a fit to the photo would find.
 
     Directions whose information is not more than `resolved` standard deviations of its own noise,
@@ -146,7 +146,7 @@ def precision(found: Information, resolved: float = _RESOLVED) -> np.ndarray:
     return result
 
 
-def weakest(photos: Sequence[Information]) -> float:
+def weakest(photos: Sequence[FisherInformation]) -> float:
     """Of all directions the least information of the photos together, in standard deviations of its
     noise; 0 where a component is not seen."""
     normal = np.sum([one.normal for one in photos], axis=0)

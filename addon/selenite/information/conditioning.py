@@ -10,14 +10,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..fit_run import cost
-from ..fit_run.job import FitJob, fitted_values, scene_at
+from ..fit_run.job import MULTI_START, FitJob, fitted_values, scene_at
 from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
 from ..fit_run.staging.request import StageRequest, first_then_all
 from ..fit_run.unknowns import Unknown, labels
-from . import information
+from . import fisher
 from .job import Step
-from .photos import Looks
+from .photo_information import PhotoInformation
 
 #: Where the photos are asked what they determine.
 AT_START, AT_SEARCHED = "at the start", "at the values that the search found"
@@ -42,7 +42,7 @@ class StageChoice:
         self._plan_of = plan_of
         self._why_not = cost.too_many(plan)
         self._search = None if self._why_not else _search(plan)
-        self._looks: Looks | None = None
+        self._photos: PhotoInformation | None = None
         self._cancelled = False
 
     def cancel(self) -> None:
@@ -50,8 +50,8 @@ class StageChoice:
         self._cancelled = True
         if self._search is not None:
             self._search.cancel()
-        if self._looks is not None:
-            self._looks.cancel()
+        if self._photos is not None:
+            self._photos.cancel()
 
     def steps(self) -> Iterator[Step]:
         """Raises BadInput for derivatives that are not finite, FitFailed, and the native
@@ -66,16 +66,14 @@ class StageChoice:
                 for step in _driven(self._search):
                     yield Step(begin * step.fraction, step.text)
                 seen = _at_result(self.plan, self._search)
-            self._looks = Looks(seen, seen.scene)
+            self._photos = PhotoInformation(seen, seen.scene)
             if self._cancelled:  # while there were no looks to cancel
-                self._looks.cancel()
-            for step in self._looks.at_photos():
+                self._photos.cancel()
+            for step in self._photos.at_photos():
                 yield Step(begin + (1 - begin) * step.fraction, step.text)
-            photos = [
-                information.precision(one) for one in self._looks.informations(request.settings)
-            ]
+            photos = [fisher.precision(one) for one in self._photos.informations(request.settings)]
             where = AT_START if self._search is None else AT_SEARCHED
-            waiting, why = held_back(photos, self._looks.ranges, self._looks.groups, where)
+            waiting, why = held_back(photos, self._photos.ranges, self._photos.groups, where)
             held = [self.plan.unknowns[index] for index in waiting]
         if not held:
             self.plan = replace(self.plan, request=replace(request, staging=f"All at once: {why}"))
@@ -96,7 +94,7 @@ def _search(plan: FitPlan) -> FitJob | None:
     """The fit of everything that the stage "search" will be; None where it would not search."""
     settings = replace(plan.request.settings, iterations=_SEARCH_ITERATIONS)
     job = FitJob(replace(plan, request=replace(plan.request, settings=settings)), to_end=False)
-    return job if job.progress().phase == "searching" else None
+    return job if job.progress().phase == MULTI_START else None
 
 
 def _driven(job: FitJob) -> Iterator[Step]:
@@ -104,8 +102,8 @@ def _driven(job: FitJob) -> Iterator[Step]:
     job.start()
     try:
         while (state := job.progress()).running:
-            searching = state.phase == "searching"
-            yield Step(state.fraction if searching else 1.0, "searching")
+            searching = state.phase == MULTI_START
+            yield Step(state.fraction if searching else 1.0, MULTI_START)
             time.sleep(_POLL)
     finally:
         job.cancel()
@@ -130,7 +128,7 @@ def held_back(
 ) -> tuple[list[int], str]:
     """Which parameters wait for the last stage, and why; none: all at once.
 
-    photos: `information.precision` of each, (n, n). groups: components of each parameter. A
+    photos: `fisher.precision` of each, (n, n). groups: components of each parameter. A
     parameter is determined where all its components are. where: for the sentence.
     """
     everything = [k for group in groups for k in group]
@@ -138,13 +136,13 @@ def held_back(
 
     def errors(free: Sequence[int]) -> dict[int, float]:
         """Standard error of each component of `free`, all but these being known."""
-        found = information.errors(photos, ranges, free)
+        found = fisher.errors(photos, ranges, free)
         return dict(zip(free, found, strict=True))
 
     def known(index: int, found: dict[int, float]) -> bool:
         group = list(groups[index])
         sizes = np.array([found[k] for k in group])
-        return bool(information.determined(sizes, ranges[group]).all())
+        return bool(fisher.determined(sizes, ranges[group]).all())
 
     together = errors(everything)
     left = [index for index in range(count) if known(index, together)]
