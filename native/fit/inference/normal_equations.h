@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "fit/problem/saved_state.h"
 #include "fit/solver/gauss_newton.h"
 
 namespace selenite {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fit/phases/low_roughness_restart.h"
+#include "fit/solver/field_adam.h"
 #include "fit/solver/field_gauss_newton.h"
 
 namespace selenite {

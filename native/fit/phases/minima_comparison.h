@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "fit/evaluate/paired_test.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/inference/confidence_intervals.h"

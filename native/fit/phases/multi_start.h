@@ -10,6 +10,7 @@
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/state/fit_result.h"
 #include "fit/solver/gauss_newton.h"
+#include "fit/evaluate/paired_test.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/evaluate/finite_differences.h"
 

@@ -63,8 +63,7 @@ std::string FitProblem::fingerprint() const {
   for (const Component& component : unknowns_.components()) text += "\n" + component.name;
   for (std::size_t f = 0; f < fields_.names().size(); ++f)
     text += "\n" + fields_.names()[f] + " " + std::to_string(fields_.start()[f].size());
-  for (const Photo& photo : photos_) text += "
-" + std::to_string(photo.fingerprint());
+  for (const Photo& photo : photos_) text += "\n" + std::to_string(photo.fingerprint());
   return text;
 }
 

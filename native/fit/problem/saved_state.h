@@ -121,6 +121,11 @@ class SavedState {
   void one(std::vector<T>& part) {
     list(part);
   }
+  void one(std::vector<bool>& part) {
+    std::vector<char> items(part.begin(), part.end());
+    list(items);
+    if (reading_) part.assign(items.begin(), items.end());
+  }
   template <class T>
   void one(std::deque<T>& part) {
     list(part);
