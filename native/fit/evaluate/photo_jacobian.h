@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "fit/problem/reparametrization.h"
-#include "fit/solver/instrumental_variables.h"
+#include "fit/evaluate/half_buffers.h"
 #include "render/driver/render.h"
 
 namespace selenite {
