@@ -239,7 +239,7 @@ std::vector<Geometry::Face> Geometry::faces_of(const Mesh& mesh) {
     for (int k = 0; k < 3; ++k) {
       face.corners[k] = mesh.positions[mesh.triangles[i][k]];
       face.normals[k] = mesh.corner_normals[3 * i + k];
-      face.scale = std::max(face.scale, largest(face.corners[k]));
+      face.coordinate = std::max(face.coordinate, largest(face.corners[k]));
     }
     const auto& [a, b, c] = face.corners;
     face.ng = normalize(cross(b - a, c - a));
@@ -279,7 +279,7 @@ Surface Geometry::surface(const Hit& hit) const {
   Surface s;
   s.material = instance.materials[face.slot];
   Vec3f n = at_hit(face.normals);
-  float coordinate = face.scale;
+  float coordinate = face.coordinate;
   if (in_world_space_[hit.instance]) {
     s.position = at_hit(face.corners);
     s.ng = face.ng;
