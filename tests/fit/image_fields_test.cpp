@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "fit/problem/fields.h"
+#include "fit/evaluate/field_loss.h"
 #include "fit/run/fit.h"
 #include "fit/taken_photos.h"
 #include "math/error.h"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "fit/problem/reparametrization.h"
-#include "fit/solver/instrumental_variables.h"
+#include "fit/evaluate/half_buffers.h"
 #include "render/driver/render.h"
 
 namespace selenite {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "fit/evaluate/paired_test.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/phases/multi_start.h"
 #include "fit/inference/confidence_intervals.h"

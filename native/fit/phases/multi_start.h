@@ -2,21 +2,15 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <vector>
 
-#include "fit/solver/gauss_newton.h"
+#include "fit/evaluate/paired_test.h"
+#include "fit/evaluate/render_at.h"
 #include "fit/evaluate/tiled_loss.h"
-#include "fit/evaluate/finite_differences.h"
+#include "fit/solver/gauss_newton.h"
 
 namespace selenite {
-
-/// A photo rendered at values x, with the slots of all unknowns and the differences that
-/// `derivatives` names.
-using RenderAt = std::function<Film(const Vector& x, const Photo& photo, int spp,
-                                    std::uint64_t seed, std::optional<Differences> derivatives)>;
 
 /// What a search has found; losses are of small pictures in Gauss-Newton's first weights,
 /// without the bias of noise and without detail that is noise.

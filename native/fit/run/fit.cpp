@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "fit/evaluate/field_loss.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/evaluate/seeds.h"
 #include "math/error.h"

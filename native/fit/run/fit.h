@@ -9,6 +9,7 @@
 
 #include "fit/problem/photo.h"
 #include "fit/problem/uniform_fields.h"
+#include "fit/solver/field_adam.h"
 #include "fit/solver/field_gauss_newton.h"
 #include "fit/problem/fields.h"
 #include "fit/problem/loss.h"

@@ -10,6 +10,7 @@
 #include "fit/problem/photo.h"
 #include "fit/problem/fields.h"
 #include "fit/solver/instrumental_variables.h"
+#include "render/driver/field_gradient.h"
 
 namespace selenite {
 

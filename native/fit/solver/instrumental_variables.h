@@ -5,32 +5,12 @@
 #include <array>
 #include <vector>
 
-#include "fit/solver/optimiser.h"
+#include "fit/evaluate/half_buffers.h"
+#include "fit/evaluate/wiener_filter.h"
 
 namespace selenite {
 
-/// Rows: channels of pixels, as they lie in a Picture; columns: unknowns.
-using Jacobian = Eigen::MatrixXf;
-
-/// Independent halves of a film, in an optimiser's reparametrization.
-struct Halves {
-  Eigen::VectorXf residual_a, residual_b;  ///< half-buffer minus photo
-  Eigen::VectorXf variance;                ///< of one half-buffer
-  Jacobian jacobian_a, jacobian_b;
-  /// By unknown: whether the film has a derivative by it, its columns being 0 otherwise.
-  Eigen::ArrayX<bool> differentiated;
-};
-
-/// Without the Jacobians.
-Halves residual_halves(const Film& film, const Photo& photo);
-/// `slope` is dx/du per unknown.
-Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
-
-/// The mean of two independent draws of a picture of derivatives, or of a difference: clipped, filtered
-/// by what the two have in common. `share`: variance of the mean's noise over the sum of theirs.
-Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
-                              const Eigen::VectorXf& other, double share, const Photo& photo,
-                              int channel, const Eigen::VectorXf& importance);
+class SavedState;
 
 /// Jacobians of a photo summed over iterations, halves apart: derivative images whose noise falls
 /// from iteration to iteration.
