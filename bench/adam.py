@@ -41,7 +41,7 @@ def unknowns(values, rate):
     ]
 
 
-def fit(roughness, secants, seed, options):
+def fit(roughness, finite_differences, seed, options):
     """Error of the last values by parameter, and CPU seconds."""
     true = TRUE | {"roughness": roughness}
     shown = scenes.make(options.mesh, "lamp", true, 1)
@@ -49,11 +49,11 @@ def fit(roughness, secants, seed, options):
     size = (options.size, options.size)
     photo = native.core().render(shown, camera, *size, options.photo_spp, seed=_PHOTO_SEED).image
     values = true | START
-    iterations = options.iterations if secants else round(options.iterations * _COST)
+    iterations = options.iterations if finite_differences else round(options.iterations * _COST)
     settings = {
         "optimiser": "adam", "iterations": iterations, "spp": options.spp, "seed": seed,
-        "tolerance": 0.0, "threads": 1, "secants": secants, "search": "off",
-        "verification": "off", "validation_interval": 20,
+        "tolerance": 0.0, "threads": 1, "finite_differences": finite_differences, "search": "off",
+        "refinement": "off", "validation_interval": 20,
     }  # fmt: skip
     job = native.core().Fit(
         scenes.make(options.mesh, "lamp", values, 1),
@@ -79,9 +79,11 @@ def main():
     add("--mesh", choices=stage.MESHES, default="bunny_6598", help="(%(default)s)")
     options = parser.parse_args()
     for roughness in options.roughness:
-        for secants in (True, False):
-            label = f"roughness {roughness:g}, {'pairs' if secants else 'detached'}"
-            runs = [fit(roughness, secants, seed, options) for seed in range(options.seeds)]
+        for finite_differences in (True, False):
+            label = f"roughness {roughness:g}, {'pairs' if finite_differences else 'detached'}"
+            runs = [
+                fit(roughness, finite_differences, seed, options) for seed in range(options.seeds)
+            ]
             root = {n: np.sqrt(np.mean([e[n] ** 2 for e, _ in runs])) for n in runs[0][0]}
             errors = ", ".join(f"{name} {error:.3f}" for name, error in root.items())
             each = " ".join(f"{error['ior']:.3f}" for error, _ in runs)

@@ -28,8 +28,8 @@ from synthetic.slopes import (  # noqa: E402
     DETACHED,
     PAIRS,
     Camera,
-    Coordinate,
     Gathered,
+    Scale,
     detached_of,
     half_covariance,
 )
@@ -64,9 +64,9 @@ def photo_of(camera, values, options):
     """Picture of values some way off, with seeds of its own."""
     moved = {}
     for name, value in values.items():
-        coordinate = Coordinate(name)
+        scale = Scale(name)
         # Downwards: a colour near 1 has no other way.
-        moved[name] = coordinate.moved(value, -_DISPLACED * coordinate.step)
+        moved[name] = scale.moved(value, -_DISPLACED * scale.step)
     return camera.shoot(moved, _PHOTO_SEED, spp=options.photo_spp).mean
 
 
@@ -89,26 +89,26 @@ def gather(camera, values, options):
         plain = camera.shoot(values, seed)
         cpu["primal"].append(plain.cpu)
         for name in names:
-            coordinate = Coordinate(name)
+            scale = Scale(name)
             if seed < _TIMED:
                 cpu[name].append(camera.shoot(values, seed, (name,)).cpu)
-            slope, covariance = detached_of(base, name, coordinate.slope(values[name]))
+            slope, covariance = detached_of(base, name, scale.slope(values[name]))
             for gathered in (alone, in_fit):
                 gathered[name, DETACHED].add(slope, covariance, base, photo)
             others = tuple(other for other in names if other != name)
             carrying = camera.shoot(values, seed, others)
             cpu[_without(name)].append(carrying.cpu)
 
-            def shots(pair, base, slots, name=name, coordinate=coordinate, seed=seed):
+            def shots(pair, base, slots, name=name, scale=scale, seed=seed):
                 result = {0: base}
                 for offset in pair.offsets:
-                    moved = coordinate.moved(values[name], offset * coordinate.step)
+                    moved = scale.moved(values[name], offset * scale.step)
                     own = _OTHER_SEEDS if len(pair.offsets) == 2 else 0
                     result[offset] = camera.shoot(values | {name: moved}, seed + own, slots)
                 return result
 
             for pair in PAIRS:
-                distance = (pair.above + pair.below) * coordinate.step
+                distance = (pair.above + pair.below) * scale.step
                 pictures = shots(pair, plain, ())
                 alone[name, pair.name].add(*_difference(pair, pictures, distance), plain, photo)
                 if len(pair.offsets) == 1:

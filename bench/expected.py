@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 from synthetic import subjects  # noqa: E402
 
 from selenite.fit_run.settings import FitSettings  # noqa: E402
-from selenite.looks.photos import Looks  # noqa: E402
+from selenite.information.photo_information import PhotoInformation  # noqa: E402
 from selenite.trade.expected import errors_of  # noqa: E402
 
 
@@ -29,11 +29,11 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
     captures = subject.photos(settings.height, spp)
     truth = subject.plan(subject.true, captures, settings)
     begin = time.process_time()
-    looks = Looks(truth, truth.scene)
-    for _ in looks.at_photos():
+    photos = PhotoInformation(truth, truth.scene)
+    for _ in photos.at_photos():
         pass
     took = time.process_time() - begin
-    expected = errors_of(looks, settings)
+    expected = errors_of(photos, settings)
     off = {item.name: [] for item in truth.unknowns}
     told = {item.name: [] for item in truth.unknowns}
     seconds = []
@@ -50,7 +50,7 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
                 told[item.name].append(float(np.sqrt(np.mean(size**2))))
     print(
         f"{name}: {settings.height} px, {settings.iterations} x {settings.spp}, {seeds} fits of "
-        f"{np.mean(seconds):.1f} CPU s, look {took:.1f} CPU s, photos off by {looks.relative:.3f}"
+        f"{np.mean(seconds):.1f} CPU s, look {took:.1f} CPU s, photos off by {photos.relative:.3f}"
     )
     for item, error in zip(truth.unknowns, expected, strict=True):
         errors = np.array(off[item.name])

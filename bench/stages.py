@@ -27,7 +27,7 @@ from selenite.fit_run.settings import FitSettings  # noqa: E402
 from selenite.fit_run.staging import plan as stage_plan  # noqa: E402
 from selenite.fit_run.staging.plan import Stage  # noqa: E402
 from selenite.fit_run.staging.request import AUTO, stages_by_name  # noqa: E402
-from selenite.looks.conditioning import StageChoice  # noqa: E402
+from selenite.information.conditioning import StageChoice  # noqa: E402
 
 _LONGER = 1.5
 

@@ -17,9 +17,9 @@ from selenite.fit_run import checkpoint
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
 from selenite.fit_run.staging.job import make_job
+from selenite.information import conditioning
+from selenite.information.photo_information import PhotoInformation
 from selenite.interface import panels, state
-from selenite.looks import conditioning
-from selenite.looks.photos import Looks
 from selenite.scene_read.values import CaptureRequest
 
 pytestmark = pytest.mark.blender
@@ -137,11 +137,11 @@ def test_from_a_dark_start_the_choice_is_made_where_the_search_ended(glass, caps
     """Looked at there, the start led to transmission .50 and IOR 1.45: an opaque look-alike."""
     looked_at = {}
 
-    def look(plan, scene):
+    def photo_information(plan, scene):
         looked_at.update({item.name: list(item.start) for item in plan.unknowns})
-        return Looks(plan, scene)
+        return PhotoInformation(plan, scene)
 
-    monkeypatch.setattr(conditioning, "Looks", look)
+    monkeypatch.setattr(conditioning, "PhotoInformation", photo_information)
     status, report, printed = command(capsys, *glass)
     assert status == 0, printed
     assert looked_at["Body:transmission"][0] > 0.5

@@ -11,8 +11,8 @@ from pressed_buttons import ESCAPE, TIMER, Pressed
 
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
+from selenite.information.job import BackgroundJob
 from selenite.interface import panels, state
-from selenite.looks.job import LookJob
 from selenite.scene_read.values import CaptureRequest
 from selenite.trade.start import estimate_of
 
@@ -130,7 +130,7 @@ def test_a_photo_far_from_the_render_is_told(tmp_path):
 
 def test_a_cancelled_estimate_tells_nothing(tmp_path):
     made.studio()
-    job = LookJob(estimate_in(tmp_path))
+    job = BackgroundJob(estimate_in(tmp_path))
     job.start()
     job.cancel()
     assert job.join() is False

@@ -13,7 +13,7 @@ from command_line import command
 from selenite import native
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
-from selenite.looks.job import LookJob
+from selenite.information.job import BackgroundJob
 from selenite.next_camera.candidates import body_of, candidates
 from selenite.next_camera.suggestion import suggestion_of
 from selenite.scene_read.build import build
@@ -303,12 +303,12 @@ def test_a_search_in_its_thread_can_be_cancelled_and_hands_on_what_goes_wrong(tm
     settings = FitSettings(height=24)
     unknowns = (UnknownRequest("Front", "base_color"),)
     request = RunRequest("", unknowns, captures, settings)
-    job = LookJob(suggestion_of(made.read(), request, {}))
+    job = BackgroundJob(suggestion_of(made.read(), request, {}))
     job.start()
     job.cancel()
     assert job.join() is False and job.work.rows == []
-    job = LookJob(suggestion_of(made.read(), request, {}))
-    job.work._looks._asked[0] = ("Nobody", *job.work._looks._asked[0][1:])
+    job = BackgroundJob(suggestion_of(made.read(), request, {}))
+    job.work._photos._asked[0] = ("Nobody", *job.work._photos._asked[0][1:])
     job.start()
     with pytest.raises(KeyError, match="Nobody"):
         job.join()

@@ -12,7 +12,7 @@ from typing import Any
 
 def safe_name(text: str) -> str:
     """A name of the scene's as part of a file's."""
-    return "".join(c if c.isalnum() or c in "-_." else "_" for c in text)
+    return "".join(c if c.isalnum() or c in "-_.#" else "_" for c in text)
 
 
 def write_bytes(path: Path, data: bytes) -> None:

@@ -185,6 +185,15 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
     )
 
 
+def _add_captures(parser: argparse.ArgumentParser, photo: str) -> None:
+    """--photo with its help, and --mask."""
+    many = {"action": "append", "default": []}
+    more = "may be given several times, for one camera too: its photos are CAMERA, CAMERA#2, ..."
+    parser.add_argument("--photo", **many, metavar="CAMERA=FILE", help=f"{more}; {photo}")
+    mask = "black pixels of it do not count; PHOTO: the camera's name, or CAMERA#2 for its second"
+    parser.add_argument("--mask", **many, metavar="PHOTO=FILE", help=mask)
+
+
 def _add_fit(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "fit", ".commands.fit")
     add = parser.add_argument
@@ -192,8 +201,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
-    add("--photo", **many, metavar="CAMERA=FILE", help="default: the captures of the scene")
-    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    _add_captures(parser, "default: the captures of the scene")
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     grid = (
@@ -244,8 +252,7 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     add("scene", metavar="SCENE", help=scene)
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what is unknown")
-    add("--photo", **many, metavar="CAMERA=FILE", help="default: the captures of the scene")
-    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    _add_captures(parser, "default: the captures of the scene")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     value = "a value to look at; default: the fitted one, or the scene's"
     add("--set", **many, metavar="OWNER:PARAM=V[,V,V]", help=value)
@@ -269,8 +276,7 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what the fits look for")
     photo = "whose cameras and sizes count; its content does not. Default: the scene's cameras"
-    add("--photo", **many, metavar="CAMERA=FILE", help=photo)
-    add("--mask", **many, metavar="CAMERA=FILE", help="black pixels of it do not count")
+    _add_captures(parser, photo)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     add("--budget", type=float, default=300.0, metavar="SECONDS", help="in all (%(default)g)")
     add("--loss", help="of every fit; default: dual-buffer")

@@ -33,7 +33,7 @@ class Parameter:
     fit_lower: float
     fit_upper: float
     initial: float
-    coordinate: str
+    scale: str
     effect: str
     versions: tuple[str, ...]
     help: str

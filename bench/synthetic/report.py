@@ -24,7 +24,7 @@ COLUMNS = (
     "label", "case", "kind", "mesh", "lighting", "cameras", "seed", "mean_error", *SCALARS,
     "cpu_seconds", "samples", "validation", "validation_standard_error", "best_iteration",
     "intervals", "covered", "undetermined", "misfit", "misfit_standard_error", "explained",
-    "answer", "zscores", "optimiser", "grid_error", "rivals", "image_error",
+    "answer", "zscores", "optimiser", "grid_error", "alternative_minima", "image_error",
 )  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
         "misfit": misfit["value"],
         "misfit_standard_error": misfit["standard_error"],
         "explained": int(misfit["explained"]),
-        "rivals": len(told["rivals"]),
+        "alternative_minima": len(told["alternative_minima"]),
         "zscores": " ".join(z),
     }
 
@@ -100,7 +100,8 @@ def line(found: dict[str, Any]) -> str:
     text = f"{found['case']}: mean {found['mean_error']:.4f} ({parts}) {found['cpu_seconds']:.1f} s"
     if found["intervals"] != "":
         text += f", {found['covered']} of {found['intervals']} intervals hold"
-        text += f", not determined: {found['undetermined'] or 'none'}, rivals: {found['rivals']}"
+        text += f", not determined: {found['undetermined'] or 'none'}, "
+        text += f"alternative minima: {found['alternative_minima']}"
     if found["grid_error"] != "":
         text += f", voxels off by {found['grid_error']:.3f}"
     if found["image_error"] != "":
@@ -154,8 +155,9 @@ def is_told(one: dict[str, str]) -> bool:
 
 
 def is_doubted(one: dict[str, str]) -> bool:
-    """Whether the report says that this may be the wrong place: a misfit, or a rival."""
-    return one["explained"] == "0" or one["rivals"] not in ("", "0")
+    """Whether the report says that this may be the wrong place: a misfit, or alternative
+    minima."""
+    return one["explained"] == "0" or one["alternative_minima"] not in ("", "0")
 
 
 def _share(some: list[dict[str, str]], low: float, high: float, has: Callable[..., bool]) -> str:

@@ -20,8 +20,8 @@ from selenite import native, parameters
 
 from .scenes import OWNER
 
-#: h, the unit of the distances, by coordinate. Gradients by IOR are central 3h/2.
-STEPS = {"log": 0.3, "blur": 0.3, "log_excess": 0.7 / 3, "linear": 0.06, "reflectance": 0.06}
+#: h, the unit of the distances, by scale. Gradients by IOR are central 3h/2.
+STEPS = {"log": 0.3, "roughness": 0.3, "log_excess": 0.7 / 3, "linear": 0.06, "reflectance": 0.06}
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,13 @@ PAIRS = (
 DETACHED = "detached"
 
 
-class Coordinate:
+class Scale:
     """u = log(x - shift), or x (of an albedo too: its differences are short)."""
 
     def __init__(self, name: str) -> None:
-        kind = parameters.table()["material", name].coordinate
+        kind = parameters.table()["material", name].scale
         self.step = STEPS[kind]
-        self.shift = {"log": 0.0, "blur": 0.0, "log_excess": 1.0}.get(kind)
+        self.shift = {"log": 0.0, "roughness": 0.0, "log_excess": 1.0}.get(kind)
 
     def moved(self, value: Any, by: float) -> Any:  # noqa: ANN401
         """The value (or list of components) after `by` in u."""

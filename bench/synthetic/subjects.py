@@ -59,7 +59,9 @@ class Subject:
             film = native.core().render(scene, camera, width, height, spp, seed=_PHOTO_SEED + index)
             weight = np.ones((height, width), np.float32)
             picture = np.ascontiguousarray(film.image, np.float32)
-            found.append(Capture(camera, "own", (width, height), picture, weight, width / height))
+            size = (width, height)
+            aspect = width / height
+            found.append(Capture(camera, camera, "own", size, picture, weight, aspect))
         return found
 
 

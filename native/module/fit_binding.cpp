@@ -62,9 +62,10 @@ class Named {
 
 Photo photo_of(const py::handle& object, std::size_t index) {
   const std::string what = "photos[" + std::to_string(index) + "]";
-  const Named named(object, what, {"camera", "reference", "weight", "frame"});
+  const Named named(object, what, {"id", "camera", "reference", "weight", "frame"});
   Photo photo;
   photo.camera = named.as<std::string>("camera");
+  named.take("id", photo.id);
   if (named.has("frame")) photo.frame = frame_of(named.as<FrameTuple>("frame"));
   const FloatArray reference = float_array(named.get("reference"), what + ": reference");
   if (reference.ndim() != 3 || reference.shape(2) != 3)
@@ -299,9 +300,10 @@ void bind_fit(py::module_& m) {
 
 Args:
     scene: copied; later changes of the argument do not matter.
-    photos: list of dict {camera: str, reference: (h, w, 3) float32 linear radiance, row 0 at the
-        top, weight: (h, w) float32 >= 0 or None, frame (aspect, width, height): as for `render`}. Pixels
-        that are not finite must have weight 0.
+    photos: list of dict {id: str, unique, or None for the camera's name; camera: str, of any number
+        of photos; reference: (h, w, 3) float32 linear radiance, row 0 at the top; weight: (h, w)
+        float32 >= 0 or None; frame (aspect, width, height): as for `render`}. Pixels that are not
+        finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; the bounds hold for every component. The parameters "albedo_grid" and
         "density_grid" of a material are every value of that grid, "base_color_texture" every texel
@@ -317,7 +319,7 @@ Args:
         Gauss-Newton; beside grids and images where each holds one colour, one is of albedos or base
         colours, and there are up to 12 numbers with these as three; or "on", "off"), refinement
         "auto" (with up to 12 unknowns and no grid or image; or "on", "off"),
-        refinement_spp 0 (as many as the iterations took, at least 64), differences True (differences
+        refinement_spp 0 (as many as the iterations took, at least 64), finite_differences True (differences
         of pictures in place of derivatives: by IOR, in Gauss-Newton steps by roughness and
         extinction too).
 Raises:
@@ -348,8 +350,8 @@ Raises:
     ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
       .def(
           "state", &state_dict,
-          R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("searching", "fitting",
-"verifying"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
+          R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("multi-start",
+"descent", "refinement"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
 seconds, seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
       .def("preview", &preview_array, "photo_index"_a,
@@ -364,7 +366,7 @@ fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
 search: {points (0: none), moved, start_loss, loss, standard_error}.
 report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
 "maximum", None), correlated_with}}, each a list by component; passes (0: not verified); misfit:
-{value, standard_error, explained}; alternatives: values far from the best that explain the photos as well,
+{value, standard_error, explained}; alternative_minima: values far from the best that explain the photos as well,
 each {"Body:roughness": [..]}; ambiguous: components ("Body:base_color[1]") determined but for them}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the

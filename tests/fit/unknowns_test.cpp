@@ -100,50 +100,5 @@ TEST(Unknowns, NameMistakesAloneAreUnknownNames) {
   EXPECT_THROW(Unknowns(synthetic_scene(), {{"Bodi", "ior", {1.5}, 1, 2, 0.03}}), UnknownName);
 }
 
-struct BadCapture {
-  const char* name;
-  void (*spoil)(std::vector<Photo>&);
-  const char* says;
-};
-class BadCaptures : public ::testing::TestWithParam<BadCapture> {};
-TEST_P(BadCaptures, AreNamedWithTheirCure) {
-  const Scene scene = synthetic_scene();
-  std::vector<Photo> photos{synthetic_capture(scene, "Left", 4)};
-  GetParam().spoil(photos);
-  try {
-    check_photos(scene, photos);
-    FAIL() << "accepted";
-  } catch (const std::exception& error) {
-    EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
-  }
-}
-using Captures = std::vector<Photo>;
-INSTANTIATE_TEST_SUITE_P(
-    Table, BadCaptures,
-    ::testing::Values(
-        BadCapture{"none", [](Captures& c) { c.clear(); }, "at least one camera"},
-        BadCapture{"camera", [](Captures& c) { c[0].camera = "Top"; }, "Left"},
-        BadCapture{"twice", [](Captures& c) { c.push_back(c[0]); }, "two photos"},
-        BadCapture{"empty", [](Captures& c) { c[0].width = 0; }, "at least 1"},
-        BadCapture{"size", [](Captures& c) { c[0].width = 5; }, "holds 16 pixels, not 5 x 4"},
-        BadCapture{"mask_size", [](Captures& c) { c[0].weight.assign(3, 1.f); },
-                   "its mask holds 3"},
-        BadCapture{"negative", [](Captures& c) { c[0].weight.assign(16, -1.f); }, ">= 0"},
-        BadCapture{"no_pixel", [](Captures& c) { c[0].weight.assign(16, 0.f); }, "leaves no pixel"},
-        BadCapture{"nan", [](Captures& c) { c[0].reference[3].g = std::nanf(""); },
-                   "1 pixels are not"}),
-    [](const auto& info) { return info.param.name; });
-
-TEST(Captures, NanUnderTheMaskIsBlack) {
-  const Scene scene = synthetic_scene();
-  Captures photos{synthetic_capture(scene, "Left", 4)};
-  photos[0].reference[3].g = std::nanf("");
-  photos[0].weight.assign(16, 1.f);
-  photos[0].weight[3] = 0;
-  check_photos(scene, photos);
-  EXPECT_EQ(photos[0].reference[3].g, 0.f);
-  EXPECT_EQ(photos[0].total_weight, 15);
-}
-
 }  // namespace
 }  // namespace selenite

@@ -143,9 +143,9 @@ def test_an_older_table_gets_the_columns_that_it_lacks(tmp_path: Path) -> None:
 
 
 def test_a_wrong_fit_counts_as_told_where_its_report_warns() -> None:
-    row = {"explained": "1", "undetermined": "", "rivals": "0"}
+    row = {"explained": "1", "undetermined": "", "alternative_minima": "0"}
     assert not report.is_told(row)
-    for doubt in ({"explained": "0"}, {"rivals": "1"}):
+    for doubt in ({"explained": "0"}, {"alternative_minima": "1"}):
         assert report.is_doubted(row | doubt)
         assert report.is_told(row | doubt)
     assert report.is_told(row | {"undetermined": "ior"})

@@ -11,8 +11,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.looks import information  # noqa: E402
-from selenite.looks.conditioning import held_back  # noqa: E402
+from selenite.information import fisher  # noqa: E402
+from selenite.information.conditioning import held_back  # noqa: E402
 
 APART = [[0], [1], [2]]
 
@@ -44,17 +44,17 @@ def test_where_none_stands_alone_the_one_whose_error_grows_most_waits() -> None:
     """Third = first + second in the pictures; the second is seen best, so it grows most."""
     slopes = np.array([[1e2, 0.0], [0.0, 1e4], [1e2, 1e4]])
     matrix = slopes @ slopes.T
-    together = information.errors([matrix], np.ones(3))
-    assert not information.determined(together, np.ones(3)).any()
+    together = fisher.errors([matrix], np.ones(3))
+    assert not fisher.determined(together, np.ones(3)).any()
     assert waiting(matrix) in ([1], [2])
     rest = [k for k in range(3) if k not in waiting(matrix)]
-    left = information.errors([matrix], np.ones(3), rest)
-    assert information.determined(left, np.ones(2)).all()
+    left = fisher.errors([matrix], np.ones(3), rest)
+    assert fisher.determined(left, np.ones(2)).all()
 
 
 def test_errors_with_the_others_known_are_those_of_the_part_alone() -> None:
     matrix = np.array([[4.0, 1.9], [1.9, 1.0]]) * 1e4
     prior = 1 / 0.29**2
-    alone = information.errors([matrix], np.ones(2), [1])
+    alone = fisher.errors([matrix], np.ones(2), [1])
     assert np.allclose(alone, 1 / np.sqrt(1e4 + prior))
-    assert information.errors([matrix], np.ones(2))[1] > 3 * alone[0]
+    assert fisher.errors([matrix], np.ones(2))[1] > 3 * alone[0]

@@ -14,22 +14,22 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.looks import information  # noqa: E402
-from selenite.looks.information import Information, Noise  # noqa: E402
+from selenite.information import fisher  # noqa: E402
+from selenite.information.fisher import FisherInformation, Noise  # noqa: E402
 from selenite.next_camera import report  # noqa: E402
 from selenite.next_camera.candidates import Candidate, looking_at  # noqa: E402
 
 UNIT = np.ones(2)
 
 
-def known(normal: Any, ratio: float = 1.0, doubt: float = 0.0) -> Information:
+def known(normal: Any, ratio: float = 1.0, doubt: float = 0.0) -> FisherInformation:
     """Information without noise in it, every residual having the variance ratio / weight."""
     matrix = np.asarray(normal, float)
-    return Information(matrix, np.full_like(matrix, doubt), ratio * matrix, ratio, ratio)
+    return FisherInformation(matrix, np.full_like(matrix, doubt), ratio * matrix, ratio, ratio)
 
 
 def errors(*photos: Information) -> np.ndarray:
-    return information.errors([information.precision(item) for item in photos], UNIT)
+    return fisher.errors([fisher.precision(item) for item in photos], UNIT)
 
 
 def test_errors_are_the_roots_of_the_inverse() -> None:
@@ -48,10 +48,10 @@ def test_two_equal_photos_halve_the_variance() -> None:
 def test_a_photo_with_a_blind_spot_is_helped_by_one_without() -> None:
     front, back = known(np.diag([1e6, 0.0])), known(np.diag([0.0, 1e6]))
     before = errors(front)
-    assert information.determined(before, UNIT).tolist() == [True, False]
+    assert fisher.determined(before, UNIT).tolist() == [True, False]
     assert before[1] == pytest.approx(0.29)  # as wide as the bounds leave it
     groups = [[0], [1]]
-    gains = [information.gain(before, errors(front, other), groups) for other in (front, back)]
+    gains = [fisher.gain(before, errors(front, other), groups) for other in (front, back)]
     assert gains[0] == pytest.approx(np.log(2) / 4, rel=1e-3)
     assert gains[1] == pytest.approx(np.log(0.29 / 0.001) / 2, rel=1e-3)
 
@@ -60,7 +60,7 @@ def test_what_makes_up_for_each_other_is_not_determined_until_a_photo_tells_them
     together = known(np.full((2, 2), 1e6))
     apart = known(np.array([[1e6, -1e6], [-1e6, 1e6]]))
     before = errors(together)
-    assert not information.determined(before, UNIT).any()
+    assert not fisher.determined(before, UNIT).any()
     after = errors(together, apart)
     assert after == pytest.approx([1e-3 / np.sqrt(2)] * 2, rel=1e-3)
 
@@ -81,13 +81,13 @@ def test_another_photo_never_makes_anything_less_known() -> None:
     before = errors(base)
     for _ in range(200):
         normal = np.diag([1e6, 3e6]) + 1e6 * rng.standard_normal((2, 2))
-        other = Information((normal + normal.T) / 2, np.full((2, 2), 1e12), normal, 0.5, 2.0)
+        other = FisherInformation((normal + normal.T) / 2, np.full((2, 2), 1e12), normal, 0.5, 2.0)
         assert (errors(base, other) <= before * (1 + 1e-9)).all()
 
 
 def test_noise_in_the_spread_stays_inside_what_it_can_be() -> None:
     matrix = 1e4 * np.eye(2)
-    wild = Information(matrix, np.zeros((2, 2)), np.diag([-5.0, 1e9]), 0.5, 2.0)
+    wild = FisherInformation(matrix, np.zeros((2, 2)), np.diag([-5.0, 1e9]), 0.5, 2.0)
     expected = np.sqrt(np.array([0.5, 2.0]) / 1e4)
     assert errors(wild) == pytest.approx(expected, rel=2e-3)
 
@@ -95,10 +95,10 @@ def test_noise_in_the_spread_stays_inside_what_it_can_be() -> None:
 def test_a_gain_counts_parameters_and_not_channels_and_has_no_unit() -> None:
     before, after = np.array([0.2, 0.2, 0.2, 0.2]), np.array([0.2, 0.2, 0.2, 0.1])
     groups = [[0, 1, 2], [3]]
-    found = information.gain(before, after, groups)
+    found = fisher.gain(before, after, groups)
     assert found == pytest.approx(np.log(2) / 2)
     scale = np.array([1.0, 1.0, 1.0, 3.0])
-    assert information.gain(scale * before, scale * after, groups) == pytest.approx(found)
+    assert fisher.gain(scale * before, scale * after, groups) == pytest.approx(found)
 
 
 def test_cross_products_of_halves_have_no_bias_of_noise() -> None:
@@ -109,9 +109,9 @@ def test_cross_products_of_halves_have_no_bias_of_noise() -> None:
     noise = Noise(spp=64.0, relative=0.01, pixels=1.0)
     variance = np.zeros((48, 48, 3))
 
-    def look(deviation: float) -> Information:
+    def look(deviation: float) -> FisherInformation:
         halves = [1 + deviation * rng.standard_normal((1, 48, 48, 3)) for _ in range(2)]
-        return information.information((halves[0], halves[1]), variance, picture, weight, noise)
+        return fisher.information((halves[0], halves[1]), variance, picture, weight, noise)
 
     exact = look(0.0)
     assert exact.relative_doubt() == 0
@@ -130,17 +130,17 @@ def test_information_is_that_of_the_formula() -> None:
     halves = np.full((1, 10, 20, 3), 2.0)
     noise = Noise(spp=100.0, relative=0.02, pixels=4.0)
     variance = np.full((10, 20, 3), 0.5)
-    found = information.information((halves, halves), variance, picture, weight, noise)
+    found = fisher.information((halves, halves), variance, picture, weight, noise)
     v = 0.5 / 100 + (0.02 * 1.3) ** 2
     w = 1 / (0.5 / 64 + (0.05 * 1.3) ** 2)
     assert found.normal[0, 0] == pytest.approx(4 * w)
     # A slope in all channels, whose noise goes together: three channels are no more than one.
     assert found.spread[0, 0] == pytest.approx(4 * w**2 * v / (4 * 150))
-    error = information.errors([information.precision(found)], np.array([4.0]))[0]
+    error = fisher.errors([fisher.precision(found)], np.array([4.0]))[0]
     assert error == pytest.approx(np.sqrt(v / (4 * 4 * 150)), rel=1e-3)
     red = halves * [1.0, 0.0, 0.0]
-    found = information.information((red, red), variance, picture, weight, noise)
-    assert information.errors([information.precision(found)], np.array([4.0]))[0] == pytest.approx(
+    found = fisher.information((red, red), variance, picture, weight, noise)
+    assert fisher.errors([fisher.precision(found)], np.array([4.0]))[0] == pytest.approx(
         error, rel=1e-3
     )
 
@@ -156,10 +156,10 @@ def test_looks_at_one_picture_are_weighed_by_their_samples() -> None:
 
 def test_a_blur_keeps_what_is_even_to_the_border() -> None:
     even = np.full((3, 5, 2), 7.0)
-    assert information.blurred(even, 2) == pytest.approx(even)
+    assert fisher.blurred(even, 2) == pytest.approx(even)
     ramp = np.arange(6.0).reshape(1, 6, 1)
     expected = [0.5, 1.0, 2.0, 3.0, 4.0, 4.5]
-    assert information.blurred(ramp, 1).ravel() == pytest.approx(expected)
+    assert fisher.blurred(ramp, 1).ravel() == pytest.approx(expected)
 
 
 def place(azimuth: float, elevation: float, existing: bool = False) -> Candidate:
@@ -212,7 +212,7 @@ def test_a_difference_beyond_noise_is_found_and_noise_is_not() -> None:
             variance = np.full(render.shape, 2 * 0.1**2)
             variance[5:9, 5:9] += 2 * bright**2
             halves = (render + noise[0], render + noise[1])
-            values.append(information.relative_square(halves, variance, photo, weight))
+            values.append(fisher.relative_square(halves, variance, photo, weight))
         return float(np.mean(values))
 
     error = 0.1**2 / level**2 / np.sqrt(20 * 4800)  # of products of two halves, plain mean
@@ -224,6 +224,6 @@ def test_a_difference_beyond_noise_is_found_and_noise_is_not() -> None:
 
 def test_the_weakest_direction_tells_what_more_samples_are_needed_for() -> None:
     one = known([[100.0, 0.0], [0.0, 4.0]], doubt=1.0)
-    assert information.weakest([one]) == pytest.approx(4.0)
-    assert information.weakest([one, one]) == pytest.approx(4.0 * np.sqrt(2))
-    assert information.weakest([known(np.diag([1.0, 0.0]))]) == 0
+    assert fisher.weakest([one]) == pytest.approx(4.0)
+    assert fisher.weakest([one, one]) == pytest.approx(4.0 * np.sqrt(2))
+    assert fisher.weakest([known(np.diag([1.0, 0.0]))]) == 0

@@ -32,6 +32,14 @@ BLENDER_ROOMS = {"scene_read", "write_back", "cycles_check", "importers", "inter
 BLENDER_LATE = {"__init__.py", "cli.py", "commands"}
 BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "addon_utils"}
 
+# Rooms of the add-on: each knows those before it. The package itself is not one of them: it is a
+# parent of every module, and registers the interface.
+ROOMS = (
+    "problems", "native", "parameters", "atomic_files", "grid_files", "mean_free_path",
+    "scene_read", "write_back", "fit_run", "information", "next_camera", "trade", "cycles_check",
+    "commands", "demo", "cli", "interface", "__main__",
+)  # fmt: skip
+
 VAGUE = re.compile(r"(^|_)(utils?|helpers?|common|manager|misc)($|_)")
 
 
@@ -113,6 +121,65 @@ def test_blender_is_imported_only_where_it_may_be() -> None:
         for module, at_head in _imports(ast.parse(_text(path))):
             if module in BLENDER_MODULES and (at_head or first not in BLENDER_LATE):
                 wrong.append(f"{path.relative_to(ROOT)} imports {module}")
+    assert not wrong, "\n".join(wrong)
+
+
+def _module(path: Path) -> str:
+    """ "fit_run.job" of addon/selenite/fit_run/job.py; "" of the package itself."""
+    parts = path.relative_to(ADDON).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def _imported(package: list[str], node: ast.AST) -> list[list[str]]:
+    """The parts of what an import of the add-on's own names; it may be a module or a name in one."""
+    if isinstance(node, ast.Import):
+        parts = [alias.name.split(".") for alias in node.names]
+        return [rest for first, *rest in parts if first == "selenite"]
+    if not isinstance(node, ast.ImportFrom):
+        return []
+    base = node.module.split(".") if node.module else []
+    if node.level:
+        base = package[: len(package) - node.level + 1] + base
+    elif base.pop(0) != "selenite":
+        return []
+    return [[*base, alias.name] for alias in node.names]
+
+
+def _own_imports() -> dict[str, set[str]]:
+    """Module of the add-on -> those of its modules that it imports, inside functions too."""
+    sources = [path for path in ADDON.rglob("*.py") if ADDON / "lib" not in path.parents]
+    modules = {_module(path): path for path in sources}
+    found: dict[str, set[str]] = {}
+    for name, path in modules.items():
+        parts = name.split(".") if name else []
+        package = parts if path.name == "__init__.py" else parts[:-1]
+        nodes = ast.walk(ast.parse(_text(path)))
+        named = [item for node in nodes for item in _imported(package, node)]
+        known = {".".join(item if ".".join(item) in modules else item[:-1]) for item in named}
+        found[name] = known - {"", name}
+    return found
+
+
+def test_imports_of_the_addon_have_no_circle() -> None:
+    left = {name: set(others) for name, others in _own_imports().items()}
+    while True:  # what imports nothing that is left is in no circle
+        free = {name for name, others in left.items() if not others & left.keys()}
+        if not free:
+            break
+        left = {name: others for name, others in left.items() if name not in free}
+    assert not left, f"these import one another, or what does: {sorted(left)}"
+
+
+def test_rooms_of_the_addon_know_only_rooms_before_them() -> None:
+    wrong = []
+    for name, others in _own_imports().items():
+        room = name.partition(".")[0]
+        if not room:
+            continue
+        assert room in ROOMS, f"{room} has no place in ROOMS"
+        for other in others:
+            if ROOMS.index(other.partition(".")[0]) > ROOMS.index(room):
+                wrong.append(f"{name} imports {other}")
     assert not wrong, "\n".join(wrong)
 
 

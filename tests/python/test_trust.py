@@ -68,7 +68,7 @@ def test_a_fit_is_sure_when_all_values_are_determined() -> None:
     assert not trust.sure(seen)
     seen["report"]["parameters"]["Body:base_color"]["determined"] = [True] * 3
     assert trust.sure(seen)
-    assert not trust.sure({}), "nothing was verified"
+    assert not trust.sure({}), "there was no refinement"
 
 
 def test_a_value_that_is_known_has_error_and_interval() -> None:
@@ -82,20 +82,21 @@ def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
 
 
-def test_intervals_promise_nothing_beside_a_misfit() -> None:
+def test_intervals_are_from_noise_only_where_a_misfit_remains() -> None:
     words = trust.words(ROUGHNESS, result(explained=False))
-    assert words == ["noise alone would allow: 0.280 to 0.320"]
+    noise_only = "interval from noise only; a model error remains, so it may be too narrow"
+    assert words == [f"{noise_only}: 0.280 to 0.320"]
 
 
-def test_intervals_beside_voxels_hold_if_what_is_left_is_theirs() -> None:
+def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
     voxels = {"fields_best": {"Body:albedo_grid": [0.5]}}
     assert trust.words(ROUGHNESS, result() | voxels) == ["90 %: 0.280 to 0.320"]
     left = result(value=0.0025, explained=False) | voxels
-    of_grid = "90 %, if what is left is the grid's: 0.280 to 0.320"
+    of_grid = "90 %, provided that the misfit is the grid's: 0.280 to 0.320"
     assert trust.words(ROUGHNESS, left) == [of_grid]
-    assert "5.0 % of the photos' brightness is left by the grid or image" in said(left)
+    assert "5.0 % of the photos' brightness is not explained: the grid or image" in said(left)
     assert "check lights" not in said(left)
-    assert "is not known" not in said(left, fields=("Body:albedo_grid",))
+    assert "are not known" not in said(left, fields=("Body:albedo_grid",))
 
 
 def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
@@ -106,13 +107,13 @@ def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
     json.dumps(entry, allow_nan=False)
 
 
-def test_what_can_make_up_for_it_is_named() -> None:
+def test_what_can_compensate_for_it_is_named() -> None:
     text = said(result())
     assert "Body:base_color: not determined by these photos in G" in text
-    assert "Body:ior can make up for it" in text
+    assert "Body:ior can compensate for it" in text
 
 
-def test_what_is_not_determined_is_told_with_where_to_find_the_next_photo() -> None:
+def test_what_is_not_determined_comes_with_where_to_find_the_next_photo() -> None:
     assert "selenite next-camera RESULT_FOLDER" in said(result())
     assert "Suggest Next Camera" in said(result())
     all_known = result()
@@ -120,20 +121,23 @@ def test_what_is_not_determined_is_told_with_where_to_find_the_next_photo() -> N
     assert "next-camera" not in said(all_known)
 
 
-def test_rivals_are_told_whole_and_with_each_value_that_they_contest() -> None:
+def test_alternative_minima_are_reported_whole_and_with_each_value_that_they_leave_ambiguous() -> (
+    None
+):
     found = result()
-    rival = {"Body:roughness": [0.132], "Body:base_color": [0.5, 0.6, 0.7], "Body:ior": [1.45]}
-    found["report"] |= {"rivals": [rival], "contested": ["Body:roughness"]}
+    other = {"Body:roughness": [0.132], "Body:base_color": [0.5, 0.6, 0.7], "Body:ior": [1.45]}
+    found["report"] |= {"alternative_minima": [other], "ambiguous": ["Body:roughness"]}
     found["report"]["parameters"]["Body:roughness"]["determined"] = [False]
     assert trust.words(ROUGHNESS, found) == [
-        "not determined by these photos: with other values of the rest 0.132 explains them as well"
+        "not determined by these photos: 0.132 in an equivalent alternative minimum"
     ]
-    assert "Body:ior can make up for it" in "".join(trust.words(COLOUR, found))
+    assert "Body:ior can compensate for it" in "".join(trust.words(COLOUR, found))
     whole = "Body:roughness 0.132; Body:base_color 0.5, 0.6, 0.7; Body:ior 1.45"
-    assert f"Other values explain the photos as well: {whole}." in said(found)
-    assert trust.rivals(found) == [rival]
-    assert trust.rivals(result()) == []
-    assert "Other values" not in said(result())
+    assert f"Alternative minimum, equivalent within noise: {whole}." in said(found)
+    assert trust.alternative_minima(found) == [other]
+    assert trust.ambiguous(found) == ["Body:roughness"]
+    assert trust.alternative_minima(result()) == trust.ambiguous(result()) == []
+    assert "Alternative minimum" not in said(result())
 
 
 def test_a_bound_is_named_with_its_cure() -> None:
@@ -145,18 +149,18 @@ def test_a_bound_is_named_with_its_cure() -> None:
     ("explained", "words"),
     [(True, "explained within noise"), (False, "5.0 % of the photos' brightness")],
 )
-def test_a_misfit_is_told_as_a_share_of_brightness(explained: bool, words: str) -> None:
+def test_a_misfit_is_reported_as_a_share_of_brightness(explained: bool, words: str) -> None:
     assert words in said(result(value=0.0025, explained=explained))
 
 
-def test_the_search_says_whether_it_left_the_start() -> None:
-    assert "looked at 65 starts and went on from another start" in said(result())
+def test_multi_start_says_whether_it_left_the_start() -> None:
+    assert "evaluated 65 starting points and continued from another one" in said(result())
     found = result()
     found["search"]["moved"] = False
-    assert "kept the start" in said(found)
+    assert "kept the given one" in said(found)
 
 
-def test_nothing_is_said_where_nothing_was_verified() -> None:
+def test_nothing_is_said_without_a_refinement() -> None:
     empty: dict[str, Any] = {
         "report": {"parameters": {}, "passes": 0, "misfit": {}},
         "search": {"points": 0},
@@ -166,15 +170,15 @@ def test_nothing_is_said_where_nothing_was_verified() -> None:
     assert said(empty) == ""
 
 
-def test_beside_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
-    assert "How sure these values are is not known" not in said(result())
-    told = said({"report": None}, fields=("Body:albedo_grid",))
-    assert "How sure these values are is not known" in told
-    assert "90 %" not in told
+def test_with_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
+    assert "errors of these values are not known" not in said(result())
+    text = said({"report": None}, fields=("Body:albedo_grid",))
+    assert "errors of these values are not known" in text
+    assert "90 %" not in text
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "told"),
+    ("field", "value", "reported"),
     [
         ("Body:base_color_texture", 0.3, True),
         ("Body:base_color_texture", 0.02, False),
@@ -183,10 +187,10 @@ def test_beside_a_grid_it_says_that_nothing_is_known_of_the_errors() -> None:
         ("Body:albedo_grid", 0.3, False),
     ],
 )
-def test_a_transmission_that_an_image_can_make_up_for_is_told(
-    field: str, value: float, told: bool
+def test_a_transmission_that_an_image_can_compensate_for_is_reported(
+    field: str, value: float, reported: bool
 ) -> None:
     found = {"fields_best": {field: [0.5]}, "values_best": {"Body:transmission": [value]}}
     words = trust.words(unknown("transmission"), found)
-    assert bool(words) is told and all("If yours is opaque" in line for line in words)
+    assert bool(words) is reported and all("If yours is opaque" in line for line in words)
     assert trust.words(ROUGHNESS, found) == []

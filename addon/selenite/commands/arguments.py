@@ -91,19 +91,16 @@ def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...
         return ()
 
 
-def files(texts: Sequence[str], problems: list[Problem]) -> dict[str, str]:
-    """["Camera=photo.png"] -> {"Camera": absolute path}."""
-    found: dict[str, str] = {}
+def files(texts: Sequence[str], problems: list[Problem]) -> list[tuple[str, str]]:
+    """["Camera=photo.png"] -> [("Camera", absolute path)]."""
+    found = []
     for text in texts:
         name, equals, path = text.partition("=")
-        if not (name and equals and path):
+        if name and equals and path:
+            found.append((name, str(Path(path).expanduser().resolve())))
+        else:
             cure = "write CAMERA=FILE"
             problems.append(Problem(f"Argument '{text}'", "it is not CAMERA=FILE", cure))
-        elif name in found:
-            cause, cure = "it has two files", "keep one, or add a camera at the same place"
-            problems.append(Problem(f"Camera '{name}'", cause, cure))
-        else:
-            found[name] = str(Path(path).expanduser().resolve())
     return found
 
 

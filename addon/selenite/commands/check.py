@@ -10,7 +10,7 @@ from .. import mean_free_path, parameters
 from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL
 from ..problems import BadInput, listed
-from ..scene_read.values import Owner, SceneValues
+from ..scene_read.values import Owner, SceneValues, with_ids
 from .scene import open_scene
 from .terminal import say
 
@@ -39,8 +39,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             for item in values.cameras
         ],
         "captures": [
-            {"camera": item.camera, "photo": item.photo, "mask": item.mask}
-            for item in captures_of(scene)
+            {"id": item.id, "camera": item.camera, "photo": item.photo, "mask": item.mask}
+            for item in with_ids(captures_of(scene), (item.name for item in values.cameras))
         ],
         "objects": len(values.objects),
         "triangles": values.triangle_count(),

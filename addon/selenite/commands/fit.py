@@ -14,7 +14,7 @@ from typing import Any
 
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.fields import ImageUnknown, fitted_grids
-from ..fit_run.job import FitJob, fitted_values
+from ..fit_run.job import DESCENT, FitJob, fitted_values
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import finished, new_folder, result_json, summary, write_results
@@ -23,10 +23,10 @@ from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
 from ..fit_run.unknowns import usual_requests
-from ..looks.conditioning import StageChoice
+from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..problems import BadInput, Problem
-from ..scene_read.values import CaptureRequest, SceneValues
+from ..scene_read.values import CaptureRequest, SceneValues, with_ids
 from . import arguments
 from .scene import open_scene
 from .terminal import bar, say
@@ -172,7 +172,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     request = RunRequest(
         scene=str(Path(base.scene).expanduser().resolve()),
         unknowns=unknowns,
-        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
+        captures=captures_from(args, base.captures or captures_of(scene), values, problems),
         settings=settings,
         stages=stages or _preset_stages(args.stages, names, settings, problems),
     )
@@ -261,7 +261,7 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
                 note = state.phase
-                if state.phase == "fitting":
+                if state.phase == DESCENT:
                     note = f"{state.iteration}/{state.iterations}"
                     note += "" if math.isnan(state.loss) else f"  loss {state.loss:.3g}"
                 if state.stage != stage:
@@ -357,14 +357,21 @@ def _known(
 
 
 def captures_from(
-    args: argparse.Namespace, stored: tuple[CaptureRequest, ...], problems: list[Problem]
+    args: argparse.Namespace,
+    stored: Sequence[CaptureRequest],
+    values: SceneValues,
+    problems: list[Problem],
 ) -> tuple[CaptureRequest, ...]:
-    """--photo, or else what is stored; --mask adds to either."""
-    photos = arguments.files(args.photo, problems)
-    masks = arguments.files(args.mask, problems)
-    captures = [CaptureRequest(name, photo) for name, photo in photos.items()] or list(stored)
-    for name in masks:
-        if name not in {item.camera for item in captures}:
-            cause, cure = "a mask is given but no photo", f"add --photo {name}=FILE"
-            problems.append(Problem(f"Camera '{name}'", cause, cure))
-    return tuple(replace(item, mask=masks.get(item.camera, item.mask)) for item in captures)
+    """--photo, or else what is stored; --mask adds to either, by the id of a photo."""
+    given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems)]
+    captures = with_ids(given or stored, (camera.name for camera in values.cameras))
+    masks: dict[str, str] = {}
+    for name, mask in arguments.files(args.mask, problems):
+        if name in masks:
+            problems.append(Problem(f"Photo '{name}'", "it has two masks", "keep one"))
+        elif name not in {item.id for item in captures}:
+            camera = name.partition("#")[0]
+            cause, cure = "a mask is given but no photo", f"add --photo {camera}=FILE"
+            problems.append(Problem(f"Photo '{name}'", cause, cure))
+        masks[name] = mask
+    return tuple(replace(item, mask=masks.get(item.id, item.mask)) for item in captures)

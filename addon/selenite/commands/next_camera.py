@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     request = RunRequest(
         scene=str(Path(base.scene).expanduser().resolve()),
         unknowns=tuple(_at(item, {**fitted, **changes}) for item in unknowns),
-        captures=captures_from(args, base.captures or tuple(captures_of(scene)), problems),
+        captures=captures_from(args, base.captures or captures_of(scene), values, problems),
         settings=settings,
     )
     try:

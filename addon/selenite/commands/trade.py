@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     request = RunRequest(
         scene=str(Path(args.scene).expanduser().resolve()),
         unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
-        captures=captures_from(args, tuple(captures_of(scene)), problems),
+        captures=captures_from(args, captures_of(scene), values, problems),
         settings=settings,
     )
     try:

@@ -151,11 +151,11 @@ class CheckJob:
 def lines(report: dict[str, Any]) -> list[str]:
     """The numbers for the terminal and for Blender's report."""
     found = []
-    for camera, row in report["cameras"].items():
+    for photo, row in report["photos"].items():
         found.append(
-            compare.line(f"{camera}: Selenite against Cycles", row["native_against_cycles"])
+            compare.line(f"{photo}: Selenite against Cycles", row["native_against_cycles"])
         )
-        found.append(compare.line(f"{camera}: Cycles against photo", row["cycles_against_photo"]))
+        found.append(compare.line(f"{photo}: Cycles against photo", row["cycles_against_photo"]))
     return found
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contact sheet: a row of pictures per camera, each under its title.
+"""Contact sheet: a row of pictures per photo, each under its title.
 
 Drawn with numpy and Blender's own font, since Blender's Python has no library for it.
 """
@@ -26,16 +26,16 @@ _HEAT = np.array(
 
 
 def write(path: Path, rows: Mapping[str, Mapping[str, np.ndarray]], largest_error: float) -> None:
-    """rows: camera -> title -> picture. (h, w, 3) is linear and shown as sRGB; (h, w) is an error
+    """rows: photo -> title -> picture. (h, w, 3) is linear and shown as sRGB; (h, w) is an error
     and shown as heat, from 0 to `largest_error`."""
-    lines = [_line(camera, tiles, largest_error) for camera, tiles in rows.items()]
+    lines = [_line(photo, tiles, largest_error) for photo, tiles in rows.items()]
     width = max(line.shape[1] for line in lines)
     page = np.concatenate([_framed(line, right=width - line.shape[1] + _GAP) for line in lines])
     linear = native.image().srgb_decode(np.ascontiguousarray(page, np.float32))
     native.image().write_png(str(path), linear)
 
 
-def _line(camera: str, tiles: Mapping[str, np.ndarray], largest: float) -> np.ndarray:
+def _line(photo: str, tiles: Mapping[str, np.ndarray], largest: float) -> np.ndarray:
     pieces = []
     for index, (title, picture) in enumerate(tiles.items()):
         height, width = picture.shape[:2]
@@ -44,7 +44,7 @@ def _line(camera: str, tiles: Mapping[str, np.ndarray], largest: float) -> np.nd
             title += f"  (0 to {largest:g})"
         tile = _heat(picture / largest) if picture.ndim == 2 else _encoded(picture)
         tile = np.clip(_resized(tile, width), 0, 1)
-        heading = _text(title if index else f"{camera}: {title}", width)
+        heading = _text(title if index else f"{photo}: {title}", width)
         pieces.append(_framed(np.concatenate([heading, tile]), left=_GAP, below=_GAP))
     return np.concatenate(pieces, axis=1)
 

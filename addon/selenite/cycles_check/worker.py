@@ -65,11 +65,11 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
 
-        def tell(text: str, share: float, done: int = index, name: str = capture.camera) -> None:
+        def tell(text: str, share: float, done: int = index, name: str = capture.id) -> None:
             _tell(folder, (done + share) / len(captures), f"{text} of {name}")
 
         pixel_aspect = capture.pixel_aspect(cameras[capture.camera])
-        rows[capture.camera], pictures[capture.camera] = _check(
+        rows[capture.id], pictures[capture.id] = _check(
             folder, scene, native_scene, capture, pixel_aspect, wanted.settings, samples, tell
         )
     sheet.write(folder / "out" / "cycles_check.png", pictures, LARGEST_ERROR)
@@ -78,7 +78,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
         "seeds": SEEDS,
         "blender": bpy.app.version_string,
         "seconds": time.perf_counter() - begin,
-        "cameras": rows,
+        "photos": rows,
         "shown": shown,
         "render_settings": [item.as_json() for item in remarks],
     }
@@ -114,7 +114,7 @@ def _check(
     samples: int,
     tell: Callable[[str, float], None],
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """(numbers of one camera, its tiles for the sheet); writes its pictures."""
+    """(numbers of one photo, its tiles for the sheet); writes its pictures."""
     import numpy as np
 
     from selenite import native
@@ -149,7 +149,7 @@ def _check(
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted
-    stem = safe_name(capture.camera)
+    stem = safe_name(capture.id)
     for name, pixels in (
         ("native", ours.mean),
         ("native_sem", np.sqrt(ours.variance)),

@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import native
 from ..problems import Problem, listed
-from ..scene_read.values import PACKED, CameraValues, CaptureRequest, SceneValues
+from ..scene_read.values import PACKED, CameraValues, CaptureRequest, SceneValues, with_ids
 
 #: How the warning begins that names them.
 LEFT_OUT = "Cameras without a photo are left out"
@@ -22,10 +22,12 @@ LEFT_OUT = "Cameras without a photo are left out"
 
 @dataclass(frozen=True)
 class Capture:
-    """A camera and its photo: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
+    """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
-    that of the reference is only near it, for its width is a whole number."""
+    that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
+    """
 
+    id: str
     camera: str
     photo: str
     photo_size: tuple[int, int]
@@ -46,6 +48,7 @@ class Capture:
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
         return {
+            "id": self.id,
             "camera": self.camera,
             "reference": self.reference,
             "weight": self.weight,
@@ -61,12 +64,14 @@ def read_captures(
     warnings: list[str],
     packed: Mapping[str, bytes],
 ) -> list[Capture]:
-    """Reads every photo; what is wrong goes to `problems`, all of it."""
+    """Reads every photo, of which several may be of one camera; all that is wrong goes to
+    `problems`."""
     if not requests:
         cure = "give one with --photo CAMERA=FILE or in the Captures panel"
         problems.append(Problem("Fit", "there is no photo", cure))
     captures: list[Capture] = []
     cameras = {camera.name: camera for camera in scene.cameras}
+    requests = with_ids(requests, cameras)
     used: set[str] = set()
     for request in requests:
         title = f"Photo '{request.photo}'"
@@ -76,15 +81,15 @@ def read_captures(
             reason = scene.unusable_cameras.get(request.camera, "it is not in the scene")
             cure = f"use one of {listed(cameras)}"
             problems.append(Problem(f"Camera '{request.camera}'", reason, cure))
-        elif request.camera in used:
-            cure = "keep one, or add a camera at the same place"
-            problems.append(Problem(f"Camera '{request.camera}'", "it has two photos", cure))
+        elif request.id in used:
+            cause, cure = "another photo has its id", "give each photo an id of its own"
+            problems.append(Problem(f"Photo '{request.id}'", cause, cure))
         elif not request.photo:
             cause = "it has no photo"
             cure = "choose a photo or remove the row"
             problems.append(Problem(f"Camera '{request.camera}'", cause, cure))
         else:
-            used.add(request.camera)
+            used.add(request.id)
             camera = cameras[request.camera]
             capture = _read(camera, request, height, problems, warnings, packed)
             captures += [capture] if capture is not None else []
@@ -142,7 +147,7 @@ def _read(
     clipped = info.get("clipped")
     if clipped is not None and clipped.mean() > 0.001:
         warnings.append(f"{title}: {clipped.mean():.1%} of its pixels are clipped and do not count")
-    return Capture(camera.name, request.photo, size, reference, weight, camera.aspect)
+    return Capture(request.id, camera.name, request.photo, size, reference, weight, camera.aspect)
 
 
 def _at_working_size(

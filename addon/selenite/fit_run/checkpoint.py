@@ -25,6 +25,7 @@ from ..atomic_files import write_bytes, write_json
 from ..parameters import join_name
 from ..problems import BadInput, Problem
 from .job import SavedState
+from .old_names import renamed
 from .request import RunRequest, read_run
 from .staging.request import StageRequest
 
@@ -141,7 +142,7 @@ def load(folder: Path) -> Unfinished:
     if not (folder / "state.json").is_file():
         return Unfinished(request, [])  # it was stopped before its first iteration
     try:
-        state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
+        state = renamed(json.loads((folder / "state.json").read_text(encoding="utf-8")))
         if state.get("schema") != SCHEMA:
             raise ValueError(f"its schema is {state.get('schema')!r}")
         parts = [_part(item) for item in state["parts"]]

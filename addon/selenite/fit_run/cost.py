@@ -18,7 +18,7 @@ from .unknowns import Unknown
 _TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
 #: Unknowns up to which a fit is verified, and steps by least squares unless told otherwise.
 FEW = 12
-#: A path with derivatives costs about so many without; manual page "fitting".
+#: A path with derivatives costs about so many without; docs/measurements/derivatives.md.
 _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
 _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 2, 16
@@ -55,7 +55,7 @@ def pixels_at(captures: Sequence[Capture], height: int) -> int:
     return total
 
 
-def verification_spp(settings: FitSettings) -> int:
+def refinement_spp(settings: FitSettings) -> int:
     """Samples of a pixel in the last look at the answer of a fit."""
     return max(_VERIFICATION_LEAST, settings.iterations * settings.spp)
 
@@ -83,7 +83,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     differences = sum(_by_difference(item) for item in plan.unknowns)
     iterations, spp = settings.iterations, settings.spp
     along = bool(plan.fields) and searches and by_least_squares and _few_voxels(plan)
-    verified = verification_spp(settings) if along or not too_many(plan) else 0
+    verified = refinement_spp(settings) if along or not too_many(plan) else 0
     if along:
         iterations, verified = -(-iterations // 2), verified // _BESIDE_SHARE
     of_fields = 0.0
@@ -102,13 +102,13 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
     steps = spp * (of_fields * _FIELD_DERIVATIVES + of_scalars * _DERIVATIVES)
     per_pixel = steps + by_differences + validations * validation
     if searches and any(item.kind.is_image for item in plan.fields):
-        coordinates = [item.parameter.coordinate for item in plan.unknowns]
-        trials = _TRIALS if "blur" in coordinates else 1
-        looked_for = _IOR_PICTURES * spp * coordinates.count("log_excess")
+        scales = [item.parameter.scale for item in plan.unknowns]
+        trials = _TRIALS if "roughness" in scales else 1
+        looked_for = _IOR_PICTURES * spp * scales.count("log_excess")
         turns = max(round(iterations / _CYCLE), 1) + 1
         per_pixel += turns * (trials * (looked_for + validation) - validation)
     if verified:
-        roughnesses = sum(item.parameter.coordinate == "blur" for item in plan.unknowns)
+        roughnesses = sum(item.parameter.scale == "roughness" for item in plan.unknowns)
         slopes = _DERIVATIVES + differences + roughnesses  # these from both sides
         looks = _VERIFICATION_PASSES * (1 + slopes / _VERIFICATION_SHARE)
         if along:  # a roughness looks sharp there, mostly
@@ -147,7 +147,7 @@ def _few_voxels(plan: FitPlan) -> bool:
 def _by_difference(unknown: Unknown) -> bool:
     """Whether the native fit takes a difference of pictures for its derivative."""
     of_material = unknown.parameter.effect in ("surface", "volume")
-    return of_material and unknown.parameter.coordinate in ("log", "log_excess", "blur")
+    return of_material and unknown.parameter.scale in ("log", "log_excess", "roughness")
 
 
 def seconds_per_path(

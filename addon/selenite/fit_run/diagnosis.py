@@ -49,9 +49,9 @@ class Limits:
 
 @dataclass(frozen=True)
 class View:
-    """A capture and its newest picture: (h, w, 3) linear; weight (h, w), 0 where it is masked."""
+    """A photo and its newest render: (h, w, 3) linear; weight (h, w), 0 where it is masked."""
 
-    camera: str
+    id: str
     reference: np.ndarray
     weight: np.ndarray
     picture: np.ndarray
@@ -146,11 +146,11 @@ def exposure(views: Sequence[View]) -> list[str]:
             text = f"{gain.mean():.2f} times as bright as the render"
             if gain.max() > 1.05 * gain.min():
                 text = f"{', '.join(f'{g:.2f}' for g in gain)} times the render in red, green, blue"
-            parts.append(f"'{view.camera}' is {text} ({explained:.0%} of the difference)")
+            parts.append(f"'{view.id}' is {text} ({explained:.0%} of the difference)")
     if not parts:
         return []
     return [
-        f"The photo of {'; of '.join(parts)}: its exposure or white balance is not the scene's; "
+        f"Photo {'; '.join(parts)}: its exposure or white balance is not the scene's; "
         "fit the light (World:strength, World:color) or take the loss brightness-independent-mse"
     ]
 
@@ -167,13 +167,13 @@ def misaligned(views: Sequence[View]) -> list[str]:
             words = [f"{abs(across):.1f} pixels to the {'right' if across > 0 else 'left'}"]
             words += [f"{abs(down):.1f} {'down' if down > 0 else 'up'}"]
             found.append(
-                f"The photo of '{view.camera}' lies about {' and '.join(words)} of its render "
+                f"Photo '{view.id}' lies about {' and '.join(words)} of its render "
                 f"({explained:.0%} of the difference): the silhouette does not fit; {cure}"
             )
         elif rim is not None:
             share, of_pixels = rim
             found.append(
-                f"{share:.0%} of the difference of '{view.camera}' lies within {_RIM_PIXELS} "
+                f"{share:.0%} of the difference of photo '{view.id}' lies within {_RIM_PIXELS} "
                 f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: the silhouette does not "
                 f"fit; {cure}"
             )

@@ -16,7 +16,9 @@ from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
-_LOOK_EVERY = 1.0  # seconds between two diagnoses of a running fit
+_DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
+#: Phases of a fit that are asked for by name; the native module has more.
+MULTI_START, DESCENT = "multi-start", "descent"
 
 
 class FitFailed(RuntimeError):
@@ -36,7 +38,7 @@ class Progress:
     seconds_left: float
     stopped_because: str
     values: dict[str, list[float]]
-    phase: str = "fitting"
+    phase: str = DESCENT
     phase_fraction: float = 0.0
     stage: str = ""
     notes: tuple[str, ...] = ()
@@ -44,7 +46,7 @@ class Progress:
     @property
     def fraction(self) -> float:
         """Between 0 and 1, of the phase."""
-        if self.phase != "fitting":
+        if self.phase != DESCENT:
             return min(1.0, self.phase_fraction)
         return min(1.0, self.iteration / self.iterations) if self.iterations else 0.0
 
@@ -71,19 +73,19 @@ class FitJob:
     ) -> None:
         """Validates natively and starts nothing. Raises BadInput.
 
-        `from_start`: False for a stage that goes on where another one ended, and looks around no
-        more. `to_end`: False for one that others follow: its values need no verification.
+        `from_start`: False for a stage that goes on where another one ended, without multi-start.
+        `to_end`: False for one that others follow: its values need no refinement.
         `state`: of a fit with this plan, which goes on as that one would have done.
         """
         self.plan = plan
         self._from_start = from_start
         self._notes: tuple[str, ...] = ()
-        self._next_look = 0.0  # by the clock
+        self._next_diagnosis = 0.0  # by the clock
         settings = plan.request.settings.native()
         if not from_start:
             settings["search"] = "off"
         if not to_end:
-            settings["verification"] = "off"
+            settings["refinement"] = "off"
         try:
             self._fit = native.core().Fit(
                 plan.scene,
@@ -116,9 +118,9 @@ class FitJob:
         state = self._fit.state()
         if state["error"]:
             raise FitFailed(state["error"])
-        if state["running"] and time.monotonic() >= self._next_look:
+        if state["running"] and time.monotonic() >= self._next_diagnosis:
             self._notes = self.notes()
-            self._next_look = time.monotonic() + _LOOK_EVERY
+            self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
@@ -133,9 +135,9 @@ class FitJob:
             notes=self._notes,
         )
 
-    def preview(self, capture: int) -> np.ndarray | None:
-        """Newest picture of a capture, (h, w, 3)."""
-        return self._fit.preview(capture)
+    def preview(self, index: int) -> np.ndarray | None:
+        """Newest picture of a photo, (h, w, 3)."""
+        return self._fit.preview(index)
 
     def cancel(self) -> None:
         """Asks the thread to stop; it does within a tile."""
@@ -151,7 +153,7 @@ class FitJob:
         for index, capture in enumerate(self.plan.captures):
             picture = self._fit.preview(index)
             if picture is not None:
-                seen = View(capture.camera, capture.reference, capture.weight, picture)
+                seen = View(capture.id, capture.reference, capture.weight, picture)
                 views.append(seen)
         limits = [
             Limits(item.name, item.minimum, item.maximum, item.by_ratio)

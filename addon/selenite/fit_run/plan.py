@@ -10,7 +10,7 @@ from typing import Any
 from .. import native
 from ..problems import BadInput, Problem
 from ..scene_read.build import build
-from ..scene_read.values import SceneValues
+from ..scene_read.values import SceneValues, with_ids
 from . import fields as all_fields
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
@@ -86,6 +86,7 @@ def prepare(
         request=replace(
             request,
             unknowns=(*(_filled(item) for item in unknowns), *(item.request for item in fields)),
+            captures=with_ids(request.captures, (camera.name for camera in values.cameras)),
             stages=tuple(wanted),
         ),
         scene=scene.with_values(starts),

@@ -11,7 +11,7 @@ from typing import Any
 from .. import __version__
 from ..parameters import Values
 from ..problems import BadInput, Problem
-from ..scene_read.values import CaptureRequest
+from ..scene_read.values import CaptureRequest, with_ids
 from .settings import FitSettings
 from .staging.request import StageRequest, stages_from_json
 
@@ -75,7 +75,7 @@ class RunRequest:
             return RunRequest(
                 scene=str(data["scene"]),
                 unknowns=tuple(_unknown(item) for item in data["unknowns"]),
-                captures=tuple(CaptureRequest(**item) for item in data["captures"]),
+                captures=with_ids(CaptureRequest(**item) for item in data["captures"]),
                 settings=FitSettings.from_json(data["settings"]),
                 stages=_stages(data.get("stages"), title),
                 staging=str(data.get("staging", "")),

@@ -72,7 +72,8 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "seed": plan.request.settings.seed,
         "parameters": rows,
         "misfit": trust.misfit(result),
-        "rivals": trust.rivals(result),
+        "alternative_minima": trust.alternative_minima(result),
+        "ambiguous": trust.ambiguous(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],
         "stopped_because": result["stopped_because"],
@@ -166,15 +167,15 @@ def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
 def _write_pictures(
     plan: FitPlan, result: dict[str, Any], folder: Path, progress: Callable[[str, float], None]
 ) -> None:
-    """Per camera: initial, optimised, reference, error (absolute difference, black where the photo
+    """Per photo: initial, optimised, reference, error (absolute difference, black where the photo
     does not count). Both renders use the same seed, so that their difference is the fit's."""
     optimised = scene_at(plan, result)
     steps = 2 * len(plan.captures)
     for index, capture in enumerate(plan.captures):
-        stem = safe_name(capture.camera)
-        progress(f"initial picture of {capture.camera}", 2 * index / steps)
+        stem = safe_name(capture.id)
+        progress(f"initial picture of {capture.id}", 2 * index / steps)
         initial = _render(plan, plan.scene, capture)
-        progress(f"optimised picture of {capture.camera}", (2 * index + 1) / steps)
+        progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
         final = _render(plan, optimised, capture)
         error = np.abs(final - capture.reference) * (capture.weight > 0)[..., None]
         for name, pixels in (
@@ -244,7 +245,7 @@ def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
         f"Model: {plan.model}",
         f"Paths are traced {paths_traced(plan.scene)}",
         *(
-            f"Camera {item.camera}: {item.photo}, {item.photo_size[0]} x {item.photo_size[1]} "
+            f"Photo {item.id}: {item.photo}, {item.photo_size[0]} x {item.photo_size[1]} "
             f"compared at {item.reference.shape[1]} x {item.reference.shape[0]}"
             for item in plan.captures
         ),

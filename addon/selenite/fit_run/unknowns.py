@@ -39,7 +39,7 @@ class Unknown:
         """Whether two values differ by a factor rather than by a difference: a wide range above 0
         that the optimiser walks in logarithms."""
         wide = 0 < self.minimum < 0.01 * self.maximum
-        return wide and self.parameter.coordinate == "log"
+        return wide and self.parameter.scale == "log"
 
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""

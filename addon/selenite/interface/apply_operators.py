@@ -14,8 +14,8 @@ from ..write_back import Key
 from ..write_back import grids as grid_objects
 from . import field_rows
 from .fit_operators import three
+from .problem_reports import report_problems
 from .request import refresh_rows
-from .row_operators import report_problems
 
 
 class SELENITE_OT_apply(bpy.types.Operator):

@@ -15,8 +15,8 @@ from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
 from . import field_rows
+from .problem_reports import report_problems
 from .request import fit_settings
-from .row_operators import report_problems
 from .state import CHECK, RUN, is_idle
 from .ticking import Ticking, redraw
 

@@ -19,15 +19,15 @@ from ..fit_run.plan import prepare
 from ..fit_run.results import finished, new_folder, write_results
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO
-from ..looks.conditioning import StageChoice
-from ..looks.job import LookJob
+from ..information.conditioning import StageChoice
+from ..information.job import BackgroundJob
 from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from . import field_rows
+from .problem_reports import report_problems
 from .request import run_request, values_text
-from .row_operators import report_problems
 from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
 from .ticking import Ticking, built, redraw
 
@@ -97,7 +97,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if made is None:
             return False
         if isinstance(made, StageChoice):
-            STAGES.start(LookJob(made), context.scene.name)
+            STAGES.start(BackgroundJob(made), context.scene.name)
             return True
         return _begin(self, context.scene, made, self._owners, resume)
 

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
+from ..fit_run.job import DESCENT
+from ..scene_read.photos import ids_of
 from . import field_rows, state
 from .request import FIT_SETTINGS
 
@@ -20,18 +22,20 @@ class SELENITE_UL_captures(bpy.types.UIList):
 
     def draw_item(
         self,
-        _context: bpy.types.Context,
+        context: bpy.types.Context,
         layout: bpy.types.UILayout,
         _data: bpy.types.AnyType,
         item: bpy.types.PropertyGroup,
         _icon: int,
         _active_data: bpy.types.AnyType,
         _active_property: str,
+        index: int,
     ) -> None:
-        """Tick, camera, photo."""
+        """Tick, id, photo. The id of a row that is off is not in use: its camera stands there."""
         row = layout.row(align=True)
         row.prop(item, "enabled", text="")
-        row.label(text=item.camera.name if item.camera else "no camera", icon="CAMERA_DATA")
+        name = item.camera.name if item.camera else "no camera"
+        row.label(text=ids_of(context.scene)[index] or name, icon="CAMERA_DATA")
         row.label(text=item.photo.name if item.photo else "no photo", icon="IMAGE_DATA")
 
 
@@ -166,7 +170,7 @@ class SELENITE_PT_fit(bpy.types.Panel):
         else:
             left = progress.seconds_left
             text = progress.phase.capitalize()
-            if progress.phase == "fitting":
+            if progress.phase == DESCENT:
                 text = f"{progress.iteration} of {progress.iterations}"
             text += "" if math.isnan(left) else f", {left:.0f} s left"
             _bar(layout, progress.fraction, text)

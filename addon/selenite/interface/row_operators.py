@@ -9,16 +9,11 @@ from bpy.props import CollectionProperty, StringProperty
 from .. import native
 from ..cycles_check.render_settings import contents_of
 from ..native import NativeUnavailable
-from ..problems import BadInput
-from ..scene_read.photos import pair_by_name
+from ..scene_read.photos import ids_of, pair_by_name
 from ..scene_read.scene import read_scene
+from ..scene_read.values import CaptureRequest
 from . import request
 from .state import CHECK, remember_shapes
-
-
-def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
-    """Every problem becomes one line of Blender's report."""
-    operator.report({"ERROR"}, "\n".join(problem.line() for problem in error.problems))
 
 
 class SELENITE_OT_refresh_rows(bpy.types.Operator):
@@ -104,7 +99,8 @@ class SELENITE_OT_remove_capture(bpy.types.Operator):
 
 
 class SELENITE_OT_load_photos(bpy.types.Operator):
-    """Load photos and pair them with cameras of the same name"""
+    """Load photos and pair them with cameras of the same name: Camera.png, and Camera#2.png for a
+    second photo of Camera"""
 
     bl_idname = "selenite.load_photos"
     bl_label = "Load Photos"
@@ -130,18 +126,18 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
                 cameras[item.name] = item
         paths = [str(PurePath(self.directory, item.name)) for item in self.files if item.name]
         pairs, rest = pair_by_name(list(cameras), paths)
-        rows = {row.camera.name: row for row in settings.captures if row.camera is not None}
+        rows = dict(zip(ids_of(context.scene), settings.captures, strict=True))
         failed = []
-        for camera, path in [*pairs.items(), *((None, path) for path in rest)]:
+        for item in [*pairs, *(CaptureRequest("", path) for path in rest)]:
             try:
-                photo = bpy.data.images.load(path, check_existing=True)
+                photo = bpy.data.images.load(item.photo, check_existing=True)
             except RuntimeError:
-                failed.append(path)
+                failed.append(item.photo)
                 continue
-            row = rows.get(camera) or settings.captures.add()
+            known = rows.get(item.id) if item.id else None
+            row = known or settings.captures.add()
             row.photo = photo
-            if camera is not None:
-                row.camera = cameras[camera]
+            row.camera = cameras.get(item.camera)
         if failed:
             self.report({"ERROR"}, f"Cannot read {', '.join(failed)}; give image files")
         if rest:

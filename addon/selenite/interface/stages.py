@@ -13,7 +13,7 @@ from .. import parameters
 from ..fit_run.staging.request import AUTO, StageRequest, read_stages, stages_by_name
 from ..problems import BadInput, Problem
 from . import state
-from .row_operators import report_problems
+from .problem_reports import report_problems
 
 
 def row_name(row: bpy.types.PropertyGroup) -> str:

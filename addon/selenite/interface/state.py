@@ -16,8 +16,8 @@ from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..fit_run.staging.job import StagedJob
-from ..looks.job import LookJob
-from ..looks.job import Step as LookStep
+from ..information.job import BackgroundJob
+from ..information.job import Step as LookStep
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 
@@ -118,12 +118,12 @@ class Measurement:
 class Looking:
     """At most one look of a kind at a time. `lines` stay after its end."""
 
-    job: LookJob[Any] | None = None
+    job: BackgroundJob[Any] | None = None
     scene_name: str = ""
     step: LookStep | None = None
     lines: list[str] = field(default_factory=list)
 
-    def start(self, job: LookJob[Any], scene_name: str) -> None:
+    def start(self, job: BackgroundJob[Any], scene_name: str) -> None:
         """Starts the thread."""
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()

@@ -10,10 +10,10 @@ from typing import Any, TypeVar, cast
 import bpy
 
 from ..fit_run.job import FitFailed
-from ..looks.job import LookJob, Work
+from ..information.job import BackgroundJob, Work
 from ..native import NativeUnavailable
 from ..problems import BadInput
-from .row_operators import report_problems
+from .problem_reports import report_problems
 from .state import Looking, is_idle
 
 T = TypeVar("T")
@@ -103,7 +103,7 @@ class LooksInThread(Ticking, bpy.types.Operator):
     def _start(self, context: bpy.types.Context) -> bool:
         work = built(self, lambda: self._work(context))
         if work is not None:
-            self.looking.start(LookJob(work), context.scene.name)
+            self.looking.start(BackgroundJob(work), context.scene.name)
         return work is not None
 
     def _finish(self, context: bpy.types.Context) -> set[str]:

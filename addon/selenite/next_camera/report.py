@@ -121,7 +121,7 @@ def as_json(found: Suggestion) -> dict[str, Any]:
         })  # fmt: skip
     return {
         "object": found.body.names,
-        "photos": [item.camera for item in found.plan.captures],
+        "photos": [item.id for item in found.plan.captures],
         "parameters": {
             item.name: {
                 "value": _plain(item.start),

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..fit_run.plan import FitPlan, build_scene, prepare
 from ..fit_run.request import RunRequest
-from ..looks import information
-from ..looks.job import Step
-from ..looks.photos import PHOTO_SPP, Looks
+from ..information import fisher
+from ..information.job import Step
+from ..information.photo_information import PHOTO_SPP, PhotoInformation
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
@@ -39,7 +39,7 @@ _MOST_UNKNOWNS = 24
 @dataclass(frozen=True)
 class Row:
     """A place and what a photo from there would leave of the standard errors, (n,) in units of the
-    parameters. gain: see `information.gain`. known: (n,) bool, determined then."""
+    parameters. gain: see `fisher.gain`. known: (n,) bool, determined then."""
 
     candidate: Candidate
     gain: float
@@ -64,9 +64,9 @@ class Suggestion:
         self.plan, self.body, self.places = plan, body, places
         self.rows: list[Row] = []
         self.seconds = 0.0
-        self._looks = Looks(plan, scene)
-        self.names, self.groups = self._looks.names, self._looks.groups
-        self._slope, self._ranges = self._looks.slope, self._looks.ranges
+        self._photos = PhotoInformation(plan, scene)
+        self.names, self.groups = self._photos.names, self._photos.groups
+        self._slope, self._ranges = self._photos.slope, self._photos.ranges
         #: Standard errors with the photos there are, (n,), and which are determined.
         self.errors = self.known = np.zeros(len(self.names))
         #: Whether all are known within a hundredth of their range.
@@ -76,7 +76,7 @@ class Suggestion:
 
     def cancel(self) -> None:
         """From any thread: `steps` ends within a tile, raising the native Cancelled."""
-        self._looks.cancel()
+        self._photos.cancel()
 
     def steps(self) -> Iterator[Step]:
         """A look at each photo's camera, one from each place, and a second one with fresh seeds and
@@ -84,27 +84,27 @@ class Suggestion:
         no luck of the first is in it."""
         begin = time.monotonic()
         places = self.places
-        for step in self._looks.at_photos(_SECOND_DOUBT, _MOST_SPP):
+        for step in self._photos.at_photos(_SECOND_DOUBT, _MOST_SPP):
             yield replace(step, fraction=0.1 * step.fraction)
         # Places that are as noisy need as many samples; the error falls as the samples rise.
-        first_spp = int(np.clip(self._looks.doubt / _FIRST_DOUBT, _LEAST_SPP, _MOST_SPP / 4))
-        second_spp = int(np.clip(self._looks.doubt / _SECOND_DOUBT, PHOTO_SPP, _MOST_SPP))
+        first_spp = int(np.clip(self._photos.doubt / _FIRST_DOUBT, _LEAST_SPP, _MOST_SPP / 4))
+        second_spp = int(np.clip(self._photos.doubt / _SECOND_DOUBT, PHOTO_SPP, _MOST_SPP))
         settings = self.plan.request.settings
-        noise = self._looks.noise(settings)
-        there = self._looks.informations(settings)
-        base = [information.precision(one) for one in there]
-        before = information.errors(base, self._ranges)
-        self.errors, self.known = before * self._slope, information.determined(before, self._ranges)
+        noise = self._photos.noise(settings)
+        there = self._photos.informations(settings)
+        base = [fisher.precision(one) for one in there]
+        before = fisher.errors(base, self._ranges)
+        self.errors, self.known = before * self._slope, fisher.determined(before, self._ranges)
         self.well_known = bool((before < _WELL * self._ranges).all())
-        twice = information.errors([*base, base[0]], self._ranges)
-        self.repeated = information.gain(before, twice, self.groups)
+        twice = fisher.errors([*base, base[0]], self._ranges)
+        self.repeated = fisher.gain(before, twice, self.groups)
 
         def row(place: Candidate, spp: int, look: int, resolved: float) -> Row:
-            seen = self._looks.at_place(place.camera.name, spp, look).information(noise)
-            added = information.precision(seen, resolved)
-            after = information.errors([*base, added], self._ranges)
-            gained = information.gain(before, after, self.groups)
-            known = information.determined(after, self._ranges)
+            seen = self._photos.at_place(place.camera.name, spp, look).information(noise)
+            added = fisher.precision(seen, resolved)
+            after = fisher.errors([*base, added], self._ranges)
+            gained = fisher.gain(before, after, self.groups)
+            known = fisher.determined(after, self._ranges)
             return Row(place, gained, after * self._slope, known)
 
         again = min(max(_LEAST_AGAIN, round(_AGAIN * len(places))), len(places))

@@ -7,7 +7,7 @@ from pathlib import PurePath
 
 import bpy
 
-from .values import PACKED, CaptureRequest
+from .values import PACKED, CaptureRequest, with_ids
 
 
 def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
@@ -33,6 +33,15 @@ def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
     return found
 
 
+def ids_of(scene: bpy.types.Scene) -> list[str]:
+    """The id of each row of the panel, see `with_ids`; "" of a row that is off or has no camera."""
+    rows = scene.selenite.captures
+    used = [row for row in rows if row.enabled and row.camera is not None]
+    cameras = [item.name for item in scene.objects if item.type == "CAMERA"]
+    found = iter(with_ids((CaptureRequest(row.camera.name, "") for row in used), cameras))
+    return [next(found).id if row.enabled and row.camera is not None else "" for row in rows]
+
+
 def photo_name(image: bpy.types.Image) -> str:
     """The file of an image datablock, or PACKED and its name."""
     if image.packed_file is not None:
@@ -49,18 +58,24 @@ def packed_photos() -> dict[str, bytes]:
     }
 
 
-def pair_by_name(cameras: list[str], photos: list[str]) -> tuple[dict[str, str], list[str]]:
-    """camera -> photo where the file's stem is the camera's name (case is ignored), and the photos
-    that are left. With one camera and one photo the names do not matter."""
+def pair_by_name(cameras: list[str], photos: list[str]) -> tuple[list[CaptureRequest], list[str]]:
+    """Captures, with ids, of the files that are named as one, "Camera.png" or "Camera#2.png" (case
+    is ignored), and the photos that are left. With one camera and one photo names do not matter."""
     if len(cameras) == 1 and len(photos) == 1:
-        return {cameras[0]: photos[0]}, []
+        return [CaptureRequest(cameras[0], photos[0], id=cameras[0])], []
     by_name = {name.casefold(): name for name in cameras}
-    pairs: dict[str, str] = {}
+    pairs: dict[str, CaptureRequest] = {}
     rest = []
     for photo in photos:
-        camera = by_name.get(PurePath(photo).stem.casefold())
-        if camera is None or camera in pairs:
+        stem = PurePath(photo).stem
+        first, _, number = stem.rpartition("#")
+        camera = by_name.get(stem.casefold())
+        name = camera or ""
+        if camera is None and number.isdecimal():
+            camera = by_name.get(first.casefold())
+            name = f"{camera}#{number}"
+        if camera is None or name in pairs:
             rest.append(photo)
         else:
-            pairs[camera] = photo
-    return pairs, rest
+            pairs[name] = CaptureRequest(camera, photo, id=name)
+    return list(pairs.values()), rest

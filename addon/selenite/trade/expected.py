@@ -14,8 +14,8 @@ from ..fit_run.job import FitJob
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import PRESETS, FitSettings
 from ..fit_run.unknowns import Unknown, labels
-from ..looks.job import Step
-from ..looks.photos import RELATIVE, Looks
+from ..information.job import Step
+from ..information.photo_information import RELATIVE, PhotoInformation
 from . import choices
 
 #: Share of the time that the short fit has in the progress.
@@ -96,7 +96,7 @@ class Estimate:
         #: Why there are no errors, or what to know about them; "" for nothing.
         why_not = cost.too_many(self._plan)
         self.remark = f"No errors are told: {why_not}" if why_not else ""
-        self._looks = None if self.remark else Looks(self._plan, self._plan.scene)
+        self._photos = None if self.remark else PhotoInformation(self._plan, self._plan.scene)
         self._job: FitJob | None = None
         self._cancelled = False
 
@@ -110,8 +110,8 @@ class Estimate:
         self._cancelled = True
         if self._job is not None:
             self._job.cancel()
-        if self._looks is not None:
-            self._looks.cancel()
+        if self._photos is not None:
+            self._photos.cancel()
 
     def steps(self) -> Iterator[Step]:
         """Raises BadInput and FitFailed as FitJob does, and the native Cancelled."""
@@ -119,17 +119,17 @@ class Estimate:
         per_path = cost.seconds_per_path(self._plan_of, self._settings, self._begun)
         if self._cancelled:
             return
-        if self._looks is not None:
-            for step in self._looks.at_photos():
+        if self._photos is not None:
+            for step in self._photos.at_photos():
                 yield replace(step, fraction=_TIMING + (1 - _TIMING) * step.fraction)
-            if self._looks.relative >= RELATIVE[1]:
+            if self._photos.relative >= RELATIVE[1]:
                 self.remark = (
                     "The photos differ from the render at these values by "
                     f"{100 * RELATIVE[1]:.0f} % of their brightness or more. Errors hold near the "
                     "right values: look again after the fit"
                 )
         for name, preset in choices.preset_settings(self._settings).items():
-            errors = () if self._looks is None else errors_of(self._looks, preset)
+            errors = () if self._photos is None else errors_of(self._photos, preset)
             seconds = cost.expected(self._plan, preset, per_path)
             unknowns = self._plan.unknowns if errors else ()
             self.presets[name] = Expected(seconds, unknowns, errors)
@@ -146,12 +146,12 @@ class Estimate:
             job.cancel()
 
 
-def errors_of(looks: Looks, settings: FitSettings) -> list[float | None]:
-    """As Expected.errors, of a fit with these settings; looks: after `at_photos`."""
-    steps, known = looks.errors(settings)
+def errors_of(photos: PhotoInformation, settings: FitSettings) -> list[float | None]:
+    """As Expected.errors, of a fit with these settings; photos: after `at_photos`."""
+    steps, known = photos.errors(settings)
     found: list[float | None] = []
-    for item, group in zip(looks.plan.unknowns, looks.groups, strict=True):
-        size = steps[group] * looks.slope[group]
+    for item, group in zip(photos.plan.unknowns, photos.groups, strict=True):
+        size = steps[group] * photos.slope[group]
         if item.by_ratio:
             size = size / np.asarray(item.start)
         found.append(float(np.sqrt(np.mean(size**2))) if known[group].all() else None)

@@ -149,7 +149,7 @@ class Trade:
                 before = sums[index]
                 image = film.image.astype(np.float64)
                 sums[index] = image if before is None else before + image
-                yield Step(0.0, f"photo of {capture.camera}")
+                yield Step(0.0, f"photo {capture.id}")
             self.photo_spp += _PHOTO_CHUNK
             used = time.monotonic() - begin
             if self.photo_spp >= _PHOTO_MOST:

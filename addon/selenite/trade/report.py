@@ -42,7 +42,7 @@ def report(trade: Trade) -> dict[str, Any]:
         "schema": SCHEMA,
         "selenite": __version__,
         "scene": trade.plan.request.scene,
-        "cameras": [item.camera for item in trade.plan.captures],
+        "photos": [item.id for item in trade.plan.captures],
         "parameters": {
             item.name: {"true": list(item.start), "start": list(choices.displaced(item))}
             for item in trade.plan.unknowns

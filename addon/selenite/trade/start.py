@@ -76,7 +76,7 @@ def _without_photos(values: SceneValues) -> Callable[[int], list[Capture]]:
             black = np.zeros((rows, columns, 3), np.float32)
             weight = np.ones((rows, columns), np.float32)
             size = (camera.width, camera.height)
-            found.append(Capture(camera.name, "", size, black, weight, camera.aspect))
+            found.append(Capture(camera.name, camera.name, "", size, black, weight, camera.aspect))
         return found
 
     return captures

@@ -14,6 +14,7 @@ PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Photo& photo
   one.half_a = {film.half_a[pixel]};
   one.variance = {film.variance[pixel]};
   Photo part;
+  part.id = photo.id;
   part.camera = photo.camera;
   part.width = part.height = 1;
   part.reference = {photo.reference[pixel]};

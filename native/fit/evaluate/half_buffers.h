@@ -6,6 +6,8 @@
 #include "fit/problem/problem.h"
 #include "render/film/film.h"
 
+#include "fit/problem/saved_state.h"
+
 namespace selenite {
 
 /// One photo, rendered at the current values with fresh seeds.
@@ -25,6 +27,9 @@ struct Halves {
   Jacobian jacobian_a, jacobian_b;
   /// By unknown: whether the film has a derivative by it, its columns being 0 otherwise.
   Eigen::ArrayX<bool> differentiated;
+  void members(SavedState& state) {
+    state(residual_a, residual_b, variance, jacobian_a, jacobian_b, differentiated);
+  }
 };
 
 /// Without the Jacobians.

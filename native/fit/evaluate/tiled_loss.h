@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "fit/problem/photo.h"
+#include "fit/problem/saved_state.h"
 #include "render/film/film.h"
 
 namespace selenite {
@@ -20,6 +21,7 @@ struct TiledLoss {
   TiledLoss() = default;
   /// Another photo's tiles, `share` of all.
   void append(const TiledLoss& other, double share);
+  void members(SavedState& state) { state(coarse, all); }
 };
 
 /// Sum of independent terms, and its standard deviation as their scatter tells it.

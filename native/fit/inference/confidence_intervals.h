@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fit/inference/normal_equations.h"
+#include "fit/problem/saved_state.h"
 
 namespace selenite {
 
@@ -37,6 +38,7 @@ struct TrustReport {
   /// Values far from the answer that explain the photos as well; see `AlternativeMinima`.
   std::vector<Vector> alternatives;
   std::vector<int> ambiguous;  ///< components that were determined but for them
+  void members(SavedState& state) { state(components, misfit, passes, alternatives, ambiguous); }
 };
 
 /// One Gauss-Newton step from the equations, and how sure it is.
@@ -57,6 +59,9 @@ struct OtherPasses {
   std::vector<std::optional<Known>> known{};  ///< see beside.h
   std::vector<bool> squared{};  ///< components of which nothing goes with the value itself
   double beyond_noise = 1;  ///< errors in units of those told by noise; steps do not depend on it
+  void members(SavedState& state) {
+    state(previous_step, unsure_step, known, squared, beyond_noise);
+  }
 };
 Estimate estimate(const Unknowns& unknowns, const Reparametrization& reparametrization, const Vector& u,
                   const NormalEquations& equations, const OtherPasses& others = {});

@@ -57,54 +57,13 @@ double uniform(std::uint64_t key) { return static_cast<double>(mix64(key) >> 11)
 
 }  // namespace
 
-Photo resized(const Photo& photo, int size) {
-  const int longest = std::max(photo.width, photo.height);
-  if (longest <= size) return photo;
-  const double scale = static_cast<double>(size) / longest;
-  Photo small;
-  small.camera = photo.camera;
-  small.width = std::max(1, static_cast<int>(std::lround(photo.width * scale)));
-  small.height = std::max(1, static_cast<int>(std::lround(photo.height * scale)));
-  small.frame = {photo.frame.aspect, photo.width, photo.height};
-  if (!(small.frame.aspect > 0))
-    small.frame.aspect = static_cast<double>(photo.width) / photo.height;
-  const double step_x = static_cast<double>(photo.width) / small.width;
-  const double step_y = static_cast<double>(photo.height) / small.height;
-  const auto covered = [](int i, double low, double high) {
-    return std::max(0.0, std::min(i + 1.0, high) - std::max<double>(i, low));
-  };
-  for (int y = 0; y < small.height; ++y)
-    for (int x = 0; x < small.width; ++x) {
-      const double left = x * step_x, right = left + step_x, top = y * step_y;
-      const double bottom = top + step_y;
-      Color<double> sum;
-      double area = 0, weight = 0;
-      bool whole = true;
-      for (int j = static_cast<int>(top); j < std::min<double>(bottom, photo.height); ++j)
-        for (int i = static_cast<int>(left); i < std::min<double>(right, photo.width); ++i) {
-          const double part = covered(i, left, right) * covered(j, top, bottom);
-          if (!(part > 0)) continue;
-          const auto at = static_cast<std::size_t>(j) * photo.width + i;
-          whole = whole && photo.weight[at] > 0;
-          sum += Color<double>(photo.reference[at]) * part;
-          weight += part * photo.weight[at];
-          area += part;
-        }
-      small.reference.push_back(whole ? Colorf(sum / area) : Colorf(0.f));
-      small.weight.push_back(whole ? static_cast<float>(weight / area) : 0.f);
-      small.total_weight += small.weight.back();
-    }
-  // All pixels beside a masked one (a thin object): the photo itself is the way out.
-  return small.total_weight > 0 ? small : photo;
-}
-
 MultiStart::MultiStart(const Problem& problem, std::uint64_t seed)
     : seed_(seed),
       problem_{problem.unknowns, problem.layout, photos_, problem.loss, kRemembered},
       reparametrization_(problem.unknowns),
       chosen_(problem.unknowns.start()) {
   for (const Photo& photo : problem.photos) {
-    photos_.push_back(resized(photo, kSize));
+    photos_.push_back(photo.resized(kSize));
     weights_.push_back(relative_weights(photos_.back(), 1));
   }
   Candidate start;
@@ -176,15 +135,14 @@ std::uint64_t MultiStart::seed_for(int purpose, int index, int photo) const {
 }
 
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
-void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
+void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const {
   candidate.tiled_loss = TiledLoss();
   const double share = 1.0 / static_cast<double>(photos_.size());
   for (std::size_t v = 0; v < photos_.size(); ++v) {
     const Photo& photo = photos_[v];
     FilmPair parts;
     for (int i = 0; i < 2; ++i)
-      parts[static_cast<std::size_t>(i)] = render(
-          candidate.x, photo, spp / 2, seed_for(purpose, i, static_cast<int>(v)), std::nullopt);
+      parts[static_cast<std::size_t>(i)] = evaluator.evaluate({candidate.x}, photo, {spp / 2, seed_for(purpose, i, static_cast<int>(v))});
     candidate.tiled_loss.append(TiledLoss(merged(parts), photo, weights_[v]), share);
     if (round_ == kLast) candidate.pictures.push_back(std::move(parts));
   }
@@ -211,7 +169,7 @@ void MultiStart::rank() {
   }
 }
 
-void MultiStart::descend(Candidate& candidate, int index, int steps, const RenderAt& render) const {
+void MultiStart::descend(Candidate& candidate, int index, int steps, Evaluator& evaluator) const {
   if (!candidate.steps) candidate.steps = std::make_shared<GaussNewton>(problem_);
   for (int n = 0; n < steps; ++n) {
     std::vector<Observation> seen;
@@ -219,8 +177,9 @@ void MultiStart::descend(Candidate& candidate, int index, int steps, const Rende
       const int purpose = 16 + 64 * round_ + n;
       seen.push_back(
           {static_cast<int>(v),
-           render(candidate.x, photos_[v], kStepSpp,
-                  seed_for(purpose, index, static_cast<int>(v)), Differences{alternating_side(n)}),
+           evaluator.evaluate({candidate.x}, photos_[v],
+                              {kStepSpp, seed_for(purpose, index, static_cast<int>(v)),
+                               Differences{alternating_side(n)}}),
            {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
@@ -248,14 +207,14 @@ void MultiStart::keep_best(std::size_t count) {
   candidates_ = std::move(kept);
 }
 
-bool MultiStart::step(const RenderAt& render) {
+bool MultiStart::step(Evaluator& evaluator) {
   if (round_ > kLast) return false;
   Candidate& candidate = candidates_[next_];
   const bool final = round_ == kLast;
   if (round_ > 0 && !final && !candidate.untouched)
     descend(candidate, static_cast<int>(next_), kRounds[static_cast<std::size_t>(round_) - 1].steps,
-           render);
-  evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, render);
+           evaluator);
+  evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, evaluator);
   done_ = (round_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
           (kLast + 1);
   if (++next_ < candidates_.size()) return true;
@@ -274,6 +233,20 @@ bool MultiStart::step(const RenderAt& render) {
     }
   }
   return ++round_ <= kLast;
+}
+
+void MultiStart::members(SavedState& state) {
+  std::int64_t count = std::ssize(candidates_);
+  state(count);
+  if (state.reading()) candidates_.resize(static_cast<std::size_t>(count));
+  for (Candidate& one : candidates_) {
+    bool has_steps = one.steps != nullptr;
+    state(one.x, one.from_start, one.untouched, one.loss, one.rank, one.tiled_loss, one.pictures,
+          one.tiles, has_steps);
+    if (state.reading() && has_steps) one.steps = std::make_shared<GaussNewton>(problem_);
+    if (has_steps) state(*one.steps);
+  }
+  state(next_, round_, done_, chosen_, result_);
 }
 
 double MultiStart::fraction() const { return done_; }

@@ -2,25 +2,19 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "fit/evaluate/paired_test.h"
-#include "fit/evaluate/render_at.h"
-#include "fit/evaluate/tiled_loss.h"
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/state/fit_result.h"
 #include "fit/solver/gauss_newton.h"
+#include "fit/evaluate/paired_test.h"
+#include "fit/evaluate/tiled_loss.h"
+#include "fit/evaluate/finite_differences.h"
 
 namespace selenite {
-
-/// What a search has found; losses are of small pictures in Gauss-Newton's first weights,
-/// without the bias of noise and without detail that is noise.
-struct MultiStartResult {
-  int points = 0;             ///< looked at, the start included; 0: there was no search
-  bool moved = false;         ///< whether the fit goes on elsewhere than at the start
-  double start_loss = 0;      ///< at the user's values
-  double loss = 0;            ///< where the fit goes on
-  double standard_error = 0;  ///< of `loss` minus `start_loss`
-};
 
 /// Looks for the basin before the first step: points spread over the clamps, in small pictures with
 /// few samples, the best of them refined by a few Gauss-Newton steps, fewer and fewer of them.
@@ -39,14 +33,16 @@ class MultiStart {
   MultiStart(const MultiStart&) = delete;  // the small problem refers to members
   MultiStart& operator=(const MultiStart&) = delete;
 
-  /// The next portion of the work; false when nothing is left. May throw what `render` throws.
-  bool step(const RenderAt& render);
+  /// The next portion of the work; false when nothing is left. Throws what `evaluate` throws.
+  bool step(Evaluator& evaluator);
   double fraction() const;
   /// Once `step` has returned false: the values to go on from.
   const Vector& values() const { return chosen_; }
   const MultiStartResult& result() const { return result_; }
   /// Likewise: other values that were refined to the end.
   std::vector<Vector> others() const;
+
+  void members(SavedState& state);
 
  private:
   struct Candidate {
@@ -62,8 +58,8 @@ class MultiStart {
   double point_in_range(int component, double at) const;
   std::vector<Vector> spread_points() const;
   std::uint64_t seed_for(int purpose, int index, int photo) const;
-  void evaluate(Candidate& candidate, int spp, int purpose, const RenderAt& render) const;
-  void descend(Candidate& candidate, int index, int steps, const RenderAt& render) const;
+  void evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const;
+  void descend(Candidate& candidate, int index, int steps, Evaluator& evaluator) const;
   void rank();
   bool same_basin(const Vector& x, const Vector& y) const;
   bool equivalent(const Candidate& one, const Candidate& other) const;
@@ -83,9 +79,5 @@ class MultiStart {
   Vector chosen_;
   MultiStartResult result_;
 };
-
-/// The photo at a size of at most `size` pixels; a pixel is the mean over those it covers, and
-/// does not count where one of them does not, as a render of it shows them all.
-Photo resized(const Photo& photo, int size);
 
 }  // namespace selenite

@@ -102,7 +102,7 @@ LossResult brightness_independent_mse(const Film& film, const Photo& photo) {
   const double render_mean = mean_of(film.mean, photo);
   const double photo_mean = mean_of(photo.reference, photo);
   if (!(photo_mean > 0))
-    throw InvalidArgument("Photo of camera '" + photo.camera +
+    throw InvalidArgument("Photo '" + photo.id +
                           "' is black; brightness-independent-mse needs a mean above 0");
   // A black render has no brightness to divide by. The floor keeps the slope finite and pointing
   // up.

@@ -2,10 +2,12 @@
 #include "fit/problem/photo.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <set>
 
 #include "math/error.h"
+#include "math/hash.h"
 
 namespace selenite {
 namespace {
@@ -16,7 +18,7 @@ bool finite(const Colorf& c) {
 
 /// Empty when the photo is good; mends what is to be mended.
 std::string problem_of(Photo& photo) {
-  const std::string who = "Photo of camera '" + photo.camera + "': ";
+  const std::string who = "Photo '" + photo.id + "': ";
   const std::string size =
       std::to_string(photo.width) + " x " + std::to_string(photo.height) + " pixels";
   if (photo.width < 1 || photo.height < 1)
@@ -56,6 +58,62 @@ std::string problem_of(Photo& photo) {
 
 }  // namespace
 
+Photo Photo::resized(int longest) const {
+  if (std::max(width, height) <= longest) return *this;
+  const double scale = static_cast<double>(longest) / std::max(width, height);
+  Photo small = *this;  // with everything that is not a pixel
+  small.reference.clear();
+  small.weight.clear();
+  small.pixels = nullptr;
+  small.total_weight = 0;
+  small.width = std::max(1, static_cast<int>(std::lround(width * scale)));
+  small.height = std::max(1, static_cast<int>(std::lround(height * scale)));
+  small.frame = {frame.aspect, width, height};
+  if (!(small.frame.aspect > 0)) small.frame.aspect = static_cast<double>(width) / height;
+  const double step_x = static_cast<double>(width) / small.width;
+  const double step_y = static_cast<double>(height) / small.height;
+  const auto covered = [](int i, double low, double high) {
+    return std::max(0.0, std::min(i + 1.0, high) - std::max<double>(i, low));
+  };
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x) {
+      const double left = x * step_x, right = left + step_x, top = y * step_y;
+      const double bottom = top + step_y;
+      Color<double> sum;
+      double area = 0, covered_weight = 0;
+      bool whole = true;
+      for (int j = static_cast<int>(top); j < std::min<double>(bottom, height); ++j)
+        for (int i = static_cast<int>(left); i < std::min<double>(right, width); ++i) {
+          const double part = covered(i, left, right) * covered(j, top, bottom);
+          if (!(part > 0)) continue;
+          const auto at = static_cast<std::size_t>(j) * width + i;
+          whole = whole && weight[at] > 0;
+          sum += Color<double>(reference[at]) * part;
+          covered_weight += part * weight[at];
+          area += part;
+        }
+      small.reference.push_back(whole ? Colorf(sum / area) : Colorf(0.f));
+      small.weight.push_back(whole ? static_cast<float>(covered_weight / area) : 0.f);
+      small.total_weight += small.weight.back();
+    }
+  // All pixels beside a masked one (a thin object): the photo itself is the way out.
+  return small.total_weight > 0 ? small : *this;
+}
+
+std::uint64_t Photo::fingerprint() const {
+  const auto of_pixels = [](const auto& list) {
+    return hash64({reinterpret_cast<const char*>(list.data()), list.size() * sizeof list[0]});
+  };
+  std::uint64_t sum = 0;
+  for (const std::uint64_t part :
+       {hash64(id), hash64(camera), static_cast<std::uint64_t>(width),
+        static_cast<std::uint64_t>(height), std::bit_cast<std::uint64_t>(frame.aspect),
+        static_cast<std::uint64_t>(frame.width), static_cast<std::uint64_t>(frame.height),
+        of_pixels(reference), of_pixels(weight)})
+    sum = mix64(sum ^ part);
+  return sum;
+}
+
 void check_photos(const Scene& scene, std::vector<Photo>& photos) {
   std::string problems;
   bool only_names = true;
@@ -74,10 +132,10 @@ void check_photos(const Scene& scene, std::vector<Photo>& photos) {
       add(error.what());
       continue;
     }
+    if (photo.id.empty()) photo.id = photo.camera;
     std::string problem = problem_of(photo);
-    if (problem.empty() && !seen.insert(photo.camera).second)
-      problem =
-          "Camera '" + photo.camera + "' has two photos; give each photo a camera of its own";
+    if (problem.empty() && !seen.insert(photo.id).second)
+      problem = "Photo '" + photo.id + "': another photo has its id; give each photo its own";
     if (problem.empty()) continue;
     add(problem);
     only_names = false;

@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "render/film/film.h"
 #include "render/driver/render.h"
+#include "render/film/film.h"
 #include "scene/scene.h"
 
 namespace selenite {
 
-/// A photo and the camera that took it, at working size.
+/// A photo at working size. Several photos may be of one camera: under different light, say.
+///
+/// What differs from photo to photo has its place here: a gain, the response of its camera, which
+/// lamps were on, the distortion of its lens. `resized` carries it along and `fingerprint` includes
+/// it; no other function copies or identifies a photo.
 struct Photo {
+  std::string id;  ///< unique in a fit; `check_photos` sets an empty one to the camera's name
   std::string camera;
   int width = 0, height = 0;
   PhotoFrame frame;           ///< of the photo before it was brought to working size
@@ -25,13 +31,19 @@ struct Photo {
   std::size_t size() const { return reference.size(); }
   /// Weight of a pixel and channel: with it a weighted sum over pixels and channels is a mean.
   double share(std::size_t pixel) const { return weight[pixel] / (3 * total_weight); }
+  /// The photo with at most `longest` pixels along its longer side; itself where it is no larger.
+  /// A pixel is the mean over those it covers. It has weight 0 where one of them has, since a
+  /// render of it shows them all.
+  Photo resized(int longest) const;
+  /// Hash of what a fit compares with: id, camera, size, frame, and every pixel and weight.
+  std::uint64_t fingerprint() const;
 
   double total_weight = 0;  ///< sum of `weight`, set by `check_photos`
 };
 
-/// Fills empty weights with 1 and sets pixels of weight 0 to black, so that no NaN can leak.
-/// Reports all problems at once: InvalidArgument (sizes, NaN or infinite photo pixels, negative or
-/// all-zero weights, a camera with two photos), UnknownName (no such camera).
+/// Sets empty ids and empty weights (to 1), and pixels of weight 0 to black, so that no NaN can
+/// leak. Reports all problems at once: InvalidArgument (sizes, NaN or infinite photo pixels,
+/// negative or all-zero weights, an id given twice), UnknownName (no such camera).
 void check_photos(const Scene& scene, std::vector<Photo>& photos);
 
 }  // namespace selenite

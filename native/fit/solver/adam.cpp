@@ -26,8 +26,8 @@ Vector Adam::step(const Vector& x, std::span<const Observation> seen, FieldGauss
       if (!std::isfinite(part[k]))
         throw std::runtime_error("The derivative with respect to " +
                                  problem_->unknowns.components()[static_cast<std::size_t>(k)].name +
-                                 " of camera '" +
-                                 problem_->photos[static_cast<std::size_t>(one.photo)].camera +
+                                 " in photo '" +
+                                 problem_->photos[static_cast<std::size_t>(one.photo)].id +
                                  "' is not finite; narrow its bounds, or report this scene");
     gradient += part / static_cast<double>(seen.size());
   }

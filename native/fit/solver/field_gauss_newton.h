@@ -32,6 +32,7 @@ class SavedState;
 class FieldGaussNewton {
  public:
   /// Null where the fields are other than albedo grids of colours, or numbers and photos too many.
+  static bool applies(const Fields& fields, const std::vector<Photo>& photos);
   static std::unique_ptr<FieldGaussNewton> of(const Fields& fields,
                                          const std::vector<Photo>& photos);
 

@@ -339,7 +339,7 @@ void GaussNewton::reset_everything() {
 }
 
 /// The mean of the last estimates: each still carries the noise of its own samples.
-Vector GaussNewton::answer(const Vector& x) const {
+Vector GaussNewton::estimate(const Vector& x) const {
   const std::size_t settled =
       static_cast<std::size_t>((1 - kLateFrom) * static_cast<double>(iteration_));
   const std::size_t count = std::min(accepted_.size(), std::max<std::size_t>(settled, 1));

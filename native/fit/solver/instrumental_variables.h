@@ -8,6 +8,8 @@
 #include "fit/evaluate/half_buffers.h"
 #include "fit/evaluate/wiener_filter.h"
 
+#include "fit/problem/saved_state.h"
+
 namespace selenite {
 
 class SavedState;
@@ -23,9 +25,11 @@ class InstrumentalVariables {
     Jacobian filtered;  ///< the slopes clipped and filtered
     Jacobian slopes;       ///< means
     Jacobian noise;        ///< another draw of the noise of `slopes`
+    void members(SavedState& state) { state(filtered, slopes, noise); }
   };
   struct Set {
     Half a, b;
+    void members(SavedState& state) { state(a, b); }
   };
   /// Forgets, and adds the halves of this iteration. Columns that these do not have keep what is known
   /// of them. `weight`: samples of these halves in units of those of a usual iteration.

@@ -30,7 +30,7 @@ class Optimiser {
     return x;
   }
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
-  virtual Vector answer(const Vector& x) const { return x; }
+  virtual Vector estimate(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.
   virtual void reset_equations() {}
   /// The values are others than those that the last step led to: nothing that was seen holds there.
@@ -38,8 +38,6 @@ class Optimiser {
   /// Whether the last step left so little that a look at frozen values (`Refinement`) can go the
   /// rest better than more steps.
   virtual bool converged() const { return false; }
-  /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
-  virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;
   /// All that changes from step to step.
   virtual void members(SavedState& state) = 0;
@@ -52,6 +50,7 @@ struct OptimiserKind {
   bool needs_all_photos;  ///< cannot step after every camera
   bool least_squares_only;  ///< for losses that are sums of squares
   bool few_unknowns;        ///< made for up to kFewUnknowns
+  bool averages_iterations;  ///< `estimate` draws on all of them, and so beats any single one up to noise
   Purpose purpose;
   std::unique_ptr<Optimiser> (*make)(const Problem& problem);
 };

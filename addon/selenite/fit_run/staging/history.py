@@ -4,16 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...parameters import Values
 from ..plan import FitPlan
-from .plan import at_colours
-
-if TYPE_CHECKING:
-    from .job import Point
+from .plan import Point, at_colours
 
 _SUMS = ("iterations", "samples", "seconds", "cpu_seconds", "dropped")
 
@@ -23,7 +20,7 @@ def joined(plan: FitPlan, results: Sequence[Mapping[str, Any]], point: Point) ->
 
     Keys as of the native result, of the whole run: `best_iteration` counts over all stages, losses
     are those of the last stage (another height is another loss). `history` has the key `stage`
-    (k,), counted from 1, and every unknown in every row, held ones too. `stages`: a list of dicts
+    (k,), counted from 1, and every unknown in every row, fixed ones too. `stages`: a list of dicts
     {name, parameters, iterations, spp, height, best_iteration, stopped_because, samples, seconds,
     cpu_seconds, values}.
     """
@@ -92,10 +89,10 @@ def _history(plan: FitPlan, results: Sequence[Mapping[str, Any]]) -> dict[str, A
         for key, column in {**history, **own}.items():
             if key not in ("values", "field_means"):
                 parts.setdefault(key, []).append(np.asarray(column))
-        for name, held in values.items():
+        for name, fixed in values.items():
             column = history["values"].get(name)
-            width = len(held)
-            column = np.tile(held, (rows, 1)) if column is None else np.asarray(column)
+            width = len(fixed)
+            column = np.tile(fixed, (rows, 1)) if column is None else np.asarray(column)
             columns[name].append(column.reshape(rows, width))
         for name, mean in mean_of.items():
             column = history["field_means"].get(name)

@@ -5,28 +5,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...parameters import Values
 from ..job import FitJob, Progress, SavedState
 from ..plan import FitPlan
 from . import plan as stage_plan
 from .history import joined
-from .plan import Stage
+from .plan import Point, Stage
 
 #: What a stage may stop because of for the next one to start.
-_ENDED_WELL = ("all iterations done", "the values have settled", "loss below tolerance")
-
-
-@dataclass(frozen=True)
-class Point:
-    """Where a run stands between two stages: values by name, grids by name."""
-
-    values: dict[str, Values]
-    fields: dict[str, np.ndarray]
+_ENDED_WELL = ("all iterations done", "converged", "loss below tolerance")
 
 
 def make_job(
@@ -61,11 +52,11 @@ class Ended:
         reason = self._result["stopped_because"]
         return Progress(False, done, done, math.nan, seconds, 0.0, reason, values)
 
-    def preview(self, _capture: int) -> None:
+    def preview(self, _index: int) -> None:
         """No picture is rendered."""
 
     def notes(self) -> tuple[str, ...]:
-        """Nothing is looked at again."""
+        """Nothing is diagnosed again."""
         return ()
 
     def so_far(self) -> dict[str, Any]:
@@ -77,7 +68,7 @@ class Ended:
 
 class StagedJob:
     """As FitJob: start, progress, preview, cancel, join, result. Each stage starts at the best
-    values of the one before; what is not in a stage is held.
+    values of the one before; what is not in a stage keeps its value.
 
     No thread is added: whoever polls or joins starts the next stage.
     """
@@ -140,9 +131,9 @@ class StagedJob:
             stage=f"{index + 1} of {len(self.plan.stages)}: {stage.name}",
         )
 
-    def preview(self, capture: int) -> np.ndarray | None:
-        """Newest picture of a capture, (h, w, 3), at the height of the stage."""
-        return self._job.preview(capture)
+    def preview(self, index: int) -> np.ndarray | None:
+        """Newest picture of a photo, (h, w, 3), at the height of the stage."""
+        return self._job.preview(index)
 
     def cancel(self) -> None:
         """Asks the thread to stop; no further stage starts."""

@@ -33,6 +33,14 @@ class Stage:
     fields: tuple[FieldUnknown, ...]
 
 
+@dataclass(frozen=True)
+class Point:
+    """Where a run stands between two stages: values by name, grids by name."""
+
+    values: dict[str, Values]
+    fields: dict[str, np.ndarray]
+
+
 def named(
     scene: SceneValues, stages: Sequence[StageRequest], problems: list[Problem]
 ) -> list[StageRequest]:

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small pictures with their derivatives, at fixed values: of photos, and of places without one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import native
+from ..fit_run import cost
+from ..fit_run.captures import Capture
+from ..fit_run.plan import FitPlan
+from ..fit_run.settings import FitSettings
+from ..problems import BadInput, Problem
+from . import fisher
+from .fisher import FisherInformation, Noise
+from .job import Step
+
+#: Samples of a first look at a photo's camera.
+PHOTO_SPP = 64
+#: Usual bounds of a look, see `PhotoInformation.at_photos`.
+_DOUBT, _MOST_SPP, _WEAKEST = 0.1, 192, 6.0
+#: Pixels of a look, whatever its aspect.
+_PIXELS = 64 * 64
+#: A residual's relative size beyond noise is believed between these; samples to measure it with.
+RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 32
+#: Seeds that no fit and no photo of ours uses.
+_SEED = 1 << 41
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a camera shows: independent halves of d picture / d coordinates, (n, h, w, 3) each;
+    variance of one sample, (h, w, 3). picture: the photo or, where there is none, the render.
+    weight: (h, w), 0 where a pixel does not count."""
+
+    halves: tuple[np.ndarray, np.ndarray]
+    variance: np.ndarray
+    picture: np.ndarray
+    weight: np.ndarray
+
+    def information(self, noise: Noise) -> FisherInformation:
+        """About the unknowns, of a photo with this noise."""
+        return fisher.information(self.halves, self.variance, self.picture, self.weight, noise)
+
+
+class PhotoInformation:
+    """At the cameras of a scene, for the unknowns of a plan.
+
+    plan: unknowns whose start are the values to look at, and the photos. scene: native, with these
+    values and every camera that is looked from.
+    """
+
+    def __init__(self, plan: FitPlan, scene: Any) -> None:  # noqa: ANN401 - a native Scene
+        self.plan = plan
+        self._scene = scene
+        height, width = plan.captures[0].reference.shape[:2]
+        scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
+        self._size = max(1, round(width * scale)), max(1, round(height * scale))
+        self._asked = [
+            (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
+            for item in plan.unknowns
+        ]
+        found = native.core().reparametrization(scene, self._asked)
+        #: Of the components, in the order of the unknowns: "Body:base_color[0]".
+        self.names: list[str] = list(found["names"])
+        #: Of the components: d parameter / d coordinate, and how far a coordinate's bounds are.
+        self.slope, self.ranges = found["slope"], found["range"]
+        widths = np.cumsum([0] + [item.parameter.width for item in plan.unknowns])
+        #: Components of each unknown.
+        self.groups = [list(range(a, b)) for a, b in zip(widths, widths[1:], strict=False)]
+        #: After `at_photos`: error of the photos as a share of brightness; by how much one sample
+        #: leaves the information open (`FisherInformation.relative_doubt`), the worst photo's.
+        self.relative = self.doubt = 0.0
+        self._seen: list[list[tuple[int, Seen]]] = []  # of each photo: samples, what they showed
+        self._token = native.core().ProgressToken()
+
+    def cancel(self) -> None:
+        """From any thread: a look ends within a tile, raising the native Cancelled."""
+        self._token.cancel()
+
+    def at_photos(
+        self, doubt: float = _DOUBT, most_spp: int = _MOST_SPP, weakest: float = _WEAKEST
+    ) -> Iterator[Step]:
+        """A look at each photo's camera; where that leaves more doubt than is permitted, as a share
+        of the information, a second one, with at most `most_spp` samples in all; with so many where
+        a direction has less than `weakest` (as fisher.weakest). A capture without a photo
+        counts as if its photo were the render. Raises BadInput for derivatives that are not finite,
+        and the native Cancelled."""
+        photos = self.plan.captures
+        square = 0.0
+        for index, capture in enumerate(photos):
+            yield Step(0.2 * index / len(photos), f"photo {capture.id}")
+            square += self._relative_error(capture) / len(photos)
+        self.relative, self._seen = math.sqrt(square), []
+        for index, capture in enumerate(photos):
+            yield Step(0.2 + 0.4 * index / len(photos), f"photo {capture.id}")
+            self._seen.append([(PHOTO_SPP, self._at_photo(capture, PHOTO_SPP, 1))])
+        settings = self.plan.request.settings
+        there = self.informations(settings)
+        self.doubt = PHOTO_SPP * max(one.relative_doubt() for one in there)
+        wanted = most_spp if fisher.weakest(there) < weakest else self.doubt / doubt
+        spp = int(np.clip(wanted, PHOTO_SPP, most_spp)) - PHOTO_SPP
+        for index, capture in enumerate(photos if spp > 0 else ()):
+            yield Step(0.6 + 0.4 * index / len(photos), f"photo {capture.id}, second pass")
+            self._seen[index].append((spp, self._at_photo(capture, spp, 2)))
+
+    def informations(self, settings: FitSettings) -> list[FisherInformation]:
+        """After `at_photos`: of each photo, for a fit with these settings."""
+        noise = self.noise(settings)
+        found = []
+        for passes in self._seen:
+            total, first = passes[0]
+            one = first.information(noise)
+            for spp, seen in passes[1:]:
+                total += spp
+                one = one.mean(seen.information(noise), spp / total)
+            found.append(one)
+        return found
+
+    def errors(self, settings: FitSettings) -> tuple[np.ndarray, np.ndarray]:
+        """After `at_photos`: standard errors of such a fit, (n,), in the coordinates of steps, and
+        whether it will tell them as determined, (n,) bool."""
+        photos = [fisher.precision(one) for one in self.informations(settings)]
+        found = fisher.errors(photos, self.ranges)
+        return found, fisher.determined(found, self.ranges)
+
+    def _at_photo(self, capture: Capture, spp: int, look: int) -> Seen:
+        """Looks of other numbers have other random numbers."""
+        counts = capture.weight[..., None]
+        planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
+        small = native.image().resize(np.ascontiguousarray(planes), *self._size)
+        weight = np.maximum(small[..., 3], 0.0)
+        picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
+        return self._at(capture.camera, spp, look, picture if capture.photo else None, weight)
+
+    def at_place(self, camera: str, spp: int, look: int) -> Seen:
+        """From where there is no photo; all pixels count. Raises as `at_photos`."""
+        return self._at(camera, spp, look, None, np.ones(self._size[::-1], np.float32))
+
+    def noise(self, settings: FitSettings) -> Noise:
+        """After `at_photos`: of a fit with these settings; photos to come are compared at the size
+        of those that are there, and are as good."""
+        photos = self.plan.captures
+        pixels = cost.pixels_at(photos, settings.height) / len(photos)
+        spp = cost.refinement_spp(settings)
+        return Noise(spp, self.relative, pixels / (self._size[0] * self._size[1]))
+
+    def _relative_error(self, capture: Capture) -> float:
+        """Mean square of what a photo differs by, relative to its brightness, beyond the noise of
+        the render: noise of the photo, and what no unknown explains. Kept within RELATIVE; the
+        least where there is no photo."""
+        low, high = RELATIVE
+        if not capture.photo:
+            return low**2
+        height, width = capture.reference.shape[:2]
+        settings = self.plan.request.settings
+        film = native.core().render(
+            self._scene, capture.camera, width, height, _RESIDUAL_SPP,
+            seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
+            frame=capture.frame, progress=self._token,
+        )  # fmt: skip
+        halves = (film.half_a, film.half_b)
+        variance = film.standard_error.astype(np.float64) ** 2 * _RESIDUAL_SPP
+        found = fisher.relative_square(halves, variance, capture.reference, capture.weight)
+        return float(np.clip(found, low**2, high**2))
+
+    def _at(
+        self, camera: str, spp: int, look: int, picture: np.ndarray | None, weight: np.ndarray
+    ) -> Seen:
+        settings = self.plan.request.settings
+        seen: dict[str, Any] = native.core().photo_jacobian(
+            self._scene, self._asked, camera, *self._size, spp,
+            seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
+            threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,
+        )  # fmt: skip
+        halves = (seen["jacobian_a"], seen["jacobian_b"])
+        for index, name in enumerate(self.names):
+            if not (np.isfinite(halves[0][index]).all() and np.isfinite(halves[1][index]).all()):
+                raise BadInput(
+                    Problem(
+                        f"Parameter '{name}'",
+                        "its derivative is not finite",
+                        "narrow its bounds, or report this scene",
+                    )
+                )
+        shown = seen["image"] if picture is None else picture
+        return Seen(halves, seen["variance"] * spp, shown, weight)
