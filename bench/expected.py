@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench expected`: errors that the Fisher information expects, against those of fits and of their reports.
+"""`./dev bench expected`: errors by Fisher information against those of fits and of their reports.
 
-For each case photos of our own at the true values, their information there, and fits with several seeds.
+For each case photos of our own at the true values, their information there, and fits with
+several seeds.
 Prints a row for each parameter, colours as the root mean square of their channels:
 expected and reported standard error (median over the fits), error of the fits (root mean square).
 """
@@ -50,7 +51,8 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
                 reported[item.name].append(float(np.sqrt(np.mean(size**2))))
     print(
         f"{name}: {settings.height} px, {settings.iterations} x {settings.spp}, {seeds} fits of "
-        f"{np.mean(seconds):.1f} CPU s, information {took:.1f} CPU s, photos off by {photos.relative:.3f}"
+        f"{np.mean(seconds):.1f} CPU s, information {took:.1f} CPU s, "
+        f"photos off by {photos.relative:.3f}"
     )
     for item, error in zip(truth.unknowns, expected, strict=True):
         errors = np.array(off[item.name])

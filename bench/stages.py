@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench stages`: fits all at once against fits in stages, those chosen by what the photos determine among them.
+"""`./dev bench stages`: fits all at once against fits in stages, chosen or given.
 
 The demo with the photos that Cycles took, and cases of `./dev bench fit` with photos of our own.
 Prints CPU seconds, those of choosing apart, the root mean square error of each parameter over the

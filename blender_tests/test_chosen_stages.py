@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`--stages auto`, and Automatic in the panel: what the information at the start chooses; it stays."""
+"""`--stages auto`, and Automatic in the panel: what the photos determine at the start."""
 
 import time
 from pathlib import Path

@@ -114,7 +114,8 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
     lines = [
         "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % "
         "| the same without roughness | intervals that hold | not determined "
-        "| wrong ones warned of | right ones doubted | right ones with values left open | CPU s | Msamples |",
+        "| wrong ones warned of | right ones doubted | right ones with values left open "
+        "| CPU s | Msamples |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str], list[dict[str, str]]] = {}
