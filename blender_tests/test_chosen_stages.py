@@ -145,7 +145,7 @@ def test_from_a_dark_start_the_choice_is_made_where_the_search_ended(glass, caps
     status, report, printed = command(capsys, *glass)
     assert status == 0, printed
     assert at_values["Body:transmission"][0] > 0.5
-    assert "the values that the search found" in report["staging"]
+    assert "the values that multi-start found" in report["staging"]
     for stage in report.get("stages", ())[:1]:  # none where all is determined there
         assert stage["parameters"] == list(at_values)
         for name, value in stage["values"].items():

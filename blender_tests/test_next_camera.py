@@ -166,7 +166,7 @@ def test_values_that_are_set_and_not_fitted_count_too(scene, capsys):
     status, found, printed = command(capsys, "next-camera", path, *words)
     assert status == 0, printed
     assert not found["parameters"]["Front:base_color"]["determined"]
-    assert "No place tells much more" in printed
+    assert "No place adds much to the photos" in printed
     assert "Not determined even then: Front:base_color" in printed
 
 
