@@ -131,7 +131,7 @@ def _module(path: Path) -> str:
 
 
 def _imported(package: list[str], node: ast.AST) -> list[list[str]]:
-    """The parts of what an import of the add-on's own names; it may be a module or a name in one."""
+    """The parts of what an import from the add-on names: a module, or something in one."""
     if isinstance(node, ast.Import):
         parts = [alias.name.split(".") for alias in node.names]
         return [rest for first, *rest in parts if first == "selenite"]
