@@ -11,6 +11,20 @@
 
 namespace selenite {
 
+/// Sources: docs/measurements/constants.md, "ConfidenceOptions".
+struct ConfidenceOptions {
+  double quantile_90 = 1.6449;  ///< standard deviations that hold 90 % of a normal distribution
+  /// Share of its range, in `Reparametrization`, beyond which a standard deviation says nothing that
+  /// the bounds have not said.
+  double undetermined = 0.1;
+  double prior = 0.29;     ///< standard deviation of an even spread over the range, as its share
+  double resolved = 3;     ///< own standard deviations from which a direction counts
+  double coupled = 2;      ///< the same for entries of the normal matrix beside the diagonal
+  double correlated = 0.8; ///< correlation that is reported
+  double decades = 4.6;    ///< largest range in logarithms: a factor of ten either way
+};
+inline constexpr ConfidenceOptions kConfidence;
+
 enum class AtBound { kNo, kMinimum, kMaximum };
 
 /// What the photos say about one scalar.

@@ -42,10 +42,10 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
   }
 }
 
-InstrumentalVariables::Set InstrumentalVariables::all(const Problem& problem, const Photo& photo,
+InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, const Photo& photo,
                                     const Eigen::VectorXf& importance) const {
-  return {half(problem, photo, &Part::a, importance),
-          half(problem, photo, &Part::b, importance)};
+  return {half(layout, photo, &Part::a, importance),
+          half(layout, photo, &Part::b, importance)};
 }
 
 InstrumentalVariables::Set InstrumentalVariables::plain() const {
@@ -81,7 +81,7 @@ double InstrumentalVariables::share(Eigen::Index k) const {
   return first * second / ((first + second) * (first + second));
 }
 
-InstrumentalVariables::Half InstrumentalVariables::half(const Problem& problem, const Photo& photo,
+InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout, const Photo& photo,
                                       Jacobian Part::*which,
                                       const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
@@ -89,7 +89,7 @@ InstrumentalVariables::Half InstrumentalVariables::half(const Problem& problem, 
   result.filtered = result.slopes;
   for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
     if (first.weight[k] + second.weight[k] == 0) continue;
-    const int channel = problem.layout.rows[static_cast<std::size_t>(k)].channel;
+    const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
     const Eigen::VectorXf slope = result.slopes.col(k);
     if (share(k) == 0) {
       result.filtered.col(k) =

@@ -36,7 +36,7 @@ class InstrumentalVariables {
   void add(const Halves& halves, double keep, double weight = 1);
   bool empty() const { return adds_.empty(); }
   /// What all say, unless empty. `importance` of the rows, as in the sums that they will be part of.
-  Set all(const Problem& problem, const Photo& photo, const Eigen::VectorXf& importance) const;
+  Set all(const SlotLayout& layout, const Photo& photo, const Eigen::VectorXf& importance) const;
   /// The same with the means themselves for instruments: of so many samples that no filter is needed.
   Set plain() const;
   void members(SavedState& state);
@@ -51,7 +51,7 @@ class InstrumentalVariables {
   Half means(Jacobian Part::*which) const;
   /// Variance of the mean of column k over that of the difference of the parts.
   double share(Eigen::Index k) const;
-  Half half(const Problem& problem, const Photo& photo, Jacobian Part::*which,
+  Half half(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
             const Eigen::VectorXf& importance) const;
 
   std::array<Part, 2> parts_;
