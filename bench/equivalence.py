@@ -51,7 +51,7 @@ def ours(mask, seed):
 
 
 def compare(mitsuba, description, mask, options):
-    """A row of the report. The rule that ends the rounds looks at the noise alone."""
+    """A row of the report. The rule that ends the rounds uses the noise alone."""
     scenes.set_body(description["body"])
     mitsuba.ask(load=description)
     means, variances, theirs = [], [], []
@@ -123,16 +123,16 @@ def main():
                 case = dict(zip(("roughness", "sigma_t", "g"), values, strict=True))
                 description["body"] |= case | {"ior": IOR, "albedo": ALBEDO}
                 rows.append({"light": light} | case | compare(mitsuba, description, mask, options))
-                told = "pass" if rows[-1]["passed"] else "FAIL"
-                print(f"{len(rows)}: {light} {case}: {told}", file=sys.stderr, flush=True)
+                reported = "pass" if rows[-1]["passed"] else "FAIL"
+                print(f"{len(rows)}: {light} {case}: {reported}", file=sys.stderr, flush=True)
                 text = json.dumps(rows, indent=1) + "\n"
                 (options.out / "report.json").write_text(text, encoding="utf-8")
     mitsuba.close()
     table(rows)
     failed = sum(not row["passed"] for row in rows)
     seconds = time.perf_counter() - begin
-    told = f"{len(rows) - failed} passed, {failed} failed in {seconds:.0f} s; {options.out}"
-    print(told, file=sys.stderr, flush=True)
+    reported = f"{len(rows) - failed} passed, {failed} failed in {seconds:.0f} s; {options.out}"
+    print(reported, file=sys.stderr, flush=True)
     return 1 if failed or not rows else 0
 
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench expected`: errors that a look expects, against those of fits and what fits tell.
+"""`./dev bench expected`: errors by Fisher information against those of fits and of their reports.
 
-For each case photos of our own at the true values, one look there, and fits with several seeds.
+For each case photos of our own at the true values, their information there, and fits with
+several seeds.
 Prints a row for each parameter, colours as the root mean square of their channels:
-expected and told standard error (median over the fits), error of the fits (root mean square).
+expected and reported standard error (median over the fits), error of the fits (root mean square).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
     took = time.process_time() - begin
     expected = errors_of(photos, settings)
     off = {item.name: [] for item in truth.unknowns}
-    told = {item.name: [] for item in truth.unknowns}
+    reported = {item.name: [] for item in truth.unknowns}
     seconds = []
     for seed in range(seeds):
         plan = subject.plan(subject.start, captures, replace(settings, seed=seed))
@@ -47,18 +48,19 @@ def measure(name: str, settings: FitSettings, seeds: int, spp: int) -> None:
             if all(report["determined"]):
                 size = np.asarray(report["standard_error"])
                 size = size / item.start if item.by_ratio else size
-                told[item.name].append(float(np.sqrt(np.mean(size**2))))
+                reported[item.name].append(float(np.sqrt(np.mean(size**2))))
     print(
         f"{name}: {settings.height} px, {settings.iterations} x {settings.spp}, {seeds} fits of "
-        f"{np.mean(seconds):.1f} CPU s, look {took:.1f} CPU s, photos off by {photos.relative:.3f}"
+        f"{np.mean(seconds):.1f} CPU s, information {took:.1f} CPU s, "
+        f"photos off by {photos.relative:.3f}"
     )
     for item, error in zip(truth.unknowns, expected, strict=True):
         errors = np.array(off[item.name])
         shown_error = "not determined" if error is None else f"{error:.5f}"
-        many = f"{np.median(told[item.name]):.5f}" if told[item.name] else "-"
+        many = f"{np.median(reported[item.name]):.5f}" if reported[item.name] else "-"
         print(
-            f"  {item.parameter.name:14} expected {shown_error:>14}  told {many:>8} "
-            f"({len(told[item.name])})  measured {np.sqrt(np.mean(errors**2)):.5f}  "
+            f"  {item.parameter.name:14} expected {shown_error:>14}  reported {many:>8} "
+            f"({len(reported[item.name])})  measured {np.sqrt(np.mean(errors**2)):.5f}  "
             f"worst {errors.max(initial=0):.5f}",
             flush=True,
         )

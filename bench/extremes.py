@@ -164,8 +164,8 @@ def main():
         failed += sum(not passed for _, passed in found)
         unresolved += sum(cells.get("verdict") == OPEN for cells, _ in found)
     spent = time.process_time() - begin
-    told = f"{counted - failed} passed ({unresolved} with a derivative lost in noise)"
-    print(f"{told}, {failed} failed, {spent:.0f} CPU s; {options.out}")
+    summary = f"{counted - failed} passed ({unresolved} with a derivative lost in noise)"
+    print(f"{summary}, {failed} failed, {spent:.0f} CPU s; {options.out}")
     return 1 if failed or not counted else 0
 
 

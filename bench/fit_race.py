@@ -31,12 +31,12 @@ from synthetic import cases, fits, photos, race_report, table  # noqa: E402
 
 from selenite.fit_run.settings import PRESETS, with_overrides  # noqa: E402
 
-_POLL = 0.005  # seconds between two looks at a running fit
+_POLL = 0.005  # seconds between two polls of a running fit
 _SIDE = ROOT / "bench" / "peer" / "mitsuba_fit.py"
 
 
 def ours(case, options):
-    """{"seconds", "errors"} of Selenite: a point per iteration, the last one after verification."""
+    """{"seconds", "errors"} of Selenite: a point per iteration, the last one after refinement."""
     scene = fits.scene_of(case)
     wanted = photos.Wanted(options.size, options.photo_spp, "selenite")
     pictures = photos.take(case, scene, wanted, options.out / "photos")
@@ -115,8 +115,8 @@ def run(case, options, rows):
 
     own = found.get(race_report.OURS) or add(race_report.OURS, ours(case, options))
     budget = options.cap
-    if own["settled"]:
-        budget = min(budget, options.times * float(own["settled"]))
+    if own["converged"]:
+        budget = min(budget, options.times * float(own["converged"]))
     for spp in options.peer_spp or [4]:
         recipe = f"Mitsuba 2x{spp}"
         if recipe not in found:

@@ -122,8 +122,8 @@ def main():
             rows.append(run_one(name, options, Path(folder)))
             row = rows[-1]
             write(rows, options)  # a long run that is broken off has something to show
-            told = row.get("skipped") or f"{'pass' if row['passed'] else 'FAIL'}"
-            print(f"{len(rows)}: {name}: {told}", file=sys.stderr, flush=True)
+            verdict = row.get("skipped") or f"{'pass' if row['passed'] else 'FAIL'}"
+            print(f"{len(rows)}: {name}: {verdict}", file=sys.stderr, flush=True)
     table(rows)
     judged = [row for row in rows if "passed" in row]
     failed = [row["name"] for row in judged if not row["passed"]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`./dev bench stages`: fits all at once against fits in stages, those chosen by a look among them.
+"""`./dev bench stages`: fits all at once against fits in stages, chosen or given.
 
 The demo with the photos that Cycles took, and cases of `./dev bench fit` with photos of our own.
 Prints CPU seconds, those of choosing apart, the root mean square error of each parameter over the
@@ -103,7 +103,7 @@ def measure(name: str, how: str, settings: FitSettings, seeds: int) -> None:
 def main() -> int:
     parser = subjects.parser("stages", __doc__, ("demo", "half-0", "glass-2"), seeds=6)
     named = "ior-last,colours-first,auto"
-    parser.add_argument("--stages", default=named, help="beside all at once (%(default)s)")
+    parser.add_argument("--stages", default=named, help="in addition to all at once (%(default)s)")
     parser.add_argument("--only-stages", action="store_true", help="nothing all at once")
     options = parser.parse_args()
     settings = subjects.settings_of(options)

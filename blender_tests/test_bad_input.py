@@ -67,8 +67,13 @@ def _photo_for_no_camera(folder):
     return [*_good(folder), f"--photo=Side={folder / 'photo.png'}"]
 
 
-def _two_photos_on_one_camera(folder):
-    return [*_good(folder), f"--photo=Camera={folder / 'photo.png'}"]
+def _two_masks_of_one_photo(folder):
+    masks = [made.photo(folder / f"mask{number}.png") for number in (1, 2)]
+    return [*_good(folder), *(f"--mask=Camera={path}" for path in masks)]
+
+
+def _mask_of_a_second_photo(folder):
+    return [*_good(folder), f"--mask=Camera#2={made.photo(folder / 'mask.png')}"]
 
 
 def _mask_of_another_size(folder):
@@ -168,7 +173,11 @@ CASES = {
     "photo truncated": (_half_a_photo, "photo.png': cannot be read"),
     "aspect": (_photo_of_another_aspect, "it is 32 x 32 pixels, camera 'Camera' renders 32 x 24"),
     "more photos than cameras": (_photo_for_no_camera, "Camera 'Side': it is not in the scene"),
-    "two photos on one camera": (_two_photos_on_one_camera, "Camera 'Camera': it has two files"),
+    "two masks of one photo": (_two_masks_of_one_photo, "Photo 'Camera': it has two masks"),
+    "mask of no photo": (
+        _mask_of_a_second_photo,
+        "Photo 'Camera#2': a mask is given but no photo; add --photo Camera=FILE",
+    ),
     "mask of another size": (_mask_of_another_size, "it is 16 x 12 pixels, its photo 32 x 24"),
     "mask of nothing": (_mask_of_nothing, "no pixel of it can be used"),
     "photo argument": (_photo_argument, "it is not CAMERA=FILE"),

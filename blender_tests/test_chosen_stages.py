@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`--stages auto`, and Automatic in the panel: what a look at the start chooses; it stays."""
+"""`--stages auto`, and Automatic in the panel: what the photos determine at the start."""
 
 import time
 from pathlib import Path
@@ -25,7 +25,7 @@ from selenite.scene_read.values import CaptureRequest
 pytestmark = pytest.mark.blender
 
 ALL = ["Front:base_color", "Hidden:base_color"]
-UNKNOWN = "not determined by the photos at the values that the search found"
+UNKNOWN = "not determined by the photos at the values that multi-start found"
 
 
 @pytest.fixture
@@ -48,7 +48,7 @@ def test_what_no_photo_shows_waits_and_the_run_file_keeps_the_choice(words, caps
     assert status == 0, printed
     assert [stage["parameters"] for stage in report["stages"]] == [ALL, ALL[:1], ALL]
     assert [stage["iterations"] for stage in report["stages"]] == [1, 8, 10]
-    assert report["stopped_because"] == "the values have settled"
+    assert report["stopped_because"] == "converged"
     why = f"Base Color of Hidden last: {UNKNOWN}"
     assert f"stages: {why}" in printed and report["staging"] == why
     folder = Path(report["folder"])
@@ -67,7 +67,7 @@ def test_what_no_photo_shows_waits_and_the_run_file_keeps_the_choice(words, caps
     assert again["stages"][0]["values"] == report["stages"][0]["values"]
 
 
-def test_where_a_fit_would_not_search_the_start_is_looked_at(words, capsys):
+def test_where_a_fit_has_no_multi_start_the_start_itself_counts(words, capsys):
     status, report, printed = command(capsys, *words, "--fit=Hidden:base_color", "--search=off")
     assert status == 0, printed
     assert [stage["parameters"] for stage in report["stages"]] == [ALL[:1], ALL]
@@ -93,7 +93,7 @@ def test_a_resumed_run_keeps_the_stages_that_were_chosen(words, tmp_path, capsys
     until = time.monotonic() + 60
     while job.progress().iteration < 5 and time.monotonic() < until:
         time.sleep(0.005)
-    recorder.look(job, now=True)
+    recorder.update(job, now=True)
     job.cancel()
     job.join()
 
@@ -134,22 +134,22 @@ def glass(tmp_path, capsys):
 
 
 def test_from_a_dark_start_the_choice_is_made_where_the_search_ended(glass, capsys, monkeypatch):
-    """Looked at there, the start led to transmission .50 and IOR 1.45: an opaque look-alike."""
-    looked_at = {}
+    """The start itself led to transmission .50 and IOR 1.45: an opaque look-alike."""
+    at_values = {}
 
     def photo_information(plan, scene):
-        looked_at.update({item.name: list(item.start) for item in plan.unknowns})
+        at_values.update({item.name: list(item.start) for item in plan.unknowns})
         return PhotoInformation(plan, scene)
 
     monkeypatch.setattr(conditioning, "PhotoInformation", photo_information)
     status, report, printed = command(capsys, *glass)
     assert status == 0, printed
-    assert looked_at["Body:transmission"][0] > 0.5
-    assert "the values that the search found" in report["staging"]
+    assert at_values["Body:transmission"][0] > 0.5
+    assert "the values that multi-start found" in report["staging"]
     for stage in report.get("stages", ())[:1]:  # none where all is determined there
-        assert stage["parameters"] == list(looked_at)
+        assert stage["parameters"] == list(at_values)
         for name, value in stage["values"].items():
-            assert value == pytest.approx(looked_at[name], abs=0.01)
+            assert value == pytest.approx(at_values[name], abs=0.01)
     assert report["parameters"]["Body:transmission"]["value"] == pytest.approx(0.9, abs=0.1)
     assert report["parameters"]["Body:ior"]["value"] == pytest.approx(1.3, abs=0.05)
 
@@ -162,7 +162,7 @@ def test_cancelling_ends_the_search_and_so_does_asking_no_further(glass):
     plan = prepare(made.read(), request)
     choice = conditioning.StageChoice(plan, lambda _: plan)
     steps = choice.steps()
-    assert next(steps).text == "searching"
+    assert next(steps).text == "multi-start"
     choice.cancel()
     with pytest.raises(native.core().Cancelled):
         list(steps)

@@ -127,7 +127,7 @@ def test_check_renders_the_given_values_and_changes_nothing(tmp_path):
     assert snapshot(scene) == before and datablocks() == blocks and bpy.data.is_dirty == dirty
     assert tuple(made.socket(material, "base_color").default_value)[:3] == pytest.approx((0.8,) * 3)
     assert not job.folder.exists()
-    row = report["cameras"]["Camera"]
+    row = report["photos"]["Camera"]
     ours = row["native_against_cycles"]
     # 6 deviations: a false alarm in 1e8 runs; the settings' own floor is 0.5 %
     assert abs(ours["relative_bias"]) < 6 * ours["relative_bias_noise"] + 0.005
@@ -234,7 +234,7 @@ def test_operator_writes_into_the_result_folder(tmp_path):
     assert snapshot(bpy.context.scene) == before and datablocks() == blocks
     folder = state.RUN.folder
     report = json.loads((folder / "result.json").read_text())
-    assert report["parameters"]["Body:base_color"] and report["cycles"]["cameras"]["Camera"]
+    assert report["parameters"]["Body:base_color"] and report["cycles"]["photos"]["Camera"]
     assert state.CHECK.sheet == folder / "cycles_check.png" and state.CHECK.sheet.is_file()
     drawn = draw(panels.SELENITE_PT_cycles)
     assert "Selenite against" in drawn and "Filter Glossy: 1" in drawn

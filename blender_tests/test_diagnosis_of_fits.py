@@ -44,8 +44,8 @@ def fit(tmp_path, capsys, *words, parameter="base_color", gain=1.0, shift=0.0):
     for text in report["warnings"]:
         assert f"Warning: {text}" in log
         # The terminal tells it when it begins, with the numbers of that iteration.
-        told = without_digits(printed).splitlines()
-        assert f"warning: {without_digits(text)}" in told
+        lines = without_digits(printed).splitlines()
+        assert f"warning: {without_digits(text)}" in lines
     return report["warnings"]
 
 
@@ -91,7 +91,7 @@ def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
     notes = tuple(state.RUN.result["notes"])
     state.RUN.job, state.RUN.progress = object(), SimpleNamespace(
         stage="", iteration=9, iterations=60, seconds_left=1.0, fraction=0.1, loss=0.1, values={},
-        notes=notes, phase="fitting",
+        notes=notes, phase="descent",
     )  # fmt: skip
     try:
         assert "has sat at its minimum 0.7" in " ".join(draw(panels.SELENITE_PT_fit).split())

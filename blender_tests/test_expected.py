@@ -40,14 +40,14 @@ def test_expected_errors_are_those_that_fits_tell_and_fall_with_the_preset(
         capsys, "fit", lit_ball, *words, "--preset=draft", f"--out={tmp_path / 'fits'}"
     )
     assert status == 0
-    told = {
+    fitted = {
         name: np.sqrt(np.mean(np.square(fitted["parameters"][name]["standard_error"])))
         for name in ("Body:base_color", "Key Light:power")
     }
     expected = presets["draft"]["expected_errors"]
-    assert 0.4 < expected["Body:base_color"] / told["Body:base_color"] < 2.5
+    assert 0.4 < expected["Body:base_color"] / fitted["Body:base_color"] < 2.5
     # Of a power in logarithms, as `selenite trade` measures it.
-    assert 0.4 < expected["Key Light:power"] / (told["Key Light:power"] / 200) < 2.5
+    assert 0.4 < expected["Key Light:power"] / (fitted["Key Light:power"] / 200) < 2.5
     both = np.sqrt(np.mean(np.square(list(expected.values()))))
     assert presets["draft"]["expected_error"] == pytest.approx(both)
 
@@ -120,12 +120,12 @@ def estimate_in(tmp_path, value=0.2):
     return estimate_of(made.read(), RunRequest("", unknowns, captures, FitSettings(height=24)), {})
 
 
-def test_a_photo_far_from_the_render_is_told(tmp_path):
+def test_a_photo_far_from_the_render_is_reported(tmp_path):
     made.studio()
     estimate = estimate_in(tmp_path, value=5.0)
     for _ in estimate.steps():
         pass
-    assert "look again after the fit" in estimate.remark
+    assert "estimate again after the fit" in estimate.remark
 
 
 def test_a_cancelled_estimate_tells_nothing(tmp_path):

@@ -91,7 +91,7 @@ def test_a_fit_finds_the_image_and_the_saved_scene_shows_it(photo, tmp_path, cap
     assert about["bit_depth"] == 16
     assert np.abs(found - truth()).max() < 0.05
     assert np.allclose(row["value"], native.image().srgb_decode(found).mean(axis=(0, 1)), atol=1e-4)
-    ours = report["cycles"]["cameras"]["Camera"]["native_against_cycles"]
+    ours = report["cycles"]["photos"]["Camera"]["native_against_cycles"]
     assert abs(ours["relative_bias"]) < 6 * ours["relative_bias_noise"] + 0.005
     # The open file is as it was; the saved one has the image.
     assert not made.socket(bpy.data.materials["Body"], "base_color").is_linked

@@ -22,7 +22,7 @@ pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 def prepare_fit(tmp_path, iterations=6, lasting=False):
     """A small scene with a photo and one ticked parameter. A fit that is to last ends neither soon
-    nor because its values have settled: they do that only where the loss is a sum of squares."""
+    nor because its values have converged: they do that only where the loss is a sum of squares."""
     material = made.studio(roughness=0.5)
     path = made.photo(tmp_path / "Camera.png", value=0.2)
     settings = bpy.context.scene.selenite
@@ -124,8 +124,8 @@ def test_row_of_an_extinction_tells_the_mean_free_path():
     settings = scene.selenite
     for index, row in enumerate(settings.rows):
         settings.active_row = index
-        told = "Mean free path 2.5 mm" in draw(panels.SELENITE_PT_parameters)
-        assert told == (row.parameter == "extinction"), row.parameter
+        shown = "Mean free path 2.5 mm" in draw(panels.SELENITE_PT_parameters)
+        assert shown == (row.parameter == "extinction"), row.parameter
 
 
 @pytest.mark.usefixtures("addon")
@@ -240,12 +240,12 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
     bpy.ops.selenite.stop()
     assert start._finish(bpy.context) == {"FINISHED"}
     assert "Body: base_color" in draw(panels.SELENITE_PT_result)
-    for panel, rows in (
-        (panels.SELENITE_UL_rows, settings.rows),
-        (panels.SELENITE_UL_captures, settings.captures),
+    for panel, row, more in (
+        (panels.SELENITE_UL_rows, settings.rows[0], ()),
+        (panels.SELENITE_UL_captures, settings.captures[0], (0,)),
     ):
         layout = FakeLayout()
-        panel.draw_item(None, bpy.context, layout, None, rows[0], 0, None, "")
+        panel.draw_item(None, bpy.context, layout, None, row, 0, None, "", *more)
         assert layout.drawn
 
 

@@ -87,7 +87,7 @@ def test_the_side_that_no_photo_shows_is_where_to_look_from(scene, tmp_path, cap
     assert abs(best["azimuth"]) > 60
     assert worst["position"][1] < -3.5 and worst["gain"] < 0.5
     gains = [place["gain"] for place in found["places"]]
-    again = 6  # places that were looked at twice come first, among themselves in order
+    again = 6  # places that had a second pass come first, among themselves in order
     assert gains[:again] == sorted(gains[:again], reverse=True)
     assert gains[again:] == sorted(gains[again:], reverse=True)
     assert 0.6 < found["same_photo_again_shrinks_to"] <= 1
@@ -150,9 +150,9 @@ def test_fitted_values_of_a_result_folder_are_where_it_looks(scene, tmp_path, ca
         status, found, printed = command(capsys, "next-camera", asked)
         assert status == 0, printed
         assert found["parameters"]["Front:base_color"]["value"] == pytest.approx(value)
-    told = np.array(fitted["parameters"]["Front:base_color"]["standard_error"])
+    fitted_error = np.array(fitted["parameters"]["Front:base_color"]["standard_error"])
     expected = np.array(found["parameters"]["Front:base_color"]["standard_error"])
-    assert (expected / told < 3).all() and (expected / told > 1 / 3).all()
+    assert (expected / fitted_error < 3).all() and (expected / fitted_error > 1 / 3).all()
     status, found, _ = command(
         capsys, "next-camera", fitted["folder"], "--set=Front:base_color=0.5"
     )
@@ -166,7 +166,7 @@ def test_values_that_are_set_and_not_fitted_count_too(scene, capsys):
     status, found, printed = command(capsys, "next-camera", path, *words)
     assert status == 0, printed
     assert not found["parameters"]["Front:base_color"]["determined"]
-    assert "No place tells much more" in printed
+    assert "No place adds much to the photos" in printed
     assert "Not determined even then: Front:base_color" in printed
 
 
@@ -269,13 +269,14 @@ def test_grids_are_refused(tmp_path, capsys):
     assert found["problems"][0]["object"] == "Parameter 'Smoke:albedo_grid'"
 
 
-def test_looks_are_the_same_whatever_the_number_of_threads():
+def test_jacobians_are_the_same_whatever_the_number_of_threads():
     made.studio(roughness=0.5)
     native_scene = build(made.read())
     asked = [("Body", "base_color", [0.5] * 3, 0.0, 1.0), ("Body", "roughness", [0.5], 0.02, 1.0)]
     core = native.core()
     one, two = (
-        core.look(native_scene, asked, "Camera", 20, 16, 8, seed=3, threads=n) for n in (1, 2)
+        core.photo_jacobian(native_scene, asked, "Camera", 20, 16, 8, seed=3, threads=n)
+        for n in (1, 2)
     )
     assert one["jacobian_a"].shape == (4, 16, 20, 3)
     for key in ("image", "half_a", "half_b", "variance", "jacobian_a", "jacobian_b"):
@@ -285,13 +286,13 @@ def test_looks_are_the_same_whatever_the_number_of_threads():
     carried = [("Body", "base_color")]
     film = core.render(same, "Camera", 20, 16, 8, seed=3, parameters=carried)
     both = (one["jacobian_a"] + one["jacobian_b"]) / 2
-    found = core.coordinates(native_scene, asked)
+    found = core.reparametrization(native_scene, asked)
     assert found["names"][0] == "Body:base_color[0]"
     # Of a roughness in log(x^3 + 0.15^3) / 3.
     assert found["slope"] == pytest.approx([1, 1, 1, (0.5**3 + 0.15**3) / 0.5**2])
     assert both[:3] == pytest.approx(film.jacobian, rel=1e-4, abs=1e-5)
     with pytest.raises(ValueError, match="spp of at least 2"):
-        core.look(native_scene, asked, "Camera", 20, 16, 1)
+        core.photo_jacobian(native_scene, asked, "Camera", 20, 16, 1)
     with pytest.raises(ValueError, match="not two different finite points"):
         core.first_hits(native_scene, np.zeros((1, 3)), np.zeros((1, 3)))
 

@@ -75,7 +75,7 @@ def report_rows(report):
 
 
 def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
-    """Killed while it steps or verifies, after its last state on disk; the same bits come out."""
+    """Killed while it steps or refines, after its last state on disk; the same bits come out."""
     # Long enough that a fast machine is not done before the killer has looked twice.
     words = [*words, "--iterations=12", "--spp=4096", "--seed=3"]
     folder = killed(words, tmp_path / "fits", 5)
@@ -103,7 +103,7 @@ def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
     state = json.loads((folder / "state.json").read_text(encoding="utf-8"))
     (part,) = state["parts"]
     done, best = part["iterations"], part["values_best"]["Body:base_color"]
-    # The rest would take long: ten more are what a fit takes at least before it may settle.
+    # The rest would take long: ten more are what a fit takes at least before it may converge.
     run = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     run["settings"]["iterations"] = done + 10
     (folder / "run.json").write_text(json.dumps(run), encoding="utf-8")
@@ -137,7 +137,7 @@ def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
     job.start()
     while not list(recorder.folder.glob("optimiser_2.state")):
         job.progress()
-        recorder.look(job, now=True)
+        recorder.update(job, now=True)
         time.sleep(0.01)
     job.cancel()
     job.join()
@@ -161,13 +161,13 @@ def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
 
 
 def test_a_damaged_state_is_told_with_what_to_do(tmp_path):
-    plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not settle
+    plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not converge
     job = make_job(plan)
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
     job.start()
     while not list(recorder.folder.glob("optimiser_2.state")):
         job.progress()
-        recorder.look(job, now=True)
+        recorder.update(job, now=True)
         time.sleep(0.01)
     job.cancel()
     job.join()
@@ -220,7 +220,7 @@ def test_a_run_stopped_while_its_pictures_were_written_is_not_run_again(tmp_path
     plan = plan_of(tmp_path)
     whole = finished(plan)
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
-    recorder.look(whole, now=True)
+    recorder.update(whole, now=True)
     run = checkpoint.going_on(checkpoint.load(tmp_path / "run"))
     job = finished(prepare(made.read(), run.request), run.parts)
     assert job.progress().fraction == 1 and not job.progress().running
@@ -284,7 +284,7 @@ def test_other_arguments_do_not_go_with_it_and_a_broken_state_is_told(tmp_path, 
     plan = plan_of(tmp_path)
     path = made.save(tmp_path / "scene.blend")
     recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
-    recorder.look(finished(plan), now=True)
+    recorder.update(finished(plan), now=True)
     status, report, _ = command(
         capsys, "fit", path, "--resume", str(recorder.folder), "--spp=8", "--fit=Body:ior"
     )
@@ -312,7 +312,7 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     while state.RUN.job.progress().iteration < 5 and time.monotonic() < until:
         time.sleep(0.01)
     folder = state.RUN.recorder.folder
-    state.RUN.recorder.look(state.RUN.job, now=True)
+    state.RUN.recorder.update(state.RUN.job, now=True)
     assert (folder / "state.json").is_file()
     for path in folder.glob("optimiser_*.state"):  # so that the run can be made shorter below
         path.unlink()

@@ -170,7 +170,7 @@ def test_the_check_in_cycles_renders_fitted_grids(vdb, tmp_path, capsys):
     assert status == 0, text
     assert "'Smoke grids' shows" in report["shown"][0]
     assert "'Smoke grids' shows" in report["cycles"]["shown"][0]
-    row = report["cycles"]["cameras"]["Camera"]["native_against_cycles"]
+    row = report["cycles"]["photos"]["Camera"]["native_against_cycles"]
     assert abs(row["relative_bias_beyond_noise"]) < 0.02, row
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "new.blend"))
     assert bpy.data.volumes["Smoke grids"].filepath.endswith("Smoke.vdb")

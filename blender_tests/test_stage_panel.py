@@ -122,8 +122,8 @@ def test_the_panel_tells_how_long_each_preset_will_take(tmp_path):
     assert "about" not in draw(panels.SELENITE_PT_fit)
     assert bpy.ops.selenite.estimate() == {"FINISHED"}
     drawn = draw(panels.SELENITE_PT_fit).splitlines()
-    told = [line for line in drawn if "about" in line]
-    assert [line.partition(":")[0] for line in told] == ["Draft", "Balanced", "Accurate"]
+    shown = [line for line in drawn if "about" in line]
+    assert [line.partition(":")[0] for line in shown] == ["Draft", "Balanced", "Accurate"]
     assert all(", error 0.0" in line for line in state.EXPECTED[bpy.context.scene.name][:3])
     assert len(settings.results) == 0
     tick(settings)

@@ -67,10 +67,10 @@ def test_stages_run_one_after_another_and_hold_the_rest(scene, tmp_path, capsys)
     # The photo is 32 x 24, so that most of its pixels lie in two or four of the 21 x 16 that are
     # compared: a render that does not know ends at 70, five standard errors away.
     assert found["Key Light:power"] == pytest.approx(80.0, rel=0.05)
-    told = [(s["name"], s["spp"], s["height"]) for s in report["stages"]]
-    assert told == [("colour", 4, 12), ("all", 8, 16)]
+    shown = [(s["name"], s["spp"], s["height"]) for s in report["stages"]]
+    assert shown == [("colour", 4, 12), ("all", 8, 16)]
     assert [s["iterations"] for s in report["stages"]] == [8, 11]
-    assert report["stages"][1]["stopped_because"] == "the values have settled"
+    assert report["stages"][1]["stopped_because"] == "converged"
     assert report["iterations"] == 19 and report["best_iteration"] > 8
     assert report["samples"] == sum(stage["samples"] for stage in report["stages"])
     history = rows(report)
@@ -78,7 +78,7 @@ def test_stages_run_one_after_another_and_hold_the_rest(scene, tmp_path, capsys)
     second = [row for row in history if row["stage"] == "2"]
     assert {row["Key Light:power"] for row in first} == {"40.0"}
     assert [int(row["iteration"]) for row in first] == list(range(9))
-    # the last one twice: what the iterations found, and what its verification made of it
+    # the last one twice: what the iterations found, and what its refinement made of it
     assert [int(row["iteration"]) for row in second] == [*range(8, 20), 19]
     # the second stage begins at the best values of the first
     best = report["stages"][0]["values"]["Body:base_color"]
@@ -155,7 +155,7 @@ def plan_of(tmp_path, iterations, optimiser="auto"):
 
 @pytest.mark.parametrize(("iterations", "wanted"), [((100_000, 5), 1), ((6, 100_000), 2)])
 def test_cancel_keeps_the_best_so_far_in_any_stage(tmp_path, iterations, wanted):
-    job = make_job(plan_of(tmp_path, iterations, "adam"))  # which does not settle
+    job = make_job(plan_of(tmp_path, iterations, "adam"))  # which does not converge
     assert isinstance(job, StagedJob)
     job.start()
     # The best values are chosen at validations: at the beginning, and after every fifth iteration.

@@ -209,7 +209,7 @@ def test_fitted_densities_of_an_object_pass_the_check_in_cycles(vdb, tmp_path, c
     )  # fmt: skip
     assert status == 0, text
     assert report["parameters"]["Smoke:density_grid"]["voxels"] == [14, 14, 14]
-    row = report["cycles"]["cameras"]["Camera"]["native_against_cycles"]
+    row = report["cycles"]["photos"]["Camera"]["native_against_cycles"]
     assert abs(row["relative_bias_beyond_noise"]) < 0.01, row
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "out.blend"))
     assert bpy.data.volumes["Cloud"].filepath.endswith("Smoke.vdb")

@@ -103,7 +103,7 @@ def _command(
         "gradient": "renders a picture with its derivatives",
         "probe": "evaluates the BSDF for each row of a table",
         "fit": "fits parameters to photos",
-        "next-camera": "tells from where another photo would tell most",
+        "next-camera": "ranks places for the next photo by the information it would add",
         "trade": "measures time against error on a scene",
         "demo": "fits the demo scene",
     }[name]
@@ -217,8 +217,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
         "--optimiser",
         help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool",
     )
-    add("--search", choices=("auto", "on", "off"), help="look around before the first step")
-    add("--iterations", type=int, help="at most: values may settle before")
+    search = "multi-start: evaluate many starting points before the first step"
+    add("--search", choices=("auto", "on", "off"), help=search)
+    add("--iterations", type=int, help="maximum number; stops earlier when converged")
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
     add("--learning-rate", type=float, help="of Adam")
@@ -230,7 +231,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
     add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
-    stages = "what is fitted first: ior-last, colours-first, auto (by a look), or a JSON file"
+    stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
@@ -246,7 +247,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
 
 def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "next-camera", ".commands.next_camera")
-    parser.set_defaults(start=[], grid=[], unseen=[])  # --set says at which values to look
+    parser.set_defaults(start=[], grid=[], unseen=[])  # --set says at which values
     add = parser.add_argument
     scene = "a .blend file, or the folder or run.json of a fit: then at its fitted values"
     add("scene", metavar="SCENE", help=scene)
@@ -254,7 +255,7 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what is unknown")
     _add_captures(parser, "default: the captures of the scene")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
-    value = "a value to look at; default: the fitted one, or the scene's"
+    value = "a value to compute at; default: the fitted one, or the scene's"
     add("--set", **many, metavar="OWNER:PARAM=V[,V,V]", help=value)
     add("--height", type=int, help="pixels of the pictures that a fit would compare")
     add("--depth", type=int, help="bounces; 0: unlimited")
@@ -274,7 +275,7 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add = parser.add_argument
     add("scene", metavar="SCENE.blend")
     many = {"action": "append", "default": []}
-    add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what the fits look for")
+    add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what the fits find")
     photo = "whose cameras and sizes count; its content does not. Default: the scene's cameras"
     _add_captures(parser, photo)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
@@ -285,9 +286,7 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
     add("--out", metavar="DIR", help="gets trade.csv, trade.json and trade.png")
-    expected = (
-        "tells the seconds and errors to expect of each preset, from one look; writes nothing"
-    )
+    expected = "prints the expected seconds and errors of each preset, without fits; writes nothing"
     add("--expected", action="store_true", help=expected)
 
 

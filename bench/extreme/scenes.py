@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from synthetic import stage
 from synthetic.scenes import OWNER, add_mesh
-from synthetic.stage import icosphere, looking
+from synthetic.stage import icosphere, look_at
 
 from selenite import native
 
@@ -86,7 +86,7 @@ class Stage:
         self.add("Floor", (positions, np.array([(0, 1, 2), (0, 2, 3)])), material)
 
     def camera(self, eye: Any, target: Any, lens: float, size: float = 1.0) -> None:  # noqa: ANN401
-        matrix = self._place @ looking(np.array(eye, float), np.array(target, float))
+        matrix = self._place @ look_at(np.array(eye, float), np.array(target, float))
         self.camera_at(matrix, lens, size)
 
     def camera_at(self, matrix: np.ndarray, lens: float, size: float = 1.0) -> None:
@@ -96,7 +96,7 @@ class Stage:
         )  # fmt: skip
 
     def lamp(self, eye: Any, extent: float, power: float) -> None:  # noqa: ANN401
-        matrix = self._place @ looking(np.array(eye, float), np.zeros(3))
+        matrix = self._place @ look_at(np.array(eye, float), np.zeros(3))
         self.builder.add_area_light(
             "Lamp", matrix, power, (1, 1, 1), "SQUARE", extent, extent, math.pi
         )
@@ -189,7 +189,7 @@ def plane(
     stage.camera(5 * np.array((0.01, -math.cos(angle), math.sin(angle))), (0, 0, 0), lens)
     if elevation is not None:
         high = math.radians(elevation)
-        matrix = looking(np.array((math.cos(high), 1e-3, math.sin(high))), np.zeros(3))
+        matrix = look_at(np.array((math.cos(high), 1e-3, math.sin(high))), np.zeros(3))
         stage.builder.add_sun_light("Sun", matrix, 1.0, (1, 1, 1), 0.0)
     if lamp is not None:
         stage.builder.add_point_light("Lamp", moved(0, 0, 2), 1.0, (1, 1, 1), lamp, False)
@@ -215,7 +215,7 @@ def mirrored_view() -> Any:  # noqa: ANN401
     far = (np.array([(0, 0, -999.0), (1, 0, -999), (0, 1, -999)]), np.array([(0, 1, 2)]))
     stage = Stage({}, far)
     angle = math.radians(_VIEW)
-    matrix = looking(5 * np.array((0.01, -math.cos(angle), math.sin(angle))), np.zeros(3))
+    matrix = look_at(5 * np.array((0.01, -math.cos(angle), math.sin(angle))), np.zeros(3))
     below = np.diag([1.0, 1, -1, 1]) @ matrix
     below[:3, 1] *= -1  # a right-handed camera again
     stage.camera_at(below, _LENS)

@@ -31,8 +31,9 @@ from golden import renamed  # noqa: E402
 
 #: Looks at a running fit in one phase, and whole states of it, after which its copy is kept.
 _LOOKS, _STATES = 40, 3
+_ITERATIONS = 2  # of a descent, before they count
 _PAUSE = 0.002  # seconds between two looks
-_REFINEMENT, _COMPARISON = "refinement", "comparison"
+_DESCENT, _REFINEMENT, _COMPARISON = "descent", "refinement", "comparison"
 
 
 class Interrupted:
@@ -53,6 +54,8 @@ class Interrupted:
         phase, iterations = renamed.PHASES[progress.phase], progress.iteration
         if phase != self._phase:
             self._phase, self._looks, self._states = phase, 0, -1  # that one may be older
+        if phase == _DESCENT and iterations < _ITERATIONS:
+            self._looks, self._states = 0, -1
         self._looks += 1
         state = max(((p.name, p.stat().st_mtime_ns) for p in run.glob("*.state")), default=("", 0))
         if state != self._state:

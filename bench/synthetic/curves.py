@@ -27,7 +27,7 @@ class Curve:
         inside = np.flatnonzero(self.errors < level)
         return float(self.seconds[inside[0]]) if len(inside) else None
 
-    def settled(self, level: float, hold: float = 0.0) -> float | None:
+    def converged(self, level: float, hold: float = 0.0) -> float | None:
         """Seconds from which on every answer is within `level`; None: not the last one, or the
         answers after it cover less than `hold` times those seconds, which may be chance."""
         if not self.errors[-1] < level:

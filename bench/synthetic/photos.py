@@ -78,11 +78,13 @@ def _by_cycles(case: Case, ours: list[Estimate], wanted: Wanted, folder: Path) -
     for i, one in enumerate(ours):
         theirs = Estimate(made.mean[i].astype(np.float64), made.variance[i])
         verdict = judge(one, theirs, cover[i])
-        _tell(folder / "equality.csv", wanted.key(case), f"Camera {i + 1}", verdict, made, ratio)
+        _announce(
+            folder / "equality.csv", wanted.key(case), f"Camera {i + 1}", verdict, made, ratio
+        )
     return made.mean
 
 
-def _tell(
+def _announce(
     path: Path, key: str, camera: str, verdict: Verdict, made: cycles_photos.Photos, ratio: float
 ) -> None:
     """A row of equality.csv, and the same in words."""

@@ -19,16 +19,16 @@ OURS = "Selenite"
 #: Selenite's ends by itself.
 HOLD = 0.25
 COLUMNS = (
-    "case", "kind", "seed", "recipe", "reached", "settled", "best_error", "last_error",
-    "late_share", "last_error_smallest_loss", "settled_smallest_loss", "cpu_seconds",
+    "case", "kind", "seed", "recipe", "reached", "converged", "best_error", "last_error",
+    "late_share", "last_error_smallest_loss", "converged_smallest_loss", "cpu_seconds",
     "iterations", "compiling", "curve",
 )  # fmt: skip
 
 
 def row(case: Case, recipe: str, curve: dict[str, Any], path: Path) -> dict[str, Any]:
-    """One fit; seconds without compilation, which is told beside them. "" for never.
+    """One fit; seconds without compilation, which has a column of its own. "" for never.
 
-    A fit has arrived where it settles; `reached` is the first time that it touches the level.
+    A fit has arrived where it converges; `reached` is the first time that it touches the level.
     """
     compiling = curve.get("compiling", 0.0)
     run = Curve(np.array(curve["seconds"]) - compiling, np.array(curve["errors"]))
@@ -39,7 +39,7 @@ def row(case: Case, recipe: str, curve: dict[str, Any], path: Path) -> dict[str,
         "seed": case.seed,
         "recipe": recipe,
         "reached": _number(run.reached(LEVEL)),
-        "settled": _number(run.settled(LEVEL, hold)),
+        "converged": _number(run.converged(LEVEL, hold)),
         "late_share": run.late_share(LEVEL),
         "best_error": float(run.errors.min()),
         "last_error": float(run.errors[-1]),
@@ -54,7 +54,7 @@ def row(case: Case, recipe: str, curve: dict[str, Any], path: Path) -> dict[str,
         other = Curve(run.seconds, at_smallest(before, np.array(curve["losses"])))
         line |= {
             "last_error_smallest_loss": float(other.errors[-1]),
-            "settled_smallest_loss": _number(other.settled(LEVEL, hold)),
+            "converged_smallest_loss": _number(other.converged(LEVEL, hold)),
         }
     return {name: line.get(name, "") for name in COLUMNS}
 
@@ -63,7 +63,7 @@ def _number(value: float | None) -> float | str:
     return "" if value is None else value
 
 
-def _seconds(one: dict[str, Any], column: str = "settled", extra: float = 0.0) -> str:
+def _seconds(one: dict[str, Any], column: str = "converged", extra: float = 0.0) -> str:
     return f"{float(one[column]) + extra:.1f}" if one[column] != "" else "not reached"
 
 
@@ -91,7 +91,7 @@ def show(rows: list[dict[str, Any]], folder: Path) -> None:
         errors = [one["best_error"], one["last_error"], one["last_error_smallest_loss"]]
         lines.append(
             f"| {one['case']} | {one['recipe']} | {_seconds(one)} "
-            f"| {_seconds(one, 'settled_smallest_loss') if peer else '-'} "
+            f"| {_seconds(one, 'converged_smallest_loss') if peer else '-'} "
             f"| {_seconds(one, 'reached')} | {float(one['compiling']):.1f} "
             f"| {float(one['cpu_seconds']):.0f} "
             f"| {', '.join(f'{float(error):.3f}' for error in errors if error != '')} "
@@ -108,12 +108,12 @@ def show(rows: list[dict[str, Any]], folder: Path) -> None:
 def _times(one: dict[str, Any], own: dict[str, Any] | None) -> str:
     """How many times as long as Selenite, by the kinder of its two answers; a bound where neither
     has arrived."""
-    if own is None or own is one or own["settled"] == "":
+    if own is None or own is one or own["converged"] == "":
         return "-"
-    arrivals = [one[name] for name in ("settled", "settled_smallest_loss") if one[name] != ""]
+    arrivals = [one[name] for name in ("converged", "converged_smallest_loss") if one[name] != ""]
     if not arrivals:
-        return f"more than {float(one['cpu_seconds']) / float(own['settled']):.1f}"
-    return f"{min(map(float, arrivals)) / float(own['settled']):.1f}"
+        return f"more than {float(one['cpu_seconds']) / float(own['converged']):.1f}"
+    return f"{min(map(float, arrivals)) / float(own['converged']):.1f}"
 
 
 def plot(rows: list[dict[str, Any]], folder: Path) -> None:

@@ -62,14 +62,14 @@ def row(
     return line | found | trust(case, answer, result.get("report"))
 
 
-def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> dict[str, Any]:
+def trust(case: Case, answer: dict[str, Any], reported: dict[str, Any] | None) -> dict[str, Any]:
     """How many intervals were given and how many hold the truth."""
-    if not told or not told["parameters"]:
+    if not reported or not reported["parameters"]:
         return {}
     intervals = covered = 0
     undetermined, z = [], []
     for name, truth in case.target.items():
-        entry = told["parameters"][f"Body:{name}"]
+        entry = reported["parameters"][f"Body:{name}"]
         for i, true in enumerate(truth):
             label = f"{name}[{i}]" if len(truth) > 1 else name
             if not entry["determined"][i]:
@@ -80,7 +80,7 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
             covered += seen(name, low) <= seen(name, true) <= seen(name, high)
             error = max(entry["standard_error"][i], 1e-12)
             z.append(f"{label}={(np.ravel(answer[name])[i] - true) / error:.2f}")
-    misfit = told["misfit"]
+    misfit = reported["misfit"]
     return {
         "intervals": intervals,
         "covered": covered,
@@ -88,7 +88,7 @@ def trust(case: Case, answer: dict[str, Any], told: dict[str, Any] | None) -> di
         "misfit": misfit["value"],
         "misfit_standard_error": misfit["standard_error"],
         "explained": int(misfit["explained"]),
-        "alternative_minima": len(told["alternative_minima"]),
+        "alternative_minima": len(reported["alternative_minima"]),
         "zscores": " ".join(z),
     }
 
@@ -113,8 +113,9 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
     """Table on stdout and in summary.md, and plot.png."""
     lines = [
         "| recipe | case | runs | mean error: median, worst | under 10 / 5 / 2 % "
-        "| the same without roughness | intervals that hold | not determined | wrong ones told "
-        "| right ones doubted | right ones with values left open | CPU s | Msamples |",
+        "| the same without roughness | intervals that hold | not determined "
+        "| wrong ones warned of | right ones doubted | right ones with values left open "
+        "| CPU s | Msamples |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     groups: dict[tuple[str, str], list[dict[str, str]]] = {}
@@ -124,15 +125,16 @@ def show(rows: list[dict[str, str]], folder: Path) -> None:
         error = np.array([float(one["mean_error"]) for one in some])
         under = _under(error)
         given = sum(int(one["intervals"] or 0) for one in some)
-        held = sum(int(one["covered"] or 0) for one in some)
+        covered = sum(int(one["covered"] or 0) for one in some)
         lost = sum(len(one["undetermined"].split()) for one in some)
-        share = f"{held} of {given} ({100 * held / given:.0f} %)" if given else "-"
+        share = f"{covered} of {given} ({100 * covered / given:.0f} %)" if given else "-"
         cpu = np.mean([float(one["cpu_seconds"]) for one in some])
         samples = np.mean([float(one["samples"]) for one in some]) / 1e6
         lines.append(
             f"| {label} | {kind} | {len(some)} | {np.median(error):.3f}, {error.max():.3f} "
             f"| {under} | {_under(_without_roughness(some))} | {share} | {lost} "
-            f"| {_share(some, WRONG, math.inf, is_told)} | {_share(some, 0, RIGHT, is_doubted)} "
+            f"| {_share(some, WRONG, math.inf, is_warned_of)} "
+            f"| {_share(some, 0, RIGHT, is_doubted)} "
             f"| {_share(some, 0, RIGHT, lambda one: bool(one['undetermined']))} "
             f"| {cpu:.0f} | {samples:.0f} |"
         )
@@ -149,7 +151,7 @@ def _under(error: np.ndarray) -> str:
     return " / ".join(f"{100 * np.mean(error < level):.0f}" for level in LEVELS)
 
 
-def is_told(one: dict[str, str]) -> bool:
+def is_warned_of(one: dict[str, str]) -> bool:
     """Whether the report of a fit warns of it: doubts it, or leaves a value open."""
     return is_doubted(one) or bool(one["undetermined"])
 
@@ -161,7 +163,7 @@ def is_doubted(one: dict[str, str]) -> bool:
 
 
 def _share(some: list[dict[str, str]], low: float, high: float, has: Callable[..., bool]) -> str:
-    """How many of the verified runs with an error in between are so."""
+    """How many of the refined runs with an error in between are so."""
     between = [one for one in some if one["explained"] and low <= float(one["mean_error"]) < high]
     return f"{sum(map(has, between))} of {len(between)}"
 

@@ -17,8 +17,8 @@ MESHES = ("dents", "bunny_6598", "koala_7116", "skull_10312")
 LIGHTINGS = ("lamp", "sky")
 #: Side of the lamps: that of LIGHTINGS, and one whose light gets through refraction by rare paths.
 LAMPS = {"lamp": 2.5, "small lamp": 0.6}
-_BESIDE = Path(__file__).parents[3] / "shared"  # the checkout
-_SHARED = Path(os.environ.get("SELENITE_SHARED_DIR", _BESIDE))
+_NEIGHBOUR = Path(__file__).parents[3] / "shared"  # the checkout
+_SHARED = Path(os.environ.get("SELENITE_SHARED_DIR", _NEIGHBOUR))
 _TILES = 8
 
 #: Base colours (grey) of the two kinds of tiles; their roughness is 1.
@@ -71,7 +71,7 @@ def make(mesh: str, lighting: str, cameras: int) -> Stage:
         angle = 2 * np.pi * i / cameras - 1.8
         eyes.append(centre + 5.2 * np.array((np.cos(angle), np.sin(angle), 0.35)))
     lit = lighting in LAMPS
-    place = looking(np.array((2.5, -2.0, 3.5)), centre)
+    place = look_at(np.array((2.5, -2.0, 3.5)), centre)
     shape = _body(mesh)
     return Stage(
         Mesh(*shape, normals(*shape), np.zeros(len(shape[1]), int)),
@@ -79,7 +79,7 @@ def make(mesh: str, lighting: str, cameras: int) -> Stage:
         Lamp(place, 250.0, LAMPS[lighting]) if lit else None,
         (0.25, 0.28, 0.32) if lit else (1.0, 1.0, 1.0),
         None if lit else _sky(),
-        tuple(looking(eye, centre) for eye in eyes),
+        tuple(look_at(eye, centre) for eye in eyes),
     )
 
 
@@ -191,7 +191,7 @@ def _floor() -> Mesh:
     return Mesh(positions, faces, normals(positions, faces), np.array(slots))
 
 
-def looking(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
+def look_at(eye: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Matrix of a camera or lamp at `eye`, its -z axis to `target`."""
     back = (eye - target) / np.linalg.norm(eye - target)
     right = np.cross((0, 0, 1), back)

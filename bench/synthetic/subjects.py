@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demo and cases as plans of the product, whose stages and looks a native fit does not know."""
+"""The demo and cases as plans of the product, which have stages and Fisher information."""
 
 from __future__ import annotations
 

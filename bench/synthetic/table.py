@@ -8,13 +8,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+#: Columns of tables of earlier versions, and what they are called now.
+_RENAMED = {
+    "rivals": "alternative_minima",
+    "settled": "converged",
+    "settled_smallest_loss": "converged_smallest_loss",
+}
+
 
 def read(path: Path) -> list[dict[str, str]]:
     """Rows of earlier runs; none if there is no file."""
     if not path.exists():
         return []
     with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+        rows = list(csv.DictReader(file))
+    return [{_RENAMED.get(name, name): value for name, value in row.items()} for row in rows]
 
 
 def append(path: Path, line: dict[str, Any], columns: Sequence[str]) -> None:

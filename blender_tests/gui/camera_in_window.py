@@ -16,7 +16,7 @@ def prepare():
         row.enabled = row.owner == "Body" and row.parameter in ("base_color", "roughness")
 
 
-def looking():
+def running():
     """The thread works and a tick has seen it."""
     return state.NEXT.step is not None
 
@@ -32,8 +32,8 @@ def steps():
     yield lambda: state.NEXT.job is None
     assert "Next photo" not in bpy.data.objects, "Esc changes nothing"
     in_window(bpy.ops.selenite.suggest_camera, "INVOKE_DEFAULT")
-    yield looking
-    picture("looking")
+    yield running
+    picture("running")
     yield lambda: state.NEXT.job is None
     yield 0.5
     picture("found")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Estimate and automatic stages in a real window: progress, Esc, what is told, the fit after it."""
+"""Estimate and automatic stages in a real window: progress, Esc, what is shown, the fit after."""
 
 import bpy
 from _driving import in_window, made, photographed, picture, press_escape, run

@@ -14,7 +14,7 @@ def prepare():
     row = next(item for item in settings.rows if item.parameter == "base_color")
     row.enabled = True
     settings.height, settings.iterations, settings.tolerance = 24, ENDLESS, 0.0
-    settings.loss = "mae"  # what is no sum of squares does not settle
+    settings.loss = "mae"  # what is no sum of squares does not converge
     return material
 
 

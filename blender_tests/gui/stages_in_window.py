@@ -14,7 +14,7 @@ def prepare():
     made.studio()
     settings = photographed(0.1)
     settings.height, settings.tolerance, settings.output = 24, 0.0, str(FOLDER / "fits")
-    settings.loss = "mae"  # what is no sum of squares does not settle
+    settings.loss = "mae"  # what is no sum of squares does not converge
     rows = {row.parameter: row for row in settings.rows}
     rows["base_color"].minimum = 0.5
     settings.stage_mode = "own"

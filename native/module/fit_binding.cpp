@@ -376,7 +376,7 @@ Raises:
            R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("multi-start",
 "descent", "refinement"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
 seconds, seconds_left (NaN: unknown yet), values
-{"Body:roughness": [..]}}. A failure of the fit is told here, never raised.)")
+{"Body:roughness": [..]}}. A failure of the fit is reported here, never raised.)")
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def(
@@ -388,7 +388,7 @@ seed and more samples, is not worse than the smallest one by more than its noise
 fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.
 search: {points (0: none), moved, start_loss, loss, standard_error}.
 report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
-"maximum", None), correlated_with}}, each a list by component; passes (0: not verified); misfit:
+"maximum", None), correlated_with}}, each a list by component; passes (0: no refinement); misfit:
 {value, standard_error, explained}; alternative_minima: values far from the best that explain the photos as well,
 each {"Body:roughness": [..]}; ambiguous: components ("Body:base_color[1]") determined but for them}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),

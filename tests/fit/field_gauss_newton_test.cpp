@@ -123,7 +123,7 @@ TEST(FieldGaussNewton, WithPixelsInFocusBothTogetherAreBlind) {
   for (InstrumentalVariables::Half* half : {&informative.a, &informative.b}) {
     half->filtered.setZero();
     for (Eigen::Index i = 300; i < 330; ++i)
-      for (Eigen::Index k = 0; k < 2; ++k) half->instrumental_variables(i, k) = 20 * normal(random);
+      for (Eigen::Index k = 0; k < 2; ++k) half->filtered(i, k) = 20 * normal(random);
   }
   for (Eigen::Index i = 0; i < kRows; ++i) world.weights[0][i] *= 1 + static_cast<float>(i % 7);
   const Eigen::VectorXf informative_weight = 3 * world.weights[0];

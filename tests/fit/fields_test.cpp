@@ -5,6 +5,7 @@
 
 #include <numeric>
 
+#include "fit/evaluate/field_loss.h"
 #include "fit/run/fit.h"
 #include "fit/smoke.h"
 #include "fit/taken_photos.h"

@@ -4,8 +4,9 @@
 
 #include <cstring>
 
-#include "fit/problem/fields.h"
+#include "fit/evaluate/field_loss.h"
 #include "fit/image_scenes.h"
+#include "fit/problem/fields.h"
 #include "fit/run/fit.h"
 #include "fit/taken_photos.h"
 #include "math/error.h"

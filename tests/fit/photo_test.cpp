@@ -38,12 +38,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadPhoto{"twice", [](Photos& c) { c.push_back(c[0]); }, "another photo has its id"},
         BadPhoto{"empty", [](Photos& c) { c[0].width = 0; }, "at least 1"},
         BadPhoto{"size", [](Photos& c) { c[0].width = 5; }, "holds 16 pixels, not 5 x 4"},
-        BadPhoto{"mask_size", [](Photos& c) { c[0].weight.assign(3, 1.f); },
-                   "its mask holds 3"},
+        BadPhoto{"mask_size", [](Photos& c) { c[0].weight.assign(3, 1.f); }, "its mask holds 3"},
         BadPhoto{"negative", [](Photos& c) { c[0].weight.assign(16, -1.f); }, ">= 0"},
         BadPhoto{"no_pixel", [](Photos& c) { c[0].weight.assign(16, 0.f); }, "leaves no pixel"},
         BadPhoto{"nan", [](Photos& c) { c[0].reference[3].g = std::nanf(""); },
-                   "1 pixels are not"}),
+                 "1 pixels are not"}),
     [](const auto& info) { return info.param.name; });
 
 TEST(Photos, NanUnderTheMaskIsBlack) {

@@ -142,11 +142,11 @@ def test_an_older_table_gets_the_columns_that_it_lacks(tmp_path: Path) -> None:
     assert rows[1]["ior"] == "0.01"
 
 
-def test_a_wrong_fit_counts_as_told_where_its_report_warns() -> None:
+def test_a_wrong_fit_counts_as_warned_of_where_its_report_warns() -> None:
     row = {"explained": "1", "undetermined": "", "alternative_minima": "0"}
-    assert not report.is_told(row)
+    assert not report.is_warned_of(row)
     for doubt in ({"explained": "0"}, {"alternative_minima": "1"}):
         assert report.is_doubted(row | doubt)
-        assert report.is_told(row | doubt)
-    assert report.is_told(row | {"undetermined": "ior"})
+        assert report.is_warned_of(row | doubt)
+    assert report.is_warned_of(row | {"undetermined": "ior"})
     assert not report.is_doubted(row | {"undetermined": "ior"}), "it claims nothing of the value"

@@ -12,14 +12,14 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite.information import fisher  # noqa: E402
-from selenite.information.conditioning import held_back  # noqa: E402
+from selenite.information.conditioning import deferred  # noqa: E402
 
 APART = [[0], [1], [2]]
 
 
 def waiting(matrix: object, groups: list[list[int]] | None = None) -> list[int]:
     precision = np.asarray(matrix, float)
-    return held_back([precision], np.ones(len(precision)), groups or APART)[0]
+    return deferred([precision], np.ones(len(precision)), groups or APART)[0]
 
 
 def test_what_is_determined_or_unknown_altogether_is_fitted_at_once() -> None:

@@ -45,7 +45,7 @@ def view(photo, picture, weight=None):
     return View("Front", photo, weight.astype(np.float32), noisy.astype(np.float32))
 
 
-def settled(rows=30, end=0.3):
+def converged(rows=30, end=0.3):
     """Values that come to rest inside the bounds, with a little noise."""
     rng = np.random.default_rng(2)
     return end + 0.3 * 0.6 ** np.arange(rows) + 0.001 * rng.standard_normal(rows)
@@ -53,8 +53,8 @@ def settled(rows=30, end=0.3):
 
 def test_a_healthy_fit_gives_no_sentence():
     picture, _ = ball()
-    three = np.stack([settled(end=e) for e in (0.2, 0.5, 0.6)], axis=1)
-    seen = history({"Body:roughness": settled(), "Body:base_color": three})
+    three = np.stack([converged(end=e) for e in (0.2, 0.5, 0.6)], axis=1)
+    seen = history({"Body:roughness": converged(), "Body:base_color": three})
     assert diagnose(seen, [ROUGHNESS, COLOUR], [view(picture, picture)]) == ()
     for rows in (0, 1, 3):
         assert diagnose(history({"Body:roughness": [0.5] * rows}), [ROUGHNESS], []) == ()
@@ -92,32 +92,36 @@ def test_a_value_on_its_way_to_a_bound():
 
 def test_a_loss_that_does_not_fall():
     losses = np.linspace(0.0200, 0.0195, 20)
-    seen = history({"Body:roughness": settled(20)}, losses)
+    seen = history({"Body:roughness": converged(20)}, losses)
     (note,) = diagnose(seen, [ROUGHNESS], [])
     assert "has not fallen in 15 iterations (0.02 at first, 0.0196 now)" in note
     assert not diagnose(seen, [ROUGHNESS], [], from_start=False)
     assert not diagnose(
-        history({"Body:roughness": settled(20)}, losses, error=0.01), [ROUGHNESS], []
+        history({"Body:roughness": converged(20)}, losses, error=0.01), [ROUGHNESS], []
     )
 
 
 def test_a_photo_of_another_exposure():
     picture, _ = ball()
-    seen = history({"Body:roughness": settled()})
+    seen = history({"Body:roughness": converged()})
     (note,) = diagnose(seen, [ROUGHNESS], [view(2 * picture, picture)])
     assert "'Front' is 2.00 times as bright as the render" in note
     assert "brightness-independent-mse" in note
     warm = picture * np.float32([1.6, 1.2, 0.9])
     (note,) = diagnose(seen, [ROUGHNESS], [view(warm, picture)])
     assert "1.60, 1.20, 0.90 times the render in red, green, blue" in note
-    assert not diagnose(history({"Body:roughness": settled(5)}), [ROUGHNESS], [view(warm, picture)])
+    assert not diagnose(
+        history({"Body:roughness": converged(5)}), [ROUGHNESS], [view(warm, picture)]
+    )
 
 
 @pytest.mark.parametrize("shift", [(1.5, 0.0), (-1.0, 2.0)])
 def test_a_photo_that_is_shifted(shift):
     picture, _ = ball()
     photo, _ = ball(shift=shift)
-    (note,) = diagnose(history({"Body:roughness": settled()}), [ROUGHNESS], [view(photo, picture)])
+    (note,) = diagnose(
+        history({"Body:roughness": converged()}), [ROUGHNESS], [view(photo, picture)]
+    )
     found = re.search(r"about ([\d.]+) pixels to the (\w+) and ([\d.]+) (\w+) of its render", note)
     assert found, note
     assert float(found[1]) == pytest.approx(abs(shift[0]), abs=0.4)
@@ -130,9 +134,9 @@ def test_a_mask_that_is_larger_than_the_rendered_ball():
     photo, inside = ball(radius=17.0)
     picture, _ = ball(radius=15.0)
     (note,) = diagnose(
-        history({"Body:roughness": settled()}), [ROUGHNESS], [view(photo, picture, inside)]
+        history({"Body:roughness": converged()}), [ROUGHNESS], [view(photo, picture, inside)]
     )
-    share = re.match(r"(\d+)% of the difference of 'Front' lies within 3 pixels", note)
+    share = re.match(r"(\d+)% of the difference of photo 'Front' lies within 3 pixels", note)
     assert share and int(share[1]) > 60, note
     assert "silhouette does not fit" in note
 
@@ -141,8 +145,8 @@ def test_steps_that_are_noise():
     rng = np.random.default_rng(3)
     jumping = 0.5 + 0.05 * rng.choice([-1, 1], 30)
     (note,) = diagnose(history({"Body:roughness": jumping}), [ROUGHNESS], [])
-    settling = 0.5 + (jumping - 0.5) * 0.9 ** np.arange(30)
-    assert not diagnose(history({"Body:roughness": settling}), [ROUGHNESS], [])
+    converging = 0.5 + (jumping - 0.5) * 0.9 ** np.arange(30)
+    assert not diagnose(history({"Body:roughness": converging}), [ROUGHNESS], [])
     assert not diagnose(history({"Body:roughness": jumping[:15]}), [ROUGHNESS], [])
     size = re.search(r"Body:roughness goes back and forth by ([\d.]+) a step", note)
     assert size and 0.03 < float(size[1]) < 0.11, note
@@ -152,10 +156,10 @@ def test_steps_that_are_noise():
 def test_a_loss_that_is_lost_in_noise():
     picture, _ = ball()
     losses = 1e-4 + 1e-5 * np.sin(np.arange(20))
-    seen = history({"Body:roughness": settled(20)}, losses, error=8e-4)
+    seen = history({"Body:roughness": converged(20)}, losses, error=8e-4)
     (note,) = diagnose(seen, [ROUGHNESS], [view(picture, picture)])
     assert note.startswith("Noise hides the loss: 0.0001 at first") and "0.0008 only" in note
-    quiet = history({"Body:roughness": settled(20)}, losses * 1e-4, error=8e-8)
+    quiet = history({"Body:roughness": converged(20)}, losses * 1e-4, error=8e-8)
     assert not diagnose(quiet, [ROUGHNESS], [view(picture, picture)])
     assert not diagnose(seen, [ROUGHNESS], [view(picture, picture)], sure=True), "nothing is hidden"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is told of a preset, from known errors, and what a fit with grids costs."""
+"""What is expected of a preset, from known errors, and what a fit with grids costs."""
 
 from __future__ import annotations
 
@@ -30,12 +30,14 @@ def unknown(name: str, owner: str = "Jade") -> Unknown:
 
 def test_it_is_said_how_long_how_far_off_and_what_worst() -> None:
     names = ("base_color", "roughness", "ior", "transmission")
-    told = Expected(95.2, [unknown(name) for name in names], [0.03, 0.02, 0.06, None])
-    assert told.error == pytest.approx((0.0049 / 3) ** 0.5)
-    assert told.text() == "about 95 s, error 0.04 (worst: IOR 0.06; not determined: Transmission)"
-    assert told.as_json() == {
+    expected = Expected(95.2, [unknown(name) for name in names], [0.03, 0.02, 0.06, None])
+    assert expected.error == pytest.approx((0.0049 / 3) ** 0.5)
+    assert (
+        expected.text() == "about 95 s, error 0.04 (worst: IOR 0.06; not determined: Transmission)"
+    )
+    assert expected.as_json() == {
         "expected_seconds": 95.2,
-        "expected_error": told.error,
+        "expected_error": expected.error,
         "expected_errors": {
             "Jade:base_color": 0.03,
             "Jade:roughness": 0.02,
@@ -53,8 +55,8 @@ def test_one_parameter_needs_no_worst_and_none_no_error() -> None:
 
 
 def test_equal_parameters_are_told_apart_by_their_owners() -> None:
-    told = Expected(9.0, [unknown("ior"), unknown("ior", "Glass")], [0.01, 0.02])
-    assert "worst: IOR of Glass 0.02" in told.text()
+    expected = Expected(9.0, [unknown("ior"), unknown("ior", "Glass")], [0.01, 0.02])
+    assert "worst: IOR of Glass 0.02" in expected.text()
 
 
 def plan_with(*grids: np.ndarray, size: int = 64) -> Any:
@@ -92,7 +94,7 @@ def test_a_fit_of_grids_searches_where_nothing_is_known_of_the_voxels() -> None:
     assert added(64) - turns * 64**2 > 0
 
 
-def test_few_coloured_voxels_are_stepped_with_the_scalars_and_verified() -> None:
+def test_few_coloured_voxels_are_stepped_with_the_scalars_and_refined() -> None:
     def paths(side: int, channels: int = 3, iterations: int = 40) -> float:
         even = np.full((side, side, side, channels), 0.5)
         return cost.paths(FitSettings(height=64, iterations=iterations, spp=4), plan_with(even))

@@ -109,18 +109,18 @@ def test_cross_products_of_halves_have_no_bias_of_noise() -> None:
     noise = Noise(spp=64.0, relative=0.01, pixels=1.0)
     variance = np.zeros((48, 48, 3))
 
-    def look(deviation: float) -> FisherInformation:
+    def information_at(deviation: float) -> FisherInformation:
         halves = [1 + deviation * rng.standard_normal((1, 48, 48, 3)) for _ in range(2)]
         return fisher.information((halves[0], halves[1]), variance, picture, weight, noise)
 
-    exact = look(0.0)
+    exact = information_at(0.0)
     assert exact.relative_doubt() == 0
-    found = [look(3.0) for _ in range(200)]
+    found = [information_at(3.0) for _ in range(200)]
     values = np.array([item.normal[0, 0] for item in found])
     error = values.std() / np.sqrt(len(values))
     assert abs(values.mean() - exact.normal[0, 0]) < 5 * error
-    told = np.sqrt(np.mean([item.doubt[0, 0] for item in found]))
-    assert 0.5 < told / values.std() < 2  # cautious: channels may vary together
+    reported = np.sqrt(np.mean([item.doubt[0, 0] for item in found]))
+    assert 0.5 < reported / values.std() < 2  # cautious: channels may vary together
 
 
 def test_information_is_that_of_the_formula() -> None:
@@ -145,7 +145,7 @@ def test_information_is_that_of_the_formula() -> None:
     )
 
 
-def test_looks_at_one_picture_are_weighed_by_their_samples() -> None:
+def test_passes_over_one_picture_are_weighed_by_their_samples() -> None:
     first, second = known([[4.0]], doubt=1.0), known([[8.0]], doubt=1.0)
     both = first.mean(second, 0.25)
     assert both.normal[0, 0] == pytest.approx(5.0)

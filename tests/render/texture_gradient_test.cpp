@@ -13,7 +13,7 @@
 namespace selenite {
 namespace {
 
-struct Look {
+struct TextureCase {
   std::string name;
   std::vector<float> texels;  ///< 2 x 2, grey, row 0 at the top
   int texel;
@@ -22,20 +22,22 @@ struct Look {
   Extension extension = Extension::kRepeat;
   Interpolation interpolation = Interpolation::kLinear;
 };
-void PrintTo(const Look& look, std::ostream* out) { *out << look.name << ", " << look.texel; }
+void PrintTo(const TextureCase& wanted, std::ostream* out) {
+  *out << wanted.name << ", " << wanted.texel;
+}
 
 /// A box, textured on all sides, on a textured ground: light is scattered by the image several times.
-Scene textured(const Look& look, std::vector<float> alpha = {}, double subsurface = 0) {
+Scene textured(const TextureCase& wanted, std::vector<float> alpha = {}, double subsurface = 0) {
   std::vector<Colorf> pixels;
-  for (const float x : look.texels) pixels.emplace_back(x, 0.5f * x, 0.3f);
+  for (const float x : wanted.texels) pixels.emplace_back(x, 0.5f * x, 0.3f);
   Material m = plastic("Body");
   m.values.roughness = 0.4;
-  m.values.transmission = look.transmission;
-  m.values.specular_level = look.specular;
+  m.values.transmission = wanted.transmission;
+  m.values.specular_level = wanted.specular;
   m.values.subsurface_weight = subsurface;
   FieldMap map;
   map.texture = std::make_shared<Texture>("Wood", 2, 2, std::move(pixels), std::move(alpha),
-                                          look.encoded, look.extension, look.interpolation);
+                                          wanted.encoded, wanted.extension, wanted.interpolation);
   map.uv = {1.3f, 0.2f, 0.1f, -0.1f, 1.1f, 0.15f};
   const auto& table = parameter_table(OwnerKind::kMaterial);
   while (table[map.field].name != "base_color") ++map.field;
@@ -73,20 +75,20 @@ PixelLoss mean_loss(const RenderSettings& s) {
   return mean_of_pixels(std::vector<float>(static_cast<std::size_t>(s.width) * s.height, 1.0f));
 }
 
-class Texel : public testing::TestWithParam<Look> {};
+class Texel : public testing::TestWithParam<TextureCase> {};
 
 TEST_P(Texel, AgreesWithDifferencesOfRenders) {
-  const Look& look = GetParam();
-  const auto at = static_cast<std::size_t>(look.texel);
-  const float here = look.texels[at];
+  const TextureCase& wanted = GetParam();
+  const auto at = static_cast<std::size_t>(wanted.texel);
+  const float here = wanted.texels[at];
   // Beside 0 the tint of glass goes with the root: there the step is small.
-  const float h = look.transmission > 0 && here < 0.1f ? 0.01f : 0.08f;
+  const float h = wanted.transmission > 0 && here < 0.1f ? 0.01f : 0.08f;
   const auto displaced = [&](float step, const RenderSettings& settings) {
-    Look other = look;
+    TextureCase other = wanted;
     other.texels[at] = here + step;
     return mean_of(render_view(textured(other), settings), 0).mean;
   };
-  const Scene scene = textured(look);
+  const Scene scene = textured(wanted);
   DifferencePairs pairs;
   for (int seed = 0; seed < 12; ++seed) {
     const RenderSettings settings = settings_of(8, 100, 70 + seed);
@@ -98,11 +100,11 @@ TEST_P(Texel, AgreesWithDifferencesOfRenders) {
   pairs.expect_agreement();
 }
 
-std::vector<Look> looks() {
+std::vector<TextureCase> cases() {
   const std::vector<float> mixed = {0.3f, 0.9f, 0.5f, 0.7f}, black(4, 0.0f), white(4, 1.0f);
   std::vector<float> hole = mixed;
   hole[2] = 0;
-  Look cubic{"cubic", mixed, 0}, closest{"closest", mixed, 2}, clip{"clipped", mixed, 1},
+  TextureCase cubic{"cubic", mixed, 0}, closest{"closest", mixed, 2}, clip{"clipped", mixed, 1},
       mirror{"mirrored", mixed, 2}, encoded{"encoded", mixed, 3}, glass{"glass", mixed, 1, 1},
       dark_glass{"dark glass", hole, 2, 0.5}, matte{"matte", mixed, 0, 0, 0};
   cubic.interpolation = Interpolation::kCubic;
@@ -124,7 +126,7 @@ std::vector<Look> looks() {
           glass,
           dark_glass};
 }
-INSTANTIATE_TEST_SUITE_P(Looks, Texel, testing::ValuesIn(looks()));
+INSTANTIATE_TEST_SUITE_P(Cases, Texel, testing::ValuesIn(cases()));
 
 TEST(TextureGradient, TexelsAddUpToTheShift) {
   const Scene scene = textured({"", {0.3f, 0.9f, 0, 0.7f}, 0, 0.4});
@@ -149,8 +151,8 @@ TEST(TextureGradient, TakesThePictureThatRenderTakes) {
 
 TEST(TextureGradient, SquaredErrorIsUnbiasedInOneSamplePair) {
   // Two samples a pixel: the slope of the expected error, not that of the noise.
-  const Look look{"", {0.4f, 0.6f, 0.5f, 0.7f}, 0};
-  const Scene scene = textured(look);
+  const TextureCase wanted{"", {0.4f, 0.6f, 0.5f, 0.7f}, 0};
+  const Scene scene = textured(wanted);
   const RenderSettings many = settings_of(6, 4000, 9);
   const Film reference = render_view(textured({"", {0.6f, 0.6f, 0.5f, 0.7f}, 0}), many);
   const FieldGradient precise = gradient_of(scene, many, squared_error(reference.mean));
@@ -185,15 +187,15 @@ TEST(TextureGradient, RefusesWhatHasNone) {
     }
     return std::string();
   };
-  const Look look{"", {0.3f, 0.9f, 0.1f, 0.7f}, 0};
-  EXPECT_EQ(refused(textured(look, {1, 1, 0.5f, 1}), {ImageRef{0}}),
+  const TextureCase wanted{"", {0.3f, 0.9f, 0.1f, 0.7f}, 0};
+  EXPECT_EQ(refused(textured(wanted, {1, 1, 0.5f, 1}), {ImageRef{0}}),
             "Body:base_color_texture: image 'Wood' has alpha; set its Alpha to None or Channel "
             "Packed");
-  EXPECT_NE(refused(textured(look, {}, 0.3), {ImageRef{0}}).find("scatters light beneath it"),
+  EXPECT_NE(refused(textured(wanted, {}, 0.3), {ImageRef{0}}).find("scatters light beneath it"),
             std::string::npos);
-  EXPECT_EQ(refused(textured(look), {ImageRef{0}, ImageRef{0}}),
+  EXPECT_EQ(refused(textured(wanted), {ImageRef{0}, ImageRef{0}}),
             "Body:base_color_texture is listed twice; list it once");
-  Scene plain = textured(look);
+  Scene plain = textured(wanted);
   plain.appearance.materials[0].maps.clear();
   EXPECT_NE(refused(plain, {ImageRef{0}}).find("no image gives the base colour"),
             std::string::npos);

@@ -75,11 +75,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
     with bar("writing") as shown:
 
-        def tell(text: str, fraction: float) -> None:
+        def note_progress(text: str, fraction: float) -> None:
             shown.update(fraction, note=text)
 
-        result = finished(plan, result, tell)
-        folder = write_results(plan, result, out, bpy.app.version_string, tell)
+        result = finished(plan, result, note_progress)
+        folder = write_results(plan, result, out, bpy.app.version_string, note_progress)
     recorder.finished()
     for line in summary(plan, result):
         say(line)
@@ -190,9 +190,9 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
 
 
 def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
-    """The plan with the stages that a look chooses."""
+    """The plan with the stages that the Fisher information chooses."""
     choice = StageChoice(plan, plan_of)
-    with bar("looking") as shown:
+    with bar("choosing stages") as shown:
         for step in choice.steps():
             shown.update(step.fraction, note=step.text)
     return choice.plan
@@ -256,7 +256,7 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
     """Runs to the end; Ctrl+C stops and keeps the best values so far."""
     job.start()
     stage = ""
-    told: set[str] = set()
+    reported: set[str] = set()
     try:
         with bar("fitting") as shown:
             while (state := job.progress()).running:
@@ -267,27 +267,27 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
                 if state.stage != stage:
                     stage = state.stage
                     say(f"stage {stage}")
-                _tell(state.notes, told)
+                _warn(state.notes, reported)
                 shown.update(state.fraction, state.seconds_left, note)
-                recorder.look(job)
+                recorder.update(job)
                 time.sleep(0.05)
     except KeyboardInterrupt:
         say("stopping; the best values so far are kept")
         job.cancel()
     finally:
         job.join()
-    recorder.look(job, now=True)
+    recorder.update(job, now=True)
     result = job.result()
-    _tell(result["notes"], told)
+    _warn(result["notes"], reported)
     return result
 
 
-def _tell(notes: Sequence[str], told: set[str]) -> None:
+def _warn(notes: Sequence[str], reported: set[str]) -> None:
     """Each kind of remark once: only its numbers change while a fit runs."""
     for note in notes:
         kind = "".join(c for c in note if not c.isdigit())
-        if kind not in told:
-            told.add(kind)
+        if kind not in reported:
+            reported.add(kind)
             say(f"warning: {note}")
 
 

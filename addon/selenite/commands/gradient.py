@@ -104,7 +104,7 @@ def _textured(
         return None
     title = f"Parameter '{parameters.join_name(owners[0], TEXTURE)}'"
     if len(keys) > 1:
-        cause = "its derivatives are by every texel, and cannot be told beside others"
+        cause = "its derivatives are by every texel, and cannot be given with others"
         problems.append(Problem(title, cause, "name it alone"))
     images = [
         item.name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`selenite next-camera`: where the next photo would tell most."""
+"""`selenite next-camera`: where the next photo would add most information."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..fit_run.captures import LEFT_OUT
+from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import FitSettings, with_overrides
 from ..next_camera import report
@@ -57,8 +58,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         if not text.startswith(LEFT_OUT):  # they are places here
             say(f"warning: {text}")
     if any(item.parameter.effect == "volume" for item in found.plan.unknowns):
-        say("warning: errors of media are not to be trusted; compare places by them, no more")
-    with bar("looking") as shown:
+        say("warning: errors of media are rough; use them only to compare places")
+    with bar("evaluating") as shown:
         for step in found.steps():
             shown.update(step.fraction, note=step.text)
     content = report.as_json(found)
@@ -81,7 +82,7 @@ def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
     if not result.is_file():
         return request, {}
     try:
-        rows = json.loads(result.read_text(encoding="utf-8"))["parameters"]
+        rows = renamed(json.loads(result.read_text(encoding="utf-8")))["parameters"]
         found = {}
         for item in request.unknowns:
             value = rows[join_name(item.owner, item.parameter)]["value"]
@@ -95,7 +96,7 @@ def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
 
 
 def _at(item: UnknownRequest, known: dict[tuple[str, str], Values]) -> UnknownRequest:
-    """The request with the value to look at, where one is known."""
+    """The request with the known value as its start, where there is one."""
     return replace(item, start=known.get((item.owner, item.parameter), item.start))
 
 

@@ -25,8 +25,8 @@ _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Measures within --budget and writes the table and the plot into --out; with --expected tells
-    what the presets should take, and writes nothing."""
+    """Measures within --budget and writes the table and the plot into --out; with --expected
+    prints what the presets should take, and writes nothing."""
     problems: list[Problem] = []
     if args.out is not None:
         out = arguments.output_folder(args.out, problems)
@@ -78,7 +78,7 @@ def _expect(estimate: Estimate) -> dict[str, Any]:
     """Seconds and errors of the presets, line by line."""
     for text in estimate.warnings:
         say(f"warning: {text}")
-    with bar("looking") as shown:
+    with bar("estimating") as shown:
         for step in estimate.steps():
             shown.update(step.fraction, note=step.text)
     for line in estimate.lines():

@@ -109,10 +109,10 @@ class CheckJob:
         """Cheap, at any time."""
         running = self._process is not None and self._process.poll() is None
         try:
-            told = json.loads((self.folder / "progress.json").read_text(encoding="utf-8"))
+            written = json.loads((self.folder / "progress.json").read_text(encoding="utf-8"))
         except OSError:
             return CheckProgress(running, 0.0, "starting Blender")
-        return CheckProgress(running, told["fraction"], told["text"])
+        return CheckProgress(running, written["fraction"], written["text"])
 
     def result(self) -> dict[str, Any]:
         """Waits for the end. Raises CheckFailed and BadInput."""

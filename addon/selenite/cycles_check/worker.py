@@ -65,12 +65,12 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
 
-        def tell(text: str, share: float, done: int = index, name: str = capture.id) -> None:
-            _tell(folder, (done + share) / len(captures), f"{text} of {name}")
+        def note(text: str, share: float, done: int = index, name: str = capture.id) -> None:
+            _write_progress(folder, (done + share) / len(captures), f"{text} of {name}")
 
         pixel_aspect = capture.pixel_aspect(cameras[capture.camera])
         rows[capture.id], pictures[capture.id] = _check(
-            folder, scene, native_scene, capture, pixel_aspect, wanted.settings, samples, tell
+            folder, scene, native_scene, capture, pixel_aspect, wanted.settings, samples, note
         )
     sheet.write(folder / "out" / "cycles_check.png", pictures, LARGEST_ERROR)
     return {
@@ -112,7 +112,7 @@ def _check(
     pixel_aspect: float,
     settings: Any,
     samples: int,
-    tell: Callable[[str, float], None],
+    note: Callable[[str, float], None],
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """(numbers of one photo, its tiles for the sheet); writes its pictures."""
     import numpy as np
@@ -123,7 +123,7 @@ def _check(
     from selenite.cycles_check.render import estimate
 
     height, width = capture.reference.shape[:2]
-    tell("Selenite's picture", 0.0)
+    note("Selenite's picture", 0.0)
     film = native.core().render(
         native_scene,
         capture.camera,
@@ -143,7 +143,7 @@ def _check(
         samples,
         range(settings.seed, settings.seed + SEEDS),
         folder / "cycles.exr",
-        lambda fraction: tell("Cycles' picture", 0.2 + 0.8 * fraction),
+        lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
         pixel_aspect,
     )
     counted = (capture.weight > 0)[..., None]
@@ -178,12 +178,12 @@ def _check(
     return row, tiles
 
 
-def _tell(folder: Path, fraction: float, text: str) -> None:
+def _write_progress(folder: Path, fraction: float, text: str) -> None:
     _write(folder / "progress.json", {"fraction": fraction, "text": text})
 
 
 def _write(path: Path, data: dict[str, Any]) -> None:
-    """Appears complete or not at all: the other process looks at any time."""
+    """Appears complete or not at all: the other process reads at any time."""
     partial = path.with_suffix(".partial")
     partial.write_text(json.dumps(data), encoding="utf-8")
     partial.replace(path)

@@ -31,7 +31,7 @@ from .staging.request import StageRequest
 
 SCHEMA = 1
 SUFFIX = ".unfinished"
-#: Seconds between two looks, between two whole states, and how often the time that one took fits
+#: Seconds between two updates, between two whole states, and how often the time that one took fits
 #: between it and the next: at most so small a share of a run goes into its record.
 _EVERY, _STATE_EVERY, _TIMES = 2.0, 15.0, 30.0
 #: A part that goes on has at least so many iterations, to learn anew what the optimiser knew.
@@ -67,7 +67,7 @@ class Recorder:
         folder.mkdir(parents=True, exist_ok=True)
         write_json(folder / "run.json", request.as_json())
 
-    def look(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
+    def update(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
         """Writes what `job.parts()` has found, at most every two seconds unless `now`, and less
         often where that takes long."""
         if not now and time.monotonic() < self._next:
@@ -175,7 +175,7 @@ def going_on(run: Unfinished) -> Unfinished:
     wanted = request.settings.iterations if stage.iterations is None else stage.iterations
     done = int(part["iterations"])
     ended = part["stopped_because"] not in ("", "cancelled")
-    # At the last iteration its verification may be left; beyond it run.json asks for less by now.
+    # At the last iteration its refinement may be left; beyond it run.json asks for less by now.
     if not ended and run.state is not None and done <= wanted:
         return Unfinished(request, parts[:-1], run.state)
     if not ended and done >= wanted:

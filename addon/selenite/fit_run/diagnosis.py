@@ -18,7 +18,7 @@ import numpy as np
 History = Mapping[str, Any]  # as the native result has it
 
 #: Nothing is said about pictures and losses before so many iterations: a start may be anything.
-FIRST_LOOK = 8
+FIRST_ITERATION = 8
 _AT_BOUND_FOR = 5  # rows
 _DRIFT_FOR, _ARRIVES_IN = 8, 8  # rows behind, iterations ahead
 _DRIFT_NEAR = 0.15  # of the range: a fit that has just begun crosses the middle of it at full speed
@@ -31,8 +31,8 @@ _RIM_PIXELS = 3
 _RIM_HOLDS, _RIM_TIMES = 0.6, 4.0  # of the squared difference; mean over that inside
 _FEWEST_PIXELS = 20
 #: Rows; of the history at least; net way over whole way; step over the range; newer half of the
-#: rows over older half, below which the steps are settling.
-_JITTER_ROWS, _JITTER_FROM, _JITTER_NET, _JITTER, _SETTLING = 10, 20, 0.25, 0.02, 0.7
+#: rows over older half, below which the steps are converging.
+_JITTER_ROWS, _JITTER_FROM, _JITTER_NET, _JITTER, _CONVERGING = 10, 20, 0.25, 0.02, 0.7
 _NOISE_OF_PHOTO = 0.02  # standard error as a difference in brightness, over the photo's
 
 
@@ -66,12 +66,12 @@ def diagnose(
     sure: bool = False,
 ) -> tuple[str, ...]:
     """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down.
-    `sure`: a verification has determined every value, so that noise is known to hide none.
+    `sure`: a refinement has determined every value, so that noise is known to hide none.
     """
     if not len(history["iteration"]):
         return ()
     found = [*at_bound(history, limits), *drifting(history, limits)]
-    if int(history["iteration"][-1]) >= FIRST_LOOK:
+    if int(history["iteration"][-1]) >= FIRST_ITERATION:
         found += exposure(views)
         found += misaligned(views)
         found += loss_flat(history) if from_start else []
@@ -116,7 +116,7 @@ def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
             if even and near and 0 < left <= _ARRIVES_IN * pace and pace > 0:
                 found.append(
                     f"{label} = {values[-1]:.3g} has moved towards its {word} {bound:g} for "
-                    f"{_DRIFT_FOR} iterations without slowing down: look whether light, exposure "
+                    f"{_DRIFT_FOR} iterations without slowing down: check whether light, exposure "
                     "and the other parameters are right before you widen the bound"
                 )
     return found
@@ -190,9 +190,9 @@ def too_noisy(history: History, limits: Sequence[Limits], views: Sequence[View])
         older, newer = (np.sqrt(np.mean(np.square(half))) for half in np.split(steps, 2))
         size = float(np.sqrt(np.mean(np.square(steps))))
         span = abs(values[-1]) if item.logarithmic else item.maximum - item.minimum
-        settling = newer < _SETTLING * older
+        converging = newer < _CONVERGING * older
         if (
-            not settling
+            not converging
             and size > _JITTER * span
             and abs(steps.sum()) < _JITTER_NET * np.abs(steps).sum()
         ):

@@ -54,7 +54,7 @@ def prepare(
     single, many = all_fields.split(requests)
     unknowns = choose(values, single, request.settings, problems, warnings)
     wanted = stage_plan.named(values, request.stages, problems)
-    fitted_with = stage_plan.beside_fields(unknowns, wanted)
+    fitted_with = stage_plan.fitted_with_fields(unknowns, wanted)
     fields = all_fields.choose(values, many, fitted_with, request.settings, problems)
     fields = stage_plan.starting_at_colour(fields, unknowns, problems)
     warnings += all_fields.remarks(fields, unknowns)

@@ -11,7 +11,7 @@ from typing import Any
 from .. import __version__
 from ..parameters import Values
 from ..problems import BadInput, Problem
-from ..scene_read.values import CaptureRequest, with_ids
+from ..scene_read.values import CaptureRequest
 from .settings import FitSettings
 from .staging.request import StageRequest, stages_from_json
 
@@ -40,7 +40,7 @@ class UnknownRequest:
 @dataclass(frozen=True)
 class RunRequest:
     """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
-    No stages: everything at once. staging: why, in a sentence, where a look chose them; "" for
+    No stages: everything at once. staging: why, in a sentence, where the photos chose them; "" for
     those that the user gave."""
 
     scene: str
@@ -75,7 +75,7 @@ class RunRequest:
             return RunRequest(
                 scene=str(data["scene"]),
                 unknowns=tuple(_unknown(item) for item in data["unknowns"]),
-                captures=with_ids(CaptureRequest(**item) for item in data["captures"]),
+                captures=tuple(CaptureRequest(**item) for item in data["captures"]),
                 settings=FitSettings.from_json(data["settings"]),
                 stages=_stages(data.get("stages"), title),
                 staging=str(data.get("staging", "")),

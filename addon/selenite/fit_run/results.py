@@ -58,9 +58,9 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
             "unit": "1",
             **field.about(found, result.get("coverage", {}).get(field.name)),
         }
-    told = {"stages": result["stages"]} if "stages" in result else {}
+    of_stages = {"stages": result["stages"]} if "stages" in result else {}
     if plan.request.staging:
-        told["staging"] = plan.request.staging
+        of_stages["staging"] = plan.request.staging
     return {
         "schema": SCHEMA,
         "versions": {
@@ -83,7 +83,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "dropped": result["dropped"],
         "model": plan.model,
         "warnings": [*plan.warnings, *result.get("notes", ())],
-    } | told
+    } | of_stages
 
 
 def finished(

@@ -18,7 +18,7 @@ class FitSettings:
     height: pixels of the pictures that are compared, their width follows the photo's aspect.
     depth: bounces, 0 = unlimited. threads: 0 = all. accumulate: one step per iteration over all
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
-    physical_refraction: see SceneValues. search: whether to look around before the first step,
+    physical_refraction: see SceneValues. search: whether multi-start comes before the first step,
     "on", "off" or "auto" (where Gauss-Newton fits).
     """
 

@@ -19,9 +19,9 @@ from . import fisher
 from .job import Step
 from .photo_information import PhotoInformation
 
-#: Where the photos are asked what they determine.
-AT_START, AT_SEARCHED = "at the start", "at the values that the search found"
-#: A search ends with the first step: a stage for its sake needs no other.
+#: Where it is computed what the photos determine.
+AT_START, AT_SEARCHED = "at the start", "at the values that multi-start found"
+#: Multi-start ends with the first step: a stage for its sake needs no other.
 _SEARCH_ITERATIONS = 1
 _POLL = 0.05  # seconds
 
@@ -30,9 +30,9 @@ class StageChoice:
     """Driven from outside: `for step in choice.steps(): ...`; then `plan`, whose request has the
     stages and, as `staging`, the sentence that says why.
 
-    Where a fit of everything would begin with a search, so does the choice, with the same seed:
-    what the photos determine at a start far away are the values of a body that only looks alike.
-    The stages then begin with the search too, so that the run finds the same values.
+    Where a fit of everything would begin with multi-start, so does the choice, with the same seed:
+    at a start far away the photos may determine another set of parameters. The stages then begin
+    with multi-start too, so that the run finds the same values.
     """
 
     def __init__(self, plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> None:
@@ -57,7 +57,7 @@ class StageChoice:
         """Raises BadInput for derivatives that are not finite, FitFailed, and the native
         Cancelled."""
         request = self.plan.request
-        held: list[Unknown] = []
+        late: list[Unknown] = []
         why = self._why_not
         if not why:
             seen, begin = self.plan, 0.0
@@ -67,31 +67,33 @@ class StageChoice:
                     yield Step(begin * step.fraction, step.text)
                 seen = _at_result(self.plan, self._search)
             self._photos = PhotoInformation(seen, seen.scene)
-            if self._cancelled:  # while there were no looks to cancel
+            if self._cancelled:  # while there was nothing to cancel
                 self._photos.cancel()
             for step in self._photos.at_photos():
                 yield Step(begin + (1 - begin) * step.fraction, step.text)
             photos = [fisher.precision(one) for one in self._photos.informations(request.settings)]
             where = AT_START if self._search is None else AT_SEARCHED
-            waiting, why = held_back(photos, self._photos.ranges, self._photos.groups, where)
-            held = [self.plan.unknowns[index] for index in waiting]
-        if not held:
+            indices, why = deferred(photos, self._photos.ranges, self._photos.groups, where)
+            late = [self.plan.unknowns[index] for index in indices]
+        if not late:
             self.plan = replace(self.plan, request=replace(request, staging=f"All at once: {why}"))
             return
         names = [item.name for item in self.plan.unknowns]
         words = labels(self.plan.unknowns)
-        late = ", ".join(words[item.name] for item in held)
-        first = [name for name in names if name not in {item.name for item in held}]
-        stages = first_then_all(f"without {late}", first, names, request.settings.iterations)
+        names_of_late = ", ".join(words[item.name] for item in late)
+        first = [name for name in names if name not in {item.name for item in late}]
+        stages = first_then_all(
+            f"without {names_of_late}", first, names, request.settings.iterations
+        )
         if self._search is not None:
             stages = (StageRequest("search", tuple(names), _SEARCH_ITERATIONS), *stages)
-        staging = f"{late} last: {why}"
+        staging = f"{names_of_late} last: {why}"
         self.plan = self._plan_of(replace(request, stages=stages, staging=staging))
         yield Step(1.0, "")
 
 
 def _search(plan: FitPlan) -> FitJob | None:
-    """The fit of everything that the stage "search" will be; None where it would not search."""
+    """The fit of everything that the stage "search" will be; None where it has no multi-start."""
     settings = replace(plan.request.settings, iterations=_SEARCH_ITERATIONS)
     job = FitJob(replace(plan, request=replace(plan.request, settings=settings)), to_end=False)
     return job if job.progress().phase == MULTI_START else None
@@ -120,7 +122,7 @@ def _at_result(plan: FitPlan, job: FitJob) -> FitPlan:
     return replace(plan, scene=scene_at(plan, result), unknowns=unknowns)
 
 
-def held_back(
+def deferred(
     photos: Sequence[np.ndarray],
     ranges: np.ndarray,
     groups: Sequence[Sequence[int]],
@@ -164,5 +166,5 @@ def held_back(
         cause = "the photos determine no parameter, not even with the others known"
         return [], f"{where} {cause}"
     waiting = [index for index in range(count) if index not in left]
-    cause = "the photos do not tell all parameters apart"
-    return waiting, f"{where} {cause}, and this suffers most by it"
+    cause = "the photos do not separate all parameters"
+    return waiting, f"{where} {cause}, and this one suffers most from it"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Work that goes on step by step, in a thread of its own."""
+"""Work that proceeds step by step, in a thread of its own."""
 
 from __future__ import annotations
 
@@ -68,5 +68,5 @@ class BackgroundJob(Generic[W]):
                 self._step = step
                 if self._cancelled:
                     return
-        except Exception as error:  # told by `join`, in the thread that asked
+        except Exception as error:  # raised by `join`, in the thread that asked
             self._error = error

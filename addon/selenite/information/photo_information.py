@@ -20,11 +20,11 @@ from . import fisher
 from .fisher import FisherInformation, Noise
 from .job import Step
 
-#: Samples of a first look at a photo's camera.
+#: Samples of the first pass at a photo's camera.
 PHOTO_SPP = 64
-#: Usual bounds of a look, see `PhotoInformation.at_photos`.
+#: Usual bounds of the second pass, see `PhotoInformation.at_photos`.
 _DOUBT, _MOST_SPP, _WEAKEST = 0.1, 192, 6.0
-#: Pixels of a look, whatever its aspect.
+#: Pixels of a Jacobian's picture, whatever its aspect.
 _PIXELS = 64 * 64
 #: A residual's relative size beyond noise is believed between these; samples to measure it with.
 RELATIVE, _RESIDUAL_SPP = (0.002, 0.05), 32
@@ -51,8 +51,8 @@ class Seen:
 class PhotoInformation:
     """At the cameras of a scene, for the unknowns of a plan.
 
-    plan: unknowns whose start are the values to look at, and the photos. scene: native, with these
-    values and every camera that is looked from.
+    plan: unknowns whose starts are the values that count, and the photos. scene: native, with these
+    values and every camera that is asked for.
     """
 
     def __init__(self, plan: FitPlan, scene: Any) -> None:  # noqa: ANN401 - a native Scene
@@ -80,13 +80,13 @@ class PhotoInformation:
         self._token = native.core().ProgressToken()
 
     def cancel(self) -> None:
-        """From any thread: a look ends within a tile, raising the native Cancelled."""
+        """From any thread: a pass ends within a tile, raising the native Cancelled."""
         self._token.cancel()
 
     def at_photos(
         self, doubt: float = _DOUBT, most_spp: int = _MOST_SPP, weakest: float = _WEAKEST
     ) -> Iterator[Step]:
-        """A look at each photo's camera; where that leaves more doubt than is permitted, as a share
+        """A pass at each photo's camera; where that leaves more doubt than is permitted, as a share
         of the information, a second one, with at most `most_spp` samples in all; with so many where
         a direction has less than `weakest` (as fisher.weakest). A capture without a photo
         counts as if its photo were the render. Raises BadInput for derivatives that are not finite,
@@ -124,23 +124,23 @@ class PhotoInformation:
 
     def errors(self, settings: FitSettings) -> tuple[np.ndarray, np.ndarray]:
         """After `at_photos`: standard errors of such a fit, (n,), in the coordinates of steps, and
-        whether it will tell them as determined, (n,) bool."""
+        whether it will report them as determined, (n,) bool."""
         photos = [fisher.precision(one) for one in self.informations(settings)]
         found = fisher.errors(photos, self.ranges)
         return found, fisher.determined(found, self.ranges)
 
-    def _at_photo(self, capture: Capture, spp: int, look: int) -> Seen:
-        """Looks of other numbers have other random numbers."""
+    def _at_photo(self, capture: Capture, spp: int, number: int) -> Seen:
+        """Passes of other numbers have other random numbers."""
         counts = capture.weight[..., None]
         planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
         small = native.image().resize(np.ascontiguousarray(planes), *self._size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        return self._at(capture.camera, spp, look, picture if capture.photo else None, weight)
+        return self._at(capture.camera, spp, number, picture if capture.photo else None, weight)
 
-    def at_place(self, camera: str, spp: int, look: int) -> Seen:
+    def at_place(self, camera: str, spp: int, number: int) -> Seen:
         """From where there is no photo; all pixels count. Raises as `at_photos`."""
-        return self._at(camera, spp, look, None, np.ones(self._size[::-1], np.float32))
+        return self._at(camera, spp, number, None, np.ones(self._size[::-1], np.float32))
 
     def noise(self, settings: FitSettings) -> Noise:
         """After `at_photos`: of a fit with these settings; photos to come are compared at the size
@@ -170,12 +170,12 @@ class PhotoInformation:
         return float(np.clip(found, low**2, high**2))
 
     def _at(
-        self, camera: str, spp: int, look: int, picture: np.ndarray | None, weight: np.ndarray
+        self, camera: str, spp: int, number: int, picture: np.ndarray | None, weight: np.ndarray
     ) -> Seen:
         settings = self.plan.request.settings
         seen: dict[str, Any] = native.core().photo_jacobian(
             self._scene, self._asked, camera, *self._size, spp,
-            seed=_SEED + 8 * settings.seed + look, depth=settings.depth,
+            seed=_SEED + 8 * settings.seed + number, depth=settings.depth,
             threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,
         )  # fmt: skip
         halves = (seen["jacobian_a"], seen["jacobian_b"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Suggest Next Camera: looks from many places, and puts a camera where a photo would tell most."""
+"""Suggest Next Camera: puts a camera where another photo would add most information."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from ..write_back.cameras import add_camera
 from . import field_rows
 from .request import run_request
 from .state import NEXT
-from .ticking import CancelsLook, LooksInThread
+from .ticking import CancelsWork, WorksInThread
 
 
-class SELENITE_OT_suggest_camera(LooksInThread):
-    """Look from many places around the object, and add a camera where another photo would tell most
-    about the ticked parameters, at the fitted values or else the scene's. Esc cancels"""
+class SELENITE_OT_suggest_camera(WorksInThread):
+    """Evaluate many places around the object, and add a camera where another photo would determine
+    the ticked parameters best, at the fitted values or else the scene's. Esc cancels"""
 
     bl_idname = "selenite.suggest_camera"
     bl_label = "Suggest Next Camera"
     bl_options = {"REGISTER", "UNDO"}
 
-    looking = NEXT
+    background = NEXT
     failure = "No camera is suggested"
 
     def _work(self, context: bpy.types.Context) -> Suggestion:
@@ -54,12 +54,12 @@ class SELENITE_OT_suggest_camera(LooksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_suggestion(CancelsLook):
-    """Stop looking; nothing is changed"""
+class SELENITE_OT_cancel_suggestion(CancelsWork):
+    """Stop; nothing is changed"""
 
     bl_idname = "selenite.cancel_suggestion"
     bl_label = "Cancel"
-    looking = NEXT
+    background = NEXT
 
 
 def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str], Values]:

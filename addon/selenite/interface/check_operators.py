@@ -24,7 +24,7 @@ from .ticking import Ticking, redraw
 class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
     """Render the fitted values with Cycles, on a copy of the file, and compare with the photos"""
 
-    tick = 0.3  # the other process tells of itself no more often
+    tick = 0.3  # the other process reports no more often
     bl_idname = "selenite.check_in_cycles"
     bl_label = "Check in Cycles"
 
@@ -36,7 +36,7 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
         return idle and len(context.scene.selenite.results) > 0
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Starts the other process; a timer looks at it."""
+        """Starts the other process; a timer polls it."""
         if not self._start(context):
             return {"CANCELLED"}
         return self._add_timer(context)

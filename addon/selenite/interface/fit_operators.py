@@ -48,7 +48,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     _owners: dict[str, Owner]  # of the scene as it was read
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Starts the native thread; a timer looks at it."""
+        """Starts the native thread; a timer polls it."""
         if not self._start(context, self.resume):
             return {"CANCELLED"}
         return self._add_timer(context)
@@ -77,7 +77,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         try:
             RUN.progress = RUN.job.progress()
             if RUN.recorder is not None:
-                RUN.recorder.look(RUN.job)
+                RUN.recorder.update(RUN.job)
         except FitFailed:
             return self._finish(context)
         except OSError as error:
@@ -102,7 +102,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         return _begin(self, context.scene, made, self._owners, resume)
 
     def _made(self, context: bpy.types.Context, resume: str) -> FitJob | StagedJob | StageChoice:
-        """The fit, or the look that chooses its stages first."""
+        """The fit, or the work that chooses its stages first."""
         values = read_scene(context.scene, context.evaluated_depsgraph_get())
         remember_shapes(context.scene.name, values)
         if resume:
@@ -117,7 +117,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         return make_job(plan, run.parts, run.state)
 
     def _choosing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """While a look chooses the stages; the fit starts at its end."""
+        """While the stages are being chosen; the fit starts at the end of that."""
         if event.type == "ESC" and event.value == "PRESS":
             STAGES.job.cancel()
             return {"RUNNING_MODAL"}
@@ -132,14 +132,14 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _go_on(self, context: bpy.types.Context) -> bool:
         """Starts the fit with the stages that were chosen; False where there is none to start."""
-        look, STAGES.job = STAGES.job, None
+        choice, STAGES.job = STAGES.job, None
         scene: bpy.types.Scene | None = bpy.data.scenes.get(STAGES.scene_name)
         try:
-            if not look.join() or scene is None:
+            if not choice.join() or scene is None:
                 RUN.message = "Cancelled; nothing was changed"
                 redraw(context)
                 return False
-            job = make_job(look.work.plan)
+            job = make_job(choice.work.plan)
         except BadInput as error:
             report_problems(self, error)
             return False
@@ -164,8 +164,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             RUN.message = "Cancelled; nothing was changed"
             redraw(context)
             return {"CANCELLED"}
-        with _shown_progress(context) as tell:
-            RUN.result = finished(RUN.plan, result, tell)
+        with _shown_progress(context) as note_progress:
+            RUN.result = finished(RUN.plan, result, note_progress)
         RUN.message = f"Stopped because: {result['stopped_because']}"
         _keep_result(scene)
         try:
@@ -230,7 +230,7 @@ class SELENITE_OT_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running, or a look chooses its stages."""
+        """A fit is running, or its stages are being chosen."""
         return RUN.job is not None or STAGES.job is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
@@ -257,9 +257,9 @@ class SELENITE_OT_save_result(bpy.types.Operator):
         """The folder appears complete or not at all."""
         parent = Path(bpy.path.abspath(context.scene.selenite.output))
         try:
-            with _shown_progress(context) as tell:
+            with _shown_progress(context) as note_progress:
                 folder = RUN.folder = write_results(
-                    RUN.plan, RUN.result, parent, bpy.app.version_string, tell
+                    RUN.plan, RUN.result, parent, bpy.app.version_string, note_progress
                 )
         except OSError as error:
             self.report({"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
@@ -270,7 +270,7 @@ class SELENITE_OT_save_result(bpy.types.Operator):
 
 @contextmanager
 def _shown_progress(context: bpy.types.Context) -> Iterator[Callable[[str, float], None]]:
-    """What renders meanwhile tells how far it is, and the pointer shows it."""
+    """The pointer shows how far it is, by the function that this gives."""
     manager = context.window_manager
     manager.progress_begin(0, 100)
     try:

@@ -148,11 +148,11 @@ class SELENITE_PT_fit(bpy.types.Panel):
         settings, layout = context.scene.selenite, self.layout
         if state.STAGES.job is not None:
             layout.label(text="Choosing stages")
-            _looking(layout, state.STAGES, "selenite.cancel")
+            _background(layout, state.STAGES, "selenite.cancel")
             return
         if state.RUN.job is None:
             layout.prop(settings, "preset")
-            if not _looking(layout, state.ESTIMATE, "selenite.cancel_estimate"):
+            if not _background(layout, state.ESTIMATE, "selenite.cancel_estimate"):
                 layout.operator("selenite.estimate", icon="TIME")
             for line in state.EXPECTED.get(context.scene.name, ()):
                 _text(layout, line)
@@ -273,27 +273,27 @@ class SELENITE_PT_cycles(bpy.types.Panel):
 
 def _next_camera(layout: bpy.types.UILayout) -> None:
     """The button, how far it has come, and what was found."""
-    if not _looking(layout, state.NEXT, "selenite.cancel_suggestion"):
+    if not _background(layout, state.NEXT, "selenite.cancel_suggestion"):
         layout.operator("selenite.suggest_camera", icon="OUTLINER_OB_CAMERA")
     for line in state.NEXT.lines:
         _text(layout, line)
 
 
-def _looking(layout: bpy.types.UILayout, look: state.Looking, cancel: str) -> bool:
+def _background(layout: bpy.types.UILayout, work: state.Background, cancel: str) -> bool:
     """Whether it runs: then how far it has come, and the button that ends it."""
-    if look.job is None:
+    if work.job is None:
         return False
     _bar(
         layout,
-        look.step.fraction if look.step else 0.0,
-        look.step.text if look.step else "Starting",
+        work.step.fraction if work.step else 0.0,
+        work.step.text if work.step else "Starting",
     )
     layout.operator(cancel, icon="X")
     return True
 
 
 def _staging(layout: bpy.types.UILayout) -> None:
-    """What a look chose for the run, and why."""
+    """The stages that were chosen for the run, and why."""
     if state.RUN.plan is not None and state.RUN.plan.request.staging:
         _text(layout, f"Stages: {state.RUN.plan.request.staging}")
 

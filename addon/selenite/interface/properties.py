@@ -51,9 +51,9 @@ OPTIMISER_ITEMS = (
     ("adam", "Adam", "Gradient steps at each parameter's rate; wants more iterations", 2),
 )
 SEARCH_ITEMS = (
-    ("auto", "Where Useful", "Look for a better start where few parameters are fitted", 0),
-    ("on", "Always", "Look for a better start", 1),
-    ("off", "Never", "Step from the start as it is", 2),
+    ("auto", "Where Useful", "Evaluate many starting points where few parameters are fitted", 0),
+    ("on", "Always", "Evaluate many starting points", 1),
+    ("off", "Never", "Step from the given start", 2),
 )
 # Beside the first and the own list, the names are those of fit_run.staging.request.
 STAGE_ITEMS = (
@@ -69,7 +69,7 @@ STAGE_ITEMS = (
     (
         "auto",
         "Automatic",
-        "First what the photos determine where the search ends, then everything; measured to be "
+        "First what the photos determine where multi-start ends, then everything; measured to be "
         "no better than All at Once for the same time",
         4,
     ),
@@ -230,8 +230,8 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
     iterations: IntProperty(
         name="Iterations",
-        description="At most. The values of few parameters may settle before; they are then looked "
-        "at again with as many samples as all these iterations have",
+        description="Maximum number; a fit of few parameters stops earlier when it has converged. "
+        "Refinement passes follow, with as many samples as all these iterations have",
         default=_DEFAULTS.iterations,
         min=1,
         soft_max=1000,
@@ -264,11 +264,11 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     seed: IntProperty(name="Seed", default=0, min=0)
     threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")
     search: EnumProperty(
-        name="Look Around",
+        name="Multi-Start",
         items=SEARCH_ITEMS,
         default="auto",
-        description="Try other starts inside the bounds before the first step. "
-        "Yours stays unless another is better by more than noise",
+        description="Evaluate 65 starting points within the bounds before the first step. "
+        "Yours is kept unless another one is better by more than noise",
     )
     physical_refraction: BoolProperty(
         name="Physical Refraction",

@@ -46,7 +46,7 @@ def own_stages(scene: bpy.types.Scene, problems: list[Problem]) -> tuple[StageRe
 def named_stages(
     scene: bpy.types.Scene, names: Sequence[str], problems: list[Problem]
 ) -> tuple[StageRequest, ...]:
-    """The stages of a preset for the unknowns `names`; none where a look has to choose them."""
+    """The stages of a preset for the unknowns `names`; none where the photos choose them."""
     settings = scene.selenite
     if settings.stage_mode in ("none", "own", AUTO) or not names:
         return ()

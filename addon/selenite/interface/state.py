@@ -17,7 +17,7 @@ from ..fit_run.job import FitJob, Progress
 from ..fit_run.plan import FitPlan
 from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
-from ..information.job import Step as LookStep
+from ..information.job import Step as BackgroundStep
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 
@@ -70,7 +70,7 @@ class Run:
 class Check:
     """At most one check in Cycles at a time. `lines` and `sheet` stay after its end.
 
-    contents: scene name -> what was found in it when an operator last looked.
+    contents: scene name -> what was found in it when an operator last read it.
     """
 
     job: CheckJob | None = None
@@ -115,12 +115,12 @@ class Measurement:
 
 
 @dataclass
-class Looking:
-    """At most one look of a kind at a time. `lines` stay after its end."""
+class Background:
+    """At most one job of a kind at a time. `lines` stay after its end."""
 
     job: BackgroundJob[Any] | None = None
     scene_name: str = ""
-    step: LookStep | None = None
+    step: BackgroundStep | None = None
     lines: list[str] = field(default_factory=list)
 
     def start(self, job: BackgroundJob[Any], scene_name: str) -> None:
@@ -139,23 +139,23 @@ class Looking:
 RUN = Run()
 CHECK = Check()
 TRADE = Measurement()
-NEXT = Looking()
-ESTIMATE = Looking()
-STAGES = Looking()
+NEXT = Background()
+ESTIMATE = Background()
+STAGES = Background()
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
-#: Scene name -> what is wrong with bodies that have to be closed, when an operator last looked.
+#: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
 SHAPES: dict[str, list[str]] = {}
 
 
 def is_idle() -> bool:
-    """Neither a fit nor a check nor a measurement nor a look runs."""
+    """Nothing runs: no fit, no check, no measurement, no other job."""
     jobs = (RUN.job, CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job)
     return all(item is None for item in jobs)
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:
-    """What the panel says about bodies until an operator looks again."""
+    """What the panel says about bodies until an operator reads them again."""
     SHAPES[scene_name] = [body.fault for body in values.bodies if body.fault]
 
 

@@ -14,7 +14,7 @@ from ..information.job import BackgroundJob, Work
 from ..native import NativeUnavailable
 from ..problems import BadInput
 from .problem_reports import report_problems
-from .state import Looking, is_idle
+from .state import Background, is_idle
 
 T = TypeVar("T")
 
@@ -31,7 +31,7 @@ def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
 
 
 class Ticking:
-    """Base of a modal operator that looks at something at each tick of a timer; one at a time."""
+    """Base of a modal operator that polls something at each tick of a timer; one at a time."""
 
     tick = 0.2  # seconds
     _timer: bpy.types.Timer | None = None
@@ -55,15 +55,15 @@ class Ticking:
             self._timer = None
 
 
-class LooksInThread(Ticking, bpy.types.Operator):
-    """Base of an operator that waits for a look in a thread. Esc cancels it."""
+class WorksInThread(Ticking, bpy.types.Operator):
+    """Base of an operator that waits for work in a thread. Esc cancels it."""
 
-    looking: Looking
-    #: How the report begins when the look failed.
+    background: Background
+    #: How the report begins when the work failed.
     failure: str
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Starts the thread; a timer looks at it."""
+        """Starts the thread; a timer polls it."""
         if not self._start(context):
             return {"CANCELLED"}
         return self._add_timer(context)
@@ -74,41 +74,41 @@ class LooksInThread(Ticking, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but Esc passes through, so that Blender stays usable."""
-        if self.looking.job is None:  # cancelled from elsewhere
+        if self.background.job is None:  # cancelled from elsewhere
             self._remove_timer(context)
             redraw(context)
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
-            self.looking.job.cancel()
+            self.background.job.cancel()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        running, self.looking.step = self.looking.job.progress()
+        running, self.background.step = self.background.job.progress()
         redraw(context)
         return {"PASS_THROUGH"} if running else self._finish(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender quits or loads another file: the thread must end first."""
-        self.looking.stop()
+        self.background.stop()
         self._remove_timer(context)
 
     @abstractmethod
     def _work(self, context: bpy.types.Context) -> Work:
-        """What looks. Raises BadInput and NativeUnavailable."""
+        """What the thread does. Raises BadInput and NativeUnavailable."""
 
     @abstractmethod
     def _end(self, work: Any) -> set[str]:
-        """Tells what `work` found, None where it was cancelled. Returns what operators return."""
+        """Reports what `work` found, None where it was cancelled. Returns what operators return."""
 
     def _start(self, context: bpy.types.Context) -> bool:
         work = built(self, lambda: self._work(context))
         if work is not None:
-            self.looking.start(BackgroundJob(work), context.scene.name)
+            self.background.start(BackgroundJob(work), context.scene.name)
         return work is not None
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
-        job, self.looking.job = self.looking.job, None
+        job, self.background.job = self.background.job, None
         try:
             return self._end(job.work if job.join() else None)
         except BadInput as error:
@@ -120,20 +120,20 @@ class LooksInThread(Ticking, bpy.types.Operator):
         return {"CANCELLED"}
 
 
-class CancelsLook(bpy.types.Operator):
-    """Base of an operator that ends a look."""
+class CancelsWork(bpy.types.Operator):
+    """Base of an operator that ends such work."""
 
-    looking: Looking
+    background: Background
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """It is looking."""
-        return cls.looking.job is not None
+        """It is running."""
+        return cls.background.job is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         """The thread ends within a tile; the operator that waits for it sees that."""
-        if self.looking.job is not None:
-            self.looking.job.cancel()
+        if self.background.job is not None:
+            self.background.job.cancel()
         return {"FINISHED"}
 
 

@@ -18,17 +18,18 @@ from ..trade.measure import Trade
 from ..trade.start import estimate_of, trade_of
 from .request import run_request
 from .state import ESTIMATE, EXPECTED, TRADE
-from .ticking import CancelsLook, LooksInThread, Ticking, built, redraw
+from .ticking import CancelsWork, Ticking, WorksInThread, built, redraw
 
 
-class SELENITE_OT_estimate(LooksInThread):
-    """Time two iterations and look at the photos once: how long each preset will take, and how far
-    off the ticked parameters will be. Holds near the values that the fit starts from: where they
-    are far from the right ones, apply the fit and estimate again. Esc cancels"""
+class SELENITE_OT_estimate(WorksInThread):
+    """Time two iterations and compute the Fisher information of the photos: how long each preset
+    will take, and how far off the ticked parameters will be. Valid near the values that the fit
+    starts from: where they are far from the right ones, apply the fit and estimate again. Esc
+    cancels"""
 
     bl_idname = "selenite.estimate"
     bl_label = "Estimate Time and Error"
-    looking = ESTIMATE
+    background = ESTIMATE
     failure = "Nothing is estimated"
 
     def _work(self, context: bpy.types.Context) -> Estimate:
@@ -44,12 +45,12 @@ class SELENITE_OT_estimate(LooksInThread):
         return {"FINISHED"}
 
 
-class SELENITE_OT_cancel_estimate(CancelsLook):
-    """Stop looking; nothing is told"""
+class SELENITE_OT_cancel_estimate(CancelsWork):
+    """Stop; nothing is estimated"""
 
     bl_idname = "selenite.cancel_estimate"
     bl_label = "Cancel"
-    looking = ESTIMATE
+    background = ESTIMATE
 
 
 class SELENITE_OT_trade(Ticking, bpy.types.Operator):

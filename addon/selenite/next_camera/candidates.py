@@ -16,7 +16,7 @@ from ..scene_read.values import CameraValues, SceneValues
 
 #: Elevation in degrees and number of places: about as far from each other on every ring.
 _RINGS = ((12, 10), (38, 8), (62, 5), (85, 1), (-20, 8), (-50, 6))
-#: Of the points of the object that are looked for, so many have to be seen.
+#: Of the points of the object that are tested, so many have to be visible.
 _SEEN = 5
 #: A camera keeps this distance from the centre at least, in radii of what it looks at.
 _LEAST_RADII = 1.3
@@ -185,7 +185,7 @@ def _degrees(turn: float) -> float:
 
 
 def _blocked(values: SceneValues, scene: Any, position: np.ndarray, body: Body) -> str:  # noqa: ANN401
-    """The object in the way, "" for none. Looked for are the centre and a point near the end of
+    """The object in the way, "" for none. Tested are the centre and a point near the end of
     each side of the box; what the body hides of itself does not count."""
     half = 0.4 * (body.high - body.low)
     points = body.centre + np.vstack([np.zeros(3), np.diag(half), -np.diag(half)])

@@ -52,14 +52,15 @@ def changes(found: Suggestion, row: Row) -> list[str]:
 
 
 def advice(found: Suggestion) -> list[str]:
-    """The answer in sentences: where, what for, and what no place tells. `rows` must be there."""
+    """The answer in sentences: where, what for, and what no place determines. `rows` must be
+    there."""
     best, first = found.rows[0], found.plan.captures[0].camera
     place = where(best.candidate, first)
     if best.gain < _LEAST_GAIN:
         lines = [
-            f"No place tells much more than the photos do: the best, {place}, shrinks the errors "
+            f"No place adds much to the photos: the best, {place}, shrinks the errors "
             f"by {100 * (1 - math.exp(-best.gain)):.0f} %; another light may, or a fixed value "
-            "for a parameter that others make up for"
+            "for a parameter that others compensate for"
         ]
     else:
         lines = [
@@ -68,7 +69,7 @@ def advice(found: Suggestion) -> list[str]:
     if found.well_known:
         lines.append("All values are known within a hundredth of their range already")
     if best.gain <= found.repeated:
-        lines.append(f"Another photo from '{first}' itself would tell as much")
+        lines.append(f"Another photo from '{first}' itself would add as much")
     left = [
         item.name
         for item, group in zip(found.plan.unknowns, found.groups, strict=True)
@@ -77,7 +78,7 @@ def advice(found: Suggestion) -> list[str]:
     if left:
         lines.append(
             f"Not determined even then: {', '.join(left)}; another light, or a fixed value for "
-            "what makes up for it"
+            "what compensates for it"
         )
     return lines
 

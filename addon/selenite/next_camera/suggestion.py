@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Looks from every place a photo could be taken from, and ranks them."""
+"""Ranks the places that a photo could be taken from, by the information it would add."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from .candidates import Body, Candidate, body_of, candidates
 
-#: Bounds of the samples of all looks but the first at a photo's camera.
+#: Bounds of the samples of all passes but the first at a photo's camera.
 _LEAST_SPP, _MOST_SPP = 16, 256
-#: Permitted error of what a place adds, as a share of what the photos say: in the first look from
+#: Permitted error of what a place adds, as a share of what the photos say: in the first pass over
 #: every place, and in the second from the best of them.
 _FIRST_DOUBT, _SECOND_DOUBT = 0.25, 0.1
-#: Standard deviations of noise that information has to exceed; a false alarm of the first look
+#: Standard deviations of noise that information has to exceed; a false alarm of the first pass
 #: costs a second one and no more.
 _FIRST_RESOLVED, _SECOND_RESOLVED = 2.0, 3.0
-#: The best share of the places is looked at again.
+#: The best share of the places has a second pass.
 _AGAIN, _LEAST_AGAIN = 0.15, 4
 #: An error so much smaller than the range needs no further photo.
 _WELL = 0.01
@@ -50,7 +50,7 @@ class Row:
 class Suggestion:
     """Driven from outside: `for step in suggestion.steps(): ...`; then `rows`, the best first.
 
-    plan: unknowns whose start are the values to look at, and the photos. scene: native, with these
+    plan: unknowns whose starts are the values that count, and the photos. scene: native, with these
     values and the candidates' cameras.
     """
 
@@ -79,9 +79,9 @@ class Suggestion:
         self._photos.cancel()
 
     def steps(self) -> Iterator[Step]:
-        """A look at each photo's camera, one from each place, and a second one with fresh seeds and
-        more samples from the best: what is told of these comes from the second look alone, so that
-        no luck of the first is in it."""
+        """A pass at each photo's camera, one at each place, and a second one with fresh seeds and
+        more samples at the best: what is reported of these comes from the second pass alone, so
+        that no selection bias of the first is in it."""
         begin = time.monotonic()
         places = self.places
         for step in self._photos.at_photos(_SECOND_DOUBT, _MOST_SPP):
@@ -99,8 +99,8 @@ class Suggestion:
         twice = fisher.errors([*base, base[0]], self._ranges)
         self.repeated = fisher.gain(before, twice, self.groups)
 
-        def row(place: Candidate, spp: int, look: int, resolved: float) -> Row:
-            seen = self._photos.at_place(place.camera.name, spp, look).information(noise)
+        def row(place: Candidate, spp: int, number: int, resolved: float) -> Row:
+            seen = self._photos.at_place(place.camera.name, spp, number).information(noise)
             added = fisher.precision(seen, resolved)
             after = fisher.errors([*base, added], self._ranges)
             gained = fisher.gain(before, after, self.groups)
@@ -117,7 +117,7 @@ class Suggestion:
         first.sort(key=lambda item: -item.gain)
         second = []
         for index, item in enumerate(first[:again]):
-            yield Step(0.1 + 0.9 * done / work, f"second look {index + 1} of {again}")
+            yield Step(0.1 + 0.9 * done / work, f"second pass {index + 1} of {again}")
             second.append(row(item.candidate, second_spp, 4, _SECOND_RESOLVED))
             done += second_spp
         second.sort(key=lambda item: -item.gain)
@@ -138,7 +138,7 @@ def suggestion_of(
     problems = [
         Problem(
             f"Parameter '{item.name}'",
-            "a grid or image has too many values to tell what a photo adds",
+            "a grid or image has too many values to compute what a photo adds",
             "leave it out, and name the others with --fit or the ticks of the panel",
         )
         for item in plan.fields

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each preset will take and leave of error, without a fit: one short fit and a look."""
+"""Expected seconds and errors of each preset: from a short fit and the Fisher information."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TIMING = 0.4
 class Expected:
     """Of a fit with one preset. errors: of each unknown, in their order, the root mean square over
     its components in the units of `selenite trade`; None where the photos do not determine it.
-    Empty where no errors are told."""
+    Empty where no errors are known."""
 
     seconds: float
     unknowns: Sequence[Unknown] = ()
@@ -84,7 +84,7 @@ def seconds_text(seconds: float) -> str:
 class Estimate:
     """Driven from outside: `for step in estimate.steps(): ...`; then `presets`.
 
-    Errors are those that the fit's own report would tell at the plan's start values.
+    Errors are those that the fit's own report would give at the plan's start values.
     """
 
     def __init__(self, plan_of: Callable[[FitSettings], FitPlan], settings: FitSettings) -> None:
@@ -95,7 +95,7 @@ class Estimate:
         self.presets: dict[str, Expected] = {}
         #: Why there are no errors, or what to know about them; "" for nothing.
         why_not = cost.too_many(self._plan)
-        self.remark = f"No errors are told: {why_not}" if why_not else ""
+        self.remark = f"Errors are not estimated: {why_not}" if why_not else ""
         self._photos = None if self.remark else PhotoInformation(self._plan, self._plan.scene)
         self._job: FitJob | None = None
         self._cancelled = False
@@ -126,7 +126,7 @@ class Estimate:
                 self.remark = (
                     "The photos differ from the render at these values by "
                     f"{100 * RELATIVE[1]:.0f} % of their brightness or more. Errors hold near the "
-                    "right values: look again after the fit"
+                    "right values: estimate again after the fit"
                 )
         for name, preset in choices.preset_settings(self._settings).items():
             errors = () if self._photos is None else errors_of(self._photos, preset)

@@ -280,12 +280,12 @@ def _copied_node(
 
 
 def _add_node(
-    tree: bpy.types.NodeTree, beside: bpy.types.Node, offset: tuple[float, float]
+    tree: bpy.types.NodeTree, neighbour: bpy.types.Node, offset: tuple[float, float]
 ) -> bpy.types.ShaderNodeTexImage:
     node = cast(bpy.types.ShaderNodeTexImage, tree.nodes.new("ShaderNodeTexImage"))
     node.select = False
-    node.parent = beside.parent  # before the location, which is relative to it
-    node.location = beside.location[0] + offset[0], beside.location[1] + offset[1]
+    node.parent = neighbour.parent  # before the location, which is relative to it
+    node.location = neighbour.location[0] + offset[0], neighbour.location[1] + offset[1]
     return node
 
 

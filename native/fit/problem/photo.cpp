@@ -28,8 +28,8 @@ std::string problem_of(Photo& photo) {
     return who + "it holds " + std::to_string(photo.reference.size()) + " pixels, not " + size;
   if (photo.weight.empty()) photo.weight.assign(count, 1.f);
   if (photo.weight.size() != count)
-    return who + "its mask holds " + std::to_string(photo.weight.size()) + " pixels, not " +
-           size + "; make them the same size";
+    return who + "its mask holds " + std::to_string(photo.weight.size()) + " pixels, not " + size +
+           "; make them the same size";
   std::size_t not_finite = 0;
   double total = 0;
   for (std::size_t i = 0; i < count; ++i) {

@@ -66,7 +66,7 @@ class FieldUnknown(ABC):
         """The native scene, which has the field, with other values in it."""
 
     @abstractmethod
-    def held(self, colour: Values) -> np.ndarray:
+    def stored(self, colour: Values) -> np.ndarray:
         """A linear colour (1 or 3 numbers) in the numbers of the field."""
 
     def mean(self, values: np.ndarray) -> Values:
@@ -76,7 +76,7 @@ class FieldUnknown(ABC):
     def filled(self, colour: Values) -> np.ndarray:
         """One colour at all places, inside the bounds."""
         shape = self.values.shape
-        numbers = self.held(colour if shape[-1] == len(colour) else (float(np.mean(colour)),))
+        numbers = self.stored(colour if shape[-1] == len(colour) else (float(np.mean(colour)),))
         bounded = np.clip(numbers, np.float32(self.minimum), np.float32(self.maximum))
         return np.broadcast_to(bounded, shape).astype(np.float32)
 

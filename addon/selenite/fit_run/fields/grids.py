@@ -53,7 +53,7 @@ class GridUnknown(FieldUnknown):
         """The native scene, which has the grid, with other values in it."""
         return scene.with_grid(self.owner, self.kind.use, values)
 
-    def held(self, colour: Values) -> np.ndarray:
+    def stored(self, colour: Values) -> np.ndarray:
         """As it is: grids are linear."""
         return np.asarray(colour, np.float32)
 
@@ -113,7 +113,7 @@ def grid_unknown(
     owner = material_of(scene, request, title)
     fitted = {item.parameter.name for item in others if item.owner == owner.name}
     if request.unseen:
-        cause, cure = "what photos see of a grid is not told apart", "leave --unseen out"
+        cause, cure = "what photos see of a grid is not known", "leave --unseen out"
         raise BadInput(Problem(title, cause, cure))
     if not any(owner.values.get("extinction", ())) and "extinction" not in fitted:
         cause = "the material has no medium"

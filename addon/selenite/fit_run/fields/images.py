@@ -69,9 +69,9 @@ class ImageUnknown(FieldUnknown):
         """The native scene, which has the image, with other texels in it."""
         return scene.with_image(self.owner, values)
 
-    def held(self, colour: Values) -> np.ndarray:
+    def stored(self, colour: Values) -> np.ndarray:
         """In sRGB where the image is."""
-        return _held(colour, self.texture.encoded)
+        return _stored(colour, self.texture.encoded)
 
     def mean(self, values: np.ndarray) -> Values:
         """Of the linear colours."""
@@ -98,8 +98,8 @@ class ImageUnknown(FieldUnknown):
     def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, Any]:
         """Texels across and down, the share of them that the photos see, and the files."""
         files = self.files if coverage is not None else self.files[:1]
-        told = {} if coverage is None else {"seen": float(seen(coverage).mean())}
-        return {"texels": [int(n) for n in values.shape[1::-1]], **told, "files": files}
+        of_coverage = {} if coverage is None else {"seen": float(seen(coverage).mean())}
+        return {"texels": [int(n) for n in values.shape[1::-1]], **of_coverage, "files": files}
 
 
 def image_unknown(
@@ -256,7 +256,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
     colour = fill or constant
     assert colour is not None  # noqa: S101 - see above
     pixels = np.empty(shape, np.float32)
-    pixels[:] = _held(colour, texture.encoded)
+    pixels[:] = _stored(colour, texture.encoded)
     name = texture.name or f"{owner.name} base_color"
     return replace(start, texture=replace(texture, name=name, pixels=pixels))
 
@@ -282,10 +282,10 @@ def _from_file(path: str, like: TextureValues, title: str) -> TextureValues:
         cause = f"image '{path}' cannot be read ({error})"
         raise BadInput(Problem(title, cause, "give a PNG, JPEG, TIFF, HDR or EXR file")) from error
     encoded = not about["float"]
-    held = native.image().srgb_encode(pixels) if encoded else pixels
-    return replace(like, name=Path(path).name, pixels=held, encoded=encoded)
+    stored = native.image().srgb_encode(pixels) if encoded else pixels
+    return replace(like, name=Path(path).name, pixels=stored, encoded=encoded)
 
 
-def _held(colour: Values, encoded: bool) -> np.ndarray:
+def _stored(colour: Values, encoded: bool) -> np.ndarray:
     numbers = np.asarray(colour, np.float32)
     return native.image().srgb_encode(numbers) if encoded else numbers

@@ -167,7 +167,7 @@ class StagedJob:
 
     def result(self) -> dict[str, Any]:
         """After the end: as the native result, the best of the newest stage and what the stages
-        before it found; the key `stages` tells of each. Raises FitFailed."""
+        before it found; the key `stages` describes each. Raises FitFailed."""
         self.progress()
         return self.so_far() | {"notes": self._job.notes()}
 

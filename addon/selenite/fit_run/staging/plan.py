@@ -86,7 +86,9 @@ def settings_of(
     return found
 
 
-def beside_fields(unknowns: Sequence[Unknown], stages: Sequence[StageRequest]) -> list[Unknown]:
+def fitted_with_fields(
+    unknowns: Sequence[Unknown], stages: Sequence[StageRequest]
+) -> list[Unknown]:
     """The unknowns without the colours whose stages all come before those of their field."""
     return [item for item in unknowns if not _comes_before_field(item, stages)]
 

@@ -19,7 +19,7 @@ PRESETS = {
     "ior-last": "everything but indices of refraction first, then everything",
     "colours-first": "colours first, then everything",
 }
-#: Stages that a look chooses: `information.conditioning`.
+#: Stages by what the photos determine: `information.conditioning`.
 AUTO = "auto"
 _KEYS = ("name", "parameters", "iterations", "spp", "height")
 #: A preset's stages before the last take this share of the iterations.

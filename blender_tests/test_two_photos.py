@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Two photos of one camera: by the command line, in the panel, in result files and in Cycles."""
+
+import json
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+from command_line import command
+from drawn_panels import FakeLayout
+
+from selenite import native
+from selenite.interface import panels
+from selenite.scene_read.photos import captures_of, ids_of, pair_by_name
+from selenite.scene_read.values import CaptureRequest
+
+pytestmark = pytest.mark.blender
+
+IDS = ("Camera", "Camera#2")
+PICTURES = ("initial", "optimised", "reference", "error")
+
+
+@pytest.fixture
+def photos(tmp_path):
+    """A dark and a bright one, which no value explains both."""
+    made.studio(base_color=(0.5, 0.5, 0.5), roughness=0.5)
+    levels = zip(("Camera.png", "Camera#2.png"), (0.2, 0.7), strict=True)
+    return [made.photo(tmp_path / name, value=level) for name, level in levels]
+
+
+def written(folder):
+    return {item.name for item in folder.iterdir()}
+
+
+def test_a_fit_by_the_command_line_compares_with_both(photos, tmp_path, capsys):
+    scene = made.save(tmp_path / "scene.blend")
+    mask = np.ones((24, 32, 3), np.float32)
+    mask[:, :16] = 0
+    native.image().write_png(str(tmp_path / "mask.png"), mask)
+    words = [
+        "fit", scene, "--fit=World:strength", "--iterations=2", "--height=24", "--search=off",
+        "--picture-spp=4", "--seed=3", f"--out={tmp_path / 'fits'}", "--check-in-cycles",
+        *(f"--photo=Camera={path}" for path in photos), f"--mask=Camera#2={tmp_path / 'mask.png'}",
+    ]  # fmt: skip
+    status, report, printed = command(capsys, *words)
+    assert status == 0, printed
+    (folder,) = (tmp_path / "fits").iterdir()
+    pictures = {
+        f"{name}_{kind}.{end}" for name in IDS for kind in PICTURES for end in ("png", "exr")
+    }
+    assert pictures <= written(folder)
+    assert list(report["cycles"]["photos"]) == list(IDS)
+    assert {f"{name}_cycles.png" for name in IDS} <= written(folder)
+    log = (folder / "log.txt").read_text()
+    assert f"Photo Camera: {photos[0]}" in log and f"Photo Camera#2: {photos[1]}" in log
+    asked = json.loads((folder / "run.json").read_text())["captures"]
+    assert [item["id"] for item in asked] == list(IDS)
+    assert [bool(item["mask"]) for item in asked] == [False, True]
+    error = native.image().read(str(folder / "Camera#2_error.exr"))[0]
+    assert not error[:, :16].any() and error[:, 16:].any(), "only the second one is masked"
+    assert native.image().read(str(folder / "Camera_error.exr"))[0][:, :16].any()
+    # the run again, by its file
+    again = ["fit", str(folder / "run.json"), f"--out={tmp_path / 'again'}"]
+    status, second, printed = command(capsys, *again)
+    assert status == 0, printed
+    assert second["parameters"] == report["parameters"]
+
+
+@pytest.mark.usefixtures("addon")
+def test_a_fit_in_the_panel_compares_with_both(photos, tmp_path):
+    settings = bpy.context.scene.selenite
+    files = [{"name": path.name} for path in photos]
+    bpy.ops.selenite.load_photos(directory=str(tmp_path), files=files)
+    assert [row.camera.name for row in settings.captures] == ["Camera", "Camera"]
+    shown = []
+    for index, row in enumerate(settings.captures):
+        layout = FakeLayout()
+        panels.SELENITE_UL_captures.draw_item(
+            None, bpy.context, layout, settings, row, 0, settings, "active_capture", index
+        )
+        shown.append(layout.drawn[1])
+    assert shown == list(IDS)
+    bpy.ops.selenite.refresh_rows()
+    for row in settings.rows:
+        row.enabled = (row.owner, row.parameter) == ("World", "strength")
+    settings.iterations, settings.height, settings.search = 2, 24, "off"
+    settings.picture_spp, settings.output = 4, str(tmp_path / "out")
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    assert bpy.ops.selenite.save_result() == {"FINISHED"}
+    (folder,) = (tmp_path / "out").iterdir()
+    assert {f"{name}_{kind}.png" for name in IDS for kind in PICTURES} <= written(folder)
+
+
+@pytest.mark.usefixtures("addon")
+def test_a_row_that_is_off_has_no_id(photos):
+    made.camera("Camera#2")  # so that the second photo is not called so
+    settings = bpy.context.scene.selenite
+    for path in photos:
+        row = settings.captures.add()
+        row.camera, row.photo = bpy.data.objects["Camera"], bpy.data.images.load(str(path))
+    assert ids_of(bpy.context.scene) == ["Camera", "Camera#3"]
+    settings.captures[0].enabled = False
+    assert ids_of(bpy.context.scene) == ["", "Camera"]
+    assert [item.camera for item in captures_of(bpy.context.scene)] == ["Camera"]
+
+
+def test_files_pair_with_cameras_by_the_ids_of_their_photos():
+    files = ["front.png", "Front#2.png", "Side#x.png", "Side#2.png", "Front#2.exr"]
+    pairs, rest = pair_by_name(["Front", "Side#2"], files)
+    assert pairs == [
+        CaptureRequest("Front", "front.png", id="Front"),
+        CaptureRequest("Front", "Front#2.png", id="Front#2"),
+        CaptureRequest("Side#2", "Side#2.png", id="Side#2"),
+    ]
+    assert rest == ["Side#x.png", "Front#2.exr"]

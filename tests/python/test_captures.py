@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ids of photos, and of what no file can be given twice."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "addon"))
+
+from selenite.atomic_files import safe_name  # noqa: E402
+from selenite.commands import arguments  # noqa: E402
+from selenite.problems import Problem  # noqa: E402
+from selenite.scene_read.values import CaptureRequest, with_ids  # noqa: E402
+
+
+def ids(*captures: tuple[str, str], cameras: tuple[str, ...] = ()) -> list[str]:
+    """captures: (camera, id or "")."""
+    asked = [CaptureRequest(camera, "photo.png", id=name) for camera, name in captures]
+    return [item.id for item in with_ids(asked, cameras)]
+
+
+def test_an_id_is_the_name_of_the_camera_unless_it_repeats() -> None:
+    assert ids(("Front", ""), ("Side", "")) == ["Front", "Side"]
+    assert ids(("Front", ""), ("Side", ""), ("Front", ""), ("Front", "")) == [
+        "Front", "Side", "Front#2", "Front#3",
+    ]  # fmt: skip
+
+
+def test_no_id_is_the_name_of_another_camera() -> None:
+    assert ids(("Front", ""), ("Front", ""), ("Front#2", "")) == ["Front", "Front#3", "Front#2"]
+    assert ids(("Front", ""), ("Front", ""), cameras=("Front", "Front#2")) == ["Front", "Front#3"]
+
+
+def test_given_ids_stay_and_are_not_given_again() -> None:
+    assert ids(("Front", "morning"), ("Front", "")) == ["morning", "Front"]
+    assert ids(("Front", ""), ("Front", "Front#2"), ("Front", "")) == [
+        "Front", "Front#2", "Front#3",
+    ]  # fmt: skip
+    twice = with_ids([CaptureRequest("Front", "a.png"), CaptureRequest("Front", "b.png")])
+    assert with_ids(twice) == twice
+
+
+def test_a_photo_without_a_camera_has_no_id() -> None:
+    assert ids(("", ""), ("Front", "")) == ["", "Front"]
+
+
+def test_ids_are_names_of_files() -> None:
+    assert safe_name("Front#2") == "Front#2"
+    assert safe_name("a/b c#2") == "a_b_c#2"
+
+
+def test_a_camera_may_be_given_several_photos() -> None:
+    problems: list[Problem] = []
+    found = arguments.files(["Front=/a.png", "Front=/b.png", "Front"], problems)
+    assert found == [("Front", "/a.png"), ("Front", "/b.png")]
+    assert [item.object for item in problems] == ["Argument 'Front'"]
