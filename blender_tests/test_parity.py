@@ -44,7 +44,8 @@ def test_another_roughness_is_noticed(tmp_path):
 
 
 def test_physical_refraction_leaves_out_what_only_cycles_adds():
-    """Rough glass lit by a sun alone: all of its extra refraction counts (facts "cycles", 1.11)."""
+    """Rough glass lit by a sun alone: all of its extra refraction counts
+    (docs/method/rendering.md)."""
     parity.make(parity.Case("", "sun", {"transmission": 1.0, "roughness": 0.7}), SIZE)
     bpy.context.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
     mask = parity.mask_of()

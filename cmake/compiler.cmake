@@ -41,9 +41,21 @@ function(selenite_compile_rules target)
   endif()
 endfunction()
 
-# The kernel that traces eight paths in lockstep, for AVX2 and FMA: files named *_avx2.cpp. It is chosen when a render
-# starts, on processors that have both. Functions of headers that it shares with the rest are compiled in it as well,
-# for AVX2, under the same names; the linker would keep one copy for all, and on an older processor that may be the
+# Sources made of a template, NAME.cpp.in: NAME_SLOTS.cpp in the build tree, for each number of local derivative slots.
+function(selenite_kernels result template)
+  cmake_path(GET template STEM name)
+  set(made)
+  foreach(slots IN LISTS ARGN)
+    set(source "${PROJECT_BINARY_DIR}/kernels/${name}_${slots}.cpp")
+    configure_file("${template}" "${source}" @ONLY)
+    list(APPEND made "${source}")
+  endforeach()
+  set(${result} ${made} PARENT_SCOPE)
+endfunction()
+
+# The kernel that traces eight paths in lockstep, for AVX2 and FMA. It is chosen when a render starts, on
+# processors that have both. Functions of headers that it shares with the rest are compiled in it as well, for AVX2, under
+# the same names; the linker would keep one copy for all, and on an older processor that may be the
 # wrong one. So its objects are joined to one of which nothing but the entry points is seen from outside.
 # Elsewhere than with GNU's tools on x86-64 there are no lanes, and every path is traced alone.
 function(selenite_add_lanes target)
@@ -54,7 +66,6 @@ function(selenite_add_lanes target)
   set(lanes ${target}_lanes)
   add_library(${lanes} OBJECT ${ARGN})
   selenite_compile_rules(${lanes})
-  selenite_inline_kernels(${ARGN})
   target_compile_options(${lanes} PRIVATE -mavx2 -mfma -mbmi2 -Wno-psabi)
   # GCC 12 and later: eight numbers are moved as such. Measured: without it a bsdf takes twice the time.
   foreach(option IN ITEMS -mmove-max=256 -mstore-max=256)
@@ -76,6 +87,7 @@ function(selenite_add_lanes target)
   target_compile_definitions(${target} PRIVATE SELENITE_LANES)
 endfunction()
 
+# Options of the sources of model and render, and of the kernels.
 # A path's functions are many and small, called once or twice each. Measured: a render takes a tenth less time if
 # GCC puts them into each other beyond its limits, which are meant for code that is larger as a whole.
 # All users of the model get them: the linker keeps one copy of what several have not put into its callers.
@@ -84,10 +96,8 @@ function(selenite_inline_kernels)
     return()
   endif()
   foreach(source IN LISTS ARGN)
-    if(source MATCHES "/native/(model|render)/.*\\.cpp$")
-      set_property(SOURCE "${source}" APPEND PROPERTY COMPILE_OPTIONS
-        --param=inline-unit-growth=1000 --param=large-function-growth=5000 --param=large-stack-frame-growth=10000
-        --param=large-unit-insns=100000 --param=max-inline-insns-auto=120 --param=max-inline-insns-single=1000)
-    endif()
+    set_property(SOURCE "${source}" APPEND PROPERTY COMPILE_OPTIONS
+      --param=inline-unit-growth=1000 --param=large-function-growth=5000 --param=large-stack-frame-growth=10000
+      --param=large-unit-insns=100000 --param=max-inline-insns-auto=120 --param=max-inline-insns-single=1000)
   endforeach()
 endfunction()

@@ -80,7 +80,8 @@ def main(arguments: list[str]) -> int:
         build([])
         return lint.run_lint(rest)
     elif job == "bench":
-        build([])
+        setup()
+        environment.build("release", targets=bench.targets(rest))
         return bench.run_bench(rest)
     elif job == "package":
         setup()

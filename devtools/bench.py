@@ -11,6 +11,14 @@ from process import BUILD, PYTHON, ROOT, Failed
 # These race or compare with Mitsuba, which has an environment of its own; `./dev` knows them too.
 WITH_MITSUBA = ("equivalence", "fit-race", "race", "texture-race")
 
+# These need the Python modules and nothing else of the build.
+WITH_MODULES_ONLY = ("golden",)
+
+
+def targets(arguments: list[str]) -> tuple[str, ...]:
+    """What has to be built; nothing means all."""
+    return ("_core", "_image") if arguments[:1] and arguments[0] in WITH_MODULES_ONLY else ()
+
 
 def run_bench(arguments: list[str]) -> int:
     """Without a name, lists what can be measured."""

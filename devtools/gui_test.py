@@ -8,6 +8,7 @@ and has printed no traceback. Screenshots go into the folder named by SELENITE_P
 from __future__ import annotations
 
 import argparse
+import asyncio
 import shutil
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def _passes(script: Path, size: str, limit: float) -> bool:
         "TMPDIR": str(pictures),
     }
     shell = ["bash", "-c", '"$@" > "$0" 2>&1', str(log), *command]
-    status = run_limited(shell, limit, env)
+    status = asyncio.run(run_limited(shell, limit, env))
     text = log.read_text(errors="replace")
     passed = status == 0 and "Traceback (most recent call last)" not in text
     if not passed:

@@ -9,6 +9,7 @@ selenite-V-blender34-debian.zip          add-on for Debian 12's Blender 3.4, whi
 from __future__ import annotations
 
 import argparse
+import asyncio
 import os
 import shutil
 import subprocess
@@ -222,7 +223,7 @@ def _try_extension(extension: Path) -> None:
         home = WORK / "home"
         shutil.rmtree(home, ignore_errors=True)
         command: list[str | Path] = [PYTHON, "-c", program.replace("{shared}", shared)]
-        if run_limited(command, 600, {"BLENDER_USER_RESOURCES": str(home)}):
+        if asyncio.run(run_limited(command, 600, {"BLENDER_USER_RESOURCES": str(home)})):
             raise Failed(f"the extension does not work (Blender's libraries global: {shared})")
 
 
@@ -252,5 +253,5 @@ def _try_legacy(legacy: Path) -> None:
     home = WORK / "home34"
     home.mkdir(exist_ok=True)
     env = {"BLENDER_USER_SCRIPTS": str(home), "BLENDER_USER_CONFIG": str(home)}
-    if run_limited(command, 600, env):
+    if asyncio.run(run_limited(command, 600, env)):
         raise Failed("the legacy add-on does not work in Blender 3.4")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The manual's page of parameters, from the native table; `./dev test` compares the committed page.
+"""The guide's page of parameters, from the native table; `./dev test` compares the committed page.
 
-Run as a script it rewrites docs/manual/parameters.md.
+Run as a script it rewrites docs/guide/parameters.md.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = ROOT / "docs" / "manual" / "parameters.md"
+PAGE = ROOT / "docs" / "guide" / "parameters.md"
 
 OWNERS = {
     "material": "Materials (Principled BSDF)",
@@ -33,8 +33,8 @@ def page(table: list[dict[str, Any]]) -> str:
         "# Parameters",
         "",
         "Generated from the table in the native module by `devtools/parameter_page.py`.",
-        "*Permitted* is what a value may be at all, *fit* the default bounds of a fit, *steps in*"
-        " the coordinate in which Gauss-Newton steps. Colours are three numbers, linear Rec. 709.",
+        "*Permitted* is the range of a value, *fit* the default bounds of a fit, and *steps in*"
+        " the scale on which Gauss-Newton steps. Colours are three numbers, linear Rec. 709.",
     ]
     for owner, title in OWNERS.items():
         lines += ["", f"## {title}", ""]

@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+import asyncio
 import fcntl
 import hashlib
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Coroutine, Iterable, Iterator, Mapping, Sequence
+from contextlib import asynccontextmanager, contextmanager, nullcontext
 from pathlib import Path
+from typing import IO, Any, TypeVar
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "build"
@@ -24,6 +26,9 @@ JOBS = (
     else int(os.environ["SELENITE_JOBS"])
 )
 TIMED_OUT = 124
+LONGEST_LINE = 1 << 24  # bytes of a line that is read from a program
+
+T = TypeVar("T")
 
 
 class Failed(Exception):
@@ -45,31 +50,66 @@ def run(
         raise Failed(f"'{' '.join(words[:4])} ...' ended with status {status}")
 
 
-def run_limited(
-    command: Sequence[str | Path], seconds: float, env: Mapping[str, str] | None = None
+@asynccontextmanager
+async def started(
+    command: Sequence[str | Path],
+    env: Mapping[str, str] | None = None,
+    output: IO[str] | int | None = None,
+) -> AsyncIterator[asyncio.subprocess.Process]:
+    """A program in a process group of its own, which is ended with the block.
+
+    `output` takes what the program prints, its errors with the rest; None for the terminal.
+    """
+    sys.stdout.flush()
+    process = await asyncio.create_subprocess_exec(
+        *(str(word) for word in command),
+        cwd=ROOT,
+        env={**os.environ, **(env or {})},
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=output,
+        stderr=None if output is None else asyncio.subprocess.STDOUT,
+        start_new_session=True,
+        limit=LONGEST_LINE,
+    )
+    try:
+        yield process
+    finally:
+        if process.returncode is None:
+            os.killpg(process.pid, signal.SIGKILL)
+            await process.wait()
+
+
+async def run_limited(
+    command: Sequence[str | Path],
+    seconds: float,
+    env: Mapping[str, str] | None = None,
+    log: Path | None = None,
 ) -> int:
-    """Runs a program in a process group of its own, which is ended after `seconds`.
+    """Runs a program that is ended after `seconds`; what it prints goes into `log` if it is named.
 
     Blender as a module can hang when its process ends, so every program that imports it goes
     through here. Returns its exit status, or TIMED_OUT.
     """
-    sys.stdout.flush()
-    process = subprocess.Popen(
-        [str(word) for word in command],
-        cwd=ROOT,
-        env={**os.environ, **(env or {})},
-        stdin=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-    try:
-        return process.wait(seconds)
-    except subprocess.TimeoutExpired:
-        say(f"ended after {seconds:.0f} s: {command[-1]}")
-        return TIMED_OUT
-    finally:
-        if process.poll() is None:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+    with log.open("w") if log else nullcontext() as output:
+        async with started(command, env, output) as process:
+            try:
+                return await asyncio.wait_for(process.wait(), seconds)
+            except TimeoutError:
+                say(f"ended after {seconds:.0f} s: {command[-1]}")
+                return TIMED_OUT
+
+
+async def side_by_side(jobs: Iterable[Coroutine[Any, Any, T]]) -> list[T]:
+    """Results of the jobs, which begin in this order, at most JOBS of them at a time."""
+    places = asyncio.Semaphore(JOBS)
+
+    async def in_a_place(job: Coroutine[Any, Any, T]) -> T:
+        async with places:
+            return await job
+
+    async with asyncio.TaskGroup() as group:
+        tasks = [group.create_task(in_a_place(job)) for job in jobs]
+    return [task.result() for task in tasks]
 
 
 def digest(parts: Iterable[Path | str]) -> str:

@@ -4,45 +4,27 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
+import math
 import os
-import re
 import shutil
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from xml.etree import ElementTree
 
-import environment
-from process import BUILD, JOBS, PYTHON, ROOT, Failed, run_limited, say
+from native_tests import run_native
+from process import BUILD, PYTHON, ROOT, Failed, run_limited, say, side_by_side
+from tally import REPORTS, Tally, keep_durations, last_durations, read_report
 
 RUN_PYTEST = ROOT / "devtools" / "run_pytest.py"
 RUN_IN_BLENDER = ROOT / "devtools" / "run_in_blender.py"
-REPORTS = BUILD / "test-reports"
-
-
-@dataclass
-class Tally:
-    """Tests counted in a runner's report."""
-
-    passed: int = 0
-    failed: int = 0
-    skipped: int = 0
-
-    def __add__(self, other: Tally) -> Tally:
-        return Tally(
-            self.passed + other.passed, self.failed + other.failed, self.skipped + other.skipped
-        )
-
-    def line(self) -> str:
-        skipped = f", {self.skipped} skipped" if self.skipped else ""
-        return f"{self.passed} passed, {self.failed} failed{skipped}"
 
 
 def parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="./dev test",
         description="Runs the tests and closes with 'N passed, N failed'.",
-        epilog="A test file runs alone. What follows '--' goes to ctest or pytest as it is.",
+        epilog="A test file runs alone. What follows '--' goes to GoogleTest or pytest as it is.",
     )
     parser.add_argument("suites", nargs="*", metavar="SUITE|FILE", help=", ".join(SUITES))
     parser.add_argument("-k", metavar="NAME", help="only tests whose name contains NAME")
@@ -51,7 +33,10 @@ def parse(arguments: list[str]) -> argparse.Namespace:
         "--preset", default="release", help="for the native suite (sanitize, exact, thread)"
     )
     parser.add_argument(
-        "--limit", type=float, default=1800, help="seconds for one process (%(default)s)"
+        "--limit",
+        type=float,
+        default=1800,
+        help="seconds for a process of pytest; the native suite has twice that (%(default)s)",
     )
     own, extra = arguments, []
     if "--" in arguments:
@@ -93,41 +78,25 @@ def run_tests(options: argparse.Namespace) -> int:
 
 
 def _suite_of(path: Path) -> str:
+    if path.suffix == ".cpp":
+        return "native"
     folder = path.relative_to(ROOT).parts[0] if path.is_relative_to(ROOT) else ""
     return "blender" if folder == "blender_tests" else "python"
-
-
-def _native(options: argparse.Namespace) -> Tally:
-    """GoogleTest through ctest."""
-    report = REPORTS / "native.xml"
-    preset = options.preset
-    if preset != "release":
-        environment.build(preset)
-    command = ["ctest", "--preset", preset, "-j", str(JOBS), "--output-junit", str(report)]
-    if options.k:
-        command += ["-R", re.escape(options.k)]
-    if options.fast:
-        command += ["-E", "Slow"]
-    command += ["--no-tests=ignore", *options.extra]
-    # What passes is counted at the end; what fails is shown in full.
-    uneventful = "^ +Start +[0-9]+: | Passed +[0-9.]+ sec$"
-    quiet = f'set -o pipefail; "$@" | grep --line-buffered -vE "{uneventful}"'
-    status = run_limited(["bash", "-c", quiet, "ctest", *command], 2 * options.limit)
-    return _read(report, status)
 
 
 def _python(options: argparse.Namespace) -> Tally:
     """pytest of the modules, in one process."""
     files = [path for path in options.files if _suite_of(path) == "python"]
-    return _pytest("python", files or [ROOT / "tests" / "python"], options)
+    words = _pytest_words("python", files or [ROOT / "tests" / "python"], options)
+    return asyncio.run(_pytest("python", [PYTHON, RUN_PYTEST, *words], options))
 
 
 def _blender(options: argparse.Namespace) -> Tally:
     """pytest with bpy: a process per file, because one process can load one Blender once."""
-    tally = Tally()
+    runs: dict[Path, list[str | Path]] = {}
     for path in _blender_files(options):
-        tally += _pytest(path.stem, [path], options)
-    return tally
+        runs[path] = [PYTHON, RUN_PYTEST, *_pytest_words(path.stem, [path], options)]
+    return _files_side_by_side("blender", runs, options)
 
 
 def _blender34(options: argparse.Namespace) -> Tally:
@@ -138,14 +107,12 @@ def _blender34(options: argparse.Namespace) -> Tally:
     blender = os.environ.get("SELENITE_BLENDER34") or shutil.which("blender")
     if blender is None:
         raise Failed("no 'blender' found; SELENITE_BLENDER34 may name it")
-    tally = Tally()
+    start = [blender, "-b", "--factory-startup", "--python-exit-code", "1"]
+    runs: dict[Path, list[str | Path]] = {}
     for path in files:
-        report = REPORTS / f"blender34.{path.stem}.xml"
-        command: list[str | Path] = [blender, "-b", "--factory-startup", "--python-exit-code", "1"]
-        command += ["--python", RUN_IN_BLENDER, "--", *_pytest_words(path.stem, [path], options)]
-        command += ["-m", "blender34", f"--junit-xml={report}"]
-        tally += _read(report, run_limited(command, options.limit, _environment("blender34")))
-    return tally
+        words = _pytest_words(path.stem, [path], options, "blender34")
+        runs[path] = [*start, "--python", RUN_IN_BLENDER, "--", *words]
+    return _files_side_by_side("blender34", runs, options)
 
 
 def _blender_files(options: argparse.Namespace) -> list[Path]:
@@ -154,21 +121,52 @@ def _blender_files(options: argparse.Namespace) -> list[Path]:
     return sorted((ROOT / "blender_tests").glob("test_*.py"))
 
 
-def _pytest_words(name: str, files: list[Path], options: argparse.Namespace) -> list[str]:
+def _files_side_by_side(
+    suite: str, runs: Mapping[Path, list[str | Path]], options: argparse.Namespace
+) -> Tally:
+    """A process for each file, those that take longest first."""
+    known = last_durations(suite)
+    seconds = {}
+
+    def expected(path: Path) -> tuple[float, int]:  # what never ran may take long
+        return known.get(path.stem, math.inf), path.stat().st_size
+
+    async def run(path: Path) -> Tally:
+        begun = time.monotonic()
+        tally = await _pytest(f"{suite}.{path.stem}", runs[path], options)
+        seconds[path.stem] = time.monotonic() - begun
+        return tally
+
+    async def run_all() -> list[Tally]:
+        return await side_by_side(run(path) for path in sorted(runs, key=expected, reverse=True))
+
+    tallies = asyncio.run(run_all())
+    keep_durations(suite, seconds)
+    return sum(tallies, Tally())
+
+
+def _pytest_words(
+    name: str, files: list[Path], options: argparse.Namespace, marker: str = ""
+) -> list[str]:
     words = [str(path) for path in files]
     words += ["-p", "no:cacheprovider", "-o", f"junit_suite_name={name}"]
     if options.k:
         words += ["-k", options.k]
+    markers = [marker] if marker else []
+    if options.fast:
+        markers.append("not slow")
+    if markers:
+        words += ["-m", " and ".join(markers)]
     return [*words, *options.extra]
 
 
-def _pytest(name: str, files: list[Path], options: argparse.Namespace) -> Tally:
-    report = REPORTS / f"{name}.xml"
-    command: list[str | Path] = [PYTHON, RUN_PYTEST, *_pytest_words(name, files, options)]
-    if options.fast:
-        command += ["-m", "not slow"]
-    command += [f"--junit-xml={report}"]
-    return _read(report, run_limited(command, options.limit, _environment(name)))
+async def _pytest(name: str, command: list[str | Path], options: argparse.Namespace) -> Tally:
+    """Runs pytest and shows what it printed when it has ended, so that no two are mixed."""
+    report, log = REPORTS / f"{name}.xml", REPORTS / f"{name}.log"
+    command = [*command, f"--junit-xml={report}"]
+    status = await run_limited(command, options.limit, _environment(name), log)
+    print(log.read_text(errors="replace"), end="", flush=True)
+    return read_report(report, status)
 
 
 def _environment(name: str) -> dict[str, str]:
@@ -184,22 +182,4 @@ def _environment(name: str) -> dict[str, str]:
     }
 
 
-def _read(report: Path, status: int) -> Tally:
-    """Counts a JUnit report. A runner that ends badly without a failed test is itself a failure."""
-    tally = Tally()
-    if report.is_file():
-        for case in ElementTree.parse(report).iter("testcase"):
-            if case.find("failure") is not None or case.find("error") is not None:
-                tally.failed += 1
-            elif case.find("skipped") is not None:
-                tally.skipped += 1
-            else:
-                tally.passed += 1
-    nothing_selected = status == 5  # pytest's word for it
-    if status != 0 and not nothing_selected and tally.failed == 0:
-        say(f"the runner of {report.stem} ended with status {status}: counted as a failure")
-        tally.failed += 1
-    return tally
-
-
-SUITES = {"native": _native, "python": _python, "blender": _blender, "blender34": _blender34}
+SUITES = {"native": run_native, "python": _python, "blender": _blender, "blender34": _blender34}

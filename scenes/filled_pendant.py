@@ -2,7 +2,7 @@
 """The pendant of `jade_pendant.py`, 3 cm high, as rough glass with a medium in it.
 
     python scenes/filled_pendant.py --save filled.blend
-    python scenes/filled_pendant.py --picture docs/pictures/volumes.png     the manual's picture
+    python scenes/filled_pendant.py --picture docs/pictures/volumes.png     the guide's picture
 
 The picture shows it three times, each with a tenth of the mean free path of the one before.
 """
@@ -58,7 +58,7 @@ def render_picture(path: Path, samples: int) -> None:
 def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--save", type=Path, help="write the scene here (.blend)")
-    parser.add_argument("--picture", type=Path, help="render the manual's picture (.png)")
+    parser.add_argument("--picture", type=Path, help="render the guide's picture (.png)")
     parser.add_argument("--spp", type=int, default=300, help="samples of the picture")
     options = parser.parse_args(arguments)
     if options.save:

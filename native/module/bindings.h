@@ -20,6 +20,7 @@ void bind_scene(pybind11::module_& m);
 void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);
+void bind_fisher_information(pybind11::module_& m);
 void bind_probe(pybind11::module_& m);
 
 }  // namespace selenite

@@ -28,9 +28,9 @@ py::array_t<double> vector_array(const Vector& v) {
 }
 
 /// (n, height, width, 3)
-py::array_t<float> jacobian_array(const Jacobian& jacobian, const Film& film) {
-  py::array_t<float> out({static_cast<py::ssize_t>(jacobian.cols()), py::ssize_t{film.height},
-                          py::ssize_t{film.width}, py::ssize_t{3}});
+py::array_t<float> jacobian_array(const Jacobian& jacobian, const PhotoJacobian& seen) {
+  py::array_t<float> out({static_cast<py::ssize_t>(jacobian.cols()), py::ssize_t{seen.height},
+                          py::ssize_t{seen.width}, py::ssize_t{3}});
   std::memcpy(out.mutable_data(), jacobian.data(),
               static_cast<std::size_t>(jacobian.size()) * sizeof(float));
   return out;
@@ -45,25 +45,21 @@ py::dict reparametrization_dict(const Scene& scene, const std::vector<Asked>& as
                   "range"_a = vector_array(reparametrization.maximum() - reparametrization.minimum()));
 }
 
-py::dict photo_jacobian_dict(const Scene& scene, const std::vector<Asked>& asked, const std::string& camera,
-                   int width, int height, int spp, std::uint64_t seed, int depth, int threads,
-                   const FrameTuple& frame, Progress* progress) {
+PhotoJacobian photo_jacobian_of(const Scene& scene, const std::vector<Asked>& asked,
+                                const std::string& camera, int width, int height, int spp,
+                                std::uint64_t seed, int depth, int threads,
+                                const FrameTuple& frame, Progress* progress) {
   const Unknowns unknowns = unknowns_of(scene, asked);
   const RenderSettings settings{width, height, spp, seed, depth, threads, frame_of(frame)};
-  PhotoJacobian seen;
-  {
-    py::gil_scoped_release release;
-    seen = photo_jacobian(scene, unknowns, camera, settings, progress);
-  }
-  const Film& film = seen.film;
-  Picture half_b(film.size());
-  for (std::size_t i = 0; i < film.size(); ++i)
-    half_b[i] = film.half_b(film.mean[i], film.half_a[i]);
-  const auto picture = [&](const Picture& p) { return picture_array(p, width, height); };
-  return py::dict("image"_a = picture(film.mean), "half_a"_a = picture(film.half_a),
-                  "half_b"_a = picture(half_b), "variance"_a = picture(film.variance),
-                  "jacobian_a"_a = jacobian_array(seen.a, film),
-                  "jacobian_b"_a = jacobian_array(seen.b, film), "dropped"_a = film.dropped);
+  const py::gil_scoped_release release;
+  return photo_jacobian(scene, unknowns, camera, settings, progress);
+}
+
+py::array_t<float> variance_array(const PhotoJacobian& seen) {
+  py::array_t<float> out({seen.height, seen.width, 3});
+  std::memcpy(out.mutable_data(), seen.variance.data(),
+              static_cast<std::size_t>(seen.variance.size()) * sizeof(float));
+  return out;
 }
 
 py::array_t<int> first_hits(const Scene& scene, const Array<double>& starts,
@@ -99,15 +95,34 @@ shapes differ.)");
 coordinate at the values, range: between the bounds}, each by component.
 
 unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
-  m.def("photo_jacobian", &photo_jacobian_dict, "scene"_a, "unknowns"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
-        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
-        "progress"_a = py::none(),
-        R"(What a camera shows of the unknowns at their values: dict of image, half_a, half_b,
-variance (of image), each (height, width, 3), and jacobian_a, jacobian_b, (n, height, width, 3),
-d picture / d coordinate by component over even and odd samples; dropped.
+  py::class_<PhotoJacobian>(m, "PhotoJacobian", R"(What a camera shows of the unknowns at their
+values: image and variance (of one sample), (height, width, 3); jacobian_a, jacobian_b, (n, height,
+width, 3), d picture / d coordinate by component over even and odd samples; dropped; not_finite:
+names of components.)")
+      .def_property_readonly("image",
+                             [](const PhotoJacobian& seen) {
+                               return picture_array(seen.mean, seen.width, seen.height);
+                             })
+      .def_property_readonly("variance", &variance_array)
+      .def_property_readonly("jacobian_a",
+                             [](const PhotoJacobian& seen) {
+                               return jacobian_array(
+                                   seen.instrumental_variables().plain().a.slopes, seen);
+                             })
+      .def_property_readonly("jacobian_b",
+                             [](const PhotoJacobian& seen) {
+                               return jacobian_array(
+                                   seen.instrumental_variables().plain().b.slopes, seen);
+                             })
+      .def_readonly("dropped", &PhotoJacobian::dropped)
+      .def_readonly("not_finite", &PhotoJacobian::not_finite);
+  m.def("photo_jacobian", &photo_jacobian_of, "scene"_a, "unknowns"_a, "camera"_a, "width"_a,
+        "height"_a, "spp"_a, py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0,
+        "frame"_a = FrameTuple{}, "progress"_a = py::none(),
+        R"(Renders a PhotoJacobian: in four portions, as a refinement pass of a fit does.
 
-unknowns: as for `reparametrization`; frame: as for `render`. Raises ValueError (spp below 2, more than 32 slots), KeyError,
-Cancelled.)");
+unknowns: as for `reparametrization`; frame: as for `render`. Raises ValueError (spp below 8, more
+than 32 slots), KeyError, Cancelled.)");
 }
 
 }  // namespace selenite

@@ -6,6 +6,7 @@
 #include "module/arrays.h"
 #include "module/bindings.h"
 #include "render/driver/field_gradient.h"
+#include "render/driver/render.h"
 #include "render/lanes/lanes.h"
 
 namespace py = pybind11;

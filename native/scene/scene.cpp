@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -33,8 +34,10 @@ Table table_of() {
   return table;
 }
 
+constexpr const char* kNoSuchKind = "There is no such kind of owner or grid in a scene";
+
 const Table& table(OwnerKind kind) {
-  static const Table material = table_of<MaterialParameters<double>>();
+  static const Table material = table_of<MaterialValues>();
   static const Table light = table_of<LightParameters>();
   static const Table world = table_of<WorldParameters>();
   switch (kind) {
@@ -42,9 +45,10 @@ const Table& table(OwnerKind kind) {
       return material;
     case OwnerKind::kLight:
       return light;
-    default:
+    case OwnerKind::kWorld:
       return world;
   }
+  throw InvalidArgument(kNoSuchKind);
 }
 
 /// Calls `action(double*, count)` with the storage of one field of its owner.
@@ -72,6 +76,30 @@ void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& a
     case OwnerKind::kWorld:
       return visit_field(appearance.world.values, ref.field, action);
   }
+}
+
+void require_constant(const Material& material, int field) {
+  const std::string name =
+      material.name + ":" + std::string(table(OwnerKind::kMaterial).rows.at(field).name);
+  if (const FieldMap* map = material.map_of(field))
+    throw InvalidArgument(name + " comes from " +
+                          (map->texture ? "image '" + map->texture->name() + "'"
+                                        : "colour attribute '" + map->attribute + "'") +
+                          "; give it one value");
+  if (material.albedo_grid && field == material_field(&MaterialValues::albedo))
+    throw InvalidArgument(name + " comes from grid '" + material.albedo_grid.grid->name() +
+                          "'; fit albedo_grid, or take the grid away");
+}
+
+template <class AnyMaterial>
+auto& grid_of(AnyMaterial& material, GridKind kind) {
+  switch (kind) {
+    case GridKind::kAlbedo:
+      return material.albedo_grid;
+    case GridKind::kDensity:
+      return material.density_grid;
+  }
+  throw InvalidArgument(kNoSuchKind);
 }
 
 template <class Range, class Name>
@@ -131,9 +159,10 @@ std::string Scene::owner_name(const ParameterRef& ref) const {
       return appearance.materials.at(ref.owner).name;
     case OwnerKind::kLight:
       return appearance.lights.at(ref.owner).name;
-    default:
+    case OwnerKind::kWorld:
       return "World";
   }
+  throw InvalidArgument(kNoSuchKind);
 }
 
 const Parameter& Scene::description(const ParameterRef& ref) const {
@@ -141,19 +170,13 @@ const Parameter& Scene::description(const ParameterRef& ref) const {
 }
 
 void Scene::require_constant(const ParameterRef& ref) const {
-  if (ref.kind != OwnerKind::kMaterial) return;
-  const Material& material = appearance.materials.at(ref.owner);
-  for (const FieldMap& map : material.maps)
-    if (map.field == ref.field)
-      throw InvalidArgument(material.name + ":" + std::string(description(ref).name) +
-                            " comes from " +
-                            (map.texture ? "image '" + map.texture->name() + "'"
-                                         : "colour attribute '" + map.attribute + "'") +
-                            "; give it one value");
-  if (material.albedo_grid && description(ref).name == "albedo")
-    throw InvalidArgument(material.name + ":albedo comes from grid '" +
-                          material.albedo_grid.grid->name() +
-                          "'; fit albedo_grid, or take the grid away");
+  switch (ref.kind) {
+    case OwnerKind::kMaterial:
+      return selenite::require_constant(appearance.materials.at(ref.owner), ref.field);
+    case OwnerKind::kLight:
+    case OwnerKind::kWorld:
+      return;
+  }
 }
 
 int Scene::material(std::string_view name) const {
@@ -183,7 +206,22 @@ void check_grids(const Material& material) {
 }
 
 const char* grid_name(GridKind kind) {
-  return kind == GridKind::kAlbedo ? "albedo_grid" : "density_grid";
+  switch (kind) {
+    case GridKind::kAlbedo:
+      return "albedo_grid";
+    case GridKind::kDensity:
+      return "density_grid";
+  }
+  throw InvalidArgument(kNoSuchKind);
+}
+
+const PlacedGrid& Material::grid(GridKind kind) const { return grid_of(*this, kind); }
+PlacedGrid& Material::grid(GridKind kind) { return grid_of(*this, kind); }
+
+const FieldMap* Material::map_of(int field) const {
+  const auto found =
+      std::find_if(maps.begin(), maps.end(), [&](const FieldMap& m) { return m.field == field; });
+  return found == maps.end() ? nullptr : &*found;
 }
 
 const PlacedGrid& Scene::grid(const GridRef& ref) const {
@@ -198,20 +236,15 @@ const PlacedGrid& Scene::grid(const GridRef& ref) const {
 const FieldMap& Scene::image(const ImageRef& ref) const {
   const Material& material = appearance.materials.at(static_cast<std::size_t>(ref.material));
   const std::string who = material.name + ":" + kBaseColorTexture + ": ";
-  const auto& table = parameter_table(OwnerKind::kMaterial);
-  const FieldMap* image = nullptr;
-  bool subsurface = material.values.subsurface_weight > 0;
-  for (const FieldMap& map : material.maps) {
-    if (map.texture && table[map.field].name == "base_color") image = &map;
-    subsurface = subsurface || table[map.field].name == "subsurface_weight";
-  }
-  if (!image)
+  const FieldMap* image = material.map_of(material_field(&MaterialValues::base_color));
+  if (!image || !image->texture)
     throw InvalidArgument(who +
                           "no image gives the base colour; name base_color, or link an image");
   if (image->texture->has_alpha())
     throw InvalidArgument(who + "image '" + image->texture->name() +
                           "' has alpha; set its Alpha to None or Channel Packed");
-  if (subsurface)
+  if (material.values.subsurface_weight > 0 ||
+      material.map_of(material_field(&MaterialValues::subsurface_weight)))
     throw InvalidArgument(who +
                           "the surface scatters light beneath it (subsurface weight above 0), "
                           "where there is no derivative by an image; set the weight to 0");
@@ -222,8 +255,7 @@ Scene Scene::with_grid(const GridRef& ref, std::vector<float> values) const {
   auto changed = std::make_shared<Grid>(grid(ref).grid->with(std::move(values)));
   Scene scene = *this;
   Material& material = scene.appearance.materials.at(static_cast<std::size_t>(ref.material));
-  (ref.kind == GridKind::kAlbedo ? material.albedo_grid : material.density_grid).grid =
-      std::move(changed);
+  material.grid(ref.kind).grid = std::move(changed);
   check_grids(material);
   return scene;
 }

@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "model/field_index.h"
 #include "model/medium.h"
 #include "model/principled.h"
 #include "scene/geometry.h"
@@ -25,6 +26,12 @@ struct MaterialParameters : Principled<T>, Medium<T> {
     Medium<T>::fields(m, visit);
   }
 };
+
+using MaterialValues = MaterialParameters<double>;
+template <class Value, class Base>
+consteval int material_field(Value Base::*member) {
+  return field_index<MaterialValues>(member);
+}
 
 /// What a grid of a medium gives.
 enum class GridKind { kAlbedo, kDensity };
@@ -49,17 +56,21 @@ using FieldRef = std::variant<GridRef, ImageRef>;
 
 struct Material {
   std::string name;
-  MaterialParameters<double> values;
+  MaterialValues values;
   Flavour flavour;
   std::vector<FieldMap> maps;  ///< parameters with a texture or vertex colours
   PlacedGrid albedo_grid;      ///< of the medium, in place of `albedo`; values at most 1
   PlacedGrid density_grid;     ///< numbers by which the medium's `extinction` is multiplied
 
-  const PlacedGrid& grid(GridKind kind) const {
-    return kind == GridKind::kAlbedo ? albedo_grid : density_grid;
-  }
+  const PlacedGrid& grid(GridKind kind) const;
+  PlacedGrid& grid(GridKind kind);
+  /// Null: the parameter has one value. `field`: see `material_field`.
+  const FieldMap* map_of(int field) const;
 };
 
+/// What of a scene has parameters. Every switch over it lists all kinds, so that the compiler names the
+/// places where another one has to be handled. What is no part of the scene, as a property of a photo,
+/// is none of them: a render never sees it.
 enum class OwnerKind { kMaterial, kLight, kWorld };
 
 /// Where a parameter lives in a scene. `field` counts the owner's `fields` in their order.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "fit/run/fit_job.h"
 #include "fit/problem/saved_state.h"
 #include "fit/synthetic_renderer.h"
@@ -56,6 +58,55 @@ INSTANTIATE_TEST_SUITE_P(Optimisers, SavedFit,
                                          std::tuple{"gauss-newton", true, 7},
                                          std::tuple{"adam", true, 7},
                                          std::tuple{"adam", false, 4}));
+
+/// Up to `most` states of each phase, from its first step on.
+std::map<PhaseKind, std::vector<std::string>> states_of(Fit& fit, std::size_t most) {
+  std::map<PhaseKind, std::vector<std::string>> states;
+  std::map<PhaseKind, int> steps;
+  while (fit.step()) {
+    std::vector<std::string>& found = states[fit.result().phase];
+    if (steps[fit.result().phase]++ % 7 == 0 && found.size() < most) found.push_back(fit.saved());
+  }
+  return states;
+}
+
+void expect_same_report(const TrustReport& a, const TrustReport& b) {
+  EXPECT_EQ(a.passes, b.passes);
+  EXPECT_EQ(a.misfit.value, b.misfit.value);
+  EXPECT_EQ(a.alternatives, b.alternatives);
+  EXPECT_EQ(a.ambiguous, b.ambiguous);
+  ASSERT_EQ(a.components.size(), b.components.size());
+  for (std::size_t k = 0; k < a.components.size(); ++k) {
+    EXPECT_EQ(a.components[k].interval, b.components[k].interval) << k;
+    EXPECT_EQ(a.components[k].standard_error, b.components[k].standard_error) << k;
+  }
+}
+
+TEST(SavedFit, IsResumedInTheMidstOfAnyPhase) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = synthetic_settings({0.5, 0.5});
+  settings.optimiser = "auto";
+  settings.search = settings.refinement = "auto";
+  settings.iterations = 14;
+  settings.spp = 4;
+  Fit whole(scene, both(scene), synthetic_unknowns(), settings);
+  const auto states = states_of(whole, 4);
+  for (const PhaseKind phase : {PhaseKind::kMultiStart, PhaseKind::kDescent,
+                                PhaseKind::kRefinement, PhaseKind::kComparison}) {
+    SCOPED_TRACE(phase_text(phase));
+    ASSERT_TRUE(states.contains(phase));
+    for (const std::string& state : states.at(phase)) {
+      Fit second(scene, both(scene), synthetic_unknowns(), settings);
+      second.restore(state);
+      EXPECT_EQ(second.result().phase, phase);
+      EXPECT_EQ(second.saved(), state);
+      while (second.step()) {
+      }
+      expect_same(whole.result(), second.result());
+      expect_same_report(whole.result().report, second.result().report);
+    }
+  }
+}
 
 TEST(SavedFit, IsRefusedWhereItDoesNotBelong) {
   const Scene scene = synthetic_scene();

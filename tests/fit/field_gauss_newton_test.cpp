@@ -123,7 +123,7 @@ TEST(FieldGaussNewton, WithPixelsInFocusBothTogetherAreBlind) {
   for (InstrumentalVariables::Half* half : {&informative.a, &informative.b}) {
     half->filtered.setZero();
     for (Eigen::Index i = 300; i < 330; ++i)
-      for (Eigen::Index k = 0; k < 2; ++k) half->instrumental_variables(i, k) = 20 * normal(random);
+      for (Eigen::Index k = 0; k < 2; ++k) half->filtered(i, k) = 20 * normal(random);
   }
   for (Eigen::Index i = 0; i < kRows; ++i) world.weights[0][i] *= 1 + static_cast<float>(i % 7);
   const Eigen::VectorXf informative_weight = 3 * world.weights[0];
@@ -258,13 +258,15 @@ TEST(FieldGaussNewton, ASavedFitGoesOnToTheSameBits) {
   const std::vector<Photo> photos = taken_photos(coloured_smoke(chequered()), 16, 16);
   const Scene start = coloured_smoke(std::vector<float>(24, 0.5f));
   Fit whole(start, photos, extinction_and_grid(), settings);
-  std::map<int, std::string> saved;  // within turns of either, and before the look at the answer
+  std::map<int, std::string> saved;  // in blocks of either, and twice in the refinement
+  int in_refinement = 0;
   while (whole.step()) {
     const int at = whole.result().iterations;
-    if ((at == 1 || at == 3 || at == 5) && whole.can_be_saved())
-      saved.try_emplace(at, whole.saved());
+    if (at == 1 || at == 3) saved.try_emplace(at, whole.saved());
+    if (whole.result().phase != PhaseKind::kRefinement) continue;
+    saved.insert_or_assign(in_refinement++ < 3 ? 100 : 101, whole.saved());
   }
-  ASSERT_EQ(saved.size(), 3u);
+  ASSERT_EQ(saved.size(), 4u);
   for (const auto& [at, state] : saved) {
     Fit second(start, photos, extinction_and_grid(), settings);
     second.restore(state);

@@ -166,7 +166,7 @@ struct OnePhoto {
   /// All pixels count alike.
   InstrumentalVariables::Set all(const InstrumentalVariables& sums) const {
     const auto numbers = static_cast<Eigen::Index>(3 * photos[0].size());
-    return sums.all(problem, photos[0], Eigen::VectorXf::Ones(numbers));
+    return sums.all(problem.layout, photos[0], Eigen::VectorXf::Ones(numbers));
   }
 };
 

@@ -104,7 +104,7 @@ TEST(Search, IsNotLedAstrayByRareBrightPaths) {
     settings.seed = static_cast<std::uint64_t>(run);
     settings.iterations = 1;
     Fit fit(synthetic_scene(), {grey_capture(40)}, roughness_from(0.3), settings);
-    while (fit.result().phase == Phase::kMultiStart) fit.step();
+    while (fit.result().phase == PhaseKind::kMultiStart) fit.step();
     error += std::abs(fit.values()[0] - 0.2) / kRuns;
   }
   EXPECT_LT(error, 0.03);
@@ -119,7 +119,7 @@ TEST(Search, SeesWhatDiffersInASinglePlace) {
     settings.seed = seed;
     settings.iterations = 1;
     Fit fit(synthetic_scene(), {grey_capture(40)}, roughness_from(0.8), settings);
-    while (fit.result().phase == Phase::kMultiStart) fit.step();
+    while (fit.result().phase == PhaseKind::kMultiStart) fit.step();
     EXPECT_NEAR(fit.values()[0], 0.2, 0.05) << seed;
   }
 }
@@ -165,7 +165,7 @@ TEST(Search, ThatIsCancelledLeavesTheStart) {
   };
   Fit fit(synthetic_scene(), {grey_capture()}, roughness_from(0.8), settings);
   EXPECT_TRUE(fit.step());
-  EXPECT_EQ(fit.result().phase, Phase::kMultiStart);
+  EXPECT_EQ(fit.result().phase, PhaseKind::kMultiStart);
   while (fit.step()) {
   }
   EXPECT_EQ(fit.result().stopped, StopReason::kCancelled);

@@ -31,7 +31,9 @@ PhotoJacobian look_at_matte(const Scene& scene, int spp) {
 // Means over 256 pixels of 32 samples, whose deviation is below 1: 5 standard errors are 0.08.
 TEST(PhotoJacobian, HalvesHaveTheSlopesOnPaper) {
   const PhotoJacobian seen = look_at_matte(matte_scene(), 64);
-  for (const Jacobian& half : {seen.a, seen.b}) {
+  const InstrumentalVariables::Set means = seen.instrumental_variables().plain();
+  for (const InstrumentalVariables::Half* one : {&means.a, &means.b}) {
+    const Jacobian& half = one->slopes;
     ASSERT_EQ(half.rows(), 3 * 16 * 16);
     ASSERT_EQ(half.cols(), 4);
     for (Eigen::Index c = 0; c < 3; ++c) {
@@ -49,11 +51,26 @@ TEST(PhotoJacobian, HalvesHaveTheSlopesOnPaper) {
       EXPECT_NEAR(sky, 2 * (0.4 + 0.1 * static_cast<double>(c)), 0.08);
     }
   }
-  EXPECT_NE(seen.a, seen.b);
+  EXPECT_NE(means.a.slopes, means.b.slopes);
+  EXPECT_TRUE(seen.not_finite.empty());
 }
 
-TEST(PhotoJacobian, OneSampleHasNoSecondHalf) {
-  EXPECT_THROW((void)look_at_matte(matte_scene(), 1), InvalidArgument);
+// The variance of the mean of 64 samples falls with their number; that of one sample does not.
+TEST(PhotoJacobian, PictureAndVarianceAreThoseOfAllPortions) {
+  const Scene scene = matte_scene();
+  const PhotoJacobian few = look_at_matte(scene, 30), many = look_at_matte(scene, 256);
+  ASSERT_EQ(few.portions.size(), 4u);
+  EXPECT_EQ(few.portions[0].spp + few.portions[1].spp + few.portions[2].spp + few.portions[3].spp,
+            30);
+  double mean = 0;
+  for (const Colorf& pixel : many.mean) mean += pixel.r / static_cast<double>(many.mean.size());
+  EXPECT_NEAR(mean, 2 * 0.4, 0.02);
+  const double ratio = few.variance.cast<double>().mean() / many.variance.cast<double>().mean();
+  EXPECT_NEAR(ratio, 1, 0.2);
+}
+
+TEST(PhotoJacobian, TooFewSamplesHaveNoSecondHalf) {
+  EXPECT_THROW((void)look_at_matte(matte_scene(), 7), InvalidArgument);
 }
 
 }  // namespace

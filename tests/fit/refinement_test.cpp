@@ -5,6 +5,7 @@
 
 #include "fit/run/fit.h"
 #include "fit/solver/gauss_newton.h"
+#include "fit/given_evaluator.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -26,7 +27,7 @@ Refined verify(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
   const SlotLayout layout(scene, unknowns.parameters());
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const GaussNewton none(problem);
-  const RenderAt render = [&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
+  GivenEvaluator render([&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
                               std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
@@ -35,8 +36,8 @@ Refined verify(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
     const Scene now = unknowns.scene_with(scene, at);
     return SyntheticRenderer{0.5, 0.5}(now, now.camera(photo.camera),
                                        derivatives ? layout : SlotLayout(), settings, nullptr);
-  };
-  Refinement refinement(problem, &none, unknowns.project(x), seed, spp, 16);
+  });
+  Refinement refinement(problem, &none, {unknowns.project(x)}, seed, spp, 16);
   while (refinement.step(render)) {
   }
   return {refinement.values(), refinement.report()};
@@ -155,9 +156,9 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   check_photos(scene, photos);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const Vector start = Vector::Constant(1, kStart);
-  Refinement refinement(problem, nullptr, start, 1, 64, 16);
+  Refinement refinement(problem, nullptr, {start}, 1, 64, 16);
   int slopes = 0;
-  const RenderAt render = [&](const Vector& at, const Photo&, int spp, std::uint64_t key,
+  GivenEvaluator render([&](const Vector& at, const Photo&, int spp, std::uint64_t key,
                               std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
@@ -167,7 +168,7 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
     return evenly_noisy_film(derivatives ? layout : SlotLayout(), settings, 0.01, [&](std::size_t) {
       return std::pair(0.5 + at[0] - kTruth, kToldSlope);
     });
-  };
+  });
   while (refinement.step(render)) {
   }
   ASSERT_EQ(refinement.report().passes, 4);
@@ -205,11 +206,11 @@ VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uin
   check_photos(scene, photos);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const Vector start{{0, metallic + transmission / 3}};
-  Refinement refinement(problem, nullptr, start, seed, 64, 16);
-  const RenderAt render = [&](const Vector& at, const Photo&, int spp, std::uint64_t key,
+  Refinement refinement(problem, nullptr, {start}, seed, 64, 16);
+  GivenEvaluator render([&](const Vector& at, const Photo&, int spp, std::uint64_t key,
                               std::optional<Differences> derivatives) {
     return rendered(at, derivatives ? layout : SlotLayout(), spp, key);
-  };
+  });
   while (refinement.step(render)) {
   }
   VerifiedFromZero found{{refinement.values(), refinement.report()}, {}};
@@ -307,7 +308,7 @@ TEST(Refinement, AFitEndsWithItsReport) {
   Fit fit(scene, {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")},
           synthetic_unknowns(), default_settings());
   bool verified = false;
-  while (fit.step()) verified = verified || fit.result().phase == Phase::kRefinement;
+  while (fit.step()) verified = verified || fit.result().phase == PhaseKind::kRefinement;
   const FitResult& result = fit.result();
   EXPECT_EQ(result.stopped, StopReason::kConverged) << result.message;
   EXPECT_EQ(result.phase_fraction, 1);
@@ -331,7 +332,7 @@ TEST(Refinement, AFitThatNothingRivalsHasCountedToTheEnd) {
   Fit fit(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
   while (fit.step()) {
   }
-  EXPECT_EQ(fit.result().phase, Phase::kRefinement);
+  EXPECT_EQ(fit.result().phase, PhaseKind::kRefinement);
   EXPECT_EQ(fit.result().phase_fraction, 1);
 }
 
@@ -360,7 +361,7 @@ TEST(Refinement, ACancelledVerificationKeepsTheFit) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
   Fit whole(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
-  while (whole.result().phase != Phase::kRefinement) ASSERT_TRUE(whole.step());
+  while (whole.result().phase != PhaseKind::kRefinement) ASSERT_TRUE(whole.step());
   const FitResult before = whole.result();
   Progress progress;
   progress.cancelled = true;

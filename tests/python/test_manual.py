@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The manual says what the code does."""
+"""The guide says what the code does, and its links lead somewhere."""
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+
+import pytest
 
 from selenite import cli
 
 ROOT = Path(__file__).resolve().parents[2]
+GUIDE = ROOT / "docs" / "guide"
 sys.path.insert(0, str(ROOT / "devtools"))
 
 import parameter_page  # noqa: E402
@@ -19,12 +23,12 @@ def test_page_of_parameters_is_the_native_table() -> None:
 
     expected = parameter_page.page(_core.parameters())
     assert parameter_page.PAGE.read_text(encoding="utf-8") == expected, (
-        "docs/manual/parameters.md is out of date: python devtools/parameter_page.py"
+        "docs/guide/parameters.md is out of date: python devtools/parameter_page.py"
     )
 
 
-def test_every_option_of_the_command_line_is_in_the_manual() -> None:
-    text = (ROOT / "docs" / "manual" / "command_line.md").read_text(encoding="utf-8")
+def test_every_option_of_the_command_line_is_in_the_guide() -> None:
+    text = (GUIDE / "command_line.md").read_text(encoding="utf-8")
     commands = next(
         action.choices for action in cli.build_parser()._actions if action.dest == "command"
     )
@@ -34,3 +38,32 @@ def test_every_option_of_the_command_line_is_in_the_manual() -> None:
             for option in action.option_strings:
                 if option.startswith("--") and option != "--help":
                     assert option in text, f"{name} {option}"
+
+
+def test_every_page_is_in_the_index() -> None:
+    index = (GUIDE / "index.md").read_text(encoding="utf-8")
+    pages = [path.name for path in GUIDE.glob("*.md") if path.name != "index.md"]
+    assert [name for name in pages if f"({name})" not in index] == []
+
+
+def _anchors(page: Path) -> set[str]:
+    """Those of a page's headings: small letters, no punctuation, hyphens for spaces."""
+    headings = re.findall(r"^#+ +(.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [*sorted(GUIDE.glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"],
+    ids=lambda path: path.name,
+)
+def test_links_lead_to_files_and_headings(page: Path) -> None:
+    broken = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if re.match(r"\w+:", link):
+            continue  # an address of the web
+        name, _, anchor = link.partition("#")
+        target = (page.parent / name).resolve() if name else page
+        if not target.is_file() or (anchor and anchor not in _anchors(target)):
+            broken.append(link)
+    assert not broken, "\n".join(broken)

@@ -6,11 +6,11 @@
 #include <cstring>
 
 #include "math/error.h"
+#include "render/derivatives/tape.h"
+#include "render/derivatives/throughput.h"
 #include "render/difference.h"
 #include "render/media_scenes.h"
 #include "render/picture_statistics.h"
-#include "render/derivatives/tape.h"
-#include "render/derivatives/throughput.h"
 #include "scene/small_scenes.h"
 
 namespace selenite {

@@ -5,7 +5,7 @@ A fit sees the full, unclamped, unfiltered transport of light. The factory setti
 not: they clamp, filter, denoise and end paths early. One table serves three purposes: a comparison
 render sets all of it, the remarks tell what of it would spoil the artist's own picture and what
 that costs, and "Set Cycles for the Fit" sets just that. The costs were measured with bpy 4.5
-(change of the mean of a whole picture; docs/manual/cycles.md).
+(change of the mean of a whole picture; docs/guide/cycles.md).
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from .unknowns import Unknown
 _TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
 #: Unknowns up to which a fit is verified, and steps by least squares unless told otherwise.
 FEW = 12
-#: A path with derivatives costs about so many without; manual page "fitting".
+#: A path with derivatives costs about so many without; docs/measurements/derivatives.md.
 _DERIVATIVES, _FIELD_DERIVATIVES = 1.3, 2.2
 # Of the native fit's settings: a validation every so many iterations, of so many samples.
 _VALIDATION_EVERY, _VALIDATION_TIMES, _VALIDATION_LEAST = 5, 2, 16

@@ -229,7 +229,7 @@ class SceneValues:
 
     millimetres: in one Blender unit, None where the scene has no system of units.
     physical_refraction: rough refraction towards lights only where a micronormal connects both
-    directions; Cycles evaluates it for every pair (facts sheet "cycles", 1.11).
+    directions; Cycles evaluates it for every pair (docs/method/rendering.md).
     """
 
     cameras: list[CameraValues] = field(default_factory=list)

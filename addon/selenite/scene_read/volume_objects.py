@@ -3,7 +3,7 @@
 
 The density attribute is multiplied by the node's Density, the colour attribute by its Color. Beyond
 the active voxels nothing is. In object space, the default, the density of a scaled object is
-divided by its scale. Sources: facts/cycles.md §2; the rest is compared with Cycles by
+divided by its scale. Sources: docs/method/rendering.md; the rest is compared with Cycles by
 blender_tests/test_volume_objects.py.
 """
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Homogeneous media: volume nodes -> extinction, albedo, anisotropy, and back.
 
-Units are 1 / Blender unit; an object's scale does not change them. Source: facts/cycles.md §2 and
-§10.8 (what Cycles takes from each node, and the inverse).
+Units are 1 / Blender unit; an object's scale does not change them. docs/guide/volumes.md
+has what Cycles takes from each node, and the inverse.
 """
 
 from __future__ import annotations

@@ -4,9 +4,17 @@
 #include <functional>
 
 #include "fit/problem/reparametrization.h"
-#include "fit/solver/optimiser.h"
+#include "fit/problem/problem.h"
+#include "render/film/film.h"
 
 namespace selenite {
+
+/// What an optimiser uses derivative pictures for, on which it depends which estimate of them pays:
+/// see `render_derivatives`.
+enum class Purpose {
+  kInstrumental,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
+  kGradient,    ///< multiplied with the residuals of the same render
+};
 
 /// Where the other picture of a difference lies.
 enum class Side { kUp, kDown, kBoth };

@@ -1,26 +1,47 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cstdint>
 #include <string>
+#include <vector>
 
 #include "fit/problem/reparametrization.h"
-#include "fit/solver/instrumental_variables.h"
+#include "fit/evaluate/half_buffers.h"
 #include "render/driver/render.h"
 
 namespace selenite {
 
+/// Derivatives are rendered in so many portions, with differences from above and from below in
+/// turns. `InstrumentalVariables` keep two parts, and each of them is to hold both sides.
+inline constexpr int kJacobianPortions = 4;
+/// A portion has two halves of one sample at least.
+inline constexpr int kLeastJacobianSpp = 2 * kJacobianPortions;
+
 /// What one camera shows of the unknowns at their start values; no photo takes part.
 struct PhotoJacobian {
-  Film film;
-  /// d picture / d `Reparametrization` over the even and over the odd samples: independent of each other,
-  /// so products of one with the other have no bias of noise.
-  Jacobian a, b;
+  int width = 0, height = 0;
+  SlotLayout layout;
+  Picture mean;              ///< over all samples
+  Eigen::VectorXf variance;  ///< of one sample, 3 numbers a pixel
+  /// With d picture / d `Reparametrization` over the even and over the odd samples: independent of
+  /// each other, so that products of one with the other have no bias of noise.
+  struct Portion {
+    Halves halves;  ///< the residuals are the picture itself
+    int spp;
+  };
+  std::vector<Portion> portions;
+  std::int64_t dropped = 0;
+  std::vector<std::string> not_finite;  ///< components ("Body:ior") whose derivatives are not
+
+  /// Joins all portions.
+  InstrumentalVariables instrumental_variables() const;
 };
 
-/// Takes differences in place of derivatives where a fit does (`render_derivatives`): one render more
-/// for each. Throws Cancelled, InvalidArgument (fewer than two samples; what `render` refuses),
-/// UnknownName.
-PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns, const std::string& camera,
-          const RenderSettings& settings, Progress* progress = nullptr);
+/// Renders and takes differences as a refinement pass does: derivatives in four portions of
+/// `settings.spp` samples together. Throws Cancelled, InvalidArgument (fewer than
+/// `kLeastJacobianSpp`; what `render` refuses), UnknownName.
+PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns,
+                             const std::string& camera, const RenderSettings& settings,
+                             Progress* progress = nullptr);
 
 }  // namespace selenite

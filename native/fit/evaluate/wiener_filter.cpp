@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/evaluate/wiener_filter.h"
 
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
 #include "fit/problem/pixel_weights.h"
 
 namespace selenite {
 namespace {
 
 constexpr int kAround = 4;  ///< radius of the window that the variances are means over
+
+constexpr double kClipQuantile = 0.998;
+/// Every so many entries are looked at for the quantile: it need not be exact.
+constexpr Eigen::Index kQuantileStride = 5;
 
 }  // namespace
 
@@ -48,6 +56,29 @@ Eigen::VectorXf WienerFilter::filter(const Eigen::VectorXf& picture, float noise
                                    (signal_[i].array() + noise * noise_[i].array()),
                                0.f);
   return sum;
+}
+
+Eigen::VectorXf clipped_derivative(const Eigen::VectorXf& column, const Photo& photo, int channel) {
+  std::vector<float> sizes;
+  for (Eigen::Index i = 0; i < column.size(); i += kQuantileStride) {
+    const bool counts = channel < 0 || i % 3 == channel;
+    if (counts && photo.weight[static_cast<std::size_t>(i / 3)] > 0)
+      sizes.push_back(std::abs(column[i]));
+  }
+  if (sizes.empty()) return column;
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(
+                                      kClipQuantile * static_cast<double>(sizes.size() - 1));
+  std::nth_element(sizes.begin(), at, sizes.end());
+  return column.cwiseMax(-*at).cwiseMin(*at);
+}
+
+Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
+                              const Eigen::VectorXf& other, double share, const Photo& photo,
+                              int channel, const Eigen::VectorXf& importance) {
+  const WienerFilter gains(clipped_derivative(one, photo, channel), clipped_derivative(other, photo, channel),
+                        importance, photo.width, photo.height);
+  // In units of the mean variance of the two.
+  return gains.filter(clipped_derivative(mean, photo, channel), static_cast<float>(2 * share));
 }
 
 }  // namespace selenite

@@ -4,6 +4,8 @@
 #include <Eigen/Core>
 #include <array>
 
+#include "fit/problem/photo.h"
+
 namespace selenite {
 
 /// Tells signal from noise in pictures of the same thing that are mostly noise: how much of each band
@@ -27,5 +29,14 @@ class WienerFilter {
   int width_, height_;
   Bands signal_, noise_;  ///< weighted variances around each pixel
 };
+
+/// A column cut at a quantile of its absolute values: single paths must not rule it.
+Eigen::VectorXf clipped_derivative(const Eigen::VectorXf& column, const Photo& photo, int channel);
+
+/// The mean of two independent draws of a picture of derivatives, or of a difference: clipped, filtered
+/// by what the two have in common. `share`: variance of the mean's noise over the sum of theirs.
+Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
+                              const Eigen::VectorXf& other, double share, const Photo& photo,
+                              int channel, const Eigen::VectorXf& importance);
 
 }  // namespace selenite

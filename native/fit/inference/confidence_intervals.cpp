@@ -11,22 +11,11 @@
 namespace selenite {
 namespace {
 
-constexpr double kQuantile90 = 1.6449;
-/// Share of its range, in the coordinate of steps, beyond which a standard deviation says nothing
-/// that the clamps have not said (an even spread over the range has 0.29).
-constexpr double kUndetermined = 0.1;
-constexpr double kPrior = 0.29;
-/// A direction of the normal matrix counts from so many of its own standard deviations.
-constexpr double kResolved = 3;
-constexpr double kCoupled = 2;  ///< the same for its entries beside the diagonal
-constexpr double kCorrelated = 0.8;
-
 using Matrix = Eigen::MatrixXd;
 
 /// How far a coordinate may go: at most a factor of ten either way for what spans decades.
 double range_of(const Reparametrization& reparametrization, Eigen::Index k) {
-  constexpr double kDecades = 4.6;
-  return std::min(reparametrization.maximum()[k] - reparametrization.minimum()[k], kDecades);
+  return std::min(reparametrization.maximum()[k] - reparametrization.minimum()[k], kConfidence.decades);
 }
 
 /// A component that is not solved for: where it goes, and how far from there it may lie (a standard
@@ -66,7 +55,7 @@ Solution solve(const NormalEquations& equations, const Reparametrization& repara
   Solution solution;
   for (Eigen::Index j = 0; j < n; ++j) {
     const double error = std::sqrt(out.col(j).cwiseAbs2().dot(doubt * in.col(j).cwiseAbs2()));
-    if (!(directions.values[j] > kResolved * error)) continue;
+    if (!(directions.values[j] > kConfidence.resolved * error)) continue;
     reciprocal[j] = 1 / directions.values[j];
     const double deviation = std::sqrt(noise(j, j));
     if (std::abs(along[j]) > solution.surprise * deviation)
@@ -78,7 +67,7 @@ Solution solve(const NormalEquations& equations, const Reparametrization& repara
     double steepest = 0;
     for (Eigen::Index k = 0; k < n; ++k) {
       const double range = range_of(reparametrization, free[static_cast<std::size_t>(k)]);
-      steepest = std::max(steepest, std::abs(inverse[k] * in(k, j)) / (kPrior * range));
+      steepest = std::max(steepest, std::abs(inverse[k] * in(k, j)) / (kConfidence.prior * range));
     }
     spread(j, j) = 1 / (steepest * steepest);
   }
@@ -94,7 +83,7 @@ Solution solve(const NormalEquations& equations, const Reparametrization& repara
     for (Eigen::Index k = 0; k < n; ++k) {
       const double error =
           std::sqrt(equations.normal_variance(free[static_cast<std::size_t>(k)], m));
-      if (std::abs(coupling[k]) <= kCoupled * error) coupling[k] = 0;
+      if (std::abs(coupling[k]) <= kConfidence.coupled * error) coupling[k] = 0;
     }
     const Vector answer = solution.inverse * coupling;
     solution.step -= way * answer;
@@ -192,7 +181,7 @@ Vector likely_step(const Unknowns& unknowns, const Reparametrization& reparametr
     const Eigen::Index k = free[i];
     const double variance = solution.covariance(at, at), error = std::sqrt(variance);
     const double to = u[k] + solution.step[at];
-    if (!is_roughness(unknowns, k) || !(error > 0) || error >= kUndetermined * range_of(reparametrization, k))
+    if (!is_roughness(unknowns, k) || !(error > 0) || error >= kConfidence.undetermined * range_of(reparametrization, k))
       continue;
     if (to <= reparametrization.minimum()[k] || to >= reparametrization.maximum()[k]) continue;
     const double less =
@@ -240,12 +229,12 @@ Confidence confidence(const Unknowns& unknowns, const Reparametrization& reparam
   const double error = std::sqrt(solution.covariance(at, at)), step = solution.step[at];
   const double to = u[k] + step;
   one.interval =
-      values_between(reparametrization, u, k, step - kQuantile90 * error, step + kQuantile90 * error);
+      values_between(reparametrization, u, k, step - kConfidence.quantile_90 * error, step + kConfidence.quantile_90 * error);
   Vector end = u;
   end[k] = std::clamp(to, reparametrization.minimum()[k], reparametrization.maximum()[k]);
-  extend_roughness_interval(unknowns, reparametrization, end, k, kQuantile90 * error, one);
+  extend_roughness_interval(unknowns, reparametrization, end, k, kConfidence.quantile_90 * error, one);
   one.standard_error = one.by_slope = error * reparametrization.slope(reparametrization.to_values(end))[k];
-  one.determined = error < kUndetermined * range_of(reparametrization, k);
+  one.determined = error < kConfidence.undetermined * range_of(reparametrization, k);
   if (to <= reparametrization.minimum()[k]) one.at_bound = AtBound::kMinimum;
   if (to >= reparametrization.maximum()[k]) one.at_bound = AtBound::kMaximum;
   return one;
@@ -258,14 +247,14 @@ void square_interval(const Unknowns& unknowns, double x, double step, double err
   const auto end = [&](double to) {
     return std::clamp(to, unknowns.minimum()[k], unknowns.maximum()[k]);
   };
-  const double low = step - kQuantile90 * error, high = step + kQuantile90 * error;
+  const double low = step - kConfidence.quantile_90 * error, high = step + kConfidence.quantile_90 * error;
   one.interval = {end(by_square(x, low)), end(by_square(x, high))};
   if (far)
     one.interval = {std::min(one.interval[0], end(x + low)),
                     std::max(one.interval[1], end(x + high))};
-  one.standard_error = (one.interval[1] - one.interval[0]) / (2 * kQuantile90);
+  one.standard_error = (one.interval[1] - one.interval[0]) / (2 * kConfidence.quantile_90);
   one.determined =
-      one.standard_error < kUndetermined * (unknowns.maximum()[k] - unknowns.minimum()[k]);
+      one.standard_error < kConfidence.undetermined * (unknowns.maximum()[k] - unknowns.minimum()[k]);
 }
 
 /// The component whose error goes most with that of the `at`-th, if that is much.
@@ -274,7 +263,7 @@ int strongest_partner(const Solution& solution, Eigen::Index at,
   const Matrix& covariance = solution.covariance;
   const double own = std::sqrt(covariance(at, at));
   int partner = -1;
-  double strongest = kCorrelated;
+  double strongest = kConfidence.correlated;
   const auto consider = [&](double correlation, Eigen::Index k) {
     if (!(std::abs(correlation) > strongest)) return;
     strongest = std::abs(correlation);
@@ -297,7 +286,7 @@ double extent_of(const Reparametrization& reparametrization, const Vector& u, Ei
   const double here = coordinate_of(reparametrization, u, k, value);
   return std::max(coordinate_of(reparametrization, u, k, interval[1]) - here,
                   here - coordinate_of(reparametrization, u, k, interval[0])) /
-         kQuantile90;
+         kConfidence.quantile_90;
 }
 
 }  // namespace
@@ -321,16 +310,16 @@ Estimate estimate(const Unknowns& unknowns, const Reparametrization& reparametri
     }
     one.standard_error = one.by_slope = std::numeric_limits<double>::infinity();
     one.interval = {unknowns.minimum()[k], unknowns.maximum()[k]};
-    if (equations.normal(k, k) > kResolved * std::sqrt(equations.normal_variance(k, k)))
+    if (equations.normal(k, k) > kConfidence.resolved * std::sqrt(equations.normal_variance(k, k)))
       free.push_back(k);
     else
-      fixed.push_back({k, 0, kPrior * range_of(reparametrization, k)});
+      fixed.push_back({k, 0, kConfidence.prior * range_of(reparametrization, k)});
   }
   const auto confirmed = [&](Eigen::Index k) {
     return !others.squared.empty() && others.squared[static_cast<std::size_t>(k)];
   };
   const auto goes_by_square = [&](const Solution& solution, Eigen::Index at, Eigen::Index k) {
-    const double sure = kUndetermined * range_of(reparametrization, k);
+    const double sure = kConfidence.undetermined * range_of(reparametrization, k);
     return (confirmed(k) && solution.covariance(at, at) < square(sure)) ||
            is_squared(unknowns, equations, solution, at, k);
   };
@@ -390,9 +379,9 @@ void contain(const Unknowns& unknowns, const Reparametrization& reparametrizatio
     high = std::max(high, x[k]);
     const double error =
         (coordinate_of(reparametrization, u, k, high) - coordinate_of(reparametrization, u, k, low)) /
-        (2 * kQuantile90);
-    one.standard_error = std::max(one.standard_error, (high - low) / (2 * kQuantile90));
-    if (error >= kUndetermined * range_of(reparametrization, k)) one.determined = false;
+        (2 * kConfidence.quantile_90);
+    one.standard_error = std::max(one.standard_error, (high - low) / (2 * kConfidence.quantile_90));
+    if (error >= kConfidence.undetermined * range_of(reparametrization, k)) one.determined = false;
     if (unknowns.minimum()[k] < x[k] && x[k] < unknowns.maximum()[k]) one.at_bound = AtBound::kNo;
   }
 }

@@ -7,8 +7,23 @@
 #include <vector>
 
 #include "fit/inference/normal_equations.h"
+#include "fit/problem/saved_state.h"
 
 namespace selenite {
+
+/// Sources: docs/measurements/constants.md, "ConfidenceOptions".
+struct ConfidenceOptions {
+  double quantile_90 = 1.6449;  ///< standard deviations that hold 90 % of a normal distribution
+  /// Share of its range, in `Reparametrization`, beyond which a standard deviation says nothing that
+  /// the bounds have not said.
+  double undetermined = 0.1;
+  double prior = 0.29;     ///< standard deviation of an even spread over the range, as its share
+  double resolved = 3;     ///< own standard deviations from which a direction counts
+  double coupled = 2;      ///< the same for entries of the normal matrix beside the diagonal
+  double correlated = 0.8; ///< correlation that is reported
+  double decades = 4.6;    ///< largest range in logarithms: a factor of ten either way
+};
+inline constexpr ConfidenceOptions kConfidence;
 
 enum class AtBound { kNo, kMinimum, kMaximum };
 
@@ -37,6 +52,7 @@ struct TrustReport {
   /// Values far from the answer that explain the photos as well; see `AlternativeMinima`.
   std::vector<Vector> alternatives;
   std::vector<int> ambiguous;  ///< components that were determined but for them
+  void members(SavedState& state) { state(components, misfit, passes, alternatives, ambiguous); }
 };
 
 /// One Gauss-Newton step from the equations, and how sure it is.
@@ -57,6 +73,9 @@ struct OtherPasses {
   std::vector<std::optional<Known>> known{};  ///< see beside.h
   std::vector<bool> squared{};  ///< components of which nothing goes with the value itself
   double beyond_noise = 1;  ///< errors in units of those told by noise; steps do not depend on it
+  void members(SavedState& state) {
+    state(previous_step, unsure_step, known, squared, beyond_noise);
+  }
 };
 Estimate estimate(const Unknowns& unknowns, const Reparametrization& reparametrization, const Vector& u,
                   const NormalEquations& equations, const OtherPasses& others = {});

@@ -74,6 +74,23 @@ GaussNewton::WeightedResidual InformativePixels::seen(std::size_t i, const Film&
           gauss_newton.weight_by(i, variance).cwiseMin(gauss_newton.weight(i))};
 }
 
+void InformativePixels::members(SavedState& state) {
+  state(pilot_);
+  std::int64_t count = std::ssize(selections_);
+  state(count);
+  if (state.reading())
+    selections_.assign(static_cast<std::size_t>(count), Selection{});
+  for (std::size_t i = 0; i < selections_.size(); ++i) {
+    Selection& one = selections_[i];
+    PixelMask pixels;
+    if (!state.reading()) pixels = *one.photo.pixels;
+    state(pixels, one.jacobians, one.variance, one.gathered);
+    if (!state.reading()) continue;
+    one.photo = problem_->photos[i];
+    one.photo.pixels = std::make_shared<const PixelMask>(std::move(pixels));
+  }
+}
+
 void InformativePixels::weigh(std::vector<GaussNewton::PhotoEquations>& all) {
   const Eigen::Index unknowns = all.front().informative->z.a.slopes.cols();
   Eigen::VectorXf common = Eigen::VectorXf::Zero(unknowns), each = common;

@@ -36,6 +36,8 @@ class InformativePixels {
   /// more, as far as their instruments are no noise.
   static void weigh(std::vector<GaussNewton::PhotoEquations>& all);
 
+  void members(SavedState& state);
+
  private:
   struct Selection {
     Photo photo;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "fit/problem/saved_state.h"
 #include "fit/solver/gauss_newton.h"
 
 namespace selenite {
@@ -20,6 +21,9 @@ struct NormalEquations {
         gradient(Vector::Zero(n)) {}
   /// As if unknown k showed in no picture.
   void remove(Eigen::Index k);
+  void members(SavedState& state) {
+    state(normal, normal_variance, score_covariance, gradient, misfit, misfit_variance);
+  }
   void add(const Photo& photo, const GaussNewton::PhotoEquations& equations, std::size_t photos);
 };
 

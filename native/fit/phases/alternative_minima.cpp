@@ -2,8 +2,6 @@
 #include "fit/phases/alternative_minima.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <utility>
 
 #include "fit/evaluate/seeds.h"
@@ -11,151 +9,95 @@
 namespace selenite {
 namespace {
 
-/// Shares of the samples, a round each.
-constexpr std::array kShares{16, 4, 1};
-constexpr int kLeastOfRound = 16;  ///< samples, where there are as many
-/// Standard deviations by which a alternative must be worse to lose.
-constexpr double kSigmas = 3;
-/// Widths of its interval, and share of its range, that a value of a alternative lies off at least: what is
-/// nearer is the same basin, seen less sharply.
-constexpr double kWidths = 2, kShareOfRange = 0.1;
-constexpr std::size_t kParts = std::tuple_size_v<FilmPair>;
+constexpr int kMostAlternatives = 2;  ///< that are refined, beside the answer
 
-/// Whether component k of `x` is that of another basin.
-bool far_apart(const Reparametrization& reparametrization, const Vector& x, const Vector& answer,
-               Eigen::Index k) {
-  const double range = reparametrization.maximum()[k] - reparametrization.minimum()[k];
-  const double way = reparametrization.from_values(x)[k] - reparametrization.from_values(answer)[k];
-  return std::abs(way) > kShareOfRange * range;
-}
-
-/// Whether what is told about a component leaves `x` out by so many widths.
-bool leaves_out(const Confidence& reported, double x, double widths) {
-  const auto [low, high] = reported.interval;
-  const double margin = widths * (high - low);
-  return reported.determined && (x < low - margin || x > high + margin);
+/// Intervals that contain both.
+void widen(TrustReport& report, const TrustReport& other) {
+  for (std::size_t k = 0; k < report.components.size(); ++k) {
+    Confidence& one = report.components[k];
+    const Confidence& equivalent = other.components[k];
+    if (!one.determined || !equivalent.determined) continue;
+    one.interval[0] = std::min(one.interval[0], equivalent.interval[0]);
+    one.interval[1] = std::max(one.interval[1], equivalent.interval[1]);
+    one.standard_error = std::max(one.standard_error, equivalent.standard_error);
+  }
 }
 
 }  // namespace
 
-AlternativeMinima::AlternativeMinima(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
-               std::vector<Vector> alternatives, std::uint64_t seed, int spp)
-    : problem_(&problem),
-      reparametrization_(problem.unknowns),
-      weights_(std::move(weights)),
-      seed_(seed),
-      most_spp_(spp) {
-  alternatives.insert(alternatives.begin(), std::move(answer));
-  for (Vector& x : alternatives) candidates_.emplace_back().x = std::move(x);
-}
-
-/// Of a part.
-int AlternativeMinima::spp() const {
-  const int share = kShares[static_cast<std::size_t>(round_)];
-  const int all = std::max(most_spp_ / share, std::min(kLeastOfRound, most_spp_));
-  return std::max(all / static_cast<int>(kParts), 2);
-}
-
-bool AlternativeMinima::step(const RenderAt& render) {
-  if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return false;
-  const Photo& photo = problem_->photos[photo_];
-  Candidate& candidate = candidates_[candidate_];
-  const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
-  candidate.seen[part_] = render(candidate.x, photo, spp(),
-                                 seed_of(seed_, purpose, static_cast<int>(photo_)), std::nullopt);
-  if (++part_ < kParts) return true;
-  part_ = 0;
-  if (++candidate_ < candidates_.size()) return true;
-  candidate_ = 0;
-  end_photo();
-  if (++photo_ < problem_->photos.size()) return true;
-  photo_ = 0;
-  end_round();
-  return candidates_.size() > 1 && round_ < static_cast<int>(kShares.size());
-}
-
-void AlternativeMinima::end_photo() {
-  const Photo& photo = problem_->photos[photo_];
-  const Eigen::VectorXf& weights = weights_[photo_];
-  const auto& answer = candidates_.front().seen;
-  for (std::size_t i = 1; i < candidates_.size(); ++i)
-    candidates_[i].against_answer.add(photo, weights, answer, candidates_[i].seen);
-  for (Candidate& candidate : candidates_) {
-    candidate.tiled_loss.append(TiledLoss(merged(candidate.seen), photo, weights), 1);
-    candidate.seen = {};
+void AlternativeMinima::take(FitRun& run, Refinement& refinement) {
+  newest_.x = refinement.values();
+  if (!answer_) {
+    // Where the validation finds its values worse, the linear step to them went too far.
+    if (!run.accept(newest_.x, run.validate({newest_.x, run.point.fields})))
+      refinement.accept(run.result.best);
+    newest_.x = run.result.best;
+    run.result.report = refinement.report();
   }
+  newest_.report = refinement.report();
+  weights_ = refinement.weights();
 }
 
-/// Drops those that have lost.
-void AlternativeMinima::end_round() {
-  const TiledLoss& answer = candidates_.front().tiled_loss;
-  const auto worse = [](const Eigen::ArrayXd& alternative, const Eigen::ArrayXd& answer) {
-    const NoisySum by(alternative - answer);
-    return by.sum > kSigmas * by.deviation;
+std::unique_ptr<MinimaComparison> AlternativeMinima::comparison(const FitRun& run) const {
+  std::vector<Vector> alternatives = pending_;
+  if (answer_) {
+    alternatives.push_back(answer_->x);
+  } else {
+    alternatives = run.problem.unknowns().exchanged(newest_.x);
+    alternatives.insert(alternatives.end(), candidates_.begin(), candidates_.end());
+  }
+  if (alternatives.empty()) return nullptr;
+  const FitSettings& settings = run.problem.settings();
+  return std::make_unique<MinimaComparison>(
+      run.problem.scalars(), weights_, Point{newest_.x, run.point.fields}, std::move(alternatives),
+      stream_seed(settings.seed, Stream::kAlternativeMinima, count_, 0),
+      settings.chosen_refinement_spp());
+}
+
+void AlternativeMinima::take(FitRun& run, const MinimaComparison& comparison) {
+  choose(comparison);
+  if (answer_->x != run.result.best)
+    run.accept(answer_->x, run.validate({answer_->x, run.point.fields}), true);
+  report(run, run.result.report);
+}
+
+/// Between what has just been refined and the answer so far, if there is another.
+void AlternativeMinima::choose(const MinimaComparison& comparison) {
+  const auto is_answer = [&](const MinimaComparison::Survivor& one) {
+    return answer_ && one.x == answer_->x;
   };
-  const auto lost = [&](const Candidate& alternative) {
-    return alternative.against_answer.significant(kSigmas) || worse(alternative.tiled_loss.coarse, answer.coarse) ||
-           worse(alternative.tiled_loss.all, answer.all);
-  };
-  candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
-                    candidates_.end());
-  if (++round_ == static_cast<int>(kShares.size())) return;  // `survivors` tells by the last one
-  for (Candidate& candidate : candidates_) {
-    candidate.tiled_loss = {};
-    candidate.against_answer = {};
+  std::vector<MinimaComparison::Survivor> rest = comparison.pending(newest_.report);
+  std::erase_if(rest, is_answer);
+  for (const MinimaComparison::Survivor& former : comparison.survivors()) {
+    if (!is_answer(former)) continue;
+    if (!former.is_better()) equivalent_.push_back(former.z_score > 0 ? newest_ : *answer_);
+    if (former.z_score > 0) return;
   }
+  pending_.clear();
+  for (const MinimaComparison::Survivor& one : rest) pending_.push_back(one.x);
+  answer_ = newest_;
 }
 
-bool AlternativeMinima::Survivor::is_better() const { return z_score > kSigmas; }
-
-std::vector<AlternativeMinima::Survivor> AlternativeMinima::survivors() const {
-  std::vector<Survivor> survivors;
-  const Vector& answer = candidates_.front().x;
-  for (auto alternative = candidates_.begin() + 1; alternative != candidates_.end(); ++alternative) {
-    bool far = false;
-    for (Eigen::Index k = 0; k < answer.size(); ++k)
-      far = far || far_apart(reparametrization_, alternative->x, answer, k);
-    if (far) survivors.push_back({alternative->x, alternative->against_answer.z_score()});
-  }
-  std::stable_sort(survivors.begin(), survivors.end(),
-                   [](const Survivor& a, const Survivor& b) { return a.z_score > b.z_score; });
-  return survivors;
+void AlternativeMinima::report(const FitRun& run, TrustReport& report) const {
+  report = answer_->report;
+  const Reparametrization reparametrization(run.problem.unknowns());
+  for (const Vector& x : pending_)
+    mark_ambiguous(report, reparametrization, answer_->x, x, false);
+  for (const Refined& one : equivalent_)
+    mark_ambiguous(report, reparametrization, answer_->x, one.x, true);
+  for (const Refined& one : equivalent_) widen(report, one.report);
 }
 
-std::vector<AlternativeMinima::Survivor> AlternativeMinima::pending(const TrustReport& report) const {
-  std::vector<Survivor> found = survivors();
-  std::erase_if(found, [&](const Survivor& one) {
-    TrustReport judged = report;
-    mark_ambiguous(judged, reparametrization_, candidates_.front().x, one.x, false);
-    return !one.is_better() && judged.alternatives.size() == report.alternatives.size();
-  });
-  return found;
+std::optional<Vector> AlternativeMinima::next() {
+  if (pending_.empty() || count_ == kMostAlternatives) return std::nullopt;
+  ++count_;
+  Vector x = std::move(pending_.front());
+  pending_.erase(pending_.begin());
+  return x;
 }
 
-double AlternativeMinima::fraction() const {
-  const double rounds = static_cast<double>(kShares.size());
-  if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return 1;
-  const auto of_photo = static_cast<double>(kParts * candidates_.size());
-  const double done = (static_cast<double>(photo_) +
-                       static_cast<double>(kParts * candidate_ + part_) / of_photo) /
-                      static_cast<double>(problem_->photos.size());
-  return (round_ + done) / rounds;
-}
-
-void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
-             const Vector& alternative, bool refined) {
-  bool any = false;
-  for (std::size_t k = 0; k < report.components.size(); ++k) {
-    Confidence& reported = report.components[k];
-    const auto at = static_cast<Eigen::Index>(k);
-    if (!far_apart(reparametrization, alternative, answer, at) ||
-        !leaves_out(reported, alternative[at], refined ? 0 : kWidths))
-      continue;
-    any = true;
-    reported.determined = false;
-    report.ambiguous.push_back(static_cast<int>(k));
-  }
-  if (any) report.alternatives.push_back(alternative);
+void AlternativeMinima::members(SavedState& state) {
+  state(candidates_, newest_, weights_, answer_, pending_, equivalent_, count_);
 }
 
 }  // namespace selenite

@@ -1,74 +1,50 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
+#include <memory>
+#include <optional>
 #include <vector>
 
-#include "fit/evaluate/tiled_loss.h"
-#include "fit/phases/multi_start.h"
-#include "fit/inference/confidence_intervals.h"
+#include "fit/phases/minima_comparison.h"
+#include "fit/phases/refinement.h"
+#include "fit/state/phase.h"
 
 namespace selenite {
 
-/// Compares the answer of a fit with values that its search refined and left for others, and with
-/// itself after an exchange of what acts alike: where one of them explains the photos as well, another
-/// basin may hold the truth, of which intervals around the answer know nothing. Where one explains
-/// them better, it does.
-///
-/// Equal seeds, first with a sixteenth of the samples, then with a quarter and with all for those
-/// that still stand. A alternative loses by `TiledLoss`, coarse or in detail, or by `PairedMidpointTest`. Refined in
-/// small pictures only, it is worse than the bottom of its basin: photos that tell basins apart do so
-/// here, too.
+/// Values far from the answer that may explain the photos as well: those that a multi-start left for
+/// others, and the answer with unknowns that act alike exchanged. Each refined answer is compared with
+/// them; those that matter are refined in their turn and may take its place.
 class AlternativeMinima {
  public:
-  /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
-  /// samples of a pixel at most.
-  AlternativeMinima(const Problem& problem, std::vector<Eigen::VectorXf> weights, Vector answer,
-         std::vector<Vector> alternatives, std::uint64_t seed, int spp);
-  /// The next picture; false when it was the last. May throw what `render` throws.
-  bool step(const RenderAt& render);
-  double fraction() const;
-  /// After the last step: one that stands and lies far from the answer, and by how many standard
-  /// deviations the photos are nearer to it than to the answer.
-  struct Survivor {
-    Vector x;
-    double z_score;
-    /// Nearer for certain.
-    bool is_better() const;
-  };
-  /// Likewise: those that lie far from the answer, the nearest to the photos first.
-  std::vector<Survivor> survivors() const;
-  /// Likewise: those of them that matter, because they won or because they contest what `report` tells.
-  std::vector<Survivor> pending(const TrustReport& report) const;
+  void add_candidates(std::vector<Vector> candidates) { candidates_ = std::move(candidates); }
+  /// Alternatives that have been refined, or are being.
+  int refined() const { return count_; }
+  /// Takes the end of a refinement; the first one is the answer.
+  void take(FitRun& run, Refinement& refinement);
+  /// The comparison that follows; null where there is nothing to compare.
+  std::unique_ptr<MinimaComparison> comparison(const FitRun& run) const;
+  /// Takes the end of a comparison: moves to what explains the photos best, and reports the others.
+  void take(FitRun& run, const MinimaComparison& comparison);
+  /// The alternative to be refined next, if there is one.
+  std::optional<Vector> next();
+  void members(SavedState& state);
 
  private:
-  struct Candidate {
+  struct Refined {
     Vector x;
-    FilmPair seen;         ///< of the current photo
-    TiledLoss tiled_loss;  ///< of this round
-    PairedMidpointTest against_answer;    ///< likewise: how much nearer to the photos the answer is
+    TrustReport report;
+    void members(SavedState& state) { state(x, report); }
   };
+  void choose(const MinimaComparison& comparison);
+  void report(const FitRun& run, TrustReport& report) const;
 
-  int spp() const;
-  void end_photo();
-  void end_round();
-
-  const Problem* problem_;
-  Reparametrization reparametrization_;
-  std::vector<Eigen::VectorXf> weights_;
-  std::vector<Candidate> candidates_;  ///< the answer, then those that stand
-  std::uint64_t seed_;
-  int most_spp_;
-  int round_ = 0;
-  std::size_t photo_ = 0, candidate_ = 0;  ///< of the next picture
-  std::size_t part_ = 0;                     ///< likewise
+  std::vector<Vector> candidates_;
+  Refined newest_;                       ///< by the newest refinement
+  std::vector<Eigen::VectorXf> weights_;  ///< of the residuals there
+  std::optional<Refined> answer_;        ///< once it has been compared
+  std::vector<Vector> pending_;          ///< not excluded and not refined yet
+  std::vector<Refined> equivalent_;      ///< refined, and nothing tells them from the answer
+  int count_ = 0;
 };
-
-/// Notes in `report`, which is about `answer`, a alternative that explains the photos as well if it lies far
-/// outside what is reported, and takes back that these values are determined. refined: at the bottom of
-/// its basin; else widths of an interval may lie between what are the same values.
-void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
-             const Vector& alternative, bool refined);
 
 }  // namespace selenite

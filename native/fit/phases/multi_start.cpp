@@ -135,15 +135,14 @@ std::uint64_t MultiStart::seed_for(int purpose, int index, int photo) const {
 }
 
 /// Equal seeds for all candidates: what they have in common cancels in a comparison.
-void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, const RenderAt& render) const {
+void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const {
   candidate.tiled_loss = TiledLoss();
   const double share = 1.0 / static_cast<double>(photos_.size());
   for (std::size_t v = 0; v < photos_.size(); ++v) {
     const Photo& photo = photos_[v];
     FilmPair parts;
     for (int i = 0; i < 2; ++i)
-      parts[static_cast<std::size_t>(i)] = render(
-          candidate.x, photo, spp / 2, seed_for(purpose, i, static_cast<int>(v)), std::nullopt);
+      parts[static_cast<std::size_t>(i)] = evaluator.evaluate({candidate.x}, photo, {spp / 2, seed_for(purpose, i, static_cast<int>(v))});
     candidate.tiled_loss.append(TiledLoss(merged(parts), photo, weights_[v]), share);
     if (round_ == kLast) candidate.pictures.push_back(std::move(parts));
   }
@@ -170,7 +169,7 @@ void MultiStart::rank() {
   }
 }
 
-void MultiStart::descend(Candidate& candidate, int index, int steps, const RenderAt& render) const {
+void MultiStart::descend(Candidate& candidate, int index, int steps, Evaluator& evaluator) const {
   if (!candidate.steps) candidate.steps = std::make_shared<GaussNewton>(problem_);
   for (int n = 0; n < steps; ++n) {
     std::vector<Observation> seen;
@@ -178,8 +177,9 @@ void MultiStart::descend(Candidate& candidate, int index, int steps, const Rende
       const int purpose = 16 + 64 * round_ + n;
       seen.push_back(
           {static_cast<int>(v),
-           render(candidate.x, photos_[v], kStepSpp,
-                  seed_for(purpose, index, static_cast<int>(v)), Differences{alternating_side(n)}),
+           evaluator.evaluate({candidate.x}, photos_[v],
+                              {kStepSpp, seed_for(purpose, index, static_cast<int>(v)),
+                               Differences{alternating_side(n)}}),
            {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
@@ -207,14 +207,14 @@ void MultiStart::keep_best(std::size_t count) {
   candidates_ = std::move(kept);
 }
 
-bool MultiStart::step(const RenderAt& render) {
+bool MultiStart::step(Evaluator& evaluator) {
   if (round_ > kLast) return false;
   Candidate& candidate = candidates_[next_];
   const bool final = round_ == kLast;
   if (round_ > 0 && !final && !candidate.untouched)
     descend(candidate, static_cast<int>(next_), kRounds[static_cast<std::size_t>(round_) - 1].steps,
-           render);
-  evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, render);
+           evaluator);
+  evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, evaluator);
   done_ = (round_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
           (kLast + 1);
   if (++next_ < candidates_.size()) return true;
@@ -233,6 +233,20 @@ bool MultiStart::step(const RenderAt& render) {
     }
   }
   return ++round_ <= kLast;
+}
+
+void MultiStart::members(SavedState& state) {
+  std::int64_t count = std::ssize(candidates_);
+  state(count);
+  if (state.reading()) candidates_.resize(static_cast<std::size_t>(count));
+  for (Candidate& one : candidates_) {
+    bool has_steps = one.steps != nullptr;
+    state(one.x, one.from_start, one.untouched, one.loss, one.rank, one.tiled_loss, one.pictures,
+          one.tiles, has_steps);
+    if (state.reading() && has_steps) one.steps = std::make_shared<GaussNewton>(problem_);
+    if (has_steps) state(*one.steps);
+  }
+  state(next_, round_, done_, chosen_, result_);
 }
 
 double MultiStart::fraction() const { return done_; }

@@ -7,26 +7,14 @@
 #include <optional>
 #include <vector>
 
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/state/fit_result.h"
 #include "fit/solver/gauss_newton.h"
+#include "fit/evaluate/paired_test.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/evaluate/finite_differences.h"
 
 namespace selenite {
-
-/// A photo rendered at values x, with the slots of all unknowns and the differences that
-/// `derivatives` names.
-using RenderAt = std::function<Film(const Vector& x, const Photo& photo, int spp,
-                                    std::uint64_t seed, std::optional<Differences> derivatives)>;
-
-/// What a search has found; losses are of small pictures in Gauss-Newton's first weights,
-/// without the bias of noise and without detail that is noise.
-struct MultiStartResult {
-  int points = 0;             ///< looked at, the start included; 0: there was no search
-  bool moved = false;         ///< whether the fit goes on elsewhere than at the start
-  double start_loss = 0;      ///< at the user's values
-  double loss = 0;            ///< where the fit goes on
-  double standard_error = 0;  ///< of `loss` minus `start_loss`
-};
 
 /// Looks for the basin before the first step: points spread over the clamps, in small pictures with
 /// few samples, the best of them refined by a few Gauss-Newton steps, fewer and fewer of them.
@@ -45,14 +33,16 @@ class MultiStart {
   MultiStart(const MultiStart&) = delete;  // the small problem refers to members
   MultiStart& operator=(const MultiStart&) = delete;
 
-  /// The next portion of the work; false when nothing is left. May throw what `render` throws.
-  bool step(const RenderAt& render);
+  /// The next portion of the work; false when nothing is left. Throws what `evaluate` throws.
+  bool step(Evaluator& evaluator);
   double fraction() const;
   /// Once `step` has returned false: the values to go on from.
   const Vector& values() const { return chosen_; }
   const MultiStartResult& result() const { return result_; }
   /// Likewise: other values that were refined to the end.
   std::vector<Vector> others() const;
+
+  void members(SavedState& state);
 
  private:
   struct Candidate {
@@ -68,8 +58,8 @@ class MultiStart {
   double point_in_range(int component, double at) const;
   std::vector<Vector> spread_points() const;
   std::uint64_t seed_for(int purpose, int index, int photo) const;
-  void evaluate(Candidate& candidate, int spp, int purpose, const RenderAt& render) const;
-  void descend(Candidate& candidate, int index, int steps, const RenderAt& render) const;
+  void evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const;
+  void descend(Candidate& candidate, int index, int steps, Evaluator& evaluator) const;
   void rank();
   bool same_basin(const Vector& x, const Vector& y) const;
   bool equivalent(const Candidate& one, const Candidate& other) const;

@@ -2,97 +2,87 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <vector>
 
-#include "fit/inference/informative_pixels.h"
-#include "fit/phases/multi_start.h"
-#include "fit/inference/confidence_intervals.h"
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/phases/refined_point.h"
 
 namespace selenite {
 
-/// Looks again at the answer of a fit, with fresh seeds and frozen values, and says how sure it is.
+struct RefinementOptions {
+  int most_passes = 4;
+  double converged_sigmas = 3;  ///< a longer step, in standard deviations: x was not there yet
+  /// Share of the longest step within which a linear step is as good as a pass at its end.
+  double near = 0.1;
+  int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
+  int offset_share = 4;    ///< of a pass at an offset, which gathers its own instruments
+  /// Of the samples of residuals. With an eighth, intervals are too narrow where unknowns nearly make up
+  /// for each other. Measured: docs/measurements/intervals.md.
+  int derivative_share = 4;
+  int warm_ups = 2;  ///< pictures that gather instruments where the fit has none
+};
+
+/// Refinement passes at fixed values: renders the photos with fresh seeds at the values that a fit has
+/// found, steps, and reports how sure they are.
 ///
-/// All samples of a look are for the same values, so its step and its covariance
-/// H^-1 Cov(g) H^-1 need no assumption about the way that led there. Cov(g) is summed from the
-/// residuals themselves, pixel by pixel: the noise of the photos is in it without being known. The
-/// answer moves by that step; where it is more than noise the look is repeated from there, and if the
-/// last step still is, its length is an error beside the noise: it may have gone too far, or half of
-/// the way. The first looks take few samples: they are the way to where the next one begins, and where
-/// the last step is mostly their noise it is weighed against them by the samples of both. What may
-/// be known badly at the end, as its slope vanishes near there, is looked at once more from beside
-/// (beside.h), and where that leads elsewhere there is one look more.
-///
-/// Beside fields there are three looks, and each has a second part: a closer one at the pixels that tell
-/// most (`InformativePixels`). The differences of the first look, more than its own samples, tell which they are.
+/// Where the step is more than noise the pass is repeated from its end, and if the last one still is, its
+/// length is an error beside the noise. The first passes take few samples: they are the way to where the
+/// next one begins, and where the last step is mostly their noise it is weighed against them by the
+/// samples of both. A value that may be known badly because its slope vanishes near there is expanded at
+/// an offset (offset_expansion.h), and where that leads elsewhere there is one more pass.
 class Refinement {
  public:
-  /// `problem` must outlive it. Takes instruments from `optimiser` where there is one that has some.
-  /// `fields`: unknown too, and must outlive it. They go along with the values, so that `render` has to
-  /// show them where they stand by then; nothing is looked at from beside, and a roughness that looks
-  /// sharp is left as it is.
-  Refinement(const Problem& problem, const Optimiser* optimiser, Vector x, std::uint64_t seed,
-               int spp, int iteration_spp, FieldGaussNewton* fields = nullptr);
-  /// The next photo of a pass; false when it was the last of the last.
-  bool step(const RenderAt& render);
+  /// `problem` must outlive it. Takes instruments from `optimiser`; null: it gathers its own. `fields` are
+  /// those at which the photos are rendered.
+  Refinement(const Problem& problem, const GaussNewton* optimiser, Point point, std::uint64_t seed,
+             int spp, int iteration_spp, RefinementOptions options = {});
+
+  /// The next photo of a pass; false when it was the last of the last. Throws what `evaluate` throws.
+  bool step(Evaluator& evaluator);
   double fraction() const;
-  const Vector& values() const { return x_; }
-  /// After the last step: the answer is not `values` but `x`, for what they were found by does not
-  /// hold that far. How far they are apart is an error beside the noise.
-  void accept(const Vector& x);
-  const TrustReport& report() const { return report_; }
+  const Vector& values() const { return point_.x; }
+  /// See `RefinedPoint::accept`.
+  void accept(const Vector& x) { point_.accept(x); }
+  const TrustReport& report() const { return point_.report; }
   /// Of the residuals of each photo, by what was seen of their noise.
   std::vector<Eigen::VectorXf> weights() const;
+  void members(SavedState& state);
 
  private:
-  Observation derivatives(int purpose, int portion, int spp, std::size_t photo_index, const Photo& photo,
-                          const RenderAt& render) const;
-  void gather_first_jacobians(const RenderAt& render);
+  Observation derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
+                          std::size_t index) const;
+  void gather_first_jacobians(Evaluator& evaluator);
   /// The derivatives of this photo that go with residuals of `spp` samples.
-  void gather(int spp, const RenderAt& render);
-  bool is_left_out(int k) const;
-  bool is_roughness(int k) const;
-  void select_informative();
-  /// The next photo where it is in informative.
-  bool measure_informative(const RenderAt& render);
-  void end_with_fields();
+  void gather(Evaluator& evaluator, int spp);
   void end_pass();
-  double reach_of(const Estimate& now) const;
-  void apply(const Estimate& now);
-  /// Goes on with a look from `x`, which gathers instruments of its own.
+  /// Goes on with a pass at the offset x, which gathers instruments of its own.
   void expand_at_offset(const Vector& x);
   void end_offset();
-  /// One more look, from where that has led.
+  /// One more pass, from where the offset has led.
   void refine_after_offset();
-  /// `way`, in `Reparametrization`, is an error beside the noise of the answer x.
-  void widen(const Vector& way, const Vector& x);
-  /// What is known of x.
-  void report_components(const Estimate& now, const Vector& x);
   int purpose() const;
   int pass_spp(int pass) const;
   double noise_of_step() const;
 
-  const Problem* problem_;
-  GaussNewton gauss_newton_;
-  bool has_jacobians_;
-  NormalEquations found_;  ///< of this pass so far
-  Vector u_;        ///< of the last pass, in `Reparametrization`
-  OtherPasses others_;
-  std::size_t photo_ = 0;  ///< the next of this pass; beyond the last: those in focus
-  Vector x_;
-  std::uint64_t seed_;
-  int spp_, iteration_spp_;
-  FieldGaussNewton* fields_;
-  std::vector<GaussNewton::PhotoEquations> photo_equations_;  ///< in this pass so far, where there are fields
-  InformativePixels informative_;
-  bool over_ = false;
-  /// What belongs to the answer, while a look is taken from beside it.
+  /// What belongs to the answer, while a pass is taken at an offset from it.
   struct Suspended {
     GaussNewton gauss_newton;
-    NormalEquations found;
+    NormalEquations equations;
     Vector u, x;
+    void members(SavedState& state) { state(gauss_newton, equations, u, x); }
   };
+
+  RefinementOptions options_;
+  RefinedPoint point_;
+  FieldValues fields_;
+  bool has_jacobians_;
+  std::size_t photo_ = 0;  ///< the next of this pass
+  std::uint64_t seed_;
+  int spp_, iteration_spp_;
+  bool over_ = false;
   std::optional<Suspended> suspended_;
-  bool after_offset_ = false;  ///< this look begins where one from beside has led
-  TrustReport report_;
+  bool after_offset_ = false;  ///< this pass begins where one at an offset has led
 };
 
 }  // namespace selenite

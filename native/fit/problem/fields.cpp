@@ -6,12 +6,8 @@
 #include <limits>
 #include <optional>
 #include <sstream>
-#include <stdexcept>
 
-#include "fit/problem/saved_state.h"
-#include "fit/solver/gaussian_blur.h"
 #include "math/error.h"
-#include "math/scalar.h"
 
 namespace selenite {
 namespace {
@@ -98,26 +94,6 @@ Scene with_values(const Scene& scene, const ImageRef& ref, const Eigen::VectorXf
   return scene.with_image(ref, std::move(pixels));
 }
 
-/// The loss of one pixel, where losses of pixels add up.
-PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Photo& photo,
-                          std::size_t pixel) {
-  Film one;
-  one.width = one.height = 1;
-  one.spp = film.spp;
-  one.mean = {film.mean[pixel]};
-  one.half_a = {film.half_a[pixel]};
-  one.variance = {film.variance[pixel]};
-  Photo part;
-  part.id = photo.id;
-  part.camera = photo.camera;
-  part.width = part.height = 1;
-  part.reference = {photo.reference[pixel]};
-  part.weight = {photo.weight[pixel]};
-  part.total_weight = photo.total_weight;
-  const LossResult result = loss.evaluate(one, part);
-  return {result.slope[0], result.curvature.empty() ? Colorf() : result.curvature[0]};
-}
-
 }  // namespace
 
 bool Fields::is_field(const UnknownParameter& one) {
@@ -180,59 +156,6 @@ std::vector<Color<double>> Fields::means(const FieldValues& values) const {
     means.push_back(sum * static_cast<double>(n) / static_cast<double>(v.size()));
   }
   return means;
-}
-
-FieldAdam::FieldAdam(const Fields& fields) : fields_(&fields) {
-  for (const Vector& start : fields.start()) moments_.emplace_back(start.size());
-}
-
-void FieldAdam::members(SavedState& state) {
-  for (AdamMoments& moments : moments_) state(moments);
-}
-
-void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
-                     const std::vector<FieldStep>& how) {
-  for (std::size_t f = 0; f < values.size(); ++f) {
-    for (std::size_t i = 0; i < gradients[f].size(); ++i)
-      if (!std::isfinite(gradients[f][i]))
-        throw std::runtime_error("The derivative with respect to number " + std::to_string(i) +
-                                 " of " + fields_->names()[f] +
-                                 " is not finite; report this scene");
-    std::vector<double> slopes = gradients[f];
-    if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
-      const double texels = how[f].spread * image->width() * image->height();
-      slopes =
-          gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
-                   std::sqrt(texels / (4 * kPi<double>)), image->extension() == Extension::kRepeat);
-    }
-    const Eigen::Map<const Vector> gradient(slopes.data(),
-                                            static_cast<Eigen::Index>(slopes.size()));
-    const UnknownParameter& one = fields_->wanted()[f];
-    const auto same = [&](double x) { return Vector::Constant(gradient.size(), x); };
-    values[f] = moments_[f].update(values[f], gradient, same(how[f].rate * one.learning_rate),
-                                   same(one.minimum), same(one.maximum));
-  }
-}
-
-FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
-                                  const Photo& photo, const Loss& loss,
-                                  const RenderSettings& settings, Progress* progress) {
-  const auto render = [&](const PixelLoss& pixel) {
-    return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);
-  };
-  if (loss.per_pixel)
-    return render([&](std::size_t pixel, const Film& film) {
-      return slope_of_pixel(loss, film, photo, pixel);
-    });
-  const FieldGradient first = render({});
-  const LossResult result = loss.evaluate(first.film, photo);
-  FieldGradient second = render([&](std::size_t pixel, const Film&) {
-    return PixelSlope{result.slope[pixel],
-                      result.curvature.empty() ? Colorf() : result.curvature[pixel]};
-  });
-  second.film.seconds += first.film.seconds;
-  second.film.cpu_seconds += first.film.cpu_seconds;
-  return second;
 }
 
 }  // namespace selenite

@@ -6,10 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "fit/solver/adam.h"
-#include "fit/problem/loss.h"
 #include "fit/problem/unknowns.h"
-#include "render/driver/field_gradient.h"
+#include "scene/scene.h"
 
 namespace selenite {
 
@@ -53,34 +51,5 @@ class Fields {
   std::vector<std::shared_ptr<const Texture>> images_;  ///< at the start; none: a grid
   FieldValues start_;
 };
-
-/// A step of a field.
-struct FieldStep {
-  double rate = 1;  ///< in learning rates
-  /// Of an image, the share over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
-  /// Neighbours are alike more often than not, and what one photo tells of few texels is mostly noise.
-  double spread = 0;
-};
-
-/// Adam over all fields; a copy is its whole state.
-class FieldAdam {
- public:
-  explicit FieldAdam(const Fields& fields);
-  /// One step along the gradient of each field, one `how` a field. Throws std::runtime_error naming
-  /// field and number when a derivative is not finite.
-  void step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
-            const std::vector<FieldStep>& how);
-  void members(SavedState& state);
-
- private:
-  const Fields* fields_;
-  std::vector<AdamMoments> moments_;
-};
-
-/// Picture, and the loss's derivative by every value of the fields, from the same samples: in one pass
-/// where the loss is a sum over pixels, else in two.
-FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
-                                  const Photo& photo, const Loss& loss,
-                                  const RenderSettings& settings, Progress* progress);
 
 }  // namespace selenite

@@ -58,6 +58,11 @@ std::string problem_of(Photo& photo) {
 
 }  // namespace
 
+void check_photo(Photo& photo) {
+  const std::string problem = problem_of(photo);
+  if (!problem.empty()) throw InvalidArgument(problem);
+}
+
 Photo Photo::resized(int longest) const {
   if (std::max(width, height) <= longest) return *this;
   const double scale = static_cast<double>(longest) / std::max(width, height);

@@ -45,5 +45,7 @@ struct Photo {
 /// leak. Reports all problems at once: InvalidArgument (sizes, NaN or infinite photo pixels,
 /// negative or all-zero weights, an id given twice), UnknownName (no such camera).
 void check_photos(const Scene& scene, std::vector<Photo>& photos);
+/// The same for one photo, whatever its camera: InvalidArgument.
+void check_photo(Photo& photo);
 
 }  // namespace selenite

@@ -6,9 +6,6 @@
 namespace selenite {
 namespace {
 
-constexpr double kDimShare = 0.3;  ///< of the mean, added to a pixel's brightness
-constexpr int kBlurRadius = 2;
-
 /// How many of 2 `radius` + 1 in a row, i the middle one, lie within `count`.
 int inside(int i, int count, int radius) {
   return std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
@@ -16,11 +13,11 @@ int inside(int i, int count, int radius) {
 
 /// Mean over the square of pixels around each without that pixel itself.
 Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
-  Eigen::VectorXf out = box_blur(level, width, height, kBlurRadius);
+  constexpr int kRadius = kPixelWeights.radius;
+  Eigen::VectorXf out = box_blur(level, width, height, kRadius);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const auto count =
-          static_cast<float>(inside(x, width, kBlurRadius) * inside(y, height, kBlurRadius));
+      const auto count = static_cast<float>(inside(x, width, kRadius) * inside(y, height, kRadius));
       if (count == 1) continue;  // a picture of one pixel
       const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
       out.segment<3>(at) =
@@ -40,9 +37,8 @@ Eigen::VectorXf brightness(const Photo& photo) {
       level[static_cast<Eigen::Index>(3 * i) + c] = value;
       mean += photo.share(i) * value;
     }
-  constexpr double kBlack = 1e-6;
   return around(level, photo.width, photo.height).array() +
-         static_cast<float>(kDimShare * std::max(mean, kBlack));
+         static_cast<float>(kPixelWeights.dim_share * std::max(mean, kPixelWeights.black));
 }
 
 Eigen::VectorXf shares(const Photo& photo, std::size_t photos) {
@@ -55,6 +51,13 @@ Eigen::VectorXf shares(const Photo& photo, std::size_t photos) {
 
 Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos) {
   return shares(photo, photos).cwiseQuotient(brightness(photo).cwiseAbs2());
+}
+
+Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
+                              const Eigen::VectorXf& variance) {
+  const Eigen::VectorXf model = brightness(photo) * static_cast<float>(kPixelWeights.model_error);
+  const auto samples = static_cast<float>(kPixelWeights.final_samples);
+  return shares(photo, photos).cwiseQuotient(variance / samples + model.cwiseAbs2());
 }
 
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {

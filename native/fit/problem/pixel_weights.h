@@ -9,6 +9,17 @@ namespace selenite {
 
 // Columns hold the channels of pixels, three numbers a pixel.
 
+/// Sources: docs/measurements/constants.md, "PixelWeightsOptions".
+struct PixelWeightsOptions {
+  double dim_share = 0.3;     ///< of the photo's mean, added to a pixel's brightness
+  int radius = 2;             ///< of the neighbourhood whose brightness counts
+  double black = 1e-6;        ///< least mean brightness: keeps the weights of a black photo finite
+  int noise_radius = 2;       ///< of the mean over the noise of neighbours
+  double final_samples = 64;  ///< samples that a pixel has seen in the end
+  double model_error = 0.05;  ///< of a pixel's brightness
+};
+inline constexpr PixelWeightsOptions kPixelWeights;
+
 /// Brightness of the photo around each pixel, without the pixel itself, kept away from 0. With it
 /// weights would go up and down with the photo's noise, and weighted residuals lean to one side.
 Eigen::VectorXf brightness(const Photo& photo);
@@ -19,6 +30,11 @@ Eigen::VectorXf shares(const Photo& photo, std::size_t photos);
 /// The shares over the squared brightness: a weighted sum of squared residuals is their mean square
 /// relative to the photo.
 Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos);
+
+/// The shares over the variance of a residual: that of the render in the end, and a model error.
+/// `variance`: of one sample, 3 numbers a pixel.
+Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
+                              const Eigen::VectorXf& variance);
 
 /// Mean over squares of 2 `radius` + 1 pixels, within the picture.
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius);

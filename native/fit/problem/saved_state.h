@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <array>
 #include <deque>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -13,6 +15,7 @@
 
 #include "math/error.h"
 #include "math/hash.h"
+#include "render/film/film.h"
 
 namespace selenite {
 
@@ -91,10 +94,37 @@ class SavedState {
     }
     raw(part.data(), size);
   }
+  template <class T, int Rows, int Columns, int Order>
+  void one(Eigen::Array<T, Rows, Columns, Order>& part) {
+    Eigen::Matrix<T, Rows, Columns, Order> matrix = part;
+    one(matrix);
+    if (reading_) part = matrix.array();
+  }
   void one(std::string& part) { list(part); }
+  void one(SlotFilm& part) { (*this)(part.mean, part.half_a, part.variance, part.covariance); }
+  void one(Film& part) {
+    (*this)(part.width, part.height, part.spp, part.mean, part.half_a, part.variance, part.slots,
+            part.dropped, part.first_dropped, part.truncated, part.seconds, part.cpu_seconds);
+  }
+  template <class T, std::size_t N>
+  void one(std::array<T, N>& part) {
+    for (T& item : part) one(item);
+  }
+  template <class T>
+  void one(std::optional<T>& part) {
+    bool has_value = part.has_value();
+    one(has_value);
+    if (reading_) part = has_value ? std::optional<T>(T{}) : std::nullopt;
+    if (has_value) one(*part);
+  }
   template <class T>
   void one(std::vector<T>& part) {
     list(part);
+  }
+  void one(std::vector<bool>& part) {
+    std::vector<char> items(part.begin(), part.end());
+    list(items);
+    if (reading_) part.assign(items.begin(), items.end());
   }
   template <class T>
   void one(std::deque<T>& part) {

@@ -6,7 +6,7 @@
 
 #include "fit/problem/reparametrization.h"
 #include "fit/problem/fields.h"
-#include "fit/solver/optimiser.h"
+#include "fit/problem/problem.h"
 
 namespace selenite {
 

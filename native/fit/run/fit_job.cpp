@@ -41,7 +41,7 @@ void FitJob::run() {
   try {
     while (fit_.step(&progress_)) {
       publish(false);
-      if (fit_.can_be_saved() && state_wanted_.exchange(false)) {
+      if (state_wanted_.exchange(false)) {
         auto saved = std::make_shared<const std::string>(fit_.saved());
         const std::scoped_lock lock(mutex_);
         saved_ = std::move(saved);
@@ -89,7 +89,7 @@ void FitJob::enter_phase() {
 
 double FitJob::seconds_left() const {
   const FitResult& result = *published_;
-  const double done = phase_ == Phase::kDescent
+  const double done = phase_ == PhaseKind::kDescent
                           ? static_cast<double>(result.iterations - phase_from_) /
                                 (fit_.all_iterations() - phase_from_)
                           : result.phase_fraction;

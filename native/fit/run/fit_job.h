@@ -18,8 +18,8 @@ struct FitState {
   bool running = false, done = false;
   std::string error;            ///< why it failed; empty if it did not
   std::string stopped_because;  ///< empty while running
-  std::string phase;            ///< "multi-start", "descent", "refinement"
-  double phase_fraction = 0;    ///< of the search or the refinement
+  std::string phase;            ///< see `phase_text`
+  double phase_fraction = 0;    ///< of the phase
   int iteration = 0, iterations = 0;
   double loss = 0, validation = 0, validation_standard_error = 0;  ///< newest; NaN: none yet
   double seconds = 0;
@@ -60,7 +60,7 @@ class FitJob {
   const Unknowns& unknowns() const { return fit_.unknowns(); }
   const Fields& fields() const { return fit_.fields(); }
   const std::vector<Photo>& photos() const { return fit_.photos(); }
-  const std::string& optimiser_name() const { return fit_.optimiser_name(); }
+  std::string optimiser_name() const { return std::string(fit_.strategy().optimiser.name); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -76,7 +76,7 @@ class FitJob {
   bool started_ = false, over_ = false;
   Clock::time_point begin_, end_;
   double seconds_before_ = 0;  ///< of the fit that this one goes on with
-  Phase phase_ = Phase::kDescent;
+  PhaseKind phase_ = PhaseKind::kDescent;
   Clock::time_point phase_begin_;
   int phase_from_ = 0;  ///< iterations before the phase began
   std::shared_ptr<const std::string> saved_;

@@ -73,6 +73,10 @@ std::unique_ptr<FieldGaussNewton> FieldGaussNewton::of(const Fields& fields,
   return nullptr;
 }
 
+bool FieldGaussNewton::applies(const Fields& fields, const std::vector<Photo>& photos) {
+  return of(fields, photos) != nullptr;
+}
+
 FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos, int cell)
     : cell_(cell) {
   FieldValues low = fields.start(), high = low;

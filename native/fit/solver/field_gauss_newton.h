@@ -10,6 +10,7 @@
 #include "fit/problem/photo.h"
 #include "fit/problem/fields.h"
 #include "fit/solver/instrumental_variables.h"
+#include "render/driver/field_gradient.h"
 
 namespace selenite {
 
@@ -31,6 +32,7 @@ class SavedState;
 class FieldGaussNewton {
  public:
   /// Null where the fields are other than albedo grids of colours, or numbers and photos too many.
+  static bool applies(const Fields& fields, const std::vector<Photo>& photos);
   static std::unique_ptr<FieldGaussNewton> of(const Fields& fields,
                                          const std::vector<Photo>& photos);
 

@@ -36,9 +36,6 @@ constexpr std::size_t kAveraged = 8;
 /// values ends the way better than more iterations; but it needs their derivatives.
 constexpr int kLeastIterations = 10;
 constexpr double kConverged = 0.1;
-constexpr int kVarianceBlur = 2;
-constexpr double kFinalSamples = 64;       ///< samples a pixel will have seen in the end
-constexpr double kModelError = 0.05;       ///< of a pixel's brightness
 constexpr Eigen::Index kBlock = 3 * 1024;  ///< rows per sum in double
 
 /// a^T diag(w) b, in double and in fixed order.
@@ -101,17 +98,14 @@ void GaussNewton::learn_variance(std::span<const Observation> seen, double keep)
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const Photo& photo = problem_->photos[i];
     views_[i].weight =
-        weight_by(i, box_blur(views_[i].variance, photo.width, photo.height, kVarianceBlur) /
+        weight_by(i, box_blur(views_[i].variance, photo.width, photo.height, kPixelWeights.noise_radius) /
                          static_cast<float>(variance_count_));
   }
   has_best_ = false;  // losses in other weights do not compare
 }
 
 Eigen::VectorXf GaussNewton::weight_by(std::size_t i, const Eigen::VectorXf& variance) const {
-  const Photo& photo = problem_->photos[i];
-  const Eigen::VectorXf model = brightness(photo) * static_cast<float>(kModelError);
-  return shares(photo, views_.size())
-      .cwiseQuotient(variance / static_cast<float>(kFinalSamples) + model.cwiseAbs2());
+  return noise_weights(problem_->photos[i], views_.size(), variance);
 }
 
 /// Unbiased: the halves are independent.
@@ -169,7 +163,7 @@ void GaussNewton::join(const Measurement& now, const Vector& u, double keep) {
 }
 
 InstrumentalVariables::Set GaussNewton::instrumental_variables(std::size_t i) const {
-  return views_[i].jacobians.all(*problem_, problem_->photos[i], views_[i].weight);
+  return views_[i].jacobians.all(problem_->layout, problem_->photos[i], views_[i].weight);
 }
 
 std::vector<InstrumentalVariables::Set> GaussNewton::instrumental_variables(std::span<const Observation> seen,
@@ -339,7 +333,7 @@ void GaussNewton::reset_everything() {
 }
 
 /// The mean of the last estimates: each still carries the noise of its own samples.
-Vector GaussNewton::answer(const Vector& x) const {
+Vector GaussNewton::estimate(const Vector& x) const {
   const std::size_t settled =
       static_cast<std::size_t>((1 - kLateFrom) * static_cast<double>(iteration_));
   const std::size_t count = std::min(accepted_.size(), std::max<std::size_t>(settled, 1));

@@ -28,10 +28,9 @@ class GaussNewton final : public Optimiser {
               FieldGaussNewton* fields = nullptr) override;
   Vector step_by_residuals(const Vector& x, std::span<const Observation> seen,
                 FieldGaussNewton* fields = nullptr) override;
-  Vector answer(const Vector& x) const override;
+  Vector estimate(const Vector& x) const override;
   void reset_equations() override;
   void reset_everything() override;
-  bool averages() const override { return true; }
   bool converged() const override { return converged_; }
 
   /// For a look at frozen values: what one photo says about them, in the weights and with the
@@ -40,10 +39,12 @@ class GaussNewton final : public Optimiser {
     Halves residual;
     InstrumentalVariables::Set z;
     Eigen::VectorXf weight;
+    void members(SavedState& state) { state(residual, z, weight); }
   };
   struct PhotoEquations {
     WeightedResidual whole;
     std::optional<WeightedResidual> informative{};  ///< some of its pixels, by samples of their own; see `InformativePixels`
+    void members(SavedState& state) { state(whole, informative); }
   };
   /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);

@@ -21,12 +21,12 @@ constexpr std::array kOptimisers{
         "adam",
         "Gradient steps with momentum, one learning rate per parameter: any loss, any number "
         "of unknowns",
-        1, false, false, false, Purpose::kGradient, make<Adam>},
+        1, false, false, false, false, Purpose::kGradient, make<Adam>},
     OptimiserKind{
         "gauss-newton",
         "Least squares over all iterations with accumulated derivative images: few unknowns, "
         "tens of times fewer samples. Learning rates are not used",
-        2, true, true, true, Purpose::kInstrumental, make<GaussNewton>},
+        2, true, true, true, true, Purpose::kInstrumental, make<GaussNewton>},
 };
 
 /// Why a kind does not go with the settings, with the cure; empty if it does.

@@ -1,38 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
-#include <vector>
 
-#include "fit/problem/photo.h"
-#include "fit/problem/loss.h"
-#include "fit/problem/unknowns.h"
-#include "render/film/film.h"
-#include "render/film/slots.h"
+#include "fit/evaluate/finite_differences.h"
+#include "fit/evaluate/half_buffers.h"
+#include "fit/problem/problem.h"
 
 namespace selenite {
 
 class FieldGaussNewton;
 class SavedState;
-
-/// What a fit is about; constant while it runs.
-struct Problem {
-  const Unknowns& unknowns;
-  const SlotLayout& layout;  ///< slots and rows of all unknowns
-  const std::vector<Photo>& photos;
-  const Loss& loss;
-  int iterations;
-};
-
-/// One photo, rendered at the current values with fresh seeds.
-struct Observation {
-  int photo;
-  Film film;  ///< `slots` are those of Problem::layout
-  LossResult loss;
-};
 
 /// Chooses the next values from renders of the current ones. Holds no randomness: equal
 /// observations give equal steps. The problem must outlive it. A copy (`clone`) is its whole state.
@@ -50,7 +30,7 @@ class Optimiser {
     return x;
   }
   /// The best estimate when no more steps follow; `x` is what `step` returned last.
-  virtual Vector answer(const Vector& x) const { return x; }
+  virtual Vector estimate(const Vector& x) const { return x; }
   /// Something else in the scene has moved: what earlier residuals told is no longer true.
   virtual void reset_equations() {}
   /// The values are others than those that the last step led to: nothing that was seen holds there.
@@ -58,22 +38,10 @@ class Optimiser {
   /// Whether the last step left so little that a look at frozen values (`Refinement`) can go the
   /// rest better than more steps.
   virtual bool converged() const { return false; }
-  /// Whether `answer` draws on all iterations, and so beats any single one up to noise.
-  virtual bool averages() const { return false; }
   virtual std::unique_ptr<Optimiser> clone() const = 0;
   /// All that changes from step to step.
   virtual void members(SavedState& state) = 0;
 };
-
-/// What an optimiser uses derivative pictures for, on which it depends which estimate of them pays:
-/// see `render_derivatives`.
-enum class Purpose {
-  kInstrumental,  ///< gathered over iterations; any error slows the way and leaves the answer as it is
-  kGradient,    ///< multiplied with the residuals of the same render
-};
-
-/// Up to so many scalars the derivative images of all are kept and the clamps can be searched.
-inline constexpr int kFewUnknowns = 12;
 
 struct OptimiserKind {
   std::string_view name;
@@ -82,6 +50,7 @@ struct OptimiserKind {
   bool needs_all_photos;  ///< cannot step after every camera
   bool least_squares_only;  ///< for losses that are sums of squares
   bool few_unknowns;        ///< made for up to kFewUnknowns
+  bool averages_iterations;  ///< `estimate` draws on all of them, and so beats any single one up to noise
   Purpose purpose;
   std::unique_ptr<Optimiser> (*make)(const Problem& problem);
 };

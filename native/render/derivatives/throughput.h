@@ -7,8 +7,8 @@
 
 #include "math/color.h"
 #include "math/dual.h"
-#include "render/film/slots.h"
 #include "render/derivatives/tape.h"
+#include "render/film/slots.h"
 
 namespace selenite {
 

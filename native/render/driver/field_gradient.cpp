@@ -11,19 +11,23 @@
 
 #include "math/error.h"
 #include "render/driver/taped_tile.h"
+#include "render/driver/tile_pool.h"
 
 namespace selenite {
 namespace {
 
+int channels_of(const PlacedGrid& placed) { return placed.grid->channels(); }
+int channels_of(const Texture&) { return 3; }
 int channels_of(const Field& field) {
-  const auto* grid = std::get_if<const PlacedGrid*>(&field);
-  return grid ? (*grid)->grid->channels() : 3;
+  return std::visit([](const auto* one) { return channels_of(*one); }, field);
+}
+
+std::size_t count_of(const PlacedGrid& placed) { return placed.grid->values().size(); }
+std::size_t count_of(const Texture& image) {
+  return 3 * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
 }
 std::size_t count_of(const Field& field) {
-  if (const auto* grid = std::get_if<const PlacedGrid*>(&field))
-    return (*grid)->grid->values().size();
-  const Texture& image = *std::get<const Texture*>(field);
-  return 3 * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
+  return std::visit([](const auto* one) { return count_of(*one); }, field);
 }
 
 /// Adds the gradients of tiles in tile order, whichever is finished first.

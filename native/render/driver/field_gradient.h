@@ -6,8 +6,9 @@
 #include <variant>
 #include <vector>
 
+#include "render/driver/progress.h"
 #include "render/film/film.h"
-#include "render/driver/render.h"
+#include "render/film/render_settings.h"
 #include "scene/scene.h"
 
 namespace selenite {

@@ -5,16 +5,12 @@
 #include <ctime>
 
 #include "math/error.h"
+#include "render/driver/tile_pool.h"
 #include "render/lanes/lanes.h"
+#include "render/path/path_kernel.h"
 
 namespace selenite {
 namespace {
-
-void require(bool good, const char* what, long long value, const char* range) {
-  if (!good)
-    throw InvalidArgument(std::string("Render: ") + what + " = " + std::to_string(value) +
-                          " is not permitted; set it to " + range);
-}
 
 double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
@@ -73,40 +69,30 @@ void render_by_paths(const Scene& scene, const Camera& camera, const SlotLayout&
 int local_slots(const SlotLayout& layout) {
   std::vector<int> count;
   for (const Slot& slot : layout.slots) {
-    if (slot.parameter.kind != OwnerKind::kMaterial) continue;
-    count.resize(std::max<std::size_t>(count.size(), slot.parameter.owner + 1));
-    ++count[slot.parameter.owner];
+    switch (slot.parameter.kind) {
+      case OwnerKind::kMaterial:
+        count.resize(std::max<std::size_t>(count.size(), slot.parameter.owner + 1));
+        ++count[slot.parameter.owner];
+        break;
+      case OwnerKind::kLight:
+      case OwnerKind::kWorld:
+        break;  // two at most, for which every kernel has room
+    }
   }
   return count.empty() ? 0 : *std::max_element(count.begin(), count.end());
 }
 
 }  // namespace
 
-void RenderSettings::check() const {
-  require(width >= 1 && width <= 65536, "width", width, "1 to 65536 pixels");
-  require(height >= 1 && height <= 65536, "height", height, "1 to 65536 pixels");
-  require(static_cast<long long>(width) * height <= 1 << 28, "number of pixels",
-          static_cast<long long>(width) * height, "at most 268435456");
-  require(spp >= 1 && spp <= 1 << 20, "samples per pixel", spp, "1 to 1048576");
-  require(depth >= 0, "depth", depth, "0 (no limit) or more");
-  require(lanes == 0 || lanes == 1 || lanes == kPacket, "lanes", lanes,
-          "0 (as many as go), 1 or 8");
-  require(threads >= 0 && threads <= 1024, "threads", threads, "0 (all) to 1024");
-  if (pixels)
-    require(pixels->size() == static_cast<std::size_t>(width) * height, "size of the mask",
-            static_cast<long long>(pixels->size()), "one entry a pixel");
-  frame.check();
-}
-
 Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,
             const RenderSettings& settings, Progress* progress) {
   settings.check();
   const int slots = static_cast<int>(layout.slots.size());
-  require(slots <= kMaxSlots, "derivative slots in one pass", slots,
-          "at most 32: split the parameters over several passes");
+  require_setting(slots <= kMaxSlots, "derivative slots in one pass", slots,
+                  "at most 32: split the parameters over several passes");
   const int local = local_slots(layout);
-  require(local <= kMaxLocalSlots, "derivative slots of one material", local,
-          "at most 16: split the parameters over several passes");
+  require_setting(local <= kMaxLocalSlots, "derivative slots of one material", local,
+                  "at most 16: split the parameters over several passes");
 
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();

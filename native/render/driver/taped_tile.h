@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "render/driver/field_gradient.h"
-#include "render/driver/kernel.h"
 #include "render/derivatives/sparse_gradient.h"
+#include "render/driver/field_gradient.h"
+#include "render/film/tile.h"
+#include "render/prepared/prepared.h"
 
 namespace selenite {
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "render/driver/tile_pool.h"
+
 #include <exception>
 #include <thread>
 
 #include "math/error.h"
-#include "render/driver/kernel.h"
 
 namespace selenite {
 namespace {
@@ -11,13 +12,6 @@ namespace {
 int tiles_along(int pixels) { return (pixels + kTileSize - 1) / kTileSize; }
 
 }  // namespace
-
-void TileReport::drop(int x, int y, int sample, int slot) {
-  if (dropped++ > 0) return;
-  first_dropped = "pixel (" + std::to_string(x) + ", " + std::to_string(y) + "), sample " +
-                  std::to_string(sample) + ", " +
-                  (slot < 0 ? "radiance" : "derivative " + std::to_string(slot));
-}
 
 int tile_count(const RenderSettings& settings) {
   return tiles_along(settings.width) * tiles_along(settings.height);

@@ -32,6 +32,12 @@ SlotLayout::SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked)
   }
 }
 
+int SlotLayout::first_of_owner(int slot) const {
+  int first = slot;
+  while (first > 0 && slots[first - 1].parameter.same_owner(slots[slot].parameter)) --first;
+  return first;
+}
+
 void SlotLayout::add_slots(const Scene& scene, const ParameterRef& ref) {
   const int width = parameter_widths(ref.kind).at(ref.field);
   if (width == 3 && scene.description(ref).diagonal)

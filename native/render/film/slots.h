@@ -32,11 +32,16 @@ struct SlotLayout {
   SlotLayout() = default;
   SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked);
 
+  /// The first slot of the owner that `slot` belongs to.
+  int first_of_owner(int slot) const;
+
  private:
   void add_slots(const Scene& scene, const ParameterRef& ref);
 };
 
 /// More slots than this in one pass are refused: render in several.
 inline constexpr int kMaxSlots = 32;
+/// The same for the slots of one material, the most that a kernel is compiled for.
+inline constexpr int kMaxLocalSlots = 16;
 
 }  // namespace selenite

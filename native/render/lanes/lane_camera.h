@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "render/film/render_settings.h"
 #include "render/lanes/lane_random.h"
 #include "render/prepared/prepared.h"
-#include "render/driver/render.h"
 
 namespace selenite {
 

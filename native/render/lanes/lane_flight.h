@@ -7,6 +7,7 @@
 #include "render/lanes/lane_light.h"
 #include "render/lanes/lane_random.h"
 #include "render/media/media_stack.h"
+#include "render/path/dimension.h"
 
 // Free flights of eight paths in one homogeneous medium: what MediaStack does for one path.
 namespace selenite {

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "math/sampling.h"
-#include "render/path/dimension.h"
 #include "render/lanes/lane_paths.h"
+#include "render/path/dimension.h"
 #include "scene/area_light.h"
 
 namespace selenite {
@@ -18,11 +18,11 @@ class LaneLights {
   using Paths = LanePaths<L>;
 
   explicit LaneLights(const Prepared<L>& prepared) : p_(prepared) {
-    for (int i = 0; i < p_.world_source(); ++i)
-      emitted_.push_back(i < p_.mesh_source() ? p_.lamp(i, 1) : Factor<L>{});
-    emitted_.push_back(p_.world({1, 1, 1}));
-    for (int i = 0; i <= p_.world_source(); ++i)
-      if (p_.probability(i) == 1) only_ = i;
+    for (int i = 0; i < p_.lights.world_source(); ++i)
+      emitted_.push_back(i < p_.lights.mesh_source() ? p_.emitted.lamp(i, 1) : Factor<L>{});
+    emitted_.push_back(p_.emitted.world({1, 1, 1}));
+    for (int i = 0; i <= p_.lights.world_source(); ++i)
+      if (p_.lights.probability(i) == 1) only_ = i;
   }
   /// By a lamp (its index) or the world, for a shape of 1.
   const Factor<L>& emitted(int source) const { return emitted_[source]; }
@@ -46,7 +46,7 @@ class LaneLights {
           if (!hit || !(hit->factor > 0)) return;
           met.set(k, true);
           factor.set(k, hit->factor);
-          light.set(k, p_.lamp_density(i, *hit, paths.refracted[k]));
+          light.set(k, p_.lights.lamp_density(i, *hit, paths.refracted[k]));
         });
       }
       if (any(met)) add(met, i, Color<Lanes>(factor), light, paths);
@@ -62,9 +62,9 @@ class LaneLights {
         const Vec3f direction = at(paths.direction, k);
         const Colorf c = world.factor(direction);
         for (int i = 0; i < 3; ++i) shape[i].set(k, c[i]);
-        if (!paths.camera[k]) light.set(k, p_.world_density(direction, paths.refracted[k]));
+        if (!paths.camera[k]) light.set(k, p_.lights.world_density(direction, paths.refracted[k]));
       });
-    add(missed, p_.world_source(), shape, light, paths);
+    add(missed, p_.lights.world_source(), shape, light, paths);
   }
 
   /// A light for each surface point that wants one, as far as it is seen from there.
@@ -76,8 +76,8 @@ class LaneLights {
       s.source = only_;
     else
       for_each_lane(wanted, [&](int i) {
-        const auto choice = p_.choose(u[i]);
-        if (choice.source != Prepared<L>::Source::kNone) s.source.set(i, choice.index);
+        const auto choice = p_.lights.choose(u[i]);
+        if (choice.source != LightSampler::Source::kNone) s.source.set(i, choice.index);
       });
     const Lanes u1 = paths.random.uniform(kLight1), u2 = paths.random.uniform(kLight2);
     for (LaneMask left = wanted & (s.source >= 0); any(left);) {
@@ -119,13 +119,13 @@ class LaneLights {
   /// Directions to one lamp or the world.
   void sample_light(int source, const LaneMask& lanes, const LaneVertices<L>& v, const Lanes& u1,
                     const Lanes& u2, LaneLightSamples& s) const {
-    const bool is_world = source == p_.world_source();
+    const bool is_world = source == p_.lights.world_source();
     const auto through = [&] { return (dot(v.ng, s.direction) < 0) ^ v.back; };
     if (!is_world && p_.scene.appearance.lights[source].kind == LightKind::kArea) {
       const auto lamp = sample_area(p_.scene.appearance.lights[source], v.position, u1, u2);
       s.direction = select(lanes, lamp.direction, s.direction);
       s.distance = select(lanes, lamp.distance, s.distance);
-      s.density = select(lanes, lamp.density * p_.probability(source), s.density);
+      s.density = select(lanes, lamp.density * p_.lights.probability(source), s.density);
       s.heuristic = select(lanes, lamp.density * probability(source, through()), s.heuristic);
       s.shape = select(lanes, Color<Lanes>(lamp.factor), s.shape);
       s.lit |= lanes & lamp.exists & (s.density > 0) & (s.heuristic > 0);
@@ -146,9 +146,9 @@ class LaneLights {
         shape = Colorf(found.factor);
       }
       const bool refracted = (dot(at(v.ng, i), found.direction) < 0) != v.back[i];
-      const float density = found.density * p_.probability(source);
-      const float heuristic = is_world ? p_.world_density(found.direction, refracted)
-                                       : found.density * p_.probability(source, refracted);
+      const float density = found.density * p_.lights.probability(source);
+      const float heuristic = is_world ? p_.lights.world_density(found.direction, refracted)
+                                       : found.density * p_.lights.probability(source, refracted);
       if (!(density > 0) || !(heuristic > 0)) return;
       set(s.direction, i, found.direction);
       s.distance.set(i, found.distance);
@@ -161,7 +161,8 @@ class LaneLights {
   }
 
   Lanes probability(int source, const LaneMask& refracted) const {
-    return select(refracted, Lanes(p_.probability(source, true)), p_.probability(source));
+    return select(refracted, Lanes(p_.lights.probability(source, true)),
+                  p_.lights.probability(source));
   }
 
   const Prepared<L>& p_;

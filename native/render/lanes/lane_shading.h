@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "model/bsdf.h"
-#include "render/path/dimension.h"
 #include "render/lanes/lane_lights.h"
+#include "render/path/dimension.h"
 
 namespace selenite {
 

@@ -3,9 +3,10 @@
 
 #include <vector>
 
-#include "render/driver/kernel.h"
-#include "render/lanes/lane_tracer.h"
+#include "render/film/film.h"
 #include "render/film/pixel_sums.h"
+#include "render/film/tile.h"
+#include "render/lanes/lane_tracer.h"
 
 namespace selenite {
 

@@ -7,10 +7,10 @@
 
 #include "math/sampling.h"
 #include "model/medium.h"
-#include "render/path/dimension.h"
 #include "render/lanes/lane_flight.h"
 #include "render/lanes/lane_lights.h"
 #include "render/lanes/lane_shading.h"
+#include "render/path/dimension.h"
 
 namespace selenite {
 

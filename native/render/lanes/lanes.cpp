@@ -12,7 +12,7 @@ const char* obstacle(const PreparedMaterial<L>& m) {
   const auto acts = [](const auto& x) { return value_of(x) != 0 || has_slope(x); };
   if (!m.maps->empty()) return "has textures";
   if (m.transparent) return "lets rays pass straight through (alpha)";
-  if (m.emitter_density > 0) return "emits light";
+  if (m.emissive) return "emits light";
   if (acts(m.values.subsurface_weight)) return "scatters light under its surface";
   if (acts(m.values.sheen_weight)) return "has sheen";
   if (!m.has_medium) return nullptr;

@@ -3,7 +3,10 @@
 
 #include <string>
 
-#include "render/driver/kernel.h"
+#include "render/film/film.h"
+#include "render/film/render_settings.h"
+#include "render/film/tile.h"
+#include "render/prepared/prepared.h"
 
 namespace selenite {
 

@@ -28,7 +28,7 @@ class MediaStack {
   /// Finds the media around a point: those whose boundary is left, and not entered before, along a
   /// ray from there.
   void locate(const Vec3f& point) {
-    if (!p_->media_around(point)) return;
+    if (!p_->media_bounds.contains(point)) return;
     // No direction along which scenes are built.
     const Vec3f direction = normalize(Vec3f{0.3137f, 0.2719f, 0.9097f});
     std::array<Entry, kMost> entered;

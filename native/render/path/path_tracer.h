@@ -5,12 +5,11 @@
 
 #include "math/rng.h"
 #include "math/sampling.h"
+#include "render/media/random_walk.h"
+#include "render/media/scatterer.h"
 #include "render/path/dimension.h"
 #include "render/path/path.h"
 #include "render/prepared/prepared.h"
-#include "render/media/random_walk.h"
-#include "render/driver/render.h"
-#include "render/media/scatterer.h"
 
 namespace selenite {
 
@@ -101,10 +100,10 @@ class PathTracer {
       const PrincipledBsdf<Scalar> bsdf(values, material.flavour,
                                         point(surface, -path.ray.direction, path.after_diffuse));
 
-      if (material.emitter_density > 0) {
+      if (material.emissive) {
         const Vec3f d = surface.position - path.from;
         const float light =
-            path.camera_ray ? 0 : p_.mesh_density(material, surface, d, path.refracted);
+            path.camera_ray ? 0 : p_.lights.mesh_density(surface, d, path.refracted);
         radiance.add(beta, material.factor(bsdf.emission()), bsdf_weight(path.density, light));
       }
 
@@ -129,7 +128,7 @@ class PathTracer {
 
  private:
   using Scalar = PathScalar<L>;
-  using Source = typename Prepared<L>::Source;
+  using Source = LightSampler::Source;
 
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   static constexpr float kSingular = Path::kSingular;
@@ -217,14 +216,14 @@ class PathTracer {
     for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
       const auto hit = lights[i].intersect(from, direction, t_min, t_max);
       if (!hit || !(hit->factor > 0)) continue;
-      const float weight = bsdf_weight(density, p_.lamp_density(i, *hit, refracted));
+      const float weight = bsdf_weight(density, p_.lights.lamp_density(i, *hit, refracted));
       if (media.empty()) {
-        radiance.add(beta, p_.lamp(i, hit->factor), weight);
+        radiance.add(beta, p_.emitted.lamp(i, hit->factor), weight);
       } else {
         Throughput<L> through = beta.branch();
         const Ray start{from + direction * t_min, direction, 0, kInfinity};
         media.attenuate(start, hit->distance - t_min, random, kToLamp + i, through);
-        radiance.add(through, p_.lamp(i, hit->factor), weight);
+        radiance.add(through, p_.emitted.lamp(i, hit->factor), weight);
       }
     }
   }
@@ -232,8 +231,8 @@ class PathTracer {
   void add_world(const Ray& ray, bool camera_ray, float density, bool refracted,
                  const Throughput<L>& beta, Radiance<L>& radiance) const {
     const World& world = p_.scene.appearance.world;
-    const float light = camera_ray ? 0 : p_.world_density(ray.direction, refracted);
-    radiance.add(beta, p_.world(world.factor(ray.direction)), bsdf_weight(density, light));
+    const float light = camera_ray ? 0 : p_.lights.world_density(ray.direction, refracted);
+    radiance.add(beta, p_.emitted.world(world.factor(ray.direction)), bsdf_weight(density, light));
   }
 
   /// Decides whether the ray passes straight through; either way `beta` takes the factor.
@@ -292,7 +291,7 @@ class PathTracer {
   void add_lamp_along(const Ray& ray, float distance, const MediaStack<L>& media,
                       const Random& random, const Throughput<L>& beta,
                       Radiance<L>& radiance) const {
-    const auto choice = p_.choose(random.uniform(kAlongChoice));
+    const auto choice = p_.lights.choose(random.uniform(kAlongChoice));
     if (choice.source != Source::kLamp) return;
     const Light& lamp = p_.scene.appearance.lights[choice.index];
     if (!lamp.has_place()) return;
@@ -314,15 +313,15 @@ class PathTracer {
     if (!visible(position, s->direction, s->distance, random, beyond, through)) return;
     const float light = s->density * choice.probability;
     const float weight = s->delta ? 1 : power_heuristic(light, value_of(phase));
-    radiance.add(through, medium.factor(Color<Scalar>(phase)), p_.lamp(choice.index, s->factor),
-                 share * weight / (light * density));
+    radiance.add(through, medium.factor(Color<Scalar>(phase)),
+                 p_.emitted.lamp(choice.index, s->factor), share * weight / (light * density));
   }
 
   template <class Scatterer>
   void add_light_sample(const Vec3f& position, const Scatterer& scatterer,
                         const MediaStack<L>& media, const Random& random, const Throughput<L>& beta,
                         Radiance<L>& radiance) const {
-    const auto choice = p_.choose(random.uniform(kLightChoice));
+    const auto choice = p_.lights.choose(random.uniform(kLightChoice));
     if (choice.source == Source::kNone) return;
     const float u1 = random.uniform(kLight1), u2 = random.uniform(kLight2);
     Vec3f direction;
@@ -341,20 +340,20 @@ class PathTracer {
         distance = s->distance;
         delta = s->delta;
         density = s->density * choice.probability;
-        heuristic = s->density * p_.probability(choice.index, scatterer.refracts(direction));
-        emitted = p_.lamp(choice.index, s->factor);
+        heuristic = s->density * p_.lights.probability(choice.index, scatterer.refracts(direction));
+        emitted = p_.emitted.lamp(choice.index, s->factor);
         break;
       }
       case Source::kWorld: {
         const World& world = p_.scene.appearance.world;
         direction = world.sample(u1, u2, density);
         density *= choice.probability;
-        heuristic = p_.world_density(direction, scatterer.refracts(direction));
-        emitted = p_.world(world.factor(direction));
+        heuristic = p_.lights.world_density(direction, scatterer.refracts(direction));
+        emitted = p_.emitted.world(world.factor(direction));
         break;
       }
       case Source::kMesh: {
-        const auto& t = p_.choose_triangle(random.uniform(kTriangle));
+        const auto& t = p_.lights.choose_triangle(random.uniform(kTriangle));
         const float root = std::sqrt(u1);
         const Hit on{t.instance, t.triangle, root * (1 - u2), root * u2, 0};
         const Surface target = p_.geometry.surface(on);
@@ -365,8 +364,8 @@ class PathTracer {
         // Stop short of the emitter itself.
         distance = std::sqrt(distance2) * (1 - 1e-4f);
         const PreparedMaterial<L>& source = p_.materials[t.material];
-        density = p_.mesh_density(source, target, d, false);
-        heuristic = p_.mesh_density(source, target, d, scatterer.refracts(direction));
+        density = p_.lights.mesh_density(target, d, false);
+        heuristic = p_.lights.mesh_density(target, d, scatterer.refracts(direction));
         typename PreparedMaterial<L>::Room room;
         const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));

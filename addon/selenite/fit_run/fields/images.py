@@ -25,7 +25,8 @@ from .base import FieldUnknown, is_share, material_of, means, rate_of, share_bou
 USUAL_TEXELS, MOST_TEXELS = 256, 8192
 UNSEEN = ("keep", "fill")
 #: Samples of a pixel that tell the coverage, and the share of the usual texel's below which a texel
-#: counts as not seen: what steps of a fit do to it is noise for the most part (manual, Images).
+#: counts as not seen: what steps of a fit do to it is noise for the most part
+#: (docs/measurements/fields.md).
 _COVERAGE_SPP, _HARDLY_SEEN = 4, 0.1
 
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/evaluate/half_buffers.h"
+
+namespace selenite {
+namespace {
+
+Eigen::Map<const Eigen::VectorXf> as_vector(const Picture& picture) {
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  return {&picture.front().r, static_cast<Eigen::Index>(3 * picture.size())};
+}
+
+/// Mean over the odd samples, from all and even ones.
+Eigen::VectorXf odd_half(const Film& film, const Picture& mean, const Picture& even) {
+  const int even_count = (film.spp + 1) / 2;
+  const float all = static_cast<float>(film.spp), n_even = static_cast<float>(even_count);
+  return (as_vector(mean) * all - as_vector(even) * n_even) / (all - n_even);
+}
+
+/// Writes one column; a diagonal colour shows in one channel only.
+void set_column(Jacobian& jacobian, Eigen::Index column, const Eigen::VectorXf& values, int channel,
+                float slope) {
+  if (channel < 0) {
+    jacobian.col(column) = values * slope;
+    return;
+  }
+  jacobian.col(column).setZero();
+  for (Eigen::Index i = channel; i < values.size(); i += 3) jacobian(i, column) = values[i] * slope;
+}
+
+}  // namespace
+
+Halves residual_halves(const Film& film, const Photo& photo) {
+  Halves halves;
+  halves.residual_a = as_vector(film.half_a) - as_vector(photo.reference);
+  halves.residual_b = odd_half(film, film.mean, film.half_a) - as_vector(photo.reference);
+  halves.variance = as_vector(film.variance) * 2;
+  return halves;
+}
+
+Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
+  const Film& film = seen.film;
+  const Photo& photo = problem.photos[static_cast<std::size_t>(seen.photo)];
+  const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
+  const Eigen::Index rows = as_vector(film.mean).size();
+  Halves halves = residual_halves(film, photo);
+  halves.jacobian_a.setZero(rows, unknowns);
+  halves.jacobian_b.setZero(rows, unknowns);
+  halves.differentiated.resize(unknowns);
+  for (Eigen::Index k = 0; k < unknowns; ++k) {
+    const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
+    const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
+    halves.differentiated[k] = !slot.mean.empty();
+    if (!halves.differentiated[k]) continue;
+    const float scale = static_cast<float>(slope[k]);
+    set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
+    set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
+  }
+  return halves;
+}
+
+}  // namespace selenite

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fit/problem/problem.h"
+#include "render/film/film.h"
+
+#include "fit/problem/saved_state.h"
+
+namespace selenite {
+
+/// One photo, rendered at the current values with fresh seeds.
+struct Observation {
+  int photo;
+  Film film;  ///< `slots` are those of Problem::layout
+  LossResult loss;
+};
+
+/// Rows: channels of pixels, as they lie in a Picture; columns: unknowns.
+using Jacobian = Eigen::MatrixXf;
+
+/// Independent halves of a film, in an optimiser's reparametrization.
+struct Halves {
+  Eigen::VectorXf residual_a, residual_b;  ///< half-buffer minus photo
+  Eigen::VectorXf variance;                ///< of one half-buffer
+  Jacobian jacobian_a, jacobian_b;
+  /// By unknown: whether the film has a derivative by it, its columns being 0 otherwise.
+  Eigen::ArrayX<bool> differentiated;
+  void members(SavedState& state) {
+    state(residual_a, residual_b, variance, jacobian_a, jacobian_b, differentiated);
+  }
+};
+
+/// Without the Jacobians.
+Halves residual_halves(const Film& film, const Photo& photo);
+/// `slope` is dx/du per unknown.
+Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
+
+}  // namespace selenite

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "fit/evaluate/finite_differences.h"
+#include "fit/problem/fit_problem.h"
+#include "fit/problem/point.h"
+#include "render/driver/field_gradient.h"
+
+namespace selenite {
+
+/// How a photo is evaluated. Without `derivatives` the film holds the picture alone.
+struct Evaluation {
+  int spp;
+  std::uint64_t seed;
+  std::optional<Differences> derivatives{};
+  Purpose purpose = Purpose::kInstrumental;
+};
+
+/// What a photo shows at a point. Phases know this interface; a test answers with a film of its own.
+class Evaluator {
+ public:
+  virtual ~Evaluator() = default;
+  /// The picture and, where asked for, the derivative pictures of `Problem::layout`.
+  /// Throws Cancelled, InvalidArgument.
+  virtual Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) = 0;
+};
+
+/// What a fit has rendered.
+struct RenderCounts {
+  std::int64_t samples = 0;  ///< paths traced, validation included
+  std::int64_t dropped = 0;  ///< of them left out because they were not finite
+  double cpu_seconds = 0;
+  std::string first_dropped{};
+
+  void add(const Film& film, const Photo& photo);
+  /// More than one sample in a thousand was left out: the derivatives describe another picture.
+  bool too_many_dropped() const;
+  std::string dropped_text() const;
+  void members(SavedState& state) { state(samples, dropped, cpu_seconds, first_dropped); }
+};
+
+/// The scene behind the photos, as a function of the point.
+struct SceneModel {
+  const Problem& problem;
+  const Reparametrization* differences;  ///< null: derivatives are carried along all paths
+  std::function<Scene(const Point&)> scene_at;
+};
+SceneModel scene_model(const FitProblem& problem);
+SceneModel scene_model(const FitProblem& problem, const UniformFields& uniform);
+
+/// The only place where a fit renders.
+class PhotoEvaluator final : public Evaluator {
+ public:
+  /// `settings` and `counts` must outlive it.
+  PhotoEvaluator(SceneModel model, const FitSettings& settings, RenderCounts& counts)
+      : model_(std::move(model)), settings_(&settings), counts_(&counts) {}
+
+  /// Renders from now on report to `progress` and can be cancelled through it; null: neither.
+  void watch(Progress* progress) { progress_ = progress; }
+  Progress* progress() const { return progress_; }
+
+  Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) override;
+  /// Picture, and the derivative of the loss by every value of the fields.
+  FieldGradient field_gradient(const Point& point, const Photo& photo, const Fields& fields,
+                               const Loss& loss, const Evaluation& how);
+  /// Picture, and the derivatives of weighted means over cells of pixels by every value of the fields.
+  FieldJacobian field_jacobian(const Point& point, const Photo& photo, const Fields& fields,
+                               const std::vector<float>& weights, int cell, const Evaluation& how);
+
+ private:
+  RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
+  Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
+               std::uint64_t seed);
+
+  SceneModel model_;
+  const FitSettings* settings_;
+  RenderCounts* counts_;
+  Progress* progress_ = nullptr;
+};
+
+}  // namespace selenite

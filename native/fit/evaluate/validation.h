@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "fit/evaluate/photo_evaluator.h"
+
+namespace selenite {
+
+/// The loss at a point by a render with fixed seeds and more samples than a step has: differences
+/// between two points are not hidden by noise.
+struct Validation {
+  double loss = 0, unbiased = 0, variance = 0;
+  std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all photos
+  Color<double> bias;
+
+  void members(SavedState& state) { state(loss, unbiased, variance, parts, bias); }
+};
+
+/// Newest picture of each photo, null before the first; never changed afterwards.
+using Previews = std::vector<std::shared_ptr<const Picture>>;
+
+/// `previews` takes the pictures. Throws what `evaluate` throws.
+Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
+                    int spp, Previews& previews);
+
+/// Whether `one` is worse by more than so many standard errors of the difference, pixel against pixel:
+/// the seeds are the same, so most of the noise is common to both. Nothing is worse than an empty one.
+bool is_worse(const Validation& one, const Validation& than, double sigmas);
+
+}  // namespace selenite

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/phases/descent.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+
+#include "fit/evaluate/seeds.h"
+
+namespace selenite {
+
+struct Descent::Next {
+  Point point;
+  FieldAdam field_adam;
+  std::unique_ptr<FieldGaussNewton> joint;
+  /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
+  std::unique_ptr<Optimiser> optimiser;
+  std::vector<FieldStep> how;
+  std::vector<Observation> seen{};
+  std::vector<std::vector<double>> gradients{};
+};
+
+Descent::Descent(const FitRun& run, DescentOptions options)
+    : problem_(&run.problem),
+      strategy_(&run.strategy),
+      options_(options),
+      blocks_(run.strategy.blocks(run.problem)),
+      optimiser_(run.strategy.optimiser.make(run.problem.scalars())),
+      field_adam_(run.problem.fields()),
+      restart_(run) {
+  if (!strategy_->joint) return;
+  joint_ = FieldGaussNewton::of(problem_->fields(), problem_->photos());
+  joint_->set_values(run.point.fields);
+}
+
+bool Descent::step(FitRun& run) {
+  if (!restart_.running()) return iterate(run);
+  const bool more = restart_.step(run);
+  if (run.stop_if_dropped()) return false;
+  if (more) return true;
+  if (restart_.moved() && !joint_) optimiser_->reset_everything();
+  return is_over(run) ? finish(run) : true;
+}
+
+bool Descent::iterate(FitRun& run) {
+  FitResult& result = run.result;
+  const Block block = blocks_.block(result.iterations);
+  if (block.first && block.scalars && begin_restart(run))
+    return true;
+  const bool due =
+      (block.first && (block.scalars || !joint_ || result.iterations == 0)) ||
+      (!strategy_->after_multi_start() &&
+       result.iterations % problem_->settings().validation_interval == 0);
+  Validation validation;
+  if (due) validation = restart_.found() ? *restart_.found() : run.validate(run.point);
+  const bool reverted = strategy_->alternates && block.first && due &&
+                        is_worse(validation, run.best.validation(), options_.revert_sigmas);
+  if (reverted) validation = run.best.validation();
+  const Point from = reverted ? Point{result.best, *result.fields_best} : run.point;
+  HistoryRow row = run.row(from);
+  Next next{from,
+            field_adam_,
+            joint_ ? std::make_unique<FieldGaussNewton>(*joint_) : nullptr,
+            problem_->settings().accumulate ? nullptr : optimiser_->clone(),
+            field_steps(run)};
+  if (next.joint && reverted) next.joint->set_values(from.fields);
+  observe_photos(run, block, row, next);
+  step_all(block, reverted, next);
+  restart_.forget();
+  run.point.scalars = result.last = from.scalars;
+  if (reverted) result.fields_last = result.fields_best;
+  if (due) run.best.note(row, validation, result);
+  result.history.push_back(row);
+  if (run.stop_if_dropped()) return false;
+  if (due && within_tolerance(run)) return run.stop(StopReason::kTolerance);
+  run.point.scalars = result.last = problem_->unknowns().project(next.point.scalars);
+  run.point.fields = std::move(next.point.fields);
+  field_adam_ = std::move(next.field_adam);
+  joint_ = std::move(next.joint);
+  if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
+  if (!problem_->fields().empty())
+    result.fields_last = std::make_shared<FieldValues>(run.point.fields);
+  done_ = ++result.iterations;
+  return is_over(run) ? finish(run) : true;
+}
+
+/// Renders one photo; gradients by the fields, where it is their block, are summed over the photos.
+void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& next) const {
+  const Photo& photo = problem_->photos()[index];
+  const FitSettings& settings = problem_->settings();
+  const Evaluation how{
+      settings.spp, stream_seed(settings.seed, Stream::kStep, run.result.iterations,
+                                static_cast<int>(index))};
+  Observation seen;
+  seen.photo = static_cast<int>(index);
+  if (block.fields && next.joint) {
+    FieldJacobian found =
+        run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
+                                     next.joint->shares(index), next.joint->cell(), how);
+    next.joint->gather(index, found);
+    seen.film = std::move(found.film);
+  } else if (block.fields) {
+    FieldGradient found = run.evaluator.field_gradient(next.point, photo, problem_->fields(),
+                                                       problem_->loss(), how);
+    next.gradients.resize(found.fields.size());
+    for (std::size_t f = 0; f < next.gradients.size(); ++f) {
+      std::vector<double>& sum = next.gradients[f];
+      sum.resize(found.fields[f].size());
+      std::transform(sum.begin(), sum.end(), found.fields[f].begin(), sum.begin(), std::plus<>());
+    }
+    seen.film = std::move(found.film);
+  }
+  if (block.scalars && (problem_->fields().empty() || problem_->unknowns().size() > 0)) {
+    const Purpose purpose = strategy_->optimiser.purpose;
+    Differences which =
+        differences_of(purpose, blocks_.count(&Block::scalars, run.result.iterations));
+    which.refractions = !strategy_->searches_ior();
+    seen.film = run.evaluator.evaluate(next.point, photo, {how.spp, how.seed, which, purpose});
+  }
+  seen.loss = problem_->loss().evaluate(seen.film, photo);
+  run.previews[index] = std::make_shared<const Picture>(seen.film.mean);
+  next.seen.push_back(std::move(seen));
+}
+
+void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const {
+  const std::vector<Photo>& photos = problem_->photos();
+  const bool accumulate = problem_->settings().accumulate;
+  const double share = 1.0 / static_cast<double>(photos.size());
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    observe(run, i, block, next);
+    row.loss += share * next.seen.back().loss.value;
+    row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;
+    if (block.fields && !next.joint && (strategy_->after_multi_start() || !accumulate)) {
+      next.field_adam.step(next.point.fields, next.gradients, next.how);
+      next.gradients.clear();
+    }
+    if (accumulate) continue;
+    next.point.scalars = next.optimiser->step(next.point.scalars, next.seen);
+    next.seen.clear();
+  }
+}
+
+void Descent::step_all(const Block& block, bool reverted, Next& next) {
+  if (next.optimiser) {
+    optimiser_ = std::move(next.optimiser);
+    return;
+  }
+  Vector& x = next.point.scalars;
+  if (reverted || (block.scalars && block.first && !next.joint)) optimiser_->reset_equations();
+  if (block.scalars) x = optimiser_->step(x, next.seen, next.joint.get());
+  if (block.fields && strategy_->after_multi_start())
+    x = optimiser_->step_by_residuals(x, next.seen, next.joint.get());
+  if (next.joint) next.point.fields = next.joint->values();
+  if (block.fields && !strategy_->after_multi_start())
+    next.field_adam.step(next.point.fields, next.gradients, next.how);
+}
+
+bool Descent::is_over(const FitRun& run) const {
+  return run.result.iterations >= blocks_.iterations() ||
+         (strategy_->refines && optimiser_->converged());
+}
+
+bool Descent::begin_restart(const FitRun& run) {
+  return restart_.begin(run, blocks_.count(&Block::scalars, run.result.iterations) == 0);
+}
+
+/// Accepts the optimiser's estimate, once it has been compared with low roughness.
+bool Descent::finish(FitRun& run) {
+  // Beside fields the last values: each block of scalars begins afresh.
+  const Vector x = strategy_->alternates
+                       ? run.point.scalars
+                       : problem_->unknowns().project(optimiser_->estimate(run.point.scalars));
+  if (!run.best.may_yield(x, run.result) && begin_restart(run)) return true;
+  const Validation validation =
+      restart_.found() ? *restart_.found() : run.validate({x, run.point.fields});
+  if (!run.best.yields(x, validation, run.result) && begin_restart(run)) return true;
+  run.accept(x, validation);
+  restart_.forget();
+  run.stop_if_dropped();
+  return false;
+}
+
+bool Descent::within_tolerance(const FitRun& run) const {
+  double sum = 0;
+  int found = 0;
+  for (auto row = run.result.history.rbegin(); row != run.result.history.rend(); ++row) {
+    if (std::isnan(row->validation)) continue;
+    sum += row->validation;
+    if (++found == options_.tolerance_window) break;
+  }
+  const double tolerance = problem_->settings().tolerance;
+  return tolerance > 0 && found == options_.tolerance_window &&
+         sum / options_.tolerance_window < tolerance;
+}
+
+/// After a multi-start fields are still uniform, have far to go and few steps: these begin long and, of
+/// images, wide. Those of images end short and narrow, as the noise of texels looks like detail, and a
+/// slightly rough body then explains the photos better than the right one. Voxels have farther to go.
+std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
+  const Fields& fields = problem_->fields();
+  std::vector<FieldStep> steps(fields.refs().size());
+  if (!strategy_->after_multi_start()) return steps;
+  const double done =
+      static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
+      blocks_.count(&Block::fields, problem_->settings().iterations);
+  const auto between = [done](double first, double last) { return first + (last - first) * done; };
+  double pixels = 0;
+  for (const Photo& photo : problem_->photos())
+    pixels +=
+        static_cast<double>(std::ranges::count_if(photo.weight, [](float w) { return w > 0; }));
+  const auto side = [&](double share) {
+    return std::sqrt(std::min(share / pixels, options_.largest_spread));
+  };
+  const double spread =
+      std::pow(between(side(options_.first_spread), side(options_.last_spread)), 2);
+  // Each photo makes a step.
+  const double share = 1 / std::sqrt(static_cast<double>(problem_->photos().size()));
+  for (std::size_t f = 0; f < steps.size(); ++f)
+    steps[f] = {
+        share * between(options_.first_rate, fields.image(f) ? options_.last_rate : 1), spread};
+  return steps;
+}
+
+/// A block of an image ends at a mean of its steps: noise that is left in the steps of texels looks like
+/// detail. Voxels have farther to go and stay as they are.
+void Descent::smooth_images(FitRun& run, const Block& block) {
+  FieldValues& values = run.point.fields;
+  if (block.first) field_means_ = values;
+  const bool ends = blocks_.block(run.result.iterations + 1).scalars;
+  for (std::size_t f = 0; f < values.size(); ++f) {
+    if (!problem_->fields().image(f)) continue;
+    field_means_[f] += options_.newest * (values[f] - field_means_[f]);
+    if (ends) values[f] = field_means_[f];
+  }
+}
+
+double Descent::fraction() const {
+  return std::min(1.0, static_cast<double>(done_) / blocks_.iterations());
+}
+
+void Descent::members(SavedState& state) {
+  optimiser_->members(state);
+  state(field_adam_, field_means_, restart_, done_);
+  if (joint_) state(*joint_);
+}
+
+}  // namespace selenite

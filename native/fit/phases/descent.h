@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "fit/phases/low_roughness_restart.h"
+#include "fit/solver/field_adam.h"
+#include "fit/solver/field_gauss_newton.h"
+
+namespace selenite {
+
+struct DescentOptions {
+  /// Standard errors by which a block may not end worse than the best values: it begins with few
+  /// equations, which may lead it far astray, and then begins anew from the best.
+  double revert_sigmas = 2;
+  int tolerance_window = 3;  ///< validations whose mean is compared with the tolerance
+  /// After a multi-start: the first step of a field and the last one of an image, in learning rates.
+  double first_rate = 4, last_rate = 0.25;
+  /// Pixels of the photos that together determine a texel, first and last, and the largest share of an
+  /// image over which its gradient is smoothed.
+  double first_spread = 800, last_spread = 8, largest_spread = 1.0 / 80;
+  double newest = 0.3;  ///< share of the last step in the mean that ends a block of an image
+};
+
+/// The iterations of a fit: each renders the photos, steps scalars, fields or both, and validates where it
+/// is due.
+class Descent final : public Phase {
+ public:
+  explicit Descent(const FitRun& run, DescentOptions options = {});
+
+  PhaseKind kind() const override { return PhaseKind::kDescent; }
+  bool step(FitRun& run) override;
+  double fraction() const override;
+  void members(SavedState& state) override;
+
+  const Optimiser& optimiser() const { return *optimiser_; }
+  /// Null where voxels are not stepped together with scalars. It goes on in the refinement.
+  std::unique_ptr<FieldGaussNewton> take_joint_fields() { return std::move(joint_); }
+
+ private:
+  /// What an iteration makes of the photos and hands to the run when all of it has succeeded.
+  struct Next;
+
+  bool iterate(FitRun& run);
+  void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
+  void observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const;
+  void step_all(const Block& block, bool reverted, Next& next);
+  bool begin_restart(const FitRun& run);
+  bool is_over(const FitRun& run) const;
+  bool finish(FitRun& run);
+  bool within_tolerance(const FitRun& run) const;
+  std::vector<FieldStep> field_steps(const FitRun& run) const;
+  void smooth_images(FitRun& run, const Block& block);
+
+  const FitProblem* problem_;
+  const Strategy* strategy_;
+  DescentOptions options_;
+  BlockSchedule blocks_;
+  std::unique_ptr<Optimiser> optimiser_;
+  FieldAdam field_adam_;
+  std::unique_ptr<FieldGaussNewton> joint_;
+  FieldValues field_means_;  ///< of a block so far
+  LowRoughnessRestart restart_;
+  int done_ = 0;
+};
+
+}  // namespace selenite

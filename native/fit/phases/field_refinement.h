@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/inference/informative_pixels.h"
+#include "fit/phases/refined_point.h"
+#include "fit/solver/field_gauss_newton.h"
+
+namespace selenite {
+
+struct FieldRefinementOptions {
+  int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
+  double converged_sigmas = 3, near = 0.1;  ///< as of `RefinementOptions`
+  /// Samples of the first pass's derivatives in units of its own, as they select the informative pixels,
+  /// and the share that those of the others are.
+  int pilot = 2, share_after_pilot = 6;
+  /// Samples of an informative pixel, in units of the whole picture's, and the share with derivatives.
+  int informative_samples = 20, informative_derivative_share = 5;
+  /// Errors beside voxels in units of those that noise, and the linear share of what hardly shows, explain:
+  /// twenty fits from different random numbers scatter by so much more. Measured: docs/measurements/fields.md.
+  double beyond_noise = 1.5;
+};
+
+/// Three refinement passes where voxels are stepped together with scalars. Each has a second part: more
+/// samples of the informative pixels (`InformativePixels`), which the first pass's differences select. The
+/// fields move along with the scalars. A roughness that looks perfectly sharp is left as it is: how sharp
+/// shows in little else than in what voxels may be wrong about.
+class FieldRefinement {
+ public:
+  /// `problem` must outlive it. `optimiser`: whose instruments are taken; null: none.
+  FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
+                  std::unique_ptr<FieldGaussNewton> fields, std::uint64_t seed, int spp,
+                  int iteration_spp, FieldRefinementOptions options = {});
+
+  /// The next photo of a pass; false when it was the last of the last. Throws what `evaluate` throws.
+  bool step(Evaluator& evaluator);
+  double fraction() const;
+  Point point() const { return {point_.x, fields_->values()}; }
+  /// See `RefinedPoint::accept`.
+  void accept(const Vector& x) { point_.accept(x); }
+  const TrustReport& report() const { return point_.report; }
+  void members(SavedState& state);
+
+ private:
+  Observation derivatives(Evaluator& evaluator, int purpose, int portion, int spp,
+                          std::size_t index, const Photo& photo) const;
+  void gather_first_jacobians(Evaluator& evaluator);
+  void gather(Evaluator& evaluator, int spp);
+  void select_informative();
+  /// The informative pixels of the next photo.
+  bool measure_informative(Evaluator& evaluator);
+  void end_pass();
+  bool is_left_out(int k) const;
+  int purpose() const { return 2 * point_.report.passes; }
+  int pass_spp(int pass) const;
+
+  FieldRefinementOptions options_;
+  RefinedPoint point_;
+  std::unique_ptr<FieldGaussNewton> fields_;
+  bool has_jacobians_;
+  std::size_t photo_ = 0;  ///< the next of this pass; beyond the last: those of informative pixels
+  std::uint64_t seed_;
+  int spp_, iteration_spp_;
+  std::vector<GaussNewton::PhotoEquations> photo_equations_;  ///< of this pass so far
+  InformativePixels informative_;
+  bool over_ = false;
+};
+
+}  // namespace selenite

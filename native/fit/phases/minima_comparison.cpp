@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/phases/minima_comparison.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "fit/evaluate/seeds.h"
+
+namespace selenite {
+namespace {
+
+/// Shares of the samples, a round each.
+constexpr std::array kShares{16, 4, 1};
+constexpr int kLeastOfRound = 16;  ///< samples, where there are as many
+/// Standard deviations by which a alternative must be worse to lose.
+constexpr double kSigmas = 3;
+/// Widths of its interval, and share of its range, that a value of a alternative lies off at least: what is
+/// nearer is the same basin, seen less sharply.
+constexpr double kWidths = 2, kShareOfRange = 0.1;
+constexpr std::size_t kParts = std::tuple_size_v<FilmPair>;
+
+/// Whether component k of `x` is that of another basin.
+bool far_apart(const Reparametrization& reparametrization, const Vector& x, const Vector& answer,
+               Eigen::Index k) {
+  const double range = reparametrization.maximum()[k] - reparametrization.minimum()[k];
+  const double way = reparametrization.from_values(x)[k] - reparametrization.from_values(answer)[k];
+  return std::abs(way) > kShareOfRange * range;
+}
+
+/// Whether what is told about a component leaves `x` out by so many widths.
+bool leaves_out(const Confidence& reported, double x, double widths) {
+  const auto [low, high] = reported.interval;
+  const double margin = widths * (high - low);
+  return reported.determined && (x < low - margin || x > high + margin);
+}
+
+}  // namespace
+
+MinimaComparison::MinimaComparison(const Problem& problem, std::vector<Eigen::VectorXf> weights, Point answer,
+               std::vector<Vector> alternatives, std::uint64_t seed, int spp)
+    : problem_(&problem),
+      reparametrization_(problem.unknowns),
+      fields_(std::move(answer.fields)),
+      weights_(std::move(weights)),
+      seed_(seed),
+      most_spp_(spp) {
+  alternatives.insert(alternatives.begin(), std::move(answer.scalars));
+  for (Vector& x : alternatives) candidates_.emplace_back().x = std::move(x);
+}
+
+/// Of a part.
+int MinimaComparison::spp() const {
+  const int share = kShares[static_cast<std::size_t>(round_)];
+  const int all = std::max(most_spp_ / share, std::min(kLeastOfRound, most_spp_));
+  return std::max(all / static_cast<int>(kParts), 2);
+}
+
+bool MinimaComparison::step(Evaluator& evaluator) {
+  if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return false;
+  const Photo& photo = problem_->photos[photo_];
+  Candidate& candidate = candidates_[candidate_];
+  const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
+  candidate.seen[part_] = evaluator.evaluate({candidate.x, fields_}, photo,
+                                           {spp(), seed_of(seed_, purpose, static_cast<int>(photo_))});
+  if (++part_ < kParts) return true;
+  part_ = 0;
+  if (++candidate_ < candidates_.size()) return true;
+  candidate_ = 0;
+  end_photo();
+  if (++photo_ < problem_->photos.size()) return true;
+  photo_ = 0;
+  end_round();
+  return candidates_.size() > 1 && round_ < static_cast<int>(kShares.size());
+}
+
+void MinimaComparison::end_photo() {
+  const Photo& photo = problem_->photos[photo_];
+  const Eigen::VectorXf& weights = weights_[photo_];
+  const auto& answer = candidates_.front().seen;
+  for (std::size_t i = 1; i < candidates_.size(); ++i)
+    candidates_[i].against_answer.add(photo, weights, answer, candidates_[i].seen);
+  for (Candidate& candidate : candidates_) {
+    candidate.tiled_loss.append(TiledLoss(merged(candidate.seen), photo, weights), 1);
+    candidate.seen = {};
+  }
+}
+
+/// Drops those that have lost.
+void MinimaComparison::end_round() {
+  const TiledLoss& answer = candidates_.front().tiled_loss;
+  const auto worse = [](const Eigen::ArrayXd& alternative, const Eigen::ArrayXd& answer) {
+    const NoisySum by(alternative - answer);
+    return by.sum > kSigmas * by.deviation;
+  };
+  const auto lost = [&](const Candidate& alternative) {
+    return alternative.against_answer.significant(kSigmas) || worse(alternative.tiled_loss.coarse, answer.coarse) ||
+           worse(alternative.tiled_loss.all, answer.all);
+  };
+  candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
+                    candidates_.end());
+  if (++round_ == static_cast<int>(kShares.size())) return;  // `survivors` tells by the last one
+  for (Candidate& candidate : candidates_) {
+    candidate.tiled_loss = {};
+    candidate.against_answer = {};
+  }
+}
+
+bool MinimaComparison::Survivor::is_better() const { return z_score > kSigmas; }
+
+std::vector<MinimaComparison::Survivor> MinimaComparison::survivors() const {
+  std::vector<Survivor> survivors;
+  const Vector& answer = candidates_.front().x;
+  for (auto alternative = candidates_.begin() + 1; alternative != candidates_.end(); ++alternative) {
+    bool far = false;
+    for (Eigen::Index k = 0; k < answer.size(); ++k)
+      far = far || far_apart(reparametrization_, alternative->x, answer, k);
+    if (far) survivors.push_back({alternative->x, alternative->against_answer.z_score()});
+  }
+  std::stable_sort(survivors.begin(), survivors.end(),
+                   [](const Survivor& a, const Survivor& b) { return a.z_score > b.z_score; });
+  return survivors;
+}
+
+std::vector<MinimaComparison::Survivor> MinimaComparison::pending(const TrustReport& report) const {
+  std::vector<Survivor> found = survivors();
+  std::erase_if(found, [&](const Survivor& one) {
+    TrustReport judged = report;
+    mark_ambiguous(judged, reparametrization_, candidates_.front().x, one.x, false);
+    return !one.is_better() && judged.alternatives.size() == report.alternatives.size();
+  });
+  return found;
+}
+
+void MinimaComparison::members(SavedState& state) {
+  state(fields_, weights_, candidates_, seed_, most_spp_, round_, photo_, candidate_, part_);
+}
+
+double MinimaComparison::fraction() const {
+  const double rounds = static_cast<double>(kShares.size());
+  if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return 1;
+  const auto of_photo = static_cast<double>(kParts * candidates_.size());
+  const double done = (static_cast<double>(photo_) +
+                       static_cast<double>(kParts * candidate_ + part_) / of_photo) /
+                      static_cast<double>(problem_->photos.size());
+  return (round_ + done) / rounds;
+}
+
+void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
+             const Vector& alternative, bool refined) {
+  bool any = false;
+  for (std::size_t k = 0; k < report.components.size(); ++k) {
+    Confidence& reported = report.components[k];
+    const auto at = static_cast<Eigen::Index>(k);
+    if (!far_apart(reparametrization, alternative, answer, at) ||
+        !leaves_out(reported, alternative[at], refined ? 0 : kWidths))
+      continue;
+    any = true;
+    reported.determined = false;
+    report.ambiguous.push_back(static_cast<int>(k));
+  }
+  if (any) report.alternatives.push_back(alternative);
+}
+
+}  // namespace selenite

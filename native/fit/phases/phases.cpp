@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/phases/phases.h"
+
+#include <algorithm>
+
+#include "fit/evaluate/seeds.h"
+
+namespace selenite {
+namespace {
+
+const Problem& varied(const FitRun& run) {
+  const auto& uniform = run.strategy.uniform;
+  return uniform ? uniform->problem() : run.problem.scalars();
+}
+
+SceneModel varied_scene(const FitRun& run) {
+  const auto& uniform = run.strategy.uniform;
+  return uniform ? scene_model(run.problem, *uniform) : scene_model(run.problem);
+}
+
+/// Of the samples of a refinement's last pass: where voxels are stepped with scalars, the others are for
+/// the informative pixels.
+constexpr int kShareOfFieldPasses = 5;
+
+int field_pass_spp(const FitSettings& settings) {
+  const int spp = settings.chosen_refinement_spp();
+  return settings.refinement_spp == 0 ? spp / kShareOfFieldPasses : spp;
+}
+
+/// The best values with every roughness at least where it looks perfectly sharp: nothing tells a sharper
+/// body from it, but lamps that are seen in it are found the less often.
+Vector start_of_field_refinement(const FitRun& run) {
+  const Unknowns& unknowns = run.problem.unknowns();
+  Vector x = run.result.best;
+  for (int k = 0; k < unknowns.size(); ++k)
+    if (unknowns.description_of(k).scale == Scale::kRoughness)
+      x[k] = std::max(x[k], kLowRoughness);
+  return unknowns.project(x);
+}
+
+std::unique_ptr<FieldGaussNewton> at_best_fields(FitRun& run,
+                                                 std::unique_ptr<FieldGaussNewton> fields) {
+  run.point.fields = *run.result.fields_best;
+  fields->set_values(run.point.fields);
+  return fields;
+}
+
+}  // namespace
+
+MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
+    : evaluator_(varied_scene(run), run.problem.settings(), run.result),
+      multi_start_(varied(run),
+                   stream_seed(run.problem.settings().seed, Stream::kMultiStart, 0, 0)),
+      minima_(&minima) {}
+
+bool MultiStartPhase::step(FitRun& run) {
+  evaluator_.watch(run.evaluator.progress());
+  const bool more = multi_start_.step(evaluator_);
+  if (run.stop_if_dropped()) return false;
+  if (more) return true;
+  const Vector& x = multi_start_.values();
+  run.result.search = multi_start_.result();
+  if (const auto& uniform = run.strategy.uniform) {
+    run.point = {uniform->scalars(x), uniform->fields(x)};
+    run.result.fields_last = run.result.fields_best =
+        std::make_shared<FieldValues>(run.point.fields);
+  } else {
+    run.point.scalars = x;
+    minima_->add_candidates(multi_start_.others());
+  }
+  run.result.last = run.result.best = run.point.scalars;
+  return false;
+}
+
+RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Vector& x,
+                                 const GaussNewton* optimiser)
+    : refinement_(run.problem.scalars(), optimiser, {x, run.point.fields},
+                  stream_seed(run.problem.settings().seed, Stream::kRefinement,
+                              minima.refined(), 0),
+                  run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp),
+      minima_(&minima) {}
+
+bool RefinementPhase::step(FitRun& run) {
+  const bool more = refinement_.step(run.evaluator);
+  if (run.stop_if_dropped()) return false;
+  if (!more) minima_->take(run, refinement_);
+  return more;
+}
+
+FieldRefinementPhase::FieldRefinementPhase(FitRun& run, std::unique_ptr<FieldGaussNewton> fields,
+                                           const GaussNewton* optimiser)
+    : refinement_(run.problem.scalars(), optimiser, start_of_field_refinement(run),
+                  at_best_fields(run, std::move(fields)),
+                  stream_seed(run.problem.settings().seed, Stream::kRefinement, 0, 0),
+                  field_pass_spp(run.problem.settings()), run.problem.settings().spp) {}
+
+bool FieldRefinementPhase::step(FitRun& run) {
+  const bool more = refinement_.step(run.evaluator);
+  run.point.fields = refinement_.point().fields;
+  run.result.fields_last = std::make_shared<FieldValues>(run.point.fields);
+  if (run.stop_if_dropped()) return false;
+  if (more) return true;
+  // Where the validation finds its values worse, the linear step to them went too far.
+  const Vector x = refinement_.point().scalars;
+  if (!run.accept(x, run.validate({x, run.point.fields}))) refinement_.accept(run.result.best);
+  run.result.report = refinement_.report();
+  return false;
+}
+
+bool ComparisonPhase::step(FitRun& run) {
+  const bool more = comparison_->step(run.evaluator);
+  if (run.stop_if_dropped()) return false;
+  if (!more) minima_->take(run, *comparison_);
+  return more;
+}
+
+}  // namespace selenite

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+
+#include "fit/phases/alternative_minima.h"
+#include "fit/phases/descent.h"
+#include "fit/phases/field_refinement.h"
+#include "fit/phases/multi_start.h"
+
+// The phases of a fit beside `Descent`: each drives what computes, and hands on what it has found.
+namespace selenite {
+
+class MultiStartPhase final : public Phase {
+ public:
+  MultiStartPhase(FitRun& run, AlternativeMinima& minima);
+  PhaseKind kind() const override { return PhaseKind::kMultiStart; }
+  bool step(FitRun& run) override;
+  double fraction() const override { return multi_start_.fraction(); }
+  void members(SavedState& state) override { state(multi_start_); }
+
+ private:
+  PhotoEvaluator evaluator_;  ///< of the scalars, or of uniform fields
+  MultiStart multi_start_;
+  AlternativeMinima* minima_;
+};
+
+class RefinementPhase final : public Phase {
+ public:
+  /// optimiser: whose instruments are taken; null: none.
+  RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Vector& x,
+                  const GaussNewton* optimiser);
+  PhaseKind kind() const override { return PhaseKind::kRefinement; }
+  bool step(FitRun& run) override;
+  double fraction() const override { return refinement_.fraction(); }
+  void members(SavedState& state) override { state(refinement_); }
+
+ private:
+  Refinement refinement_;
+  AlternativeMinima* minima_;
+};
+
+/// Refinement where voxels are stepped together with scalars. Alternatives would need fields of their own.
+class FieldRefinementPhase final : public Phase {
+ public:
+  FieldRefinementPhase(FitRun& run, std::unique_ptr<FieldGaussNewton> fields,
+                       const GaussNewton* optimiser);
+  PhaseKind kind() const override { return PhaseKind::kRefinement; }
+  bool step(FitRun& run) override;
+  double fraction() const override { return refinement_.fraction(); }
+  void members(SavedState& state) override { state(refinement_); }
+
+ private:
+  FieldRefinement refinement_;
+};
+
+class ComparisonPhase final : public Phase {
+ public:
+  ComparisonPhase(std::unique_ptr<MinimaComparison> comparison, AlternativeMinima& minima)
+      : comparison_(std::move(comparison)), minima_(&minima) {}
+  PhaseKind kind() const override { return PhaseKind::kComparison; }
+  bool step(FitRun& run) override;
+  double fraction() const override { return comparison_->fraction(); }
+  void members(SavedState& state) override { state(*comparison_); }
+
+ private:
+  std::unique_ptr<MinimaComparison> comparison_;
+  AlternativeMinima* minima_;
+};
+
+}  // namespace selenite

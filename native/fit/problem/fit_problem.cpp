@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/problem/fit_problem.h"
+
+#include "fit/problem/problem_list.h"
+
+namespace selenite {
+namespace {
+
+/// Runs all checks of a fit before the first of them ends it; returns the scene, for the constructor.
+Scene checked(Scene scene, std::vector<Photo>& photos,
+              const std::vector<UnknownParameter>& unknowns, const FitSettings& settings) {
+  ProblemList problems;
+  problems.collect([&] { check_photos(scene, photos); });
+  problems.collect([&] { (void)Unknowns(scene, unknowns); });
+  problems.collect([&] { (void)Fields(scene, unknowns); });
+  problems.collect([&] { settings.check(); });
+  problems.raise();
+  return scene;
+}
+
+}  // namespace
+
+FitProblem::FitProblem(Scene scene, std::vector<Photo> photos,
+                       const std::vector<UnknownParameter>& unknowns, FitSettings settings)
+    : scene_(checked(std::move(scene), photos, unknowns, settings)),
+      photos_(std::move(photos)),
+      wanted_(unknowns),
+      unknowns_(scene_, unknowns),
+      fields_(scene_, unknowns),
+      settings_(std::move(settings)),
+      loss_(find_loss(settings_.loss)),
+      layout_(scene_, unknowns_.parameters()),
+      problem_{unknowns_, layout_, photos_, loss_, settings_.iterations} {
+  if (settings_.finite_differences)
+    differences_ = std::make_unique<Reparametrization>(unknowns_);
+  if (fields_.empty() || unknowns_.size() > 0) return;
+  if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
+    throw InvalidArgument("optimiser = '" + settings_.optimiser +
+                          "' cannot fit a grid or an image, and nothing else is fitted; choose "
+                          "optimiser = 'adam' or 'auto'");
+  settings_.optimiser = "adam";
+}
+
+std::unique_ptr<UniformFields> FitProblem::uniform() const {
+  return UniformFields::of(scene_, wanted_, fields_, photos_, loss_, settings_.iterations);
+}
+
+Scene FitProblem::scene_at(const Point& point) const {
+  return fields_.scene_with(scene_at(point.scalars), point.fields);
+}
+
+std::string FitProblem::fingerprint() const {
+  std::string text = settings_.loss;
+  for (const std::int64_t number :
+       {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
+        std::int64_t{settings_.spp}, std::int64_t{settings_.depth},
+        std::int64_t{settings_.accumulate}, std::int64_t{settings_.validation_interval},
+        std::int64_t{settings_.chosen_validation_spp()},
+        std::int64_t{settings_.chosen_refinement_spp()},
+        std::int64_t{settings_.finite_differences}})
+    text += " " + std::to_string(number);
+  text += " " + settings_.search + " " + settings_.refinement;
+  for (const Component& component : unknowns_.components()) text += "\n" + component.name;
+  for (std::size_t f = 0; f < fields_.names().size(); ++f)
+    text += "\n" + fields_.names()[f] + " " + std::to_string(fields_.start()[f].size());
+  for (const Photo& photo : photos_) text += "\n" + std::to_string(photo.fingerprint());
+  return text;
+}
+
+}  // namespace selenite

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "fit/problem/loss.h"
+#include "fit/problem/photo.h"
+#include "fit/problem/unknowns.h"
+#include "render/film/slots.h"
+
+namespace selenite {
+
+/// Up to so many scalars the derivative images of all are kept and the clamps can be searched.
+inline constexpr int kFewUnknowns = 12;
+
+/// What a fit is about; constant while it runs.
+struct Problem {
+  const Unknowns& unknowns;
+  const SlotLayout& layout;  ///< slots and rows of all unknowns
+  const std::vector<Photo>& photos;
+  const Loss& loss;
+  int iterations;
+};
+
+}  // namespace selenite

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/solver/field_adam.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "fit/problem/saved_state.h"
+#include "fit/solver/gaussian_blur.h"
+#include "math/scalar.h"
+
+namespace selenite {
+
+FieldAdam::FieldAdam(const Fields& fields) : fields_(&fields) {
+  for (const Vector& start : fields.start()) moments_.emplace_back(start.size());
+}
+
+void FieldAdam::members(SavedState& state) {
+  for (AdamMoments& moments : moments_) state(moments);
+}
+
+void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
+                     const std::vector<FieldStep>& how) {
+  for (std::size_t f = 0; f < values.size(); ++f) {
+    for (std::size_t i = 0; i < gradients[f].size(); ++i)
+      if (!std::isfinite(gradients[f][i]))
+        throw std::runtime_error("The derivative with respect to number " + std::to_string(i) +
+                                 " of " + fields_->names()[f] +
+                                 " is not finite; report this scene");
+    std::vector<double> slopes = gradients[f];
+    if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
+      const double texels = how[f].spread * image->width() * image->height();
+      slopes =
+          gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
+                   std::sqrt(texels / (4 * kPi<double>)), image->extension() == Extension::kRepeat);
+    }
+    const Eigen::Map<const Vector> gradient(slopes.data(),
+                                            static_cast<Eigen::Index>(slopes.size()));
+    const UnknownParameter& one = fields_->wanted()[f];
+    const auto same = [&](double x) { return Vector::Constant(gradient.size(), x); };
+    values[f] = moments_[f].update(values[f], gradient, same(how[f].rate * one.learning_rate),
+                                   same(one.minimum), same(one.maximum));
+  }
+}
+
+}  // namespace selenite

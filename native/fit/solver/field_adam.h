@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <vector>
+
+#include "fit/problem/fields.h"
+#include "fit/solver/adam.h"
+
+namespace selenite {
+
+/// A step of a field.
+struct FieldStep {
+  double rate = 1;  ///< in learning rates
+  /// Of an image, the share over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
+  /// Neighbours are alike more often than not, and what one photo tells of few texels is mostly noise.
+  double spread = 0;
+};
+
+/// Adam over all fields; a copy is its whole state.
+class FieldAdam {
+ public:
+  explicit FieldAdam(const Fields& fields);
+  /// One step along the gradient of each field, one `how` a field. Throws std::runtime_error naming
+  /// field and number when a derivative is not finite.
+  void step(FieldValues& values, const std::vector<std::vector<double>>& gradients,
+            const std::vector<FieldStep>& how);
+  void members(SavedState& state);
+
+ private:
+  const Fields* fields_;
+  std::vector<AdamMoments> moments_;
+};
+
+}  // namespace selenite

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include "fit/evaluate/validation.h"
+#include "fit/state/fit_result.h"
+
+namespace selenite {
+
+/// Which of the points that a fit has validated it returns: `FitResult::best`.
+class BestIterate {
+ public:
+  /// prefers_low_roughness: of two that explain the photos about as well, the one of low roughness.
+  BestIterate(const Unknowns& unknowns, bool prefers_low_roughness)
+      : unknowns_(&unknowns), prefers_low_roughness_(prefers_low_roughness) {}
+
+  /// Writes the validation into `row`, and the row into `result` as the best if it is. The fields that
+  /// belong to it are `result.fields_last`.
+  void note(HistoryRow& row, const Validation& validation, FitResult& result);
+  const Validation& validation() const { return best_; }
+  /// Whether the best values so far are of low roughness and these are not: they may have to yield.
+  bool may_yield(const Vector& x, const FitResult& result) const;
+  /// Whether they do, as they explain the photos no better.
+  bool yields(const Vector& x, const Validation& validation, const FitResult& result) const;
+  void members(SavedState& state) { state(smallest_, best_); }
+
+ private:
+  const Unknowns* unknowns_;
+  bool prefers_low_roughness_;
+  Validation smallest_, best_;  ///< without parts: none yet
+};
+
+}  // namespace selenite

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/state/low_roughness.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace selenite {
+
+Vector at_low_roughness(const Unknowns& unknowns, Vector x) {
+  for (int k = 0; k < unknowns.size(); ++k)
+    if (unknowns.description_of(k).scale == Scale::kRoughness)
+      x[k] = std::min(x[k], kLowRoughness);
+  return unknowns.project(x);
+}
+
+bool is_low_roughness(const Unknowns& unknowns, const Vector& x) {
+  return at_low_roughness(unknowns, x) == x;
+}
+
+bool explains_as_well(const Validation& low, const Validation& rough) {
+  return low.unbiased <= rough.unbiased + std::sqrt(rough.variance) && !is_worse(low, rough, 1);
+}
+
+}  // namespace selenite

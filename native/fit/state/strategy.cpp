@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/state/strategy.h"
+
+#include <string>
+
+#include "fit/solver/field_gauss_newton.h"
+#include "math/error.h"
+
+namespace selenite {
+namespace {
+
+bool any_image(const Fields& fields) {
+  for (std::size_t f = 0; f < fields.refs().size(); ++f)
+    if (fields.image(f)) return true;
+  return false;
+}
+
+bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, bool uniform) {
+  const FitSettings& settings = problem.settings();
+  if (settings.search == "off") return false;
+  const bool few = problem.fields().empty() ? problem.unknowns().size() <= kFewUnknowns : uniform;
+  if (settings.search == "auto") return kind.few_unknowns && few;
+  if (few) return true;
+  throw InvalidArgument(
+      "search = 'on' is for up to " + std::to_string(kFewUnknowns) +
+      " unknowns, where an albedo grid or image that starts with one colour "
+      "counts as three and any other as too many; choose search = 'off' or 'auto'");
+}
+
+bool wants_refinement(const FitProblem& problem, bool joint) {
+  const FitSettings& settings = problem.settings();
+  if (settings.refinement != "auto") return settings.refinement == "on";
+  const int scalars = problem.unknowns().size();
+  return (problem.fields().empty() || joint) && scalars <= kFewUnknowns &&
+         problem.loss().least_squares &&
+         choose_optimiser("auto", scalars, problem.loss(), settings.spp, settings.accumulate)
+             .few_unknowns;
+}
+
+}  // namespace
+
+Strategy::Strategy(FitProblem& problem)
+    : optimiser(choose_optimiser(problem.settings().optimiser, problem.unknowns().size(),
+                                 problem.loss(), problem.settings().spp,
+                                 problem.settings().accumulate)),
+      alternates(!problem.fields().empty() && optimiser.few_unknowns),
+      has_images(any_image(problem.fields())) {
+  const FitSettings& settings = problem.settings();
+  if (alternates && settings.search != "off") uniform = problem.uniform();
+  multi_start = wants_multi_start(problem, optimiser, uniform != nullptr);
+  joint = after_multi_start() && settings.accumulate &&
+          FieldGaussNewton::applies(problem.fields(), problem.photos());
+  refines = wants_refinement(problem, joint);
+  if (!alternates) return;
+  // Damping falls over the blocks that a fit without a multi-start would have.
+  const BlockSchedule usual({true, true, false, false}, settings.iterations);
+  problem.set_scalar_iterations(usual.count(&Block::scalars, settings.iterations));
+}
+
+BlockSchedule Strategy::blocks(const FitProblem& problem) const {
+  const int all = problem.settings().iterations;
+  return {{alternates, !problem.fields().empty(), after_multi_start(), joint},
+          joint && refines ? (all + 1) / 2 : all};
+}
+
+}  // namespace selenite

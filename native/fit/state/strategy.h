@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <memory>
+
+#include "fit/state/block_schedule.h"
+#include "fit/problem/fit_problem.h"
+#include "fit/solver/optimiser.h"
+
+namespace selenite {
+
+/// Which phases a fit has and what each of them moves: chosen once, from problem and settings.
+struct Strategy {
+  /// Sets the iterations of the problem's scalars. InvalidArgument where settings contradict each other.
+  explicit Strategy(FitProblem& problem);
+
+  const OptimiserKind& optimiser;
+  /// Scalars and fields are moved in blocks: what Gauss-Newton accumulates would be about fields that
+  /// have moved since.
+  bool alternates;
+  bool multi_start;
+  /// What a multi-start varies where fields are fitted; null: the scalars.
+  std::unique_ptr<UniformFields> uniform;
+  bool joint;    ///< voxels are stepped together with the scalars, see `FieldGaussNewton`
+  bool refines;  ///< a refinement follows the descent
+
+  bool has_images;  ///< among the fields
+  bool after_multi_start() const { return multi_start && uniform; }
+  /// Of images after a multi-start the IOR of what refracts sharply is found by a line search before
+  /// each block of scalars, in place of steps by derivatives.
+  bool searches_ior() const { return after_multi_start() && has_images; }
+  /// The descent's estimate is one of all iterations, not of the last one.
+  bool estimates_by_all_iterations() const {
+    return optimiser.averages_iterations && (!alternates || joint);
+  }
+  /// Blocks of the descent. Where voxels are stepped together with scalars it takes half of the
+  /// iterations: refinement passes at fixed values bring more.
+  BlockSchedule blocks(const FitProblem& problem) const;
+};
+
+}  // namespace selenite

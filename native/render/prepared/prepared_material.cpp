@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "render/prepared/prepared_material.h"
+
+#include <cmath>
+
+namespace selenite {
+namespace {
+
+/// Free paths per radius as which an unknown medium counts where there is none.
+constexpr float kThin = 0.2f;
+/// The least rate at which free paths in an unknown density end, as a share of the largest.
+constexpr float kLeastShare = 0.1f;
+
+/// -1 if it is none of them.
+int number_of(std::span<const FieldRef> fields, const FieldRef& ref) {
+  const auto found = std::find(fields.begin(), fields.end(), ref);
+  return found == fields.end() ? -1 : static_cast<int>(found - fields.begin());
+}
+
+/// All numbers of a material, field by field, three for a colour.
+std::vector<double> flatten(const MaterialParameters<double>& values) {
+  std::vector<double> flat;
+  struct Visit {
+    std::vector<double>& flat;
+    void operator()(const Parameter&, double& x) const { flat.push_back(x); }
+    void operator()(const Parameter&, Color<double>& c) const {
+      for (int i = 0; i < 3; ++i) flat.push_back(c[i]);
+    }
+  };
+  MaterialParameters<double> copy = values;
+  MaterialParameters<double>::fields(copy, Visit{flat});
+  return flat;
+}
+
+/// Copies the numbers of a material into path scalars and seeds those that carry a derivative.
+template <int L>
+struct Seed {
+  using T = PathScalar<L>;
+  const std::vector<double>& flat;
+  const std::vector<std::vector<int>>& local;  ///< per field: local slots, -1 or none if not ticked
+  std::size_t at = 0;
+  std::size_t field = 0;
+
+  T scalar(int slot) {
+    const auto value = static_cast<float>(flat[at++]);
+    if constexpr (L > 0)
+      if (slot >= 0) return T::variable(value, slot);
+    return T(value);
+  }
+  void operator()(const Parameter&, T& x) {
+    const auto& slots = local[field++];
+    x = scalar(slots.empty() ? -1 : slots[0]);
+  }
+  void operator()(const Parameter&, Color<T>& c) {
+    const auto& slots = local[field++];
+    for (int i = 0; i < 3; ++i)
+      c[i] = scalar(slots.empty() ? -1 : slots[slots.size() == 1 ? 0 : i]);
+  }
+};
+
+/// Puts a looked-up colour into one field, clamped to what the model permits; a number takes the
+/// luminance, as Blender's sockets do. An unknown colour is seeded in the first slot where it is inside.
+template <class T>
+struct Put {
+  int field;
+  const Colorf& color;
+  bool unknown = false;
+  int index = 0;
+  static float inside(const Parameter& p, float x) {
+    return clamp(x, static_cast<float>(p.lower), static_cast<float>(p.upper));
+  }
+  void operator()(const Parameter& p, T& x) {
+    if (index++ != field) return;
+    x = T(inside(p, 0.2126729f * color.r + 0.7151522f * color.g + 0.0721750f * color.b));
+  }
+  void operator()(const Parameter& p, Color<T>& c) {
+    if (index++ != field) return;
+    for (int i = 0; i < 3; ++i) c[i] = number(p, color[i]);
+  }
+  T number(const Parameter& p, float x) const {
+    const float value = inside(p, x);
+    if constexpr (!std::is_same_v<T, float>)
+      if (unknown && value == x) return T::variable(value, 0);
+    return T(value);
+  }
+};
+
+/// Walks below the surfaces of a material will need it.
+void prepare_inside(const Geometry& geometry, int material) {
+  const auto& instances = geometry.instances();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const auto& slots_of_mesh = instances[i].materials;
+    if (std::find(slots_of_mesh.begin(), slots_of_mesh.end(), material) != slots_of_mesh.end())
+      geometry.prepare_inside(static_cast<int>(i));
+  }
+}
+
+template <int L>
+void prepare_medium(const Material& source, const Geometry& geometry,
+                    PreparedMaterial<L>& material) {
+  const auto& sigma_t = material.values.extinction;
+  if (source.albedo_grid) material.albedo_grid = &source.albedo_grid;
+  if (source.density_grid) material.density_grid = &source.density_grid;
+  float densest = source.density_grid ? source.density_grid.grid->maximum() : 1;
+  const float radius = geometry.radius(), most = max_channel(value_of(sigma_t));
+  const bool unknown = material.density_field >= 0;
+  if (unknown && most > 0) {
+    // A grid that is empty everywhere still has its derivative: it counts as thin for its size.
+    const double side = std::cbrt(1 / std::abs(source.density_grid.to_unit.determinant()));
+    material.least_density =
+        std::max(kLeastShare * densest, 2 * kThin / (static_cast<float>(side) * most));
+    material.density_unit = densest = std::max(densest, material.least_density);
+  }
+  material.has_medium = densest > 0 && (max_channel(value_of(sigma_t)) > 0 || has_slope(sigma_t));
+  if (!material.has_medium) return;
+  material.sigma_s = sigma_t * material.values.albedo;
+  material.rate = value_of(sigma_t);
+  // A ticked extinction of 0 still has a derivative, of light that would be scattered once.
+  const float least = radius > 0 ? kThin / (radius * densest) : 0;
+  if (has_slope(sigma_t))
+    material.rate = map(material.rate, [least](float r) { return std::max(r, least); });
+  const float middling = source.density_grid ? source.density_grid.grid->mean() : 1.0f;
+  material.typical_rate = material.rate * std::max(middling, material.least_density);
+  // Twice the extinction where it is ticked: as many null collisions as real ones at the densest
+  // place. Their number then adds as much variance to the derivative as the free path itself has.
+  const bool loose = has_slope(sigma_t) || unknown;
+  material.majorant = max_channel(material.rate) * densest * (loose ? 2.0f : 1.0f);
+}
+
+}  // namespace
+
+template <int L>
+void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, const Hit& hit,
+                                Principled<PathScalar<L>>& room) const {
+  const Colorf color = map.texture ? map.texture->at(map.place(geometry.uv(hit, map.attribute)))
+                                   : geometry.color(hit, map.attribute);
+  Put<PathScalar<L>> put{map.field, color, &map == base_color_map};
+  Principled<PathScalar<L>>::fields(room, put);
+}
+
+template <int L>
+std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const SlotLayout& layout,
+                                                   std::span<const FieldRef> unknown) {
+  const auto fields = parameter_table(OwnerKind::kMaterial).size();
+  std::vector<PreparedMaterial<L>> materials;
+  for (std::size_t m = 0; m < scene.appearance.materials.size(); ++m) {
+    const Material& material = scene.appearance.materials[m];
+    const auto index = static_cast<int>(m);
+    PreparedMaterial<L> prepared;
+    prepared.flavour = material.flavour;
+    prepared.maps = &material.maps;
+    std::vector<std::vector<int>> local(fields);
+    if constexpr (L > 0) {
+      for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
+        const ParameterRef& ref = layout.slots[i].parameter;
+        if (ref.kind != OwnerKind::kMaterial || ref.owner != index) continue;
+        if (prepared.count == 0) prepared.first = i;
+        local[ref.field].push_back(prepared.count++);
+      }
+    }
+    const std::vector<double> flat = flatten(material.values);
+    Seed<L> seed{flat, local};
+    MaterialParameters<PathScalar<L>>::fields(prepared.values, seed);
+    const auto& values = prepared.values;
+    prepared.transparent = value_of(values.alpha) < 1 || has_slope(values.alpha) ||
+                           material.map_of(material_field(&MaterialValues::alpha));
+    if (value_of(values.subsurface_weight) > 0 || has_slope(values.subsurface_weight) ||
+        material.map_of(material_field(&MaterialValues::subsurface_weight)))
+      prepare_inside(*scene.geometry, index);
+    prepared.albedo_field = number_of(unknown, GridRef{index, GridKind::kAlbedo});
+    prepared.density_field = number_of(unknown, GridRef{index, GridKind::kDensity});
+    prepared.base_color_field = number_of(unknown, ImageRef{index});
+    if (prepared.base_color_field >= 0) prepared.base_color_map = &scene.image({index});
+    prepare_medium(material, *scene.geometry, prepared);
+    materials.push_back(prepared);
+  }
+  return materials;
+}
+
+template <int L>
+PreparedMaterial<L> white_material() {
+  PreparedMaterial<L> white;
+  white.values.specular_level = PathScalar<L>(0);
+  white.values.base_color = Color<PathScalar<L>>(PathScalar<L>(1));
+  static const std::vector<FieldMap> none;
+  white.maps = &none;
+  return white;
+}
+
+template <int L>
+void prepare_plain(const Material& from, PreparedMaterial<L>& material) {
+  material.plain = material.count == 0 && from.maps.empty() && !material.transparent &&
+                   !material.emissive && !(from.values.subsurface_weight > 0);
+  if (!material.plain) return;
+  const std::vector<double> flat = flatten(from.values);
+  const std::vector<std::vector<int>> none(parameter_table(OwnerKind::kMaterial).size());
+  Seed<0> seed{flat, none};
+  Principled<float>::fields(material.plain_values, seed);
+}
+
+template struct PreparedMaterial<0>;
+template std::vector<PreparedMaterial<0>> prepare_materials(const Scene&, const SlotLayout&,
+                                                            std::span<const FieldRef>);
+template PreparedMaterial<0> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<0>&);
+template struct PreparedMaterial<kTaped>;
+template std::vector<PreparedMaterial<kTaped>> prepare_materials(const Scene&, const SlotLayout&,
+                                                                 std::span<const FieldRef>);
+template PreparedMaterial<kTaped> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<kTaped>&);
+template struct PreparedMaterial<2>;
+template std::vector<PreparedMaterial<2>> prepare_materials(const Scene&, const SlotLayout&,
+                                                            std::span<const FieldRef>);
+template PreparedMaterial<2> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<2>&);
+template struct PreparedMaterial<4>;
+template std::vector<PreparedMaterial<4>> prepare_materials(const Scene&, const SlotLayout&,
+                                                            std::span<const FieldRef>);
+template PreparedMaterial<4> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<4>&);
+template struct PreparedMaterial<8>;
+template std::vector<PreparedMaterial<8>> prepare_materials(const Scene&, const SlotLayout&,
+                                                            std::span<const FieldRef>);
+template PreparedMaterial<8> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<8>&);
+template struct PreparedMaterial<16>;
+template std::vector<PreparedMaterial<16>> prepare_materials(const Scene&, const SlotLayout&,
+                                                             std::span<const FieldRef>);
+template PreparedMaterial<16> white_material();
+template void prepare_plain(const Material&, PreparedMaterial<16>&);
+
+}  // namespace selenite
