@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "fit/evaluate/photo_jacobian.h"
+#include "fit/inference/photo_jacobian.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
 

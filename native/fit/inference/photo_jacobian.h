@@ -5,14 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "fit/problem/reparametrization.h"
 #include "fit/evaluate/half_buffers.h"
+#include "fit/problem/reparametrization.h"
+#include "fit/solver/instrumental_variables.h"
 #include "render/driver/render.h"
 
 namespace selenite {
 
-/// Derivatives are rendered in so many portions, with differences from above and from below in
-/// turns. `InstrumentalVariables` keep two parts, and each of them is to hold both sides.
+/// Derivatives are rendered in so many portions, with differences from above and from below alternately:
+/// together they are central, at one more picture where both sides at once cost two. `InstrumentalVariables` keep two parts, and each of them is to hold both sides.
 inline constexpr int kJacobianPortions = 4;
 /// A portion has two halves of one sample at least.
 inline constexpr int kLeastJacobianSpp = 2 * kJacobianPortions;
