@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "fit/evaluate/photo_jacobian.h"
+#include "fit/inference/photo_jacobian.h"
 #include "fit/inference/confidence_intervals.h"
 #include "fit/problem/photo.h"
 #include "fit/solver/instrumental_variables.h"

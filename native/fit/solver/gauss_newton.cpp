@@ -334,9 +334,9 @@ void GaussNewton::reset_everything() {
 
 /// The mean of the last estimates: each still carries the noise of its own samples.
 Vector GaussNewton::estimate(const Vector& x) const {
-  const std::size_t settled =
+  const std::size_t late =
       static_cast<std::size_t>((1 - kLateFrom) * static_cast<double>(iteration_));
-  const std::size_t count = std::min(accepted_.size(), std::max<std::size_t>(settled, 1));
+  const std::size_t count = std::min(accepted_.size(), std::max<std::size_t>(late, 1));
   if (accepted_.empty()) return x;
   const Vector zero = Vector::Zero(x.size());
   const Vector mean =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/photo_jacobian.h"
+#include "fit/inference/photo_jacobian.h"
 
 #include <algorithm>
 
