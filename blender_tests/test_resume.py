@@ -160,24 +160,39 @@ def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):
     assert rows > done
 
 
-def test_a_damaged_state_is_told_with_what_to_do(tmp_path):
+def test_a_state_of_another_photo_is_refused(tmp_path):
     plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not converge
+    run = interrupted(plan, tmp_path / "run")
+    made.photo(tmp_path / "photo.png", value=0.21)  # of the same name and size
+    with pytest.raises(BadInput, match=r"of other settings, unknowns or photos.*delete it"):
+        make_job(prepare(made.read(), run.request), run.parts, run.state)
+
+
+def test_a_damaged_state_is_reported_with_what_to_do(tmp_path):
+    plan = plan_of(tmp_path, (3, 100_000), "adam")  # which does not converge
+    folder = tmp_path / "run"
+    interrupted(plan, folder)
+    (path,) = folder.glob("optimiser_2.state")
+    path.write_bytes(path.read_bytes()[:-9])
+    run = checkpoint.going_on(checkpoint.load(folder))
+    with pytest.raises(
+        BadInput, match=r"optimiser_2.state': The saved state is damaged.*delete it"
+    ):
+        make_job(prepare(made.read(), run.request), run.parts, run.state)
+
+
+def interrupted(plan, folder):
+    """The run of a plan of two stages that ended in the second one, with its whole state."""
     job = make_job(plan)
-    recorder = checkpoint.Recorder(tmp_path / "run", plan.request)
+    recorder = checkpoint.Recorder(folder, plan.request)
     job.start()
-    while not list(recorder.folder.glob("optimiser_2.state")):
+    while not list(folder.glob("optimiser_2.state")):
         job.progress()
         recorder.update(job, now=True)
         time.sleep(0.01)
     job.cancel()
     job.join()
-    (path,) = recorder.folder.glob("optimiser_2.state")
-    path.write_bytes(path.read_bytes()[:-9])
-    run = checkpoint.going_on(checkpoint.load(recorder.folder))
-    with pytest.raises(
-        BadInput, match=r"optimiser_2.state': The saved state is damaged.*delete it"
-    ):
-        make_job(prepare(made.read(), run.request), run.parts, run.state)
+    return checkpoint.going_on(checkpoint.load(folder))
 
 
 def plan_of(tmp_path, iterations=(4, 5), optimiser="auto"):

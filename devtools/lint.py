@@ -67,7 +67,8 @@ def _clang_tidy(fix: bool) -> bool:
     headers = [*_cpp_files(".h"), ROOT / ".clang-tidy", ROOT / "cmake" / "compiler.cmake"]
     shared = digest(headers)
     listed = (database / "compile_commands.json").read_text()
-    sources = [path for path in sorted((ROOT / "native").rglob("*.cpp")) if f'"{path}"' in listed]
+    found = [*(ROOT / "native").rglob("*.cpp"), *(BUILD / "release" / "kernels").glob("*.cpp")]
+    sources = [path for path in sorted(found) if f'"{path}"' in listed]
 
     def check(source: Path) -> bool:
         stamp = BUILD / "tidy" / source.relative_to(ROOT).with_suffix(".stamp")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures the sheen lobe of Cycles and writes native/model/sheen_table.cpp.
+"""Measures the sheen lobe of Cycles and writes native/model/tables/sheen_table.cpp.
 
     .venv/bin/python devtools/measure_sheen.py [--check]
 
@@ -42,7 +42,7 @@ from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
 ROOT = Path(__file__).resolve().parent.parent
-TABLE = ROOT / "native" / "model" / "sheen_table.cpp"
+TABLE = ROOT / "native" / "model" / "tables" / "sheen_table.cpp"
 NODES = 32
 # Where it is measured, in nodes: on them, but for 0, and twice between them.
 AXIS = np.sort([k + f for k in range(NODES - 1) for f in (0.25, 0.75, 1)]) / (NODES - 1)
@@ -213,7 +213,7 @@ def source(table: Floats) -> str:
         "//",
         "// Written by devtools/measure_sheen.py from what Cycles renders; do not edit.",
         f"// Measured with Blender {bpy.app.version_string}.",
-        '#include "model/sheen_table.h"',
+        '#include "model/tables/sheen_table.h"',
         "",
         "namespace selenite {",
         "",

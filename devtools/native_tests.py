@@ -218,8 +218,8 @@ async def _run_process(
                     begun = clock()
             async with asyncio.timeout_at(min(begun + limit, deadline)):
                 status = await process.wait()
-            as_told = 1 if any(case.outcome == "failed" for case in cases) else 0
-            if reader.running or status != as_told:
+            expected = 1 if any(case.outcome == "failed" for case in cases) else 0
+            if reader.running or status != expected:
                 fault = f"the process ended with {_meaning(status)}"
         except TimeoutError:
             fault = f"ended after {clock() - begun:.0f} s"

@@ -37,13 +37,17 @@ PHOTOS = (
     Photo("ball_left", "ball", _BALL, "Left"),
     Photo("ball_right", "ball", _BALL, "Right"),
     Photo("large", "ball", _BALL, height=31),
+    Photo("plain", "ball"),
+    Photo("tall", "ball", _BALL, height=48),
     Photo("portrait", "portrait", _BALL),
     Photo("world", "ball", ("World:strength=0.9",)),
     Photo("glass", "glass", ("Body:ior=1.3", "Body:roughness=0.15")),
     Photo("painted_glass", "painted_glass", ("Body:ior=1.3", "Body:roughness=0.15")),
     Photo("coated", "coated", ("Body:roughness=0.3", "Body:coat_roughness=0.15")),
+    Photo("alike", "coated", ("Body:roughness=0.4", "Body:coat_roughness=0.3")),
     Photo("sky", "sky", ("Body:metallic=0.9", "Body:roughness=0.15")),
     Photo("smoke", "smoke", ("Smoke:albedo=0.9,0.6,0.3", "Smoke:extinction=3")),
+    Photo("milk", "milk", ("Milk:albedo=0.9,0.7,0.5", "Milk:roughness=0.02")),
     Photo("board", "painted_board"),
     Photo("rough_board", "painted_board", ("Body:roughness=0.4",)),
 )
@@ -100,12 +104,18 @@ def _fit(
     name: str, unknowns: str, *more: str, scene: str = "ball", photo: str = "", **how: Any
 ) -> Case:
     photos = [] if photo == "-" else [f"--photo=Camera={{inputs}}/{photo or scene}.exr"]
-    usual = {"--iterations": "5", "--spp": "4", "--height": "16", "--picture-spp": "8"}
+    usual = {
+        "--iterations": "5",
+        "--spp": "4",
+        "--height": "16",
+        "--picture-spp": "8",
+        "--seed": "3",
+    }
     given = {word.partition("=")[0] for word in more}
     words = [f"{key}={value}" for key, value in usual.items() if key not in given]
     fitted = [f"--fit={unknowns}"] if unknowns else []
     start = ("fit", f"{{inputs}}/{scene}.blend")
-    return Case(name, (*start, *fitted, *photos, *words, "--seed=3", *more), **how)
+    return Case(name, (*start, *fitted, *photos, *words, *more), **how)
 
 
 _ADAM, _NO_SEARCH, _SEARCH = "--optimiser=adam", "--search=off", "--search=on"
@@ -115,6 +125,10 @@ _CAMERAS = tuple(
 )
 _MASKS = ("--mask=Camera={inputs}/mask.png", "--mask=Right={inputs}/mask.png")
 _IMAGE, _GRID, _DENSITY = "Body:base_color_texture", "Smoke:albedo_grid", "Smoke:density_grid"
+_MANY = (
+    "base_color,roughness,metallic,ior,alpha,specular_level,specular_tint,coat_weight,"
+    "coat_roughness,coat_tint,sheen_weight,sheen_roughness,emission_strength"
+)
 #: Long enough for a look from outside into each phase.
 _LONG = ("--iterations=14", "--spp=64", "--height=24")
 
@@ -137,6 +151,18 @@ _ALL = (
     _fit("roughness and ior", "Body:roughness,ior", _NO_SEARCH, "--iterations=8"),
     _fit("glass", "Body:roughness,ior", "--height=10", scene="glass"),
     _fit("settled", "Body:base_color", _NO_SEARCH, "--iterations=60"),
+    _fit("no transmission", "Body:base_color,transmission", _NO_SEARCH, "--iterations=10",
+         "--start=Body:transmission=0.3", "--spp=16"),
+    _fit("no transmission alone", "Body:transmission", _NO_SEARCH, "--iterations=8",
+         "--start=Body:transmission=0.3", photo="plain"),
+    _fit("no transmission and ior", "Body:transmission,roughness,ior", _NO_SEARCH, "--spp=32",
+         "--iterations=10", "--start=Body:transmission=0.3", "--height=24", photo="plain"),
+    _fit("transmission", "Body:base_color,transmission,roughness", "--height=10",
+         "--start=Body:transmission=0.6", scene="glass"),
+    _fit("search in smaller pictures", "Body:base_color", _SEARCH, "--height=48",
+         "--iterations=2", "--spp=2", photo="tall"),
+    _fit("more than a render carries", f"Body:{_MANY}", f"--fit=Floor:{_MANY}",
+         "--fit=Key:power,color", "--fit=World:strength,color", _ADAM, _NO_SEARCH),
     _fit("metallic under a sky", "Body:metallic,roughness", scene="sky"),
     _fit("medium", "Smoke:extinction,albedo,anisotropy", scene="smoke"),
     _fit("lamp and world", "Body:base_color", "--fit=Key:power", "--fit=World:strength"),
@@ -149,6 +175,13 @@ _ALL = (
     _fit("tolerance", "Body:base_color", "--tolerance=0.05", _NO_SEARCH, "--iterations=30",
          "--start=Body:base_color=0.69,0.31,0.21", "--fit=Body:roughness,ior"),
     _fit("twins", "Body:roughness,coat_roughness", scene="coated"),
+    _fit("twins alike", "Body:roughness,coat_roughness", "--iterations=8", "--height=12",
+         scene="coated", photo="alike"),
+    *(
+        _fit(f"twins by seed {seed}", "Body:roughness,coat_roughness", "--iterations=14",
+             "--spp=64", f"--seed={seed}", f"--height={height}", scene="coated")
+        for seed, height in ((5, 16), (7, 20), (8, 20))
+    ),
     *(
         _fit(f"loss {name}", "Body:base_color,roughness", f"--loss={name}")
         for name in ("mse", "brightness-independent-mse", "mae", "mean-bias-error")
@@ -163,6 +196,8 @@ _ALL = (
     _fit("albedo grid", _GRID, f"--grid={_GRID}=4", "--iterations=10", scene="smoke"),
     _fit("albedo grid and scalars", f"{_GRID},extinction", f"--grid={_GRID}=3",
          "--iterations=20", scene="smoke"),
+    _fit("grid in clear glass", "Milk:albedo_grid,roughness", "--grid=Milk:albedo_grid=3",
+         "--iterations=10", "--height=12", scene="milk"),
     _fit("density grid", _DENSITY, f"--grid={_DENSITY}=4", "--iterations=10", scene="smoke"),
     _fit("both grids", f"{_DENSITY},albedo_grid", f"--grid={_DENSITY}=3", f"--grid={_GRID}=2",
          scene="smoke"),
@@ -171,6 +206,10 @@ _ALL = (
     _fit("image", _IMAGE, f"--grid={_IMAGE}=4", "--iterations=10", scene="board"),
     _fit("image and roughness", f"{_IMAGE},roughness", f"--grid={_IMAGE}=4", "--iterations=20",
          scene="board", photo="rough_board"),
+    _fit("image of many texels", f"{_IMAGE},roughness", f"--grid={_IMAGE}=32", "--iterations=10",
+         scene="board", photo="rough_board"),
+    _fit("image by another loss", _IMAGE, f"--grid={_IMAGE}=4", "--iterations=8",
+         "--loss=brightness-independent-mse", scene="board"),
     _fit("image on glass", f"{_IMAGE},roughness,ior", f"--grid={_IMAGE}=4", "--iterations=12",
          "--height=10", scene="glass", photo="painted_glass"),
     _fit("image without search", f"{_IMAGE},roughness", f"--grid={_IMAGE}=4", "--iterations=10",

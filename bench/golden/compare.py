@@ -94,6 +94,8 @@ def json_difference(one: Any, other: Any, place: str = "", left_out: Collection[
     do not count."""
     if isinstance(one, dict) and isinstance(other, dict):
         first, second = (_renamed(item, left_out) for item in (one, other))
+        for key in renamed.ADDED - first.keys():
+            second.pop(key, None)
         if first.keys() != second.keys():
             lost, added = first.keys() - second.keys(), second.keys() - first.keys()
             return f"{place or 'keys'}: {sorted(lost)} before, {sorted(added)} now"

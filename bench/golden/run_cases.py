@@ -29,10 +29,11 @@ import bpy  # noqa: E402
 
 from golden import renamed  # noqa: E402
 
-#: Looks at a running fit in one phase, and whole states of it, after which its copy is kept.
-_LOOKS, _STATES = 40, 3
-_PAUSE = 0.002  # seconds between two looks
-_REFINEMENT, _COMPARISON = "refinement", "comparison"
+#: Polls of a running fit in one phase, and whole states of it, after which its copy is kept.
+_POLLS, _STATES = 40, 3
+_ITERATIONS = 2  # of a descent, before they count
+_PAUSE = 0.002  # seconds between two polls
+_DESCENT, _REFINEMENT, _COMPARISON = "descent", "refinement", "comparison"
 
 
 class Interrupted:
@@ -41,24 +42,26 @@ class Interrupted:
     def __init__(self, folder: Path, phases: list[str]) -> None:
         self._folder, self._wanted = folder, phases
         self._phase = ""
-        self._looks = self._states = 0
+        self._polls = self._states = 0
         self._state: tuple[str, int] = ("", 0)
         #: Phase -> (the one it was copied in, iterations done): a revision may have no word for a
         #: comparison.
         self.copied: dict[str, tuple[str, int]] = {}
 
-    def look(self, job: Any, run: Path) -> None:
+    def poll(self, job: Any, run: Path) -> None:
         """After the record was brought up to date in the phase that the job is in."""
         progress = job.progress()
         phase, iterations = renamed.PHASES[progress.phase], progress.iteration
         if phase != self._phase:
-            self._phase, self._looks, self._states = phase, 0, -1  # that one may be older
-        self._looks += 1
+            self._phase, self._polls, self._states = phase, 0, -1  # that one may be older
+        if phase == _DESCENT and iterations < _ITERATIONS:
+            self._polls, self._states = 0, -1
+        self._polls += 1
         state = max(((p.name, p.stat().st_mtime_ns) for p in run.glob("*.state")), default=("", 0))
         if state != self._state:
             self._state = state
             self._states += 1
-        if phase in self._wanted and self._states < _STATES and self._looks <= _LOOKS:
+        if phase in self._wanted and self._states < _STATES and self._polls <= _POLLS:
             self._copy(run, phase, phase, iterations)
         elif phase == _REFINEMENT and self.copied.get(_COMPARISON, ("",))[0] != _COMPARISON:
             self._copy(run, _COMPARISON, phase, iterations)
@@ -85,25 +88,28 @@ def _goes_on_exactly(run: Path) -> bool:
 
 @contextlib.contextmanager
 def _watched(interrupted: Interrupted) -> Iterator[None]:
-    """Fits look at their record all the time, and `interrupted` at it."""
+    """Fits update their record all the time, and `interrupted` polls it."""
     from selenite.fit_run.checkpoint import Recorder
 
-    record, sleep = Recorder.look, time.sleep
+    name = renamed.first_of(Recorder, renamed.UPDATE_RECORD)
+    record, sleep = getattr(Recorder, name), time.sleep
 
-    def look(recorder: Any, job: Any, *, now: bool = False) -> None:
+    def update(recorder: Any, job: Any, *, now: bool = False) -> None:
         before = job.progress().phase
         record(recorder, job, now=True)
         if now:
             return
         job.request_state()
         if job.progress().phase == before:
-            interrupted.look(job, recorder.folder)
+            interrupted.poll(job, recorder.folder)
 
-    Recorder.look, time.sleep = look, lambda seconds: sleep(min(seconds, _PAUSE))
+    setattr(Recorder, name, update)
+    time.sleep = lambda seconds: sleep(min(seconds, _PAUSE))
     try:
         yield
     finally:
-        Recorder.look, time.sleep = record, sleep
+        setattr(Recorder, name, record)
+        time.sleep = sleep
 
 
 @contextlib.contextmanager

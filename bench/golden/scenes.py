@@ -42,16 +42,21 @@ def _material(name: str, **values: float | tuple[float, ...]) -> bpy.types.Mater
 
 
 def _smoke() -> bpy.types.Material:
-    made = bpy.data.materials.new("Smoke")
-    made.use_nodes = True
+    made = _material("Smoke")
     tree = made.node_tree
     tree.nodes.remove(next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled"))
+    _fill(made)
+    return made
+
+
+def _fill(made: bpy.types.Material) -> None:
+    """With a grey medium."""
+    tree = made.node_tree
     node = tree.nodes.new("ShaderNodeVolumePrincipled")
     node.inputs["Density"].default_value = 2.0
     node.inputs["Color"].default_value = (0.5, 0.5, 0.5, 1.0)
     output = tree.get_output_node("CYCLES")
     tree.links.new(node.outputs[0], output.inputs["Volume"])
-    return made
 
 
 def _sphere(material: bpy.types.Material) -> None:
@@ -206,6 +211,17 @@ def smoke() -> None:
     _world(0.5)
 
 
+def milk() -> None:
+    """A ball of glass with a medium in it."""
+    _empty(LANDSCAPE)
+    made = _material("Milk", Roughness=0.2, IOR=1.3, Transmission_Weight=1.0)
+    _fill(made)
+    _sphere(made)
+    _camera("Camera", 0.6)
+    _lamp(120.0)
+    _world(0.5)
+
+
 def board(image: bool = False) -> None:
     """A board that fills the picture, grey or with an image."""
     _empty(SQUARE)
@@ -223,7 +239,7 @@ def painted_board() -> None:
     board(image=True)
 
 
-ALL = (ball, portrait, glass, painted_glass, coated, sky, smoke, board, painted_board)
+ALL = (ball, portrait, glass, painted_glass, coated, sky, smoke, milk, board, painted_board)
 
 if __name__ == "__main__":
     for make in ALL:

@@ -39,9 +39,11 @@ class PrincipledBsdf {
     const S tan2 = tangent2(wi_);
     const auto lambda = [tan2](const R& width2) { return ggx_lambda(tan2, width2); };
     const R singular = static_cast<R>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
-    base_.start(layers_.width2, has(kSpecular) || has(kMetal) || has(kGlass), singular, lambda);
-    through_.start(layers_.through_width2, has(kGlass), singular, lambda);
-    coat_.start(layers_.coat_width2, has(kCoat), singular, lambda);
+    base_.start(layers_.width2,
+                layers_.has(kSpecular) || layers_.has(kMetal) || layers_.has(kGlass), singular,
+                lambda);
+    through_.start(layers_.through_width2, layers_.has(kGlass), singular, lambda);
+    coat_.start(layers_.coat_width2, layers_.has(kCoat), singular, lambda);
   }
 
   /// f(wi, wo) |cos| of everything that is not singular, 1/sr.
@@ -83,7 +85,8 @@ class PrincipledBsdf {
   mask_t<S> transmits(const Vec3<S>& wo) const { return dot(point_.ng, wo) < S(0); }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.
   bool all_singular() const {
-    return !has(kDiffuse) && !has(kSheen) && !base_.spreads && !through_.spreads && !coat_.spreads;
+    return !layers_.has(kDiffuse) && !layers_.has(kSheen) && !base_.spreads && !through_.spreads &&
+           !coat_.spreads;
   }
 
  private:
@@ -103,17 +106,15 @@ class PrincipledBsdf {
     }
   };
 
-  bool has(Lobe lobe) const { return layers_.present[lobe]; }
-
   // What a lobe adds in lanes where it gives nothing, by its mask, is exactly 0: its factors there are
   // those of a direction that it does reach, or are selected away before they meet the others.
 
   /// Adds the lobes that are not singular to f and p.
   template <bool kValue, bool kDensity>
   void evaluate(const Vec3<S>& wo, const DrawnNormal<S>& drawn, Color<T>& f, S& p) const {
-    if (has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
+    if (layers_.has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
     if constexpr (!kIsLanes<S>)
-      if (has(kSheen)) add_sheen<kValue, kDensity>(wo, f, p);
+      if (layers_.has(kSheen)) add_sheen<kValue, kDensity>(wo, f, p);
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
     // A direction above the bent normal's horizon but behind the surface, or the other way round,
@@ -184,8 +185,8 @@ class PrincipledBsdf {
       return select(reached, density, S(0));
     };
     if (base_.spreads) {
-      if constexpr (kValue) f += base_reflectance(cos_m) * shape(layers_.width2);
-      if constexpr (kDensity) p += base_reflection_pick(cos_m) * seen(base_);
+      if constexpr (kValue) f += layers_.base_reflectance(cos_m) * shape(layers_.width2);
+      if constexpr (kDensity) p += layers_.base_reflection_pick(cos_m) * seen(base_);
     }
     if (coat_.spreads) {
       if constexpr (kValue) f += layers_.coat.at(cos_m) * shape(layers_.coat_width2);
@@ -200,35 +201,6 @@ class PrincipledBsdf {
     const X i = ggx_lambda(tan2_i, width2), o = ggx_lambda(tan2_o, width2);
     return X(X(1) / (layers_.version1 ? X((i + S(1)) * (o + S(1))) : X(i + o + S(1))));
   }
-  /// Weighted Fresnel terms of the reflections that share the base roughness.
-  Color<T> base_reflectance(S cos_m) const {
-    Color<T> sum{};
-    if (has(kSpecular)) sum += layers_.specular.at(cos_m);
-    if (has(kGlass)) sum += layers_.glass.at(cos_m);
-    if (has(kMetal)) sum += layers_.metal_weight * layers_.metal.at(cos_m);
-    return sum;
-  }
-  /// Probability of drawing one of them, given the micronormal.
-  S base_reflection_pick(S cos_m) const {
-    S sum = layers_.pick[kSpecular] + layers_.pick[kMetal];
-    if (has(kGlass)) sum += layers_.pick[kGlass] * reflected_share(cos_m);
-    return sum;
-  }
-  /// Probability that the glass lobe reflects at a micronormal, close to its share of the energy.
-  S reflected_share(S cos_m) const {
-    if (layers_.version1) return layers_.macro_reflected;
-    return reflected_share_of_rise(layers_.glass.rise.value_at(cos_m));
-  }
-  S reflected_share_of_rise(S rise) const {
-    const mask_t<S> total = rise >= S(1);  // internal reflection
-    if (all(total)) return S(1);
-    const S reflected = layers_.glass_flat + (1 - layers_.glass_flat) * rise;
-    const S through = layers_.glass_tint * (1 - rise);
-    const S both = reflected + through;
-    const S share = select(both > S(0), S(reflected / both), S(0.5));
-    return select(total, S(1), clamp(share, S(layers_.glass_least), S(layers_.glass_most)));
-  }
-
   /// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals send to wo.
   template <class X>
   X refracted_flow(const Refraction<X>& g, const uniform_t<X>& width2,
@@ -263,7 +235,7 @@ class PrincipledBsdf {
     }
     if constexpr (kDensity) {
       const Refraction<S> g(wi_, o, eta, drawn);
-      const S density = layers_.pick[kGlass] * (1 - reflected_share(g.cos_m)) *
+      const S density = layers_.pick[kGlass] * (1 - layers_.reflected_share(g.cos_m)) *
                         refracted_flow(g, through_.width2, eta) / (1 + through_.lambda_i);
       p += select(reached, density, S(0));
     }
@@ -275,8 +247,6 @@ class PrincipledBsdf {
     const S up = select(sum.z < S(0), S(-1), S(1));
     return (up * dot(sum, wi_) > S(0)) & (up * dot(sum, o) < S(0));
   }
-  /// Refraction that Cycles samples as if it were singular.
-  static bool bends_nothing(R eta) { return std::abs(eta - 1) < R(1e-4); }
 
   // Sampling: bsdf_sampling.h
   struct Choice;

@@ -92,7 +92,7 @@ inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& 
   Mask exists = chosen & (cos_m > S(0));
   if (!active_.some(exists)) return;
   if (!layers_.version1 && active_.some(exists & glass))
-    refracted = glass & (choice.left >= layers_.pick[kGlass] * reflected_share(cos_m));
+    refracted = glass & (choice.left >= layers_.pick[kGlass] * layers_.reflected_share(cos_m));
 
   Vec3<S> o{};
   Mask singular = mirror;
@@ -148,10 +148,10 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
     Color<T> sum{};
     S probability = 0;
     if (base_.singular) {
-      sum += base_reflectance(cos_m);
-      probability += base_reflection_pick(cos_m);
+      sum += layers_.base_reflectance(cos_m);
+      probability += layers_.base_reflection_pick(cos_m);
     }
-    if (has(kCoat) && coat_.singular) {
+    if (layers_.has(kCoat) && coat_.singular) {
       sum += layers_.coat.at(cos_m);
       probability += layers_.pick[kCoat];
     }
@@ -161,7 +161,7 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
   if (active_.some(through)) {
     const T passing = T(1) - layers_.glass.rise.at(cos_m);
     f = select(through, layers_.glass_through * passing, f);
-    p = select(through, S(layers_.pick[kGlass] * (1 - reflected_share(cos_m))), p);
+    p = select(through, S(layers_.pick[kGlass] * (1 - layers_.reflected_share(cos_m))), p);
   }
 }
 

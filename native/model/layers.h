@@ -5,65 +5,41 @@
 #include <variant>
 
 #include "model/active_lanes.h"
-#include "model/albedo_tables.h"
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
 #include "model/ggx.h"
+#include "model/layer_weights.h"
 #include "model/principled.h"
 #include "model/shading_normal.h"
 #include "model/sheen.h"
 #include "model/subsurface.h"
+#include "model/tables/albedo_tables.h"
 
 namespace selenite {
 
-/// Lobes in the order in which one is drawn.
-enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kSheen, kLobes };
-
-/// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
-/// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the
-/// light direction.
-///
-/// Lanes meet one material, all on the same side: what follows from its parameters alone is a number
-/// of type U for all of them, and a lobe is there for all or for none. What the viewer's cosine changes
-/// differs from lane to lane. Sheen and subsurface scattering are left out in lanes.
+/// Works out the weights of a material's layers.
 template <class T>
-struct Layers {
-  using S = scalar_t<T>;
-  using U = uniform_t<T>;
-  using R = number_t<T>;
-
-  std::array<bool, kLobes> present{};
-  std::array<S, kLobes> pick{};  ///< probabilities of drawing a lobe; sum 1, or all 0
-  U width2{}, coat_width2{};     ///< squared GGX widths
-  U through_width2{};            ///< of the refraction, which version 1 may make wider
-  Gloss<T> specular, glass, coat;
-  MetalFresnel<U> metal;
-  std::conditional_t<kIsLanes<S>, std::monostate, Sheen<T>> sheen;
-  Color<T> sheen_weight{};  ///< of the sheen lobe, its albedo included
-  Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{};
-  Color<U> transparency{};
-  /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.
-  U entry_width2{}, entry_eta{1};
-  std::optional<OrenNayar<T>> rough_diffuse;
-  U retro_roughness{};  ///< of the diffuse lobe of version 1
-  U eta{1};             ///< index of refraction of the far side over the viewer's side, for glass
-  /// Reflected and refracted share of white glass; for the choice between the two.
-  R glass_flat = 0, glass_tint = 0, glass_least = 0, glass_most = 1;
-  /// Version 1: masking and shadowing multiply instead of being height-correlated, glass is weighted
-  /// by the Fresnel term at the shading normal and not at the micronormal, diffuse is Disney's.
-  bool version1;
-  S macro_reflected = 0;  ///< version 1: probability that glass reflects
+struct Layers : LayerWeights<T> {
+  using Weights = LayerWeights<T>;
+  using typename Weights::R, typename Weights::S, typename Weights::U;
+  using Weights::coat, Weights::coat_width2, Weights::diffuse, Weights::emission,
+      Weights::entry_eta, Weights::entry_width2, Weights::eta, Weights::glass, Weights::glass_flat,
+      Weights::glass_least, Weights::glass_most, Weights::glass_through, Weights::glass_tint,
+      Weights::macro_reflected, Weights::metal, Weights::metal_weight, Weights::pick,
+      Weights::present, Weights::retro_roughness, Weights::rough_diffuse, Weights::sheen,
+      Weights::sheen_weight, Weights::specular, Weights::subsurface, Weights::through_width2,
+      Weights::transparency, Weights::version1, Weights::width2;
 
   /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0. active: the lanes that
   /// decide whether a lobe is there.
   Layers(const Principled<U>& m, const Flavour& flavour, const SurfacePoint<S>& point, S cos_i,
          const mask_t<S>& active)
-      : version1(flavour.version == Flavour::Version::kV1),
-        cos_i_(cos_i),
+      : cos_i_(cos_i),
         active_(active),
         compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {
+    version1 = flavour.version == Flavour::Version::kV1;
     const U alpha = clamp01(m.alpha);
     transparency = Color<U>(U(1) - alpha);
     const U roughness = clamp01(m.roughness);

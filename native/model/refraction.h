@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <cmath>
+
 #include "math/vec.h"
 #include "model/narrow.h"
 
@@ -20,6 +22,12 @@ struct DrawnNormal {
     if (m) this->m = *m;
   }
 };
+
+/// Refraction that Cycles samples as if it were singular.
+template <class R>
+bool bends_nothing(R eta) {
+  return std::abs(eta - 1) < R(1e-4);
+}
 
 /// Micronormal geometry of a refraction, over any scalar: the half vector depends on eta.
 template <class X>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "math/sampling.h"
-#include "model/sheen_table.h"
-#include "model/table_axis.h"
+#include "model/tables/sheen_table.h"
+#include "model/tables/table_axis.h"
 
 namespace selenite {
 

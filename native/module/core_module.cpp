@@ -2,7 +2,7 @@
 #include <pybind11/pybind11.h>
 
 #include "math/error.h"
-#include "model/albedo_tables.h"
+#include "model/tables/albedo_tables.h"
 #include "module/bindings.h"
 #include "scene/geometry.h"
 

@@ -90,6 +90,32 @@ void to_world_space(Mesh& mesh, const Transform& transform) {
   }
 }
 
+/// Asks for what `surface` will read, while the path still looks for lamps on the way to the hit.
+void prefetch([[maybe_unused]] const Geometry::Face& face) {
+#if defined(__GNUC__)
+  const char* first = reinterpret_cast<const char*>(&face);
+  __builtin_prefetch(first);
+  __builtin_prefetch(first + sizeof(Geometry::Face) - 1);
+#endif
+}
+
+std::vector<Geometry::Face> faces_of(const Mesh& mesh) {
+  std::vector<Geometry::Face> faces;
+  faces.reserve(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    Geometry::Face& face = faces.emplace_back();
+    for (int k = 0; k < 3; ++k) {
+      face.corners[k] = mesh.positions[mesh.triangles[i][k]];
+      face.normals[k] = mesh.corner_normals[3 * i + k];
+      face.coordinate = std::max(face.coordinate, largest(face.corners[k]));
+    }
+    const auto& [a, b, c] = face.corners;
+    face.ng = normalize(cross(b - a, c - a));
+    face.slot = mesh.material_slots[i];
+  }
+  return faces;
+}
+
 }  // namespace
 
 Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
@@ -163,15 +189,6 @@ long Geometry::triangle_count() const {
   return count;
 }
 
-/// Asks for what `surface` will read, while the path still looks for lamps on the way to the hit.
-void Geometry::prefetch([[maybe_unused]] const Face& face) {
-#if defined(__GNUC__)
-  const char* first = reinterpret_cast<const char*>(&face);
-  __builtin_prefetch(first);
-  __builtin_prefetch(first + sizeof(Face) - 1);
-#endif
-}
-
 std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
   const auto found = accelerator_->intersect(ray, camera_ray);
   if (!found) return std::nullopt;
@@ -229,23 +246,6 @@ std::array<Vec3f, 3> Geometry::corners(int index, int triangle) const {
   if (!in_world_space_[index])
     for (Vec3f& corner : p) corner = Vec3f(instance.to_world.point(Vec3d(corner)));
   return p;
-}
-
-std::vector<Geometry::Face> Geometry::faces_of(const Mesh& mesh) {
-  std::vector<Face> faces;
-  faces.reserve(mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    Face& face = faces.emplace_back();
-    for (int k = 0; k < 3; ++k) {
-      face.corners[k] = mesh.positions[mesh.triangles[i][k]];
-      face.normals[k] = mesh.corner_normals[3 * i + k];
-      face.coordinate = std::max(face.coordinate, largest(face.corners[k]));
-    }
-    const auto& [a, b, c] = face.corners;
-    face.ng = normalize(cross(b - a, c - a));
-    face.slot = mesh.material_slots[i];
-  }
-  return faces;
 }
 
 namespace {

@@ -126,9 +126,6 @@ class Geometry {
   long triangle_count() const;
 
  private:
-  static void prefetch(const Face& face);
-  static std::vector<Face> faces_of(const Mesh& mesh);
-
   std::vector<Mesh> meshes_;
   std::vector<std::vector<Face>> faces_;  ///< of the meshes
   std::vector<Instance> instances_;

@@ -28,6 +28,19 @@ float smoothstep(float x) {
   return x * x * (3 - 2 * x);
 }
 
+/// By direction from the light; 1 for all but spots.
+float spot_factor(const Light& light, const Vec3f& from_light) {
+  if (light.kind != LightKind::kSpot) return 1;
+  const Vec3f local{dot(from_light, light.u), dot(from_light, light.v),
+                    dot(from_light, light.axis)};
+  const float c = local.z / length(local);
+  if (!(c > light.cos_outer)) return 0;
+  const float width = (1 - light.cos_outer) * static_cast<float>(light.spot_blend);
+  float factor = width > 0 ? smoothstep((c - light.cos_outer) / width) : 1;
+  if (light.units == LightUnits::kBlender3) factor *= c;
+  return factor;
+}
+
 }  // namespace
 
 void Light::prepare(const Vec3d& origin) {
@@ -117,25 +130,16 @@ bool Light::is_delta() const {
       return one_minus_cos_sun == 0;
     case LightKind::kArea:
       return false;
-    default:
-      return radius == 0;
+    case LightKind::kPoint:
+    case LightKind::kSpot:
+      break;
   }
+  return radius == 0;
 }
 
 float Light::flux(float scene_radius) const {
   const float weight = luminance(values.color) * static_cast<float>(values.power * radiance_scale);
   return kind == LightKind::kSun ? weight * kPi<float> * square(scene_radius) : weight;
-}
-
-float Light::spot_factor(const Vec3f& from_light) const {
-  if (kind != LightKind::kSpot) return 1;
-  const Vec3f local{dot(from_light, u), dot(from_light, v), dot(from_light, axis)};
-  const float c = local.z / length(local);
-  if (!(c > cos_outer)) return 0;
-  const float width = (1 - cos_outer) * static_cast<float>(spot_blend);
-  float factor = width > 0 ? smoothstep((c - cos_outer) / width) : 1;
-  if (units == LightUnits::kBlender3) factor *= c;
-  return factor;
 }
 
 std::optional<LightSample> Light::sample(const Vec3f& point, float u1, float u2) const {
@@ -159,7 +163,7 @@ std::optional<LightSample> Light::sample(const Vec3f& point, float u1, float u2)
   const float center_distance = std::sqrt(center_distance2);
   const Vec3f towards = to_center / center_distance;
   if (is_delta()) {
-    const float factor = scale * spot_factor(-towards) / center_distance2;
+    const float factor = scale * spot_factor(*this, -towards) / center_distance2;
     if (!(factor > 0)) return std::nullopt;
     return LightSample{towards, center_distance, 1, factor, true};
   }
@@ -170,7 +174,7 @@ std::optional<LightSample> Light::sample(const Vec3f& point, float u1, float u2)
     const Vec3f d = to_center + (frame.s * s.x + frame.t * s.y) * r;
     const float distance2 = dot(d, d), distance = std::sqrt(distance2);
     const Vec3f direction = d / distance;
-    const float factor = scale * spot_factor(-direction);
+    const float factor = scale * spot_factor(*this, -direction);
     if (!(factor > 0)) return std::nullopt;
     return LightSample{direction, distance, distance2 / (dot(direction, towards) * area), factor,
                        false};
@@ -183,7 +187,7 @@ std::optional<LightSample> Light::sample(const Vec3f& point, float u1, float u2)
   const float along = dot(direction, to_center);
   const Vec3f perpendicular = to_center - direction * along;
   const float half_chord = safe_sqrt(square(r) - dot(perpendicular, perpendicular));
-  const float factor = scale * spot_factor(-direction);
+  const float factor = scale * spot_factor(*this, -direction);
   if (!(factor > 0)) return std::nullopt;
   return LightSample{direction, inside ? along + half_chord : along - half_chord,
                      1 / (2 * kPi<float> * one_minus_cos), factor, false};
@@ -207,7 +211,7 @@ std::optional<LightHit> Light::intersect(const Vec3f& origin, const Vec3f& direc
   const float distance2 = dot(to_center, to_center);
   const auto r = static_cast<float>(radius);
   const float along = dot(direction, to_center);
-  const float factor = scale * spot_factor(-direction);
+  const float factor = scale * spot_factor(*this, -direction);
   if (soft_falloff) {
     if (!(along > 0)) return std::nullopt;
     const float t = distance2 / along;  // plane through the centre, facing the origin

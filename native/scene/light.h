@@ -96,9 +96,6 @@ struct Light {
   /// its direction.
   std::optional<LightHit> intersect(const Vec3f& origin, const Vec3f& direction, float t_min,
                                     float t_max) const;
-
- private:
-  float spot_factor(const Vec3f& from_light) const;
 };
 
 }  // namespace selenite

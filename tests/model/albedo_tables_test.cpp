@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "model/albedo_tables.h"
+#include "model/tables/albedo_tables.h"
 
 #include <gtest/gtest.h>
 

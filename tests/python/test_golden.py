@@ -182,3 +182,17 @@ def test_cases_have_names_of_their_own_and_photos_that_are_made():
     assert {word for case in cases.CASES for word in case.words if "threads" in word} == {
         "--threads=1", "--threads=2",
     }  # fmt: skip
+
+
+def test_a_key_that_an_older_revision_lacks_does_not_count() -> None:
+    old, new = {"misfit": 1.0}, {"misfit": 1.0, "ambiguous": []}
+    assert compare.json_difference(old, new) == ""
+    assert compare.json_difference(new, old) != "", "it is not lost again"
+    assert compare.json_difference(new, new | {"ambiguous": ["Body:ior"]}) != ""
+
+
+def test_the_newest_name_of_a_method_is_found() -> None:
+    older = type("Recorder", (), {"look": None})
+    assert renamed.first_of(older, renamed.UPDATE_RECORD) == "look"
+    with pytest.raises(AttributeError, match="none of update, look"):
+        renamed.first_of(object(), renamed.UPDATE_RECORD)

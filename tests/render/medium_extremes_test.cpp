@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "model/gauss_legendre.h"
+#include "model/tables/gauss_legendre.h"
 #include "render/media_scenes.h"
 #include "render/picture_statistics.h"
 

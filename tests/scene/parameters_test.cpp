@@ -131,6 +131,15 @@ TEST(SceneNames, UnknownOnesAreAnsweredWithThoseThatExist) {
   EXPECT_EQ(scene.camera("Camera 0").name, "Camera 0");
 }
 
+TEST(SceneNames, CodeRefersToAParameterByItsMember) {
+  const Scene scene = small_scene();
+  EXPECT_EQ(material_field(&MaterialValues::alpha), scene.find("Clay", "alpha").field);
+  EXPECT_EQ(material_field(&MaterialValues::base_color), scene.find("Clay", "base_color").field);
+  EXPECT_EQ(material_field(&MaterialValues::albedo), scene.find("Clay", "albedo").field);
+  EXPECT_EQ(field_index<LightParameters>(&LightParameters::color),
+            scene.find("Key", "color").field);
+}
+
 TEST(SceneNames, ANewMaterialHasTheDefaultsOfTheTable) {
   const Scene scene = small_scene();
   for (const Parameter& p : parameter_table(OwnerKind::kMaterial))

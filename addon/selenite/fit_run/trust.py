@@ -120,8 +120,8 @@ def _confidence(result: dict[str, Any]) -> str:
 
 
 def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
-    """Of a transmission fitted with the image of its own body, which can compensate for it. Measured:
-    docs/measurements/fields.md."""
+    """Of a transmission fitted with the image of its own body, which can compensate for it.
+    Measured: docs/measurements/fields.md."""
     image = join_name(unknown.owner, IN_PLACE_OF["base_color"])
     if unknown.parameter.name != "transmission" or image not in (result.get("fields_best") or {}):
         return []

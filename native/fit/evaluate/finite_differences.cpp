@@ -183,11 +183,9 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
   const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
   Principled<double> sharpest = material.values;
   for (const FieldMap& map : material.maps) {
-    const std::string_view name =
-        parameter_table(OwnerKind::kMaterial)[static_cast<std::size_t>(map.field)].name;
-    if (name == "transmission") sharpest.transmission = 1;
-    if (name == "roughness") sharpest.roughness = 0;
-    if (name == "metallic") sharpest.metallic = 0;
+    if (map.field == material_field(&MaterialValues::transmission)) sharpest.transmission = 1;
+    if (map.field == material_field(&MaterialValues::roughness)) sharpest.roughness = 0;
+    if (map.field == material_field(&MaterialValues::metallic)) sharpest.metallic = 0;
   }
   return sharpest.transmission * (1 - sharpest.metallic) > options.sharp * sharpest.roughness;
 }

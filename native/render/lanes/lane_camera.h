@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/film/render_settings.h"
+#include "render/film/tile.h"
 #include "render/lanes/lane_random.h"
 #include "render/prepared/prepared.h"
 
@@ -25,6 +26,14 @@ inline void store(const Vec3<Lanes>& v, Packet<float>* to) {
   store(v.x, to[0]), store(v.y, to[1]), store(v.z, to[2]);
 }
 
+/// Eight camera rays and what they meet.
+struct LaneCameraRays {
+  LaneRandom random;
+  Vec3<Lanes> origin, direction;
+  Lanes t_max;
+  HitPacket hits;
+};
+
 /// CameraSamples for the lanes: the samples of a tile one after another, with their camera rays and
 /// what these meet, of which eight are worked out together.
 class LaneCamera {
@@ -32,20 +41,17 @@ class LaneCamera {
   /// A sample whose turn it is.
   struct Sample {
     int pixel, number;  ///< counted in the tile; counted in the pixel
-    int lane;           ///< of the packet below
+    int lane;           ///< of `rays`
   };
 
   template <int L>
   LaneCamera(const Prepared<L>& prepared, const PixelCamera& camera, const RenderSettings& settings,
-             int x0, int y0, int x1, int y1)
+             const Tile& tile)
       : geometry_(prepared.geometry),
         any_medium_(prepared.any_medium),
         camera_(camera),
         settings_(settings),
-        x0_(x0),
-        y0_(y0),
-        width_(x1 - x0),
-        pixels_((x1 - x0) * (y1 - y0)) {}
+        tile_(tile) {}
 
   bool next(Sample& sample) {
     if (at_ == count_) trace_more();
@@ -55,19 +61,17 @@ class LaneCamera {
     return true;
   }
 
-  // Of the sample that came last, in its lane.
-  LaneRandom random;
-  Vec3<Lanes> origin, direction;
-  Lanes t_max;
-  HitPacket hits;
+  /// Of the sample that came last, in its lane.
+  const LaneCameraRays& rays() const { return rays_; }
 
  private:
   void trace_more() {
     at_ = count_ = 0;
+    const int width = tile_.x1 - tile_.x0, pixels = width * (tile_.y1 - tile_.y0);
     LaneInts pixel_of_picture(0), number(0);
     Lanes x(0), y(0);
-    while (count_ < kLanes && next_pixel_ < pixels_) {
-      const int column = x0_ + next_pixel_ % width_, row = y0_ + next_pixel_ / width_;
+    while (count_ < kLanes && next_pixel_ < pixels) {
+      const int column = tile_.x0 + next_pixel_ % width, row = tile_.y0 + next_pixel_ / width;
       if (!settings_.has(static_cast<std::size_t>(row) * settings_.width + column)) {
         ++next_pixel_;
         continue;
@@ -81,6 +85,7 @@ class LaneCamera {
       if (++next_number_ == settings_.spp) next_number_ = 0, ++next_pixel_;
     }
     if (count_ == 0) return;
+    auto& [random, origin, direction, t_max, hits] = rays_;
     random.start(settings_.seed, pixel_of_picture, number);
     Vec2<Lanes> at{x + random.uniform(0), y + random.uniform(1)};
     if (camera_.cuts_photo())
@@ -93,19 +98,20 @@ class LaneCamera {
       t_max -= t_min;
       t_min = 0;
     }
-    RayPacket rays;
-    store(origin, rays.origin);
-    store(direction, rays.direction);
-    store(t_min, rays.t_min);
-    store(t_max, rays.t_max);
-    geometry_.intersect(rays, (1u << count_) - 1, true, hits);
+    RayPacket packet;
+    store(origin, packet.origin);
+    store(direction, packet.direction);
+    store(t_min, packet.t_min);
+    store(t_max, packet.t_max);
+    geometry_.intersect(packet, (1u << count_) - 1, true, hits);
   }
 
   const Geometry& geometry_;
   bool any_medium_;
   const PixelCamera& camera_;
   const RenderSettings& settings_;
-  int x0_, y0_, width_, pixels_;
+  Tile tile_;
+  LaneCameraRays rays_;
   int next_pixel_ = 0, next_number_ = 0;
   int pixel_[kLanes], number_[kLanes];
   int at_ = 0, count_ = 0;

@@ -28,7 +28,7 @@ struct LanePaths {
   explicit LanePaths(int slots) : beta(slots), radiance(slots) {}
 
   /// Takes up the path of a camera ray that lies in lane `from`.
-  void start(int lane, const LaneCamera& rays, int from, bool is_inside) {
+  void start(int lane, const LaneCameraRays& rays, int from, bool is_inside) {
     random.take(lane, rays.random, from);
     set(origin, lane, at(rays.origin, from));
     set(direction, lane, at(rays.direction, from));

@@ -22,12 +22,12 @@ TileReport trace_tile(const Prepared<L>& prepared, const PixelCamera& camera,
   std::vector<PixelSums> images(pixels);
   std::vector<SlotSums> slot_sums(static_cast<std::size_t>(pixels) * slots);
   LaneTracer<L> tracer(prepared, settings.depth);
-  LaneCamera rays(prepared, camera, settings, tile.x0, tile.y0, tile.x1, tile.y1);
+  LaneCamera samples(prepared, camera, settings, tile);
   LaneCamera::Sample running[LaneTracer<L>::kPackets][kLanes];
 
   const auto start = [&](int packet, int lane) {
     LaneCamera::Sample& sample = running[packet][lane];
-    if (rays.next(sample)) tracer.start(packet, lane, rays, sample.lane);
+    if (samples.next(sample)) tracer.start(packet, lane, samples.rays(), sample.lane);
   };
   const auto finish = [&](int packet, int lane) {
     const auto [pixel, number, unused] = running[packet][lane];

@@ -37,7 +37,7 @@ class LaneTracer {
   }
 
   /// Puts the path of a camera ray, in lane `from`, into a lane of a packet.
-  void start(int packet, int lane, const LaneCamera& camera, int from) {
+  void start(int packet, int lane, const LaneCameraRays& camera, int from) {
     bool inside = false;
     if (medium_) {
       MediaStack<L> media(p_);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "model/albedo_view.h"
+#include "model/tables/albedo_view.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "model/fresnel.h"
-#include "model/gauss_legendre.h"
 #include "model/ggx.h"
+#include "model/tables/gauss_legendre.h"
 
 namespace selenite {
 namespace {

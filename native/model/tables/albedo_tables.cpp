@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "model/albedo_tables.h"
+#include "model/tables/albedo_tables.h"
 
 #include <algorithm>
 #include <atomic>
@@ -7,9 +7,9 @@
 #include <thread>
 #include <vector>
 
-#include "model/albedo_view.h"
 #include "model/fresnel.h"
-#include "model/gauss_legendre.h"
+#include "model/tables/albedo_view.h"
+#include "model/tables/gauss_legendre.h"
 
 namespace selenite {
 namespace {

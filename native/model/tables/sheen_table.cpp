@@ -2,7 +2,7 @@
 //
 // Written by devtools/measure_sheen.py from what Cycles renders; do not edit.
 // Measured with Blender 4.5.15 LTS.
-#include "model/sheen_table.h"
+#include "model/tables/sheen_table.h"
 
 namespace selenite {
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "model/table_axis.h"
+#include "model/tables/table_axis.h"
 
 namespace selenite {
 

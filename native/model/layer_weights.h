@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <optional>
+#include <variant>
+
+#include "model/dielectric.h"
+#include "model/diffuse.h"
+#include "model/fresnel.h"
+#include "model/sheen.h"
+
+namespace selenite {
+
+/// Lobes in the order in which one is drawn.
+enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kSheen, kLobes };
+
+/// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
+/// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the
+/// light direction.
+///
+/// Lanes meet one material, all on the same side: what follows from its parameters alone is a number
+/// of type U for all of them, and a lobe is there for all or for none. What the viewer's cosine changes
+/// differs from lane to lane. Sheen and subsurface scattering are left out in lanes.
+template <class T>
+struct LayerWeights {
+  using S = scalar_t<T>;
+  using U = uniform_t<T>;
+  using R = number_t<T>;
+
+  std::array<bool, kLobes> present{};
+  std::array<S, kLobes> pick{};  ///< probabilities of drawing a lobe; sum 1, or all 0
+  U width2{}, coat_width2{};     ///< squared GGX widths
+  U through_width2{};            ///< of the refraction, which version 1 may make wider
+  Gloss<T> specular, glass, coat;
+  MetalFresnel<U> metal;
+  std::conditional_t<kIsLanes<S>, std::monostate, Sheen<T>> sheen;
+  Color<T> sheen_weight{};  ///< of the sheen lobe, its albedo included
+  Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{};
+  Color<U> transparency{};
+  /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.
+  U entry_width2{}, entry_eta{1};
+  std::optional<OrenNayar<T>> rough_diffuse;
+  U retro_roughness{};  ///< of the diffuse lobe of version 1
+  U eta{1};             ///< index of refraction of the far side over the viewer's side, for glass
+  /// Reflected and refracted share of white glass; for the choice between the two.
+  R glass_flat = 0, glass_tint = 0, glass_least = 0, glass_most = 1;
+  /// Version 1: masking and shadowing multiply instead of being height-correlated, glass is weighted
+  /// by the Fresnel term at the shading normal and not at the micronormal, diffuse is Disney's.
+  bool version1 = false;
+  S macro_reflected = 0;  ///< version 1: probability that glass reflects
+
+  bool has(Lobe lobe) const { return present[lobe]; }
+  /// Weighted Fresnel terms of the reflections that share the base roughness.
+  Color<T> base_reflectance(S cos_m) const {
+    Color<T> sum{};
+    if (has(kSpecular)) sum += specular.at(cos_m);
+    if (has(kGlass)) sum += glass.at(cos_m);
+    if (has(kMetal)) sum += metal_weight * metal.at(cos_m);
+    return sum;
+  }
+  /// Probability of drawing one of them, given the micronormal.
+  S base_reflection_pick(S cos_m) const {
+    S sum = pick[kSpecular] + pick[kMetal];
+    if (has(kGlass)) sum += pick[kGlass] * reflected_share(cos_m);
+    return sum;
+  }
+  /// Probability that the glass lobe reflects at a micronormal, close to its share of the energy.
+  S reflected_share(S cos_m) const {
+    if (version1) return macro_reflected;
+    return reflected_share_of_rise(glass.rise.value_at(cos_m));
+  }
+  S reflected_share_of_rise(S rise) const {
+    const mask_t<S> total = rise >= S(1);  // internal reflection
+    if (all(total)) return S(1);
+    const S reflected = glass_flat + (1 - glass_flat) * rise;
+    const S through = glass_tint * (1 - rise);
+    const S both = reflected + through;
+    const S share = select(both > S(0), S(reflected / both), S(0.5));
+    return select(total, S(1), clamp(share, S(glass_least), S(glass_most)));
+  }
+};
+
+}  // namespace selenite
