@@ -34,8 +34,9 @@ Photo photo_of(const Array<float>& reference, const OptionalArray& weight) {
 FisherInformation information(const PhotoJacobian& seen, const std::optional<Array<float>>& picture,
                               const OptionalArray& weight, double spp, double relative,
                               double pixels) {
-  Photo photo =
-      photo_of(picture ? *picture : picture_array(seen.mean, seen.width, seen.height), weight);
+  const Array<float> shown =
+      picture ? *picture : Array<float>(picture_array(seen.mean, seen.width, seen.height));
+  Photo photo = photo_of(shown, weight);
   if (photo.width != seen.width || photo.height != seen.height)
     throw InvalidArgument("picture: " + std::to_string(photo.width) + " x " +
                           std::to_string(photo.height) + " pixels given, " +

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "fit/run/fit_job.h"
+#include "fit/run/schedule.h"
 #include "math/error.h"
 #include "module/bindings.h"
 #include "module/float_array.h"
@@ -138,6 +139,25 @@ std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
   return std::make_unique<FitJob>(scene, std::move(taken), wanted, settings_of(settings));
 }
 
+/// photos: (camera, width, height) each.
+py::list schedule_list(const Scene& scene,
+                       const std::vector<std::tuple<std::string, int, int>>& photos,
+                       const py::list& unknowns, const py::dict& settings) {
+  std::vector<Photo> sizes;
+  for (const auto& [camera, width, height] : photos)
+    sizes.push_back(photo_of_size(camera, width, height));
+  std::vector<UnknownParameter> wanted;
+  for (const auto& one : unknowns) wanted.push_back(unknown_of(one, wanted.size()));
+  FitProblem problem(scene, std::move(sizes), wanted, settings_of(settings));
+  const Strategy strategy(problem);
+  py::list plan;
+  for (const PlannedRenders& one : schedule(problem, strategy))
+    plan.append(py::dict("phase"_a = phase_text(one.phase), "pixels"_a = one.pixels,
+                         "spp"_a = one.spp, "renders"_a = one.renders,
+                         "derivatives"_a = carried_text(one.carried)));
+  return plan;
+}
+
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
   py::dict values;
   for (std::size_t i = 0; i < unknowns.names().size(); ++i)
@@ -239,8 +259,8 @@ py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
   for (const Vector& x : report.alternatives) alternatives.append(values_dict(unknowns, x));
   for (const int k : report.ambiguous)
     ambiguous.append(unknowns.components()[static_cast<std::size_t>(k)].name);
-  return py::dict("parameters"_a = parameters, "passes"_a = report.passes, "alternative_minima"_a = alternatives,
-                  "ambiguous"_a = ambiguous,
+  return py::dict("parameters"_a = parameters, "passes"_a = report.passes,
+                  "alternative_minima"_a = alternatives, "ambiguous"_a = ambiguous,
                   "misfit"_a = py::dict("value"_a = report.misfit.value,
                                         "standard_error"_a = report.misfit.standard_error,
                                         "explained"_a = report.misfit.explained));
@@ -294,6 +314,10 @@ void bind_fit(py::module_& m) {
   m.def("losses", &loss_table, "The losses: list of dict {name, help, least_spp}.");
   m.def("optimisers", &optimiser_table, "The optimisers: list of dict {name, help, least_spp}.");
 
+  m.def("schedule", &schedule_list, "scene"_a, "photos"_a, "unknowns"_a, "settings"_a,
+        R"(What a fit will render: list of dict {phase ("multi-start", "descent", "refinement",
+"comparison"), pixels (of all photos), spp, renders (on average), derivatives ("none", "scalars",
+"fields")}. photos: list of (camera, width, height); the rest as for Fit.)");
   // The destructor waits for the fit's thread to reach the end of a tile: not with the GIL held.
   py::class_<FitJob>(m, "Fit", py::release_gil_before_calling_cpp_dtor(),
                      R"(A fit of scene parameters to photos, in a native thread of its own.
@@ -348,9 +372,8 @@ as that one would have had. seconds: what it had taken.
 
 Raises:
     ValueError: the bytes are damaged, or of a fit with other arguments or another version.)")
-      .def(
-          "state", &state_dict,
-          R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("multi-start",
+      .def("state", &state_dict,
+           R"(Cheap, at any time: dict {running, done, error, stopped_because, phase ("multi-start",
 "descent", "refinement"), phase_fraction, iteration, iterations, loss, validation, validation_standard_error,
 seconds, seconds_left (NaN: unknown yet), values
 {"Body:roughness": [..]}}. A failure of the fit is reported here, never raised.)")

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "fit/evaluate/photo_jacobian.h"
+#include "fit/inference/fisher_information.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
 
@@ -41,14 +41,15 @@ py::dict reparametrization_dict(const Scene& scene, const std::vector<Asked>& as
   const Reparametrization reparametrization(unknowns);
   py::list names;
   for (const Component& component : unknowns.components()) names.append(component.name);
-  return py::dict("names"_a = names, "slope"_a = vector_array(reparametrization.slope(unknowns.start())),
-                  "range"_a = vector_array(reparametrization.maximum() - reparametrization.minimum()));
+  return py::dict(
+      "names"_a = names, "slope"_a = vector_array(reparametrization.slope(unknowns.start())),
+      "range"_a = vector_array(reparametrization.maximum() - reparametrization.minimum()));
 }
 
 PhotoJacobian photo_jacobian_of(const Scene& scene, const std::vector<Asked>& asked,
                                 const std::string& camera, int width, int height, int spp,
-                                std::uint64_t seed, int depth, int threads,
-                                const FrameTuple& frame, Progress* progress) {
+                                std::uint64_t seed, int depth, int threads, const FrameTuple& frame,
+                                Progress* progress) {
   const Unknowns unknowns = unknowns_of(scene, asked);
   const RenderSettings settings{width, height, spp, seed, depth, threads, frame_of(frame)};
   const py::gil_scoped_release release;
@@ -90,8 +91,9 @@ void bind_photo_jacobian(py::module_& m) {
         R"((n, 3) and (n, 3) world points -> (n,) int: the object, counted as in Scene.objects, that
 a camera at the start sees first before the end; -1: none. ValueError: a start is its end, or the
 shapes differ.)");
-  m.def("reparametrization", &reparametrization_dict, "scene"_a, "unknowns"_a,
-        R"(The reparametrization in which a fit steps: dict of {names: ["Body:ior"], slope: d value / d
+  m.def(
+      "reparametrization", &reparametrization_dict, "scene"_a, "unknowns"_a,
+      R"(The reparametrization in which a fit steps: dict of {names: ["Body:ior"], slope: d value / d
 coordinate at the values, range: between the bounds}, each by component.
 
 unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
@@ -106,13 +108,13 @@ names of components.)")
       .def_property_readonly("variance", &variance_array)
       .def_property_readonly("jacobian_a",
                              [](const PhotoJacobian& seen) {
-                               return jacobian_array(
-                                   seen.instrumental_variables().plain().a.slopes, seen);
+                               return jacobian_array(instrumental_variables(seen).plain().a.slopes,
+                                                     seen);
                              })
       .def_property_readonly("jacobian_b",
                              [](const PhotoJacobian& seen) {
-                               return jacobian_array(
-                                   seen.instrumental_variables().plain().b.slopes, seen);
+                               return jacobian_array(instrumental_variables(seen).plain().b.slopes,
+                                                     seen);
                              })
       .def_readonly("dropped", &PhotoJacobian::dropped)
       .def_readonly("not_finite", &PhotoJacobian::not_finite);

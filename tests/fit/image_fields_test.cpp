@@ -4,8 +4,9 @@
 
 #include <cstring>
 
-#include "fit/problem/fields.h"
 #include "fit/evaluate/field_loss.h"
+#include "fit/image_scenes.h"
+#include "fit/problem/fields.h"
 #include "fit/run/fit.h"
 #include "fit/taken_photos.h"
 #include "math/error.h"
@@ -14,60 +15,13 @@
 namespace selenite {
 namespace {
 
-constexpr int kSize = 16, kTexels = 2;
-
-int field_number(const char* name) {
-  const auto& table = parameter_table(OwnerKind::kMaterial);
-  int field = 0;
-  while (table[field].name != name) ++field;
-  return field;
-}
-
-/// A base colour of 2 x 2 texels, grey numbers `held`, row 0 at the top.
-FieldMap image_of(const std::vector<float>& held, bool encoded, std::vector<float> alpha) {
-  std::vector<Colorf> pixels;
-  for (const float x : held) pixels.emplace_back(x);
-  FieldMap map;
-  map.field = field_number("base_color");
-  map.texture = std::make_shared<Texture>("Wood", kTexels, kTexels, pixels, std::move(alpha),
-                                          encoded, Extension::kExtend, Interpolation::kLinear);
-  return map;
-}
-
-/// A square lamp that shines at the origin.
-Light lamp(double side, const Vec3d& from) {
-  Light lamp;
-  lamp.name = "Lamp";
-  lamp.kind = LightKind::kArea;
-  lamp.size_x = lamp.size_y = side;
-  lamp.values.power = 40;
-  lamp.to_world = looking_at(from, {0, 0, 0});
-  return lamp;
-}
-
-/// A board with that image.
-Scene board(const std::vector<float>& held, bool encoded = false, std::vector<float> alpha = {}) {
-  Material m = plastic("Board");
-  m.values.roughness = 0.5;
-  m.maps.push_back(image_of(held, encoded, std::move(alpha)));
-  SceneBuilder builder;
-  place(builder, quad_mesh(1), builder.add_material(m));
-  builder.add_light(lamp(0.5, {0.3, 1.5, 2}));  // whose gloss tells the roughness
-  add_view(builder, {0.3, -1.5, 2}, {0, 0, 0});
-  set_sky(builder, 0.4);
-  return builder.build();
-}
+constexpr int kSize = 16;
 
 Scene without_image(Scene scene, double color) {
   scene.appearance.materials[0].maps.clear();
   scene.appearance.materials[0].values.base_color = Color<double>(color);
   return scene;
 }
-
-UnknownParameter texels(double minimum = 0, double maximum = 1) {
-  return {"Board", kBaseColorTexture, {}, minimum, maximum, 0.03};
-}
-UnknownParameter roughness() { return {"Board", "roughness", {0.8}, 0.05, 1, 0.03}; }
 
 FitSettings fit_settings(int iterations) {
   FitSettings settings;
@@ -170,29 +124,6 @@ TEST_P(ImageFit, ASearchStandsOneColourForAllTexels) {
   EXPECT_NEAR(fit.result().best[0], 0.5, 0.1);
 }
 INSTANTIATE_TEST_SUITE_P(Encoded, ImageFit, testing::Bool());
-
-/// A sphere of clear glass with an image, before a lamp.
-Scene glass_sphere(double ior, const std::vector<float>& held) {
-  Material m = plastic("Board");
-  m.values.roughness = 0.02;
-  m.values.transmission = 1;
-  m.values.ior = ior;
-  m.maps.push_back(image_of(held, false, {}));
-  Mesh sphere = sphere_mesh(0.7);
-  std::vector<Vec2f> corners;
-  for (const auto& triangle : sphere.triangles)
-    for (const int vertex : triangle) {
-      const Vec3f& at = sphere.positions[static_cast<std::size_t>(vertex)];
-      corners.push_back({0.5f + 0.7f * at.x, 0.5f + 0.7f * at.z});
-    }
-  sphere.uvs.push_back({"UVMap", std::move(corners)});
-  SceneBuilder builder;
-  place(builder, std::move(sphere), builder.add_material(m));
-  builder.add_light(lamp(1, {0.8, 2.5, 0.6}));
-  add_view(builder, {0, -3, 0}, {0, 0, 0});
-  set_sky(builder, 0.4);
-  return builder.build();
-}
 
 /// By pictures at both sides, before each turn of the scalars and at the end.
 TEST(ImageFields, TheIorOfWhatRefractsSharplyIsLookedForAndNotStepped) {

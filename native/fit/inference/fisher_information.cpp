@@ -105,6 +105,12 @@ Matrix FisherInformation::precision(double resolved) const {
   return result;
 }
 
+InstrumentalVariables instrumental_variables(const PhotoJacobian& seen) {
+  InstrumentalVariables sums;
+  for (const PhotoJacobian::Portion& one : seen.portions) sums.add(one.halves, 1, one.spp);
+  return sums;
+}
+
 FisherInformation fisher_information(const PhotoJacobian& seen, const Photo& photo,
                                      const ResidualNoise& noise) {
   const Eigen::VectorXf variance = near_variance(seen.variance, photo);
@@ -113,8 +119,7 @@ FisherInformation fisher_information(const PhotoJacobian& seen, const Photo& pho
   const Eigen::VectorXf of_residual =
       (variance / static_cast<float>(noise.spp) + model.cwiseAbs2()) /
       static_cast<float>(noise.pixels);
-  const InstrumentalVariables::Set z =
-      seen.instrumental_variables().all(seen.layout, photo, weight);
+  const InstrumentalVariables::Set z = instrumental_variables(seen).all(seen.layout, photo, weight);
   const Eigen::Index n = z.a.slopes.cols();
   const Matrix zero = Matrix::Zero(n, n);
   FisherInformation found{zero, zero, zero, std::numeric_limits<double>::infinity(), 0};

@@ -6,9 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "fit/evaluate/photo_jacobian.h"
+#include "fit/inference/photo_jacobian.h"
 #include "fit/inference/confidence_intervals.h"
 #include "fit/problem/photo.h"
+#include "fit/solver/instrumental_variables.h"
 
 namespace selenite {
 
@@ -45,6 +46,9 @@ struct FisherInformation {
   /// a negative one among them, count as not seen. So another photo never makes anything less known.
   Eigen::MatrixXd precision(double resolved = kConfidence.resolved) const;
 };
+
+/// All portions, weighted by their samples.
+InstrumentalVariables instrumental_variables(const PhotoJacobian& seen);
 
 /// `photo`: of the size of `seen`, checked; a render in its place where there is none.
 FisherInformation fisher_information(const PhotoJacobian& seen, const Photo& photo,

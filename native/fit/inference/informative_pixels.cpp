@@ -7,17 +7,6 @@
 #include <memory>
 
 namespace selenite {
-namespace {
-
-/// One of so many pixels that tell something is chosen. On the thesis' dragon a third of what photos
-/// know of the IOR lies there, and little more in twice as many.
-constexpr std::ptrdiff_t kOneOf = 48;
-/// The equations of pixels in focus have a twentieth of the noise of others. Less than half of what that
-/// would be worth: what the model is wrong about lies there, too.
-constexpr float kWeight = 8;
-
-}  // namespace
-
 void InformativePixels::add_pilot(const Observation& derivatives, const Vector& slope, double weight) {
   pilot_[static_cast<std::size_t>(derivatives.photo)].add(
       split_halves(*problem_, derivatives, slope), 1, weight);
@@ -44,7 +33,7 @@ void InformativePixels::choose(const GaussNewton& gauss_newton, const std::vecto
     for (Eigen::Index i = 0; i < numbers.size(); i += 3) all.push_back(numbers.segment<3>(i).sum());
   }
   std::ranges::copy_if(all, std::back_inserter(positive), [](float one) { return one > 0; });
-  const std::ptrdiff_t chosen = std::ssize(positive) / kOneOf;
+  const std::ptrdiff_t chosen = std::ssize(positive) / kInformativePixels.one_of;
   if (chosen == 0) return;
   std::nth_element(positive.begin(), positive.begin() + chosen, positive.end(), std::greater<>());
   const float least = positive[static_cast<std::size_t>(chosen)];
@@ -101,7 +90,7 @@ void InformativePixels::weigh(std::vector<GaussNewton::PhotoEquations>& all) {
     each += (weight * (a.slopes.cwiseAbs2() + b.slopes.cwiseAbs2())).colwise().sum() / 2;
   }
   const Eigen::VectorXf gain =
-      kWeight * (each.array() > 0).select(common.cwiseQuotient(each), 0).cwiseMax(0);
+      kInformativePixels.weight * (each.array() > 0).select(common.cwiseQuotient(each), 0).cwiseMax(0);
   for (GaussNewton::PhotoEquations& one : all)
     for (InstrumentalVariables::Half* half : {&one.informative->z.a, &one.informative->z.b})
       half->filtered *= gain.asDiagonal();

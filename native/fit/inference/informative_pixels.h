@@ -7,6 +7,17 @@
 
 namespace selenite {
 
+/// Sources: docs/measurements/constants.md, "InformativePixelsOptions".
+struct InformativePixelsOptions {
+  /// One of so many pixels that tell something is chosen. On the thesis' dragon a third of what photos
+  /// know of the IOR lies there, and little more in twice as many.
+  int one_of = 48;
+  /// Of their equations, which have a twentieth of the noise of others: less than half of what that
+  /// would be worth, as what the model is wrong about lies there, too.
+  float weight = 8;
+};
+inline constexpr InformativePixelsOptions kInformativePixels;
+
 /// Few pixels, looked at with many samples: those that tell most about the unknowns.
 ///
 /// Where a lamp is seen refracted, some pixels know more of the IOR than all others together; but the

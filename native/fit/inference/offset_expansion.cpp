@@ -15,11 +15,11 @@ bool holds(const Confidence& one, double value) {
 
 std::optional<Vector> offset_point(const Unknowns& unknowns, const Vector& x) {
   // Small enough that others' slopes are as at 0, within a tenth.
-  constexpr double kBeside = 0.1;
+  constexpr double kOffset = 0.1;
   Vector there = x;
   for (Eigen::Index k = 0; k < x.size(); ++k)
-    if (x[k] < kBeside / 2 && unknowns.description_of(static_cast<int>(k)).squared)
-      there[k] = std::min(kBeside, unknowns.maximum()[k]);
+    if (x[k] < kOffset / 2 && unknowns.description_of(static_cast<int>(k)).squared)
+      there[k] = std::min(kOffset, unknowns.maximum()[k]);
   if (there == x) return std::nullopt;
   return there;
 }

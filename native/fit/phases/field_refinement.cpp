@@ -74,8 +74,8 @@ void FieldRefinement::gather_first_jacobians(Evaluator& evaluator) {
 void FieldRefinement::gather(Evaluator& evaluator, int spp) {
   const int samples =
       point_.report.passes == 0 ? spp * options_.pilot : spp / options_.share_after_pilot;
-  const int of_portion = std::max(samples / kPortions, kLeastOfDerivatives);
-  for (int portion = 0; portion < kPortions; ++portion) {
+  const int of_portion = std::max(samples / kJacobianPortions, kLeastOfDerivatives);
+  for (int portion = 0; portion < kJacobianPortions; ++portion) {
     const Observation seen = derivatives(evaluator, purpose() + 1, portion, of_portion, photo_,
                                          point_.problem->photos[photo_]);
     const double weight = static_cast<double>(of_portion) / iteration_spp_;
@@ -112,8 +112,8 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
   const std::size_t i = photo_ - photo_equations_.size();
   const Photo& photo = informative_.photo(i);
   const int spp = options_.informative_samples * pass_spp(point_.report.passes);
-  const int of_portion = spp / (options_.informative_derivative_share * kPortions);
-  for (int portion = 0; portion < kPortions; ++portion)
+  const int of_portion = spp / (options_.informative_derivative_share * kJacobianPortions);
+  for (int portion = 0; portion < kJacobianPortions; ++portion)
     informative_.gather(derivatives(evaluator, purpose() + kInformative + 1, portion, of_portion,
                                     i, photo),
                         point_.reparametrization().slope(point_.x));

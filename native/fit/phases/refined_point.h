@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fit/inference/confidence_intervals.h"
+#include "fit/inference/photo_jacobian.h"
 #include "fit/solver/gauss_newton.h"
 
 namespace selenite {
@@ -48,10 +49,6 @@ struct RefinedPoint {
   TrustReport report;
 };
 
-/// Samples of derivatives: those of a photo come in so many portions, with differences from above and
-/// from below alternately: together they are central, at one more picture where both sides at once cost
-/// two. Instrumental variables keep two parts, and each of them is to hold both sides.
-inline constexpr int kPortions = 4;
 inline constexpr int kLeastOfDerivatives = 2;  ///< samples: of two, each half has one
 
 }  // namespace selenite

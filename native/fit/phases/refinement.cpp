@@ -65,8 +65,8 @@ void Refinement::gather_first_jacobians(Evaluator& evaluator) {
 
 void Refinement::gather(Evaluator& evaluator, int spp) {
   const int of_portion =
-      std::max(spp / options_.derivative_share / kPortions, kLeastOfDerivatives);
-  for (int portion = 0; portion < kPortions; ++portion) {
+      std::max(spp / options_.derivative_share / kJacobianPortions, kLeastOfDerivatives);
+  for (int portion = 0; portion < kJacobianPortions; ++portion) {
     const Observation seen = derivatives(evaluator, purpose() + 1, portion, of_portion, photo_);
     point_.gauss_newton.gather(point_.x, seen, static_cast<double>(of_portion) / iteration_spp_);
   }

@@ -150,8 +150,8 @@ std::vector<Color<double>> Fields::means(const FieldValues& values) const {
     const int n = channels(f);
     Color<double> sum;
     for (Eigen::Index i = 0; i < v.size(); i += n) {
-      const Color<double> held(v[i], v[i + 1 % n], v[i + 2 % n]);
-      sum += images_[f] ? Color<double>(images_[f]->decode(Colorf(held))) : held;
+      const Color<double> stored(v[i], v[i + 1 % n], v[i + 2 % n]);
+      sum += images_[f] ? Color<double>(images_[f]->decode(Colorf(stored))) : stored;
     }
     means.push_back(sum * static_cast<double>(n) / static_cast<double>(v.size()));
   }

@@ -15,12 +15,12 @@ bool is_uniform(const Vector& values, int channels) {
 
 }  // namespace
 
-Color<double> UniformFields::Colour::held(const Color<double>& linear) const {
+Color<double> UniformFields::Colour::stored(const Color<double>& linear) const {
   return image ? Color<double>(image->encode(Colorf(linear))) : linear;
 }
 
-Color<double> UniformFields::Colour::linear(const Color<double>& held) const {
-  return image ? Color<double>(image->decode(Colorf(held))) : held;
+Color<double> UniformFields::Colour::linear(const Color<double>& stored) const {
+  return image ? Color<double>(image->decode(Colorf(stored))) : stored;
 }
 
 std::vector<UniformFields::Colour> UniformFields::colours_of(const Scene& scene, const Fields& fields) {
@@ -102,13 +102,13 @@ FieldValues UniformFields::fields(const Vector& x) const {
   FieldValues values = fields_.start();
   Eigen::Index at = scalars_;
   for (const Colour& colour : colours_) {
-    const Color<double> held = colour.held({x[at], x[at + 1], x[at + 2]});
+    const Color<double> stored = colour.stored({x[at], x[at + 1], x[at + 2]});
     const UnknownParameter& wanted = fields_.wanted()[colour.field];
     const int channels = fields_.channels(colour.field);
     Vector& all = values[colour.field];
     for (Eigen::Index i = 0; i < all.size(); ++i)
       all[i] =
-          std::clamp(channels == 3 ? held[static_cast<int>(i % 3)] : (held.r + held.g + held.b) / 3,
+          std::clamp(channels == 3 ? stored[static_cast<int>(i % 3)] : (stored.r + stored.g + stored.b) / 3,
                      wanted.minimum, wanted.maximum);  // encoding rounds
     at += 3;
   }

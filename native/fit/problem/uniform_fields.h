@@ -43,8 +43,8 @@ class UniformFields {
     std::size_t field;
     std::shared_ptr<const Texture> image;  ///< none: an albedo grid
     /// As the field holds it, from linear light, and back.
-    Color<double> held(const Color<double>& linear) const;
-    Color<double> linear(const Color<double>& held) const;
+    Color<double> stored(const Color<double>& linear) const;
+    Color<double> linear(const Color<double>& stored) const;
   };
   UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted, const Fields& fields,
              const std::vector<Photo>& photos, const Loss& loss, int iterations);

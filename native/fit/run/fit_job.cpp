@@ -12,8 +12,7 @@ namespace selenite {
 FitJob::FitJob(Scene scene, std::vector<Photo> photos,
                const std::vector<UnknownParameter>& unknowns, FitSettings settings)
     : fit_(std::move(scene), std::move(photos), unknowns, std::move(settings)),
-      published_(std::make_shared<const FitResult>(fit_.result())),
-      previews_(fit_.previews()) {}
+      published_{std::make_shared<const FitResult>(fit_.result()), fit_.previews()} {}
 
 FitJob::~FitJob() {
   cancel();
@@ -25,8 +24,7 @@ void FitJob::start() {
   if (started_)
     throw InvalidArgument("Fit.start: this fit has been started before; make a new Fit");
   started_ = true;
-  begin_ = Clock::now();
-  enter_phase();
+  clock_.start(*published_.result);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -44,78 +42,63 @@ void FitJob::run() {
       if (state_wanted_.exchange(false)) {
         auto saved = std::make_shared<const std::string>(fit_.saved());
         const std::scoped_lock lock(mutex_);
-        saved_ = std::move(saved);
+        published_.saved = std::move(saved);
       }
     }
     publish(true);
   } catch (const std::exception& error) {
     const std::scoped_lock lock(mutex_);
-    error_ = error.what();
-    end_ = Clock::now();
-    over_ = true;
+    published_.error = error.what();
+    end();
   }
 }
 
 std::shared_ptr<const std::string> FitJob::take_state() {
   const std::scoped_lock lock(mutex_);
-  return std::exchange(saved_, nullptr);
+  return std::exchange(published_.saved, nullptr);
 }
 
 void FitJob::restore(std::string_view saved, double seconds) {
   const std::scoped_lock lock(join_mutex_, mutex_);
   if (started_) throw InvalidArgument("Fit.restore: this fit has been started; restore a new one");
   fit_.restore(saved);
-  published_ = std::make_shared<const FitResult>(fit_.result());
-  seconds_before_ = seconds;
+  published_.result = std::make_shared<const FitResult>(fit_.result());
+  clock_.set_seconds_before(seconds);
 }
 
 void FitJob::publish(bool over) {
   auto result = std::make_shared<const FitResult>(fit_.result());
   const std::scoped_lock lock(mutex_);
-  published_ = std::move(result);
-  previews_ = fit_.previews();
-  if (published_->phase != phase_) enter_phase();
+  published_.result = std::move(result);
+  published_.previews = fit_.previews();
+  clock_.update(*published_.result);
   if (!over) return;
-  if (published_->stopped == StopReason::kError) error_ = published_->message;
-  end_ = Clock::now();
+  if (published_.result->stopped == StopReason::kError)
+    published_.error = published_.result->message;
+  end();
+}
+
+void FitJob::end() {
+  clock_.stop();
   over_ = true;
-}
-
-void FitJob::enter_phase() {
-  phase_ = published_->phase;
-  phase_begin_ = Clock::now();
-  phase_from_ = published_->iterations;
-}
-
-double FitJob::seconds_left() const {
-  const FitResult& result = *published_;
-  const double done = phase_ == PhaseKind::kDescent
-                          ? static_cast<double>(result.iterations - phase_from_) /
-                                (fit_.all_iterations() - phase_from_)
-                          : result.phase_fraction;
-  if (!(done > 0)) return std::numeric_limits<double>::quiet_NaN();
-  const std::chrono::duration<double> taken = Clock::now() - phase_begin_;
-  return taken.count() * std::max(1 - done, 0.0) / done;
 }
 
 double FitJob::seconds() const {
   const std::scoped_lock lock(mutex_);
-  if (!started_) return seconds_before_;
-  return seconds_before_ +
-         std::chrono::duration<double>((over_ ? end_ : Clock::now()) - begin_).count();
+  return clock_.seconds();
 }
 
 FitState FitJob::state() const {
   FitState state;
   state.seconds = seconds();
   const std::scoped_lock lock(mutex_);
-  const FitResult& result = *published_;
+  const FitResult& result = *published_.result;
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   state.running = started_ && !over_;
   state.done = over_;
-  state.error = error_;
+  state.error = published_.error;
   if (over_) {
-    state.stopped_because = stop_text(error_.empty() ? result.stopped : StopReason::kError);
+    state.stopped_because = stop_text(published_.error.empty() ? result.stopped : StopReason::kError);
     if (result.stopped == StopReason::kDropped) state.stopped_because += ": " + result.message;
   }
   state.phase = phase_text(result.phase);
@@ -129,22 +112,23 @@ FitState FitJob::state() const {
     state.validation = row.validation;
     state.validation_standard_error = row.validation_standard_error;
   }
-  state.seconds_left = over_ ? 0 : started_ ? seconds_left() : kNone;
+  state.seconds_left =
+      over_ ? 0 : started_ ? clock_.seconds_left(result.phase_fraction) : kNone;
   state.values = result.last;
   return state;
 }
 
 FitResult FitJob::result() const {
   const std::scoped_lock lock(mutex_);
-  return *published_;
+  return *published_.result;
 }
 
 std::shared_ptr<const Picture> FitJob::preview(int photo) const {
   const std::scoped_lock lock(mutex_);
-  if (photo < 0 || photo >= static_cast<int>(previews_.size()))
+  if (photo < 0 || photo >= static_cast<int>(published_.previews.size()))
     throw InvalidArgument("Fit.preview: photo_index = " + std::to_string(photo) +
-                          " must lie in [0, " + std::to_string(previews_.size()) + ")");
-  return previews_[static_cast<std::size_t>(photo)];
+                          " must lie in [0, " + std::to_string(published_.previews.size()) + ")");
+  return published_.previews[static_cast<std::size_t>(photo)];
 }
 
 }  // namespace selenite

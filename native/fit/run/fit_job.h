@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "fit/run/fit.h"
+#include "fit/run/fit_clock.h"
 
 namespace selenite {
 
@@ -63,26 +63,24 @@ class FitJob {
   std::string optimiser_name() const { return std::string(fit_.strategy().optimiser.name); }
 
  private:
-  using Clock = std::chrono::steady_clock;
+  /// What the thread has published; readers see nothing else of the fit.
+  struct Published {
+    std::shared_ptr<const FitResult> result;
+    Previews previews{};
+    std::shared_ptr<const std::string> saved{};
+    std::string error{};  ///< why it failed; empty if it did not
+  };
   void run();
   void publish(bool over);
-  void enter_phase();
-  double seconds_left() const;
+  void end();
 
-  Fit fit_;  ///< touched by the thread alone once it runs; readers see what it has published
+  Fit fit_;  ///< touched by the thread alone once it runs
   Progress progress_;
   std::atomic<bool> state_wanted_{false};
   mutable std::mutex mutex_;  ///< guards all below
   bool started_ = false, over_ = false;
-  Clock::time_point begin_, end_;
-  double seconds_before_ = 0;  ///< of the fit that this one goes on with
-  PhaseKind phase_ = PhaseKind::kDescent;
-  Clock::time_point phase_begin_;
-  int phase_from_ = 0;  ///< iterations before the phase began
-  std::shared_ptr<const std::string> saved_;
-  std::shared_ptr<const FitResult> published_;
-  std::vector<std::shared_ptr<const Picture>> previews_;
-  std::string error_;
+  FitClock clock_;
+  Published published_;
   std::mutex join_mutex_;
   std::thread thread_;
 };

@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "fit/problem/reparametrization.h"
 #include "fit/evaluate/half_buffers.h"
+#include "fit/problem/reparametrization.h"
 #include "render/driver/render.h"
 
 namespace selenite {
 
 /// Derivatives are rendered in so many portions, with differences from above and from below in
-/// turns. `InstrumentalVariables` keep two parts, and each of them is to hold both sides.
+/// turns: each of the two parts that `InstrumentalVariables` keep is to hold both sides.
 inline constexpr int kJacobianPortions = 4;
 /// A portion has two halves of one sample at least.
 inline constexpr int kLeastJacobianSpp = 2 * kJacobianPortions;
@@ -32,9 +32,6 @@ struct PhotoJacobian {
   std::vector<Portion> portions;
   std::int64_t dropped = 0;
   std::vector<std::string> not_finite;  ///< components ("Body:ior") whose derivatives are not
-
-  /// Joins all portions.
-  InstrumentalVariables instrumental_variables() const;
 };
 
 /// Renders and takes differences as a refinement pass does: derivatives in four portions of

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/photo_jacobian.h"
+#include "fit/inference/photo_jacobian.h"
 
 #include <algorithm>
 
@@ -31,12 +31,6 @@ void note_not_finite(const Unknowns& unknowns, const Halves& halves,
 
 }  // namespace
 
-InstrumentalVariables PhotoJacobian::instrumental_variables() const {
-  InstrumentalVariables sums;
-  for (const Portion& one : portions) sums.add(one.halves, 1, one.spp);
-  return sums;
-}
-
 PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns,
                              const std::string& camera, const RenderSettings& settings,
                              Progress* progress) {
@@ -60,7 +54,7 @@ PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns,
     RenderSettings part = settings;
     part.spp = settings.spp / kJacobianPortions;
     if (portion < settings.spp % kJacobianPortions) ++part.spp;
-    part.seed = seed_of(settings.seed, portion, 0);
+    part.seed = seed_of(mix64(settings.seed), portion, 0);  // seeds 2 and 3 share no portion
     Observation one{
         0,
         render_derivatives(problem, &reparametrization, here, x, Purpose::kInstrumental,

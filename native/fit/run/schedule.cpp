@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/run/schedule.h"
+
+#include <algorithm>
+
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/inference/informative_pixels.h"
+#include "fit/phases/field_refinement.h"
+#include "fit/phases/refinement.h"
+#include "fit/problem/schedule_options.h"
+
+namespace selenite {
+namespace {
+
+constexpr MultiStartRenders kMultiStart;
+constexpr FieldRefinementRenders kFieldPasses;
+constexpr ComparisonRenders kComparison;
+constexpr ExpectedCourse kExpected;
+
+double pixels_of(const std::vector<Photo>& photos) {
+  double sum = 0;
+  for (const Photo& photo : photos) sum += static_cast<double>(photo.width) * photo.height;
+  return sum;
+}
+
+/// How many renders a picture with derivatives takes.
+struct Renders {
+  int plain = 0, carrying = 0;
+};
+
+class Planner {
+ public:
+  Planner(const FitProblem& problem, const Strategy& strategy)
+      : problem_(problem),
+        strategy_(strategy),
+        blocks_(strategy.blocks(problem)),
+        pixels_(pixels_of(problem.photos())) {}
+
+  std::vector<PlannedRenders> plan() {
+    if (strategy_.multi_start) plan_multi_start();
+    plan_descent();
+    if (!strategy_.refines) return std::move(plan_);
+    if (strategy_.joint) {
+      plan_field_refinement();
+      return std::move(plan_);
+    }
+    plan_refinement();
+    plan_comparison();
+    return std::move(plan_);
+  }
+
+ private:
+  /// Equal ones are counted together.
+  void add(PhaseKind phase, double pixels, int spp, double renders, Carried carried) {
+    if (renders == 0) return;
+    const auto same = std::ranges::find_if(plan_, [&](const PlannedRenders& one) {
+      return one.phase == phase && one.pixels == pixels && one.spp == spp && one.carried == carried;
+    });
+    if (same != plan_.end())
+      same->renders += renders;
+    else
+      plan_.push_back({phase, pixels, spp, renders, carried});
+  }
+  void add(PhaseKind phase, double pixels, int spp, double times, const Renders& renders) {
+    add(phase, pixels, spp, times * renders.plain, Carried::kNothing);
+    add(phase, pixels, spp, times * renders.carrying, Carried::kDerivatives);
+  }
+
+  /// Asks the code that renders derivatives, with films of one pixel in place of renders.
+  static Renders renders_of(const SceneModel& model, const Point& point, Purpose purpose,
+                            const Differences& which) {
+    Renders count;
+    (void)render_derivatives(model.problem, model.differences, model.scene_at(point), point.scalars,
+                             purpose, which, [&](const Vector&, const SlotLayout& layout, Paths) {
+                               ++(layout.slots.empty() ? count.plain : count.carrying);
+                               return Film(1, 1, 2, static_cast<int>(layout.slots.size()));
+                             });
+    return count;
+  }
+  Renders renders_of(Purpose purpose, const Differences& which) const {
+    return renders_of(scene_model(problem_), problem_.start(), purpose, which);
+  }
+
+  void validate(PhaseKind phase, double times) {
+    add(phase, pixels_, problem_.settings().chosen_validation_spp(), times, Carried::kNothing);
+  }
+
+  void plan_multi_start() {
+    std::vector<Photo> small;
+    for (const Photo& photo : problem_.photos()) small.push_back(photo.resized(kMultiStart.size));
+    const double pixels = pixels_of(small);
+    const auto evaluate = [&](double candidates, int spp) {  // in two halves
+      add(PhaseKind::kMultiStart, pixels, spp / 2, 2 * candidates, Carried::kNothing);
+    };
+    const SceneModel model =
+        strategy_.uniform ? scene_model(problem_, *strategy_.uniform) : scene_model(problem_);
+    const Point start{model.problem.unknowns.start(), {}};
+    const Renders step = renders_of(model, strategy_.uniform ? start : problem_.start(),
+                                    Purpose::kInstrumental, {alternating_side(0)});
+    evaluate(kMultiStart.points + 1, kMultiStart.first_spp);
+    for (const auto& [count, steps] : kMultiStart.rounds) {
+      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp, (count + 1) * steps, step);
+      evaluate(count + 2, kMultiStart.step_spp);
+    }
+    evaluate(kExpected.last_candidates, kMultiStart.final_spp);
+  }
+
+  void plan_descent() {
+    const FitSettings& settings = problem_.settings();
+    int iterations = blocks_.iterations();
+    if (strategy_.refines && problem_.fields().empty() && strategy_.optimiser.averages_iterations)
+      iterations = std::min(iterations, kExpected.settled_after);
+    int scalar_iterations = 0;
+    for (int i = 0; i < iterations; ++i) {
+      const Block block = blocks_.block(i);
+      const bool starts_scalars = block.first && block.scalars;
+      const bool restarts = starts_scalars && restart_is_due(scalar_iterations == 0);
+      const bool due = (block.first && (block.scalars || !strategy_.joint || i == 0)) ||
+                       (!strategy_.after_multi_start() && i % settings.validation_interval == 0);
+      if (restarts)
+        plan_restart();
+      else if (due)
+        validate(PhaseKind::kDescent, 1);
+      if (block.fields) {
+        // A loss that is no sum over pixels has its slopes from a render before.
+        const int renders = strategy_.joint || problem_.loss().per_pixel ? 1 : 2;
+        add(PhaseKind::kDescent, pixels_, settings.spp, renders, Carried::kFieldDerivatives);
+      }
+      if (!block.scalars) continue;
+      if (problem_.fields().empty() || problem_.unknowns().size() > 0) {
+        Differences which = differences_of(strategy_.optimiser.purpose, scalar_iterations);
+        which.refractions = !strategy_.searches_ior();
+        add(PhaseKind::kDescent, pixels_, settings.spp, 1,
+            renders_of(strategy_.optimiser.purpose, which));
+      }
+      ++scalar_iterations;
+    }
+    if (restart_is_due(false))
+      plan_restart();
+    else
+      validate(PhaseKind::kDescent, 1);
+  }
+
+  int count_of(Scale scale) const {
+    const auto& all = problem_.unknowns().descriptions();
+    return static_cast<int>(
+        std::ranges::count_if(all, [&](const Parameter& one) { return one.scale == scale; }));
+  }
+  int searched_iors() const { return strategy_.searches_ior() ? count_of(Scale::kLogExcess) : 0; }
+  bool restart_is_due(bool first) const {
+    if (!strategy_.after_multi_start() || (first && !strategy_.searches_ior())) return false;
+    return count_of(Scale::kRoughness) > 0 || searched_iors() > 0;
+  }
+  /// Also what stands in its place where nothing is to be compared: a validation.
+  void plan_restart() {
+    const double candidates = count_of(Scale::kRoughness) > 0 ? kExpected.restart_candidates : 1;
+    validate(PhaseKind::kDescent, candidates);
+    add(PhaseKind::kDescent, pixels_, problem_.settings().spp,
+        candidates * searched_iors() * kExpected.line_search_renders, Carried::kNothing);
+  }
+
+  void plan_refinement() {
+    constexpr RefinementOptions kOptions;
+    const int spp = problem_.settings().chosen_refinement_spp();
+    const auto pass_spp = [&](int share) {
+      return std::min(spp, std::max(spp / share, kOptions.least_of_pass));
+    };
+    const Renders up = renders_of(Purpose::kInstrumental,
+                                  {.side = alternating_side(0), .of_roughness = Side::kBoth});
+    if (!strategy_.optimiser.averages_iterations)
+      add(PhaseKind::kRefinement, pixels_,
+          std::max(pass_spp(kFirstShare) / kOptions.derivative_share, kLeastOfDerivatives),
+          kOptions.warm_ups, up);
+    const auto pass = [&](int samples, double times) {
+      add(PhaseKind::kRefinement, pixels_, samples, times, Carried::kNothing);
+      add(PhaseKind::kRefinement, pixels_,
+          std::max(samples / kOptions.derivative_share / kPortions, kLeastOfDerivatives),
+          kPortions * times, up);
+    };
+    pass(pass_spp(kFirstShare), 1);
+    pass(pass_spp(kSecondShare), 1);
+    pass(spp, kExpected.passes - 2);
+    validate(PhaseKind::kRefinement, 1);
+  }
+
+  /// A roughness looks sharp there, mostly, and is left out.
+  void plan_field_refinement() {
+    constexpr FieldRefinementOptions kOptions;
+    const FitSettings& settings = problem_.settings();
+    const int all = settings.chosen_refinement_spp();
+    const int spp = settings.refinement_spp == 0 ? all / kFieldPasses.share_of_samples : all;
+    const Renders both = renders_of(
+        Purpose::kInstrumental,
+        {.side = Side::kBoth, .of_roughness = Side::kBoth, .roughnesses = false, .picture = false});
+    const double informative = pixels_ * kExpected.informative_pixels / kInformativePixels.one_of;
+    bool pilot = true;
+    for (const int share : kFieldPasses.shares) {
+      const int of_pass = std::min(spp, std::max(spp / share, kOptions.least_of_pass));
+      const int derivatives =
+          pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
+      add(PhaseKind::kRefinement, pixels_, of_pass, 1, Carried::kNothing);
+      add(PhaseKind::kRefinement, pixels_, std::max(derivatives / kPortions, kLeastOfDerivatives),
+          kPortions, both);
+      const int closer = kOptions.informative_samples * of_pass;
+      add(PhaseKind::kRefinement, informative, closer, 1, Carried::kNothing);
+      add(PhaseKind::kRefinement, informative,
+          closer / (kOptions.informative_derivative_share * kPortions), kPortions, both);
+      pilot = false;
+    }
+    validate(PhaseKind::kRefinement, 1);
+  }
+
+  void plan_comparison() {
+    const int spp = problem_.settings().chosen_refinement_spp();
+    double alternatives =
+        static_cast<double>(problem_.unknowns().exchanged(problem_.unknowns().start()).size());
+    if (strategy_.multi_start && !strategy_.uniform) alternatives += kExpected.alternatives;
+    if (alternatives == 0) return;
+    const int of_round =
+        std::max(spp / kComparison.first_share, std::min(kComparison.least_of_round, spp));
+    add(PhaseKind::kComparison, pixels_, std::max(of_round / 2, 2), 2 * (1 + alternatives),
+        Carried::kNothing);
+  }
+
+  const FitProblem& problem_;
+  const Strategy& strategy_;
+  BlockSchedule blocks_;
+  double pixels_;
+  std::vector<PlannedRenders> plan_;
+};
+
+}  // namespace
+
+const char* carried_text(Carried carried) {
+  switch (carried) {
+    case Carried::kNothing:
+      return "none";
+    case Carried::kDerivatives:
+      return "scalars";
+    case Carried::kFieldDerivatives:
+      return "fields";
+  }
+  return "";
+}
+
+std::vector<PlannedRenders> schedule(const FitProblem& problem, const Strategy& strategy) {
+  return Planner(problem, strategy).plan();
+}
+
+Photo photo_of_size(const std::string& camera, int width, int height) {
+  Photo photo;
+  photo.camera = camera;
+  photo.width = width;
+  photo.height = height;
+  photo.reference.resize(static_cast<std::size_t>(width) * height);
+  return photo;
+}
+
+}  // namespace selenite

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/run/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <numeric>
+
+#include "fit/image_scenes.h"
+#include "fit/run/fit.h"
+#include "fit/smoke.h"
+#include "fit/synthetic_renderer.h"
+#include "fit/taken_photos.h"
+
+namespace selenite {
+namespace {
+
+using Samples = std::map<PhaseKind, double>;
+
+Samples planned(const std::vector<PlannedRenders>& plan) {
+  Samples samples;
+  for (const PlannedRenders& one : plan) samples[one.phase] += one.samples();
+  return samples;
+}
+
+double sum(const Samples& samples) {
+  return std::accumulate(samples.begin(), samples.end(), 0.0,
+                         [](double all, const auto& one) { return all + one.second; });
+}
+
+/// What a fit says it will render, and what it renders.
+struct Course {
+  Samples planned, rendered;
+  FitResult result;
+
+  Course(const Scene& scene, const std::vector<Photo>& photos,
+         const std::vector<UnknownParameter>& unknowns, const FitSettings& settings) {
+    std::vector<Photo> sizes;
+    for (const Photo& photo : photos)
+      sizes.push_back(photo_of_size(photo.camera, photo.width, photo.height));
+    FitProblem problem(scene, sizes, unknowns, settings);
+    const Strategy strategy(problem);
+    planned = selenite::planned(schedule(problem, strategy));
+    Fit fit(scene, photos, unknowns, settings);
+    for (bool more = true; more;) {
+      const PhaseKind phase = fit.result().phase;
+      const double before = static_cast<double>(fit.result().samples);
+      more = fit.step();
+      rendered[phase] += static_cast<double>(fit.result().samples) - before;
+    }
+    result = fit.result();
+    for (const auto& [phase, samples] : rendered)
+      std::printf("%s: planned %.0f, rendered %.0f, ratio %.3f\n", phase_text(phase),
+                  planned[phase], samples, planned[phase] / samples);
+    std::printf("all: ratio %.3f\n", sum(planned) / sum(rendered));
+  }
+};
+
+/// Exactly so many samples of that phase.
+void expect_equal(const Course& course, PhaseKind phase) {
+  EXPECT_EQ(course.planned.at(phase), course.rendered.at(phase)) << phase_text(phase);
+}
+
+void expect_within(const Course& course, double share) {
+  EXPECT_NEAR(sum(course.planned) / sum(course.rendered), 1, share) << course.result.message;
+}
+
+std::vector<Photo> two_photos(const Scene& scene, int size = kSyntheticSize) {
+  return {synthetic_capture(scene, "Left", size, 64), synthetic_capture(scene, "Right", size, 64)};
+}
+
+TEST(Schedule, OfAdamIsWhatItRenders) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = synthetic_settings();
+  settings.iterations = 7;
+  settings.finite_differences = true;  // of an IOR that refracts sharply
+  std::vector<UnknownParameter> unknowns = synthetic_unknowns();
+  for (const double transmission : {0.3, 0.9}) {
+    unknowns[2].start = {transmission};
+    unknowns[1].start = {0.1};
+    const Course course(scene, two_photos(scene), unknowns, settings);
+    expect_equal(course, PhaseKind::kDescent);
+    EXPECT_EQ(course.planned.size(), 1u);
+  }
+}
+
+// Eight iterations: values have settled after ten at the earliest.
+TEST(Schedule, OfGaussNewtonIsWhatItRenders) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = exact_settings(SyntheticRenderer{0.5, 0.5}, 8);
+  settings.finite_differences = true;
+  settings.spp = 8;
+  const Course course(scene, two_photos(scene, 48), synthetic_unknowns(), settings);
+  EXPECT_EQ(course.result.iterations, 8);
+  expect_equal(course, PhaseKind::kDescent);
+  for (const auto& [phase, samples] : course.rendered)
+    EXPECT_NEAR(course.planned.at(phase) / samples, 1, 0.15) << phase_text(phase);
+  expect_within(course, 0.15);
+}
+
+// Without instruments of an optimiser a refinement gathers its own.
+TEST(Schedule, OfARefinementAfterAdamIsWhatItRenders) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = synthetic_settings({0.2, 0.2});
+  settings.finite_differences = true;
+  settings.iterations = 40;
+  settings.refinement = "on";
+  const Course course(scene, two_photos(scene), roughness_from(0.45), settings);
+  ASSERT_EQ(course.result.report.passes, 3);
+  expect_equal(course, PhaseKind::kDescent);
+  expect_equal(course, PhaseKind::kRefinement);
+}
+
+// Values that have settled end the descent: the expectation is what most fits do.
+TEST(Schedule, OfALongFitEndsWhereMostHaveSettled) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = exact_settings(SyntheticRenderer{}, 15);
+  const auto samples = [&](int iterations) {
+    settings.iterations = iterations;
+    FitProblem problem(scene, two_photos(scene), synthetic_unknowns(), settings);
+    const Strategy strategy(problem);
+    return planned(schedule(problem, strategy)).at(PhaseKind::kDescent);
+  };
+  EXPECT_EQ(samples(15), samples(100));
+  EXPECT_LT(samples(10), samples(15));
+  settings.refinement = settings.search = "off";
+  EXPECT_LT(samples(15), 0.3 * samples(100)) << "nothing else ends it";
+}
+
+std::vector<float> coloured(int voxels) { return std::vector<float>(3 * voxels, 0.7f); }
+
+UnknownParameter albedo() { return {"Smoke", "albedo_grid", {}, 0, 1, 0.03}; }
+UnknownParameter extinction() { return {"Smoke", "extinction", {4, 4, 4}, 0.1, 20, 0.1}; }
+
+FitSettings field_settings(int iterations) {
+  FitSettings settings;
+  settings.iterations = iterations;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  return settings;
+}
+
+TEST(Schedule, OfAGridByAdamIsWhatItRenders) {
+  const Scene scene = smoke(std::vector<float>(8, 0.5f));
+  const Course course(scene, taken_photos(scene, 12, 16), {albedo()}, field_settings(12));
+  expect_equal(course, PhaseKind::kDescent);
+}
+
+TEST(Schedule, OfAGridBesideScalarsWithoutASearchIsWhatItRenders) {
+  const Scene scene = smoke(coloured(8), 3);
+  FitSettings settings = field_settings(14);
+  settings.search = "off";
+  const Course course(scene, taken_photos(scene, 12, 16), {extinction(), albedo()}, settings);
+  expect_equal(course, PhaseKind::kDescent);
+}
+
+// Voxels are stepped together with the scalars, in half of the iterations.
+TEST(Schedule, OfAGridBesideScalarsIsWhatItRenders) {
+  std::vector<float> truth = coloured(8);
+  for (std::size_t i = 0; i < 12; ++i) truth[i] = 0.5f;
+  const Scene scene = smoke(coloured(8), 3);
+  const Course course(scene, taken_photos(smoke(truth, 3), 24, 64), {extinction(), albedo()},
+                      field_settings(24));
+  ASSERT_EQ(course.result.iterations, 12);
+  expect_equal(course, PhaseKind::kDescent);
+  expect_within(course, 0.15);
+}
+
+// Blocks of texels and of scalars, and at a high roughness a comparison with a low one.
+TEST(Schedule, OfAnImageBesideScalarsIsWhatItRenders) {
+  const Scene scene = board({0.5f, 0.5f, 0.5f, 0.5f});
+  FitSettings settings = field_settings(20);
+  settings.spp = 8;
+  const Course course(scene, taken_photos(board({0.2f, 0.4f, 0.6f, 0.8f}), 24),
+                      {roughness(), texels()}, settings);
+  ASSERT_EQ(course.result.iterations, 20);
+  expect_within(course, 0.15);
+}
+
+// The IOR is found by renders at both sides of it before each block of scalars.
+TEST(Schedule, OfAnImageInGlassIsWhatItRenders) {
+  FitSettings settings = field_settings(20);
+  settings.spp = 16;
+  const Course course(glass_sphere(1.8, {0.5f, 0.5f, 0.5f, 0.5f}),
+                      taken_photos(glass_sphere(1.45, {0.9f, 0.6f, 0.7f, 0.8f}), 24),
+                      {texels(), {"Board", "ior", {1.8}, 1.1, 2.5, 0.03}}, settings);
+  ASSERT_EQ(course.result.iterations, 20);
+  expect_within(course, 0.15);
+}
+
+TEST(Schedule, CountsAWholeFitOfSeveralPhotosByTheirPixels) {
+  const Scene scene = synthetic_scene();
+  const FitSettings settings = synthetic_settings();
+  const auto samples = [&](const std::vector<Photo>& photos) {
+    FitProblem problem(scene, photos, synthetic_unknowns(), settings);
+    const Strategy strategy(problem);
+    return sum(planned(schedule(problem, strategy)));
+  };
+  const Photo left = photo_of_size("Left", 30, 20), right = photo_of_size("Right", 20, 15);
+  EXPECT_DOUBLE_EQ(samples({left, right}), 1.5 * samples({left}));
+}
+
+// The pictures of a search stay small: what it adds is the same at all sizes.
+TEST(Schedule, OfASearchDoesNotGrowWithThePhotos) {
+  const Scene scene = synthetic_scene();
+  FitSettings settings = synthetic_settings();
+  settings.optimiser = "gauss-newton";
+  settings.search = "on";
+  const auto of_search = [&](int size) {
+    FitProblem problem(scene, {photo_of_size("Left", size, size)}, synthetic_unknowns(), settings);
+    const Strategy strategy(problem);
+    return planned(schedule(problem, strategy)).at(PhaseKind::kMultiStart);
+  };
+  EXPECT_EQ(of_search(64), of_search(512));
+  EXPECT_EQ(of_search(20), of_search(64) / 4) << "nor is a photo enlarged";
+}
+
+}  // namespace
+}  // namespace selenite
