@@ -9,48 +9,29 @@
 namespace selenite {
 namespace {
 
-/// Distance of the two pictures in log x (extinction), in log(x - 1) (IOR) and in the coordinate of a
-/// roughness. Longer than 0.3, 0.2 and 0.3 (docs/measurements/derivatives.md, "Length of
-/// differences as instruments"): noise falls with the length (`./dev bench estimators`), and up and down in turns the differences are central. Fits of
-/// three media with two seeds each: mean error 0.29 with the short ones, 0.10 with these. Beyond 0.4
-/// of a roughness the difference no longer goes with the slope: see `Reparametrization`.
-constexpr double kStepLog = 0.5, kStepLogExcess = 0.4;
-/// For gradients the noise of the residuals multiplies that of the difference, so the step is longer.
-/// Source: `./dev bench estimators`, central 3h/2. Differences by extinction, colours and weights are
-/// worse than the derivative there; those by roughness are better where it is low, but the other
-/// parameters would pay for two more renders.
-constexpr double kGradientStepLogExcess = 0.7;
-/// The derivative by IOR is the worse estimate from this ratio of transmission and roughness on.
-/// Source: the same; it orders the measured materials.
-constexpr double kSharp = 2;
-
-/// Iterations of a fit that take all differences, from each side twice, and how many share the ones of
-/// a round from then on.
-constexpr int kAllOf = 4, kRound = 3;
-
-/// 0: the derivative is good as it is.
-double step_for_gradient(const Scene& scene, const ParameterRef& ref) {
-  return is_sharp_refraction(scene, ref) ? kGradientStepLogExcess : 0;
-}
-
-double step_for_instrumental(const Parameter& description) {
+double step_for_instrumental(const Parameter& description,
+                             const FiniteDifferenceOptions& options) {
   switch (description.scale) {
     case Scale::kLog:
-      return kStepLog;
+      return options.log;
     case Scale::kRoughness:
-      return kRoughnessDifference;
+      return options.roughness;
     case Scale::kLogExcess:
-      return kStepLogExcess;
+      return options.log_excess;
     default:
       return 0;
   }
 }
 
-double difference_step(const Scene& scene, const ParameterRef& ref, Purpose purpose) {
+/// 0: the derivative is good as it is. Gradients by extinction, colours and weights are worse as
+/// differences. Those by a low roughness are better, but the other parameters would pay for two more
+/// renders.
+double difference_step(const Scene& scene, const ParameterRef& ref, Purpose purpose,
+                       const FiniteDifferenceOptions& options) {
   const Parameter& description = scene.description(ref);
   if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
-  return purpose == Purpose::kGradient ? step_for_gradient(scene, ref)
-                                       : step_for_instrumental(description);
+  if (purpose == Purpose::kInstrumental) return step_for_instrumental(description, options);
+  return is_sharp_refraction(scene, ref, options) ? options.gradient_log_excess : 0;
 }
 
 /// A parameter whose derivative pictures are differences.
@@ -67,7 +48,8 @@ struct Shares {
   std::vector<ParameterRef> carried;
 };
 
-Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bool differences) {
+Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bool differences,
+                 const FiniteDifferenceOptions& options) {
   const Unknowns& unknowns = problem.unknowns;
   const auto count = unknowns.parameters().size();
   std::vector<std::vector<Eigen::Index>> members(count);
@@ -80,10 +62,11 @@ Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bo
     const Parameter& description = unknowns.descriptions()[p];
     // Channels that are diagonal move together: each shows in its own channel of the picture.
     const bool together = members[p].size() == 1 || description.diagonal;
-    const double step = differences && together ? difference_step(scene, ref, purpose) : 0;
+    const double step =
+        differences && together ? difference_step(scene, ref, purpose, options) : 0;
     if (step > 0)
       shares.differences.push_back(
-          {std::move(members[p]), step, description, is_sharp_refraction(scene, ref)});
+          {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options)});
     else
       shares.carried.push_back(ref);
   }
@@ -147,7 +130,8 @@ struct Ends {
   double apart;
 };
 
-Ends ends_of(const FiniteDifference& difference, const Reparametrization& reparametrization, const Vector& x, Side side) {
+Ends ends_of(const FiniteDifference& difference, const Reparametrization& reparametrization,
+             const Vector& x, Side side) {
   const Vector u = reparametrization.from_values(x);
   const auto moved = [&](double by) -> std::optional<Vector> {
     if (by == 0) return std::nullopt;
@@ -159,8 +143,9 @@ Ends ends_of(const FiniteDifference& difference, const Reparametrization& repara
     return result;
   };
   const auto forbidden = [&](const std::optional<Vector>& to) {
+    const Parameter& table = difference.description;
     return to && std::ranges::any_of(difference.members, [&](Eigen::Index k) {
-             return (*to)[k] < difference.description.lower || (*to)[k] > difference.description.upper;
+             return (*to)[k] < table.lower || (*to)[k] > table.upper;
            });
   };
   Reach reach = reach_of(difference.step, side);
@@ -191,9 +176,9 @@ void note_covariance(const Film& film, SlotFilm& slot) {
 
 }  // namespace
 
-bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref) {
-  if (ref.kind != OwnerKind::kMaterial ||
-      scene.description(ref).scale != Scale::kLogExcess)
+bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
+                         const FiniteDifferenceOptions& options) {
+  if (ref.kind != OwnerKind::kMaterial || scene.description(ref).scale != Scale::kLogExcess)
     return false;
   const Material& material = scene.appearance.materials[static_cast<std::size_t>(ref.owner)];
   Principled<double> sharpest = material.values;
@@ -202,20 +187,21 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref) {
     if (map.field == material_field(&MaterialValues::roughness)) sharpest.roughness = 0;
     if (map.field == material_field(&MaterialValues::metallic)) sharpest.metallic = 0;
   }
-  return sharpest.transmission * (1 - sharpest.metallic) > kSharp * sharpest.roughness;
+  return sharpest.transmission * (1 - sharpest.metallic) > options.sharp * sharpest.roughness;
 }
 
-Differences differences_of(Purpose purpose, int iteration) {
+Differences differences_of(Purpose purpose, int iteration,
+                           const FiniteDifferenceOptions& options) {
   if (purpose == Purpose::kGradient) return {};
-  if (iteration < kAllOf) return {alternating_side(iteration)};
-  const int since = iteration - kAllOf;
-  return {.side = alternating_side(since / kRound), .first = since % kRound, .every = kRound};
+  if (iteration < options.first_iterations) return {alternating_side(iteration)};
+  const int since = iteration - options.first_iterations, round = options.round;
+  return {.side = alternating_side(since / round), .first = since % round, .every = round};
 }
 
-Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization, const Scene& scene,
-                        const Vector& x, Purpose purpose, Differences which,
-                        const PictureAt& render) {
-  const Shares shares = shares_of(problem, scene, purpose, reparametrization != nullptr);
+Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization,
+                        const Scene& scene, const Vector& x, Purpose purpose, Differences which,
+                        const PictureAt& render, const FiniteDifferenceOptions& options) {
+  const Shares shares = shares_of(problem, scene, purpose, reparametrization != nullptr, options);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
   // Where nothing is carried, and differences have two pictures of their own, no other is needed.
   const bool alone = !which.picture && which.side == Side::kBoth && shares.carried.empty();

@@ -37,6 +37,14 @@ Halves residual_halves(const Film& film, const Photo& photo) {
   return halves;
 }
 
+std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
+                                    std::span<const Observation> seen) {
+  std::vector<Halves> all;
+  for (const Observation& one : seen)
+    all.push_back(residual_halves(one.film, photos[static_cast<std::size_t>(one.photo)]));
+  return all;
+}
+
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
   const Film& film = seen.film;
   const Photo& photo = problem.photos[static_cast<std::size_t>(seen.photo)];

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
+#include <vector>
 
 #include "fit/problem/problem.h"
-#include "render/film/film.h"
-
 #include "fit/problem/saved_state.h"
+#include "render/film/film.h"
 
 namespace selenite {
 
@@ -34,6 +35,8 @@ struct Halves {
 
 /// Without the Jacobians.
 Halves residual_halves(const Film& film, const Photo& photo);
+std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
+                                    std::span<const Observation> seen);
 /// `slope` is dx/du per unknown.
 Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope);
 

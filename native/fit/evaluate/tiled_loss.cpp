@@ -10,9 +10,6 @@
 namespace selenite {
 namespace {
 
-/// Radius of the blur, of the picture's longer side.
-constexpr double kRadius = 3.0 / 40;
-
 void extend(Eigen::ArrayXd& all, const Eigen::ArrayXd& more) {
   const Eigen::Index before = all.size();
   all.conservativeResize(before + more.size());
@@ -21,7 +18,8 @@ void extend(Eigen::ArrayXd& all, const Eigen::ArrayXd& more) {
 
 }  // namespace
 
-TiledLoss::TiledLoss(const Film& film, const Photo& photo, const Eigen::VectorXf& weights) {
+TiledLoss::TiledLoss(const Film& film, const Photo& photo, const Eigen::VectorXf& weights,
+                     const TiledLossOptions& options) {
   const auto size = static_cast<Eigen::Index>(3 * film.size());
   Eigen::VectorXf half_a(size), half_b(size), own(size);
   for (std::size_t i = 0; i < film.size(); ++i)
@@ -32,8 +30,8 @@ TiledLoss::TiledLoss(const Film& film, const Photo& photo, const Eigen::VectorXf
       half_b[k] = root * (film.half_b(film.mean[i], film.half_a[i])[c] - reference);
       own[k] = weights[k] * (square(film.mean[i][c] - reference) - film.variance[i][c]);
     }
-  const int radius =
-      std::max(static_cast<int>(std::lround(kRadius * std::max(photo.width, photo.height))), 1);
+  const int longer = std::max(photo.width, photo.height);
+  const int radius = std::max(static_cast<int>(std::lround(options.radius * longer)), 1);
   const auto blurred = [&](const Eigen::VectorXf& column) {
     return box_blur(column, photo.width, photo.height, radius);
   };

@@ -8,40 +8,33 @@
 #include "fit/problem/pixel_weights.h"
 
 namespace selenite {
-namespace {
-
-constexpr int kAround = 4;  ///< radius of the window that the variances are means over
-
-constexpr double kClipQuantile = 0.998;
-/// Every so many entries are looked at for the quantile: it need not be exact.
-constexpr Eigen::Index kQuantileStride = 5;
-
-}  // namespace
 
 WienerFilter::Bands WienerFilter::split(const Eigen::VectorXf& picture) const {
   Bands bands;
   bands[0] = picture;
-  for (std::size_t i = 0; i < kRadii.size(); ++i) {
-    bands[i + 1] = box_blur(bands[i], width_, height_, kRadii[i]);
+  for (std::size_t i = 0; i < kBlurs; ++i) {
+    bands[i + 1] = box_blur(bands[i], width_, height_, options_.radii[i]);
     bands[i] -= bands[i + 1];
   }
   return bands;
 }
 
 WienerFilter::WienerFilter(const Eigen::VectorXf& a, const Eigen::VectorXf& b,
-                     const Eigen::VectorXf& weight, int width, int height)
-    : width_(width), height_(height) {
-  constexpr float kCount = (2 * kAround + 1) * (2 * kAround + 1);
+                           const Eigen::VectorXf& weight, int width, int height,
+                           const WienerFilterOptions& options)
+    : width_(width), height_(height), options_(options) {
+  const int side = 2 * options_.window_radius + 1;
+  const auto count = static_cast<float>(side * side);
+  const auto sigmas = static_cast<float>(options_.standard_errors);
   const Bands in_a = split(a), in_b = split(b);
   const auto around = [&](const Eigen::VectorXf& x) {
-    return box_blur(x, width, height, kAround).eval();
+    return box_blur(x, width, height, options_.window_radius).eval();
   };
   for (std::size_t i = 0; i < in_a.size(); ++i) {
     const Eigen::VectorXf common = weight.cwiseProduct(in_a[i]).cwiseProduct(in_b[i]);
     const Eigen::VectorXf all = weight.cwiseProduct(in_a[i].cwiseAbs2() + in_b[i].cwiseAbs2()) / 2;
-    // Less one standard error, that of chance tiled_loss as of a single bright pixel: measured on
-    // derivative pictures of fits, the better of three thresholds.
-    signal_[i] = (around(common) - (around(common.cwiseAbs2()).cwiseMax(0) / kCount).cwiseSqrt())
+    signal_[i] = (around(common) -
+                  sigmas * (around(common.cwiseAbs2()).cwiseMax(0) / count).cwiseSqrt())
                      .cwiseMax(0);
     noise_[i] = (around(all) - signal_[i]).cwiseMax(0);
   }
@@ -58,27 +51,32 @@ Eigen::VectorXf WienerFilter::filter(const Eigen::VectorXf& picture, float noise
   return sum;
 }
 
-Eigen::VectorXf clipped_derivative(const Eigen::VectorXf& column, const Photo& photo, int channel) {
+Eigen::VectorXf clipped_derivative(const Eigen::VectorXf& column, const Photo& photo, int channel,
+                                   const WienerFilterOptions& options) {
   std::vector<float> sizes;
-  for (Eigen::Index i = 0; i < column.size(); i += kQuantileStride) {
+  for (Eigen::Index i = 0; i < column.size(); i += options.clip_stride) {
     const bool counts = channel < 0 || i % 3 == channel;
     if (counts && photo.weight[static_cast<std::size_t>(i / 3)] > 0)
       sizes.push_back(std::abs(column[i]));
   }
   if (sizes.empty()) return column;
-  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(
-                                      kClipQuantile * static_cast<double>(sizes.size() - 1));
+  const double rank = options.clip_quantile * static_cast<double>(sizes.size() - 1);
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(rank);
   std::nth_element(sizes.begin(), at, sizes.end());
   return column.cwiseMax(-*at).cwiseMin(*at);
 }
 
 Eigen::VectorXf filtered_derivative(const Eigen::VectorXf& mean, const Eigen::VectorXf& one,
-                              const Eigen::VectorXf& other, double share, const Photo& photo,
-                              int channel, const Eigen::VectorXf& importance) {
-  const WienerFilter gains(clipped_derivative(one, photo, channel), clipped_derivative(other, photo, channel),
-                        importance, photo.width, photo.height);
+                                    const Eigen::VectorXf& other, double share, const Photo& photo,
+                                    int channel, const Eigen::VectorXf& importance,
+                                    const WienerFilterOptions& options) {
+  const auto clipped = [&](const Eigen::VectorXf& picture) {
+    return clipped_derivative(picture, photo, channel, options);
+  };
+  const WienerFilter filter(clipped(one), clipped(other), importance, photo.width, photo.height,
+                            options);
   // In units of the mean variance of the two.
-  return gains.filter(clipped_derivative(mean, photo, channel), static_cast<float>(2 * share));
+  return filter.filter(clipped(mean), static_cast<float>(2 * share));
 }
 
 }  // namespace selenite

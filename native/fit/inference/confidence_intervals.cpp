@@ -119,9 +119,9 @@ double by_fourth_power(const Reparametrization& reparametrization, const Vector&
   const double floor = std::pow(kShift, 4);
   const auto straight = [&](double x) { return std::log(std::pow(x, 4) + floor) / 4; };
   Vector far = u;
-  far[k] += kRoughnessDifference;
+  far[k] += FiniteDifferenceOptions{}.roughness;
   const double here = straight(reparametrization.to_values(u)[k]);
-  const double slope = (straight(reparametrization.to_values(far)[k]) - here) / kRoughnessDifference;
+  const double slope = (straight(reparametrization.to_values(far)[k]) - here) / FiniteDifferenceOptions{}.roughness;
   return std::pow(std::max(std::exp(4 * (here + way * slope)) - floor, 0.0), 0.25);
 }
 
@@ -217,7 +217,7 @@ void bend_step(const Unknowns& unknowns, double x, Eigen::Index at, Eigen::Index
 /// Where both ends of a way that was previous_step lead into it, the answer lies in between, divided as the two
 /// steps are: neither knows how far its slope goes, and they would go to and fro.
 double bisected_step(double previous_step, double step) {
-  constexpr double kNoise = 0.1 * kRoughnessDifference;
+  constexpr double kNoise = 0.1 * FiniteDifferenceOptions{}.roughness;
   const bool between = previous_step * step < 0 && std::abs(previous_step) > kNoise;
   return between ? step * previous_step / (previous_step - step) : step;
 }

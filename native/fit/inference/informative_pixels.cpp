@@ -16,19 +16,19 @@ void InformativePixels::add_pilot(const Observation& derivatives, const Vector& 
 /// single strong paths, which rule the mean's square, show in one of them alone.
 void InformativePixels::choose(const GaussNewton& gauss_newton, const std::vector<bool>& counts) {
   selections_.clear();
-  std::vector<Eigen::MatrixXf> told;  // columns are unknowns
+  std::vector<Eigen::MatrixXf> of_photos;  // columns are unknowns
   Eigen::RowVectorXd total = Eigen::RowVectorXd::Zero(std::ssize(counts));
   for (std::size_t i = 0; i < pilot_.size(); ++i) {
     const InstrumentalVariables::Set sums = pilot_[i].plain();
-    told.push_back(gauss_newton.weight(i).asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
-    total += told.back().cast<double>().colwise().sum();
+    of_photos.push_back(gauss_newton.weights()[i].asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
+    total += of_photos.back().cast<double>().colwise().sum();
   }
   Eigen::VectorXf shares = Eigen::VectorXf::Zero(total.size());
   for (Eigen::Index k = 0; k < total.size(); ++k)
     if (counts[static_cast<std::size_t>(k)] && total[k] > 0)
       shares[k] = static_cast<float>(1 / total[k]);
   std::vector<float> all, positive;
-  for (const Eigen::MatrixXf& one : told) {
+  for (const Eigen::MatrixXf& one : of_photos) {
     const Eigen::VectorXf numbers = one * shares;
     for (Eigen::Index i = 0; i < numbers.size(); i += 3) all.push_back(numbers.segment<3>(i).sum());
   }
@@ -60,7 +60,7 @@ GaussNewton::WeightedResidual InformativePixels::seen(std::size_t i, const Film&
   const Selection& selection = selections_[i];
   const Eigen::VectorXf variance = selection.variance / static_cast<float>(selection.gathered);
   return {residual_halves(residual, selection.photo), selection.jacobians.plain(),
-          gauss_newton.weight_by(i, variance).cwiseMin(gauss_newton.weight(i))};
+          gauss_newton.weights().by_variance(i, variance).cwiseMin(gauss_newton.weights()[i])};
 }
 
 void InformativePixels::members(SavedState& state) {

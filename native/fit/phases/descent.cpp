@@ -13,7 +13,7 @@ namespace selenite {
 struct Descent::Next {
   Point point;
   FieldAdam field_adam;
-  std::unique_ptr<FieldGaussNewton> joint;
+  std::unique_ptr<JointGaussNewton> joint;
   /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
   std::unique_ptr<Optimiser> optimiser;
   std::vector<FieldStep> how;
@@ -26,12 +26,17 @@ Descent::Descent(const FitRun& run, DescentOptions options)
       strategy_(&run.strategy),
       options_(options),
       blocks_(run.strategy.blocks(run.problem)),
-      optimiser_(run.strategy.optimiser.make(run.problem.scalars())),
       field_adam_(run.problem.fields()),
       restart_(run) {
-  if (!strategy_->joint) return;
-  joint_ = FieldGaussNewton::of(problem_->fields(), problem_->photos());
-  joint_->set_values(run.point.fields);
+  if (strategy_->joint)
+    joint_ = std::make_unique<JointGaussNewton>(problem_->scalars(), problem_->fields(),
+                                                run.point.fields);
+  else
+    optimiser_ = strategy_->optimiser.make(problem_->scalars());
+}
+
+const GaussNewton* Descent::gauss_newton() const {
+  return joint_ ? &joint_->scalars() : dynamic_cast<const GaussNewton*>(optimiser_.get());
 }
 
 bool Descent::step(FitRun& run) {
@@ -39,7 +44,7 @@ bool Descent::step(FitRun& run) {
   const bool more = restart_.step(run);
   if (run.stop_if_dropped()) return false;
   if (more) return true;
-  if (restart_.moved() && !joint_) optimiser_->reset_everything();
+  if (restart_.moved() && optimiser_) optimiser_->reset_everything();
   return is_over(run) ? finish(run) : true;
 }
 
@@ -61,10 +66,10 @@ bool Descent::iterate(FitRun& run) {
   HistoryRow row = run.row(from);
   Next next{from,
             field_adam_,
-            joint_ ? std::make_unique<FieldGaussNewton>(*joint_) : nullptr,
+            joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
             problem_->settings().accumulate ? nullptr : optimiser_->clone(),
             field_steps(run)};
-  if (next.joint && reverted) next.joint->set_values(from.fields);
+  if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   step_all(block, reverted, next);
   restart_.forget();
@@ -97,8 +102,9 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
   if (block.fields && next.joint) {
     FieldJacobian found =
         run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
-                                     next.joint->shares(index), next.joint->cell(), how);
-    next.joint->gather(index, found);
+                                     next.joint->field_solver().shares(index),
+                                     next.joint->field_solver().cell(), how);
+    next.joint->gather_fields(index, found);
     seen.film = std::move(found.film);
   } else if (block.fields) {
     FieldGradient found = run.evaluator.field_gradient(next.point, photo, problem_->fields(),
@@ -147,18 +153,24 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
     return;
   }
   Vector& x = next.point.scalars;
-  if (reverted || (block.scalars && block.first && !next.joint)) optimiser_->reset_equations();
-  if (block.scalars) x = optimiser_->step(x, next.seen, next.joint.get());
+  if (next.joint) {
+    if (reverted) next.joint->reset_equations();
+    x = block.scalars ? next.joint->step(x, next.seen)
+                      : next.joint->step_by_residuals(x, next.seen);
+    next.point.fields = next.joint->fields();
+    return;
+  }
+  if (reverted || (block.scalars && block.first)) optimiser_->reset_equations();
+  if (block.scalars) x = optimiser_->step(x, next.seen);
   if (block.fields && strategy_->after_multi_start())
-    x = optimiser_->step_by_residuals(x, next.seen, next.joint.get());
-  if (next.joint) next.point.fields = next.joint->values();
+    x = dynamic_cast<ResidualOptimiser&>(*optimiser_).step_by_residuals(x, next.seen);
   if (block.fields && !strategy_->after_multi_start())
     next.field_adam.step(next.point.fields, next.gradients, next.how);
 }
 
 bool Descent::is_over(const FitRun& run) const {
   return run.result.iterations >= blocks_.iterations() ||
-         (strategy_->refines && optimiser_->converged());
+         (strategy_->refines && (joint_ ? joint_->converged() : optimiser_->converged()));
 }
 
 bool Descent::begin_restart(const FitRun& run) {
@@ -240,9 +252,11 @@ double Descent::fraction() const {
 }
 
 void Descent::members(SavedState& state) {
-  optimiser_->members(state);
+  if (joint_)
+    state(*joint_);
+  else
+    optimiser_->members(state);
   state(field_adam_, field_means_, restart_, done_);
-  if (joint_) state(*joint_);
 }
 
 }  // namespace selenite

@@ -6,7 +6,7 @@
 
 #include "fit/phases/low_roughness_restart.h"
 #include "fit/solver/field_adam.h"
-#include "fit/solver/field_gauss_newton.h"
+#include "fit/solver/joint_gauss_newton.h"
 
 namespace selenite {
 
@@ -34,9 +34,10 @@ class Descent final : public Phase {
   double fraction() const override;
   void members(SavedState& state) override;
 
-  const Optimiser& optimiser() const { return *optimiser_; }
-  /// Null where voxels are not stepped together with scalars. It goes on in the refinement.
-  std::unique_ptr<FieldGaussNewton> take_joint_fields() { return std::move(joint_); }
+  /// Whose instruments a refinement takes over; null where the scalars were not stepped by Gauss-Newton.
+  const GaussNewton* gauss_newton() const;
+  /// Null where voxels are not stepped together with scalars.
+  const JointGaussNewton* joint() const { return joint_.get(); }
 
  private:
   /// What an iteration makes of the photos and hands to the run when all of it has succeeded.
@@ -57,9 +58,9 @@ class Descent final : public Phase {
   const Strategy* strategy_;
   DescentOptions options_;
   BlockSchedule blocks_;
-  std::unique_ptr<Optimiser> optimiser_;
+  std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
   FieldAdam field_adam_;
-  std::unique_ptr<FieldGaussNewton> joint_;
+  std::unique_ptr<JointGaussNewton> joint_;  ///< of voxels together with scalars
   FieldValues field_means_;  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;

@@ -12,12 +12,11 @@ int inside(int i, int count, int radius) {
 }
 
 /// Mean over the square of pixels around each without that pixel itself.
-Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
-  constexpr int kRadius = kPixelWeights.radius;
-  Eigen::VectorXf out = box_blur(level, width, height, kRadius);
+Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height, int radius) {
+  Eigen::VectorXf out = box_blur(level, width, height, radius);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      const auto count = static_cast<float>(inside(x, width, kRadius) * inside(y, height, kRadius));
+      const auto count = static_cast<float>(inside(x, width, radius) * inside(y, height, radius));
       if (count == 1) continue;  // a picture of one pixel
       const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
       out.segment<3>(at) =
@@ -28,7 +27,7 @@ Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height) {
 
 }  // namespace
 
-Eigen::VectorXf brightness(const Photo& photo) {
+Eigen::VectorXf brightness(const Photo& photo, const PixelWeightsOptions& options) {
   Eigen::VectorXf level(static_cast<Eigen::Index>(3 * photo.size()));
   double mean = 0;
   for (std::size_t i = 0; i < photo.size(); ++i)
@@ -37,8 +36,8 @@ Eigen::VectorXf brightness(const Photo& photo) {
       level[static_cast<Eigen::Index>(3 * i) + c] = value;
       mean += photo.share(i) * value;
     }
-  return around(level, photo.width, photo.height).array() +
-         static_cast<float>(kPixelWeights.dim_share * std::max(mean, kPixelWeights.black));
+  return around(level, photo.width, photo.height, options.radius).array() +
+         static_cast<float>(options.dim_share * std::max(mean, options.black));
 }
 
 Eigen::VectorXf shares(const Photo& photo, std::size_t photos) {
@@ -49,14 +48,16 @@ Eigen::VectorXf shares(const Photo& photo, std::size_t photos) {
   return share;
 }
 
-Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos) {
-  return shares(photo, photos).cwiseQuotient(brightness(photo).cwiseAbs2());
+Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos,
+                                 const PixelWeightsOptions& options) {
+  return shares(photo, photos).cwiseQuotient(brightness(photo, options).cwiseAbs2());
 }
 
 Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
-                              const Eigen::VectorXf& variance) {
-  const Eigen::VectorXf model = brightness(photo) * static_cast<float>(kPixelWeights.model_error);
-  const auto samples = static_cast<float>(kPixelWeights.final_samples);
+                              const Eigen::VectorXf& variance, const PixelWeightsOptions& options) {
+  const Eigen::VectorXf model =
+      brightness(photo, options) * static_cast<float>(options.model_error);
+  const auto samples = static_cast<float>(options.final_samples);
   return shares(photo, photos).cwiseQuotient(variance / samples + model.cwiseAbs2());
 }
 

@@ -17,24 +17,29 @@ struct PixelWeightsOptions {
   int noise_radius = 2;       ///< of the mean over the noise of neighbours
   double final_samples = 64;  ///< samples that a pixel has seen in the end
   double model_error = 0.05;  ///< of a pixel's brightness
+  /// Iteration at which Gauss-Newton first puts the noise into its weights; it doubles each time.
+  int first_weighing = 3;
 };
 inline constexpr PixelWeightsOptions kPixelWeights;
 
-/// Brightness of the photo around each pixel, without the pixel itself, kept away from 0. With it
-/// weights would go up and down with the photo's noise, and weighted residuals lean to one side.
-Eigen::VectorXf brightness(const Photo& photo);
+/// Brightness of the photo around each pixel, kept away from 0. The pixel itself is left out: else
+/// weights would follow the noise of the photo, and weighted residuals would be biased.
+Eigen::VectorXf brightness(const Photo& photo,
+                           const PixelWeightsOptions& options = kPixelWeights);
 
 /// Each number's share in the mean over all of `photos` photos.
 Eigen::VectorXf shares(const Photo& photo, std::size_t photos);
 
 /// The shares over the squared brightness: a weighted sum of squared residuals is their mean square
 /// relative to the photo.
-Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos);
+Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos,
+                                 const PixelWeightsOptions& options = kPixelWeights);
 
 /// The shares over the variance of a residual: that of the render in the end, and a model error.
 /// `variance`: of one sample, 3 numbers a pixel.
 Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
-                              const Eigen::VectorXf& variance);
+                              const Eigen::VectorXf& variance,
+                              const PixelWeightsOptions& options = kPixelWeights);
 
 /// Mean over squares of 2 `radius` + 1 pixels, within the picture.
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius);

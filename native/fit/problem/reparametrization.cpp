@@ -7,23 +7,7 @@
 namespace selenite {
 namespace {
 
-constexpr double kCapLog = 0.25, kCapLogExcess = 0.2, kCapLinear = 0.3;
-/// Of log(x^3 + shift^3) / 3 of a roughness. Next to 0 pictures change with about its fourth power
-/// (3.6 from 0.01 to 0.23 on the thesis' bunny), far above with its logarithm. Of (power, shift) from
-/// (2, 0.1) to (4, 0.3) this keeps what `render_derivatives` measures closest to the true slope: on
-/// five bodies and roughness 0.01 to 0.5 between 0.6 and 1.7 of it, where log x, or (2, 0.1) with a longer
-/// difference, lose the sign. Where it measures too much, steps fall short and intervals are too sure.
-constexpr double kRoughnessShift = 0.15;
-/// At roughness 0 the slope dx/du is infinite; derivatives by u vanish there.
-constexpr double kLeastRoughness = 0.01;
-/// Smallest argument of log(x - 1 + shift): closer to 1 an index of refraction shows in nothing.
-constexpr double kLeastExcess = 0.05;
-/// Shift of log(x + shift), as a share of the upper bound, where the lower bound is 0.
-constexpr double kShiftAtZero = 1e-3;
-
-/// At albedo 1 the slope dx/du is 0, and a step from there could never be seen to help.
-constexpr double kLeastRoot = 0.01;
-// (1 - s) (1 - a s) / (1 + b s) with s = sqrt(1 - albedo)
+// Reflectance (1 - s) (1 - a s) / (1 + b s) of a half-space, s = sqrt(1 - albedo): van de Hulst 1980.
 constexpr double kHulstA = 0.139, kHulstB = 1.17;
 
 constexpr double square(double x) { return x * x; }
@@ -74,9 +58,9 @@ double Reparametrization::Axis::slope(double x) const {
     case Kind::kLogarithm:
       return x + shift;
     case Kind::kRoughness:
-      return (cube(x) + cube(shift)) / square(std::max(x, kLeastRoughness));
+      return (cube(x) + cube(shift)) / square(std::max(x, least));
     case Kind::kReflectance: {
-      const double s = std::max(std::sqrt(1 - x), kLeastRoot), below = 1 + kHulstB * s;
+      const double s = std::max(std::sqrt(1 - x), least), below = 1 + kHulstB * s;
       const double above = (1 - s) * (1 - kHulstA * s);
       const double above_by_s = -(1 + kHulstA) + 2 * kHulstA * s;
       // du/ds, and dx/ds = -2 s
@@ -87,30 +71,33 @@ double Reparametrization::Axis::slope(double x) const {
   }
 }
 
-Reparametrization::Reparametrization(const Unknowns& unknowns) : cap_(unknowns.size()) {
+Reparametrization::Reparametrization(const Unknowns& unknowns,
+                                     const ReparametrizationOptions& options)
+    : cap_(unknowns.size()) {
   for (int k = 0; k < unknowns.size(); ++k) {
     const double minimum = unknowns.minimum()[k], maximum = unknowns.maximum()[k];
     switch (unknowns.description_of(k).scale) {
       case Scale::kLog:
         axes_.push_back(
-            {Axis::Kind::kLogarithm, minimum > 0 ? 0 : kShiftAtZero * maximum - minimum});
-        cap_[k] = kCapLog;
+            {Axis::Kind::kLogarithm, minimum > 0 ? 0 : options.shift_at_zero * maximum - minimum});
+        cap_[k] = options.cap_log;
         break;
       case Scale::kLogExcess:
-        axes_.push_back({Axis::Kind::kLogarithm, std::max(kLeastExcess - minimum, -1.0)});
-        cap_[k] = kCapLogExcess;
+        axes_.push_back({Axis::Kind::kLogarithm, std::max(options.least_excess - minimum, -1.0)});
+        cap_[k] = options.cap_log_excess;
         break;
       case Scale::kReflectance:
-        axes_.push_back({Axis::Kind::kReflectance});
-        cap_[k] = kCapLinear * (reflectance(maximum) - reflectance(minimum));
+        axes_.push_back({Axis::Kind::kReflectance, 0, options.least_root});
+        cap_[k] = options.cap_linear * (reflectance(maximum) - reflectance(minimum));
         break;
       case Scale::kRoughness:
-        axes_.push_back({Axis::Kind::kRoughness, kRoughnessShift});
-        cap_[k] = kCapLog;
+        axes_.push_back(
+            {Axis::Kind::kRoughness, options.roughness_shift, options.least_roughness});
+        cap_[k] = options.cap_log;
         break;
       default:
         axes_.push_back({Axis::Kind::kLinear});
-        cap_[k] = kCapLinear * (maximum - minimum);
+        cap_[k] = options.cap_linear * (maximum - minimum);
     }
   }
   minimum_ = from_values(unknowns.minimum());

@@ -7,18 +7,11 @@
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
-namespace {
 
-constexpr double kBeta1 = 0.9, kBeta2 = 0.999;
-/// Keeps 0 / 0 at 0 for an unknown that the picture does not show. Far below any true gradient, as
-/// a loss has no natural scale (the usual 1e-8 would slow the fit of a dim scene).
-constexpr double kTiny = 1e-30;
+Adam::Adam(const Problem& problem, const AdamOptions& options)
+    : problem_(&problem), moments_(problem.unknowns.size(), options) {}
 
-}  // namespace
-
-Adam::Adam(const Problem& problem) : problem_(&problem), moments_(problem.unknowns.size()) {}
-
-Vector Adam::step(const Vector& x, std::span<const Observation> seen, FieldGaussNewton*) {
+Vector Adam::step(const Vector& x, std::span<const Observation> seen) {
   Vector gradient = Vector::Zero(x.size());
   for (const Observation& one : seen) {
     const Vector part = loss_gradient(problem_->layout, one.film, one.loss);
@@ -46,15 +39,16 @@ void Adam::members(SavedState& state) { state(moments_); }
 
 Vector AdamMoments::update(const Vector& x, const Vector& gradient, const Vector& rate,
                            const Vector& minimum, const Vector& maximum) {
+  const auto [beta1, beta2, tiny] = options_;
   ++steps_;
-  first_ = kBeta1 * first_ + (1 - kBeta1) * gradient;
-  second_ = kBeta2 * second_ + (1 - kBeta2) * gradient.cwiseProduct(gradient);
-  const double scale1 = 1 / (1 - std::pow(kBeta1, steps_));
-  const double scale2 = 1 / (1 - std::pow(kBeta2, steps_));
+  first_ = beta1 * first_ + (1 - beta1) * gradient;
+  second_ = beta2 * second_ + (1 - beta2) * gradient.cwiseProduct(gradient);
+  const double scale1 = 1 / (1 - std::pow(beta1, steps_));
+  const double scale2 = 1 / (1 - std::pow(beta2, steps_));
   Vector next = x;
   for (Eigen::Index k = 0; k < x.size(); ++k) {
     const double root = std::sqrt(second_[k] * scale2);
-    next[k] -= rate[k] * first_[k] * scale1 / (root + kTiny);
+    next[k] -= rate[k] * first_[k] * scale1 / (root + tiny);
     const double inside = std::fmin(std::fmax(next[k], minimum[k]), maximum[k]);
     // At a bound the momentum has nowhere to go; kept, it would hold the value there for many steps
     // after the gradient has turned.

@@ -12,8 +12,8 @@
 
 namespace selenite {
 
-FieldAdam::FieldAdam(const Fields& fields) : fields_(&fields) {
-  for (const Vector& start : fields.start()) moments_.emplace_back(start.size());
+FieldAdam::FieldAdam(const Fields& fields, const AdamOptions& options) : fields_(&fields) {
+  for (const Vector& start : fields.start()) moments_.emplace_back(start.size(), options);
 }
 
 void FieldAdam::members(SavedState& state) {

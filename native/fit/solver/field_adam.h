@@ -11,15 +11,15 @@ namespace selenite {
 /// A step of a field.
 struct FieldStep {
   double rate = 1;  ///< in learning rates
-  /// Of an image, the share over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
-  /// Neighbours are alike more often than not, and what one photo tells of few texels is mostly noise.
+  /// Share of an image over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
+  /// Neighbours are alike more often than not, and one photo shows little but noise of few texels.
   double spread = 0;
 };
 
 /// Adam over all fields; a copy is its whole state.
 class FieldAdam {
  public:
-  explicit FieldAdam(const Fields& fields);
+  explicit FieldAdam(const Fields& fields, const AdamOptions& options = {});
   /// One step along the gradient of each field, one `how` a field. Throws std::runtime_error naming
   /// field and number when a derivative is not finite.
   void step(FieldValues& values, const std::vector<std::vector<double>>& gradients,

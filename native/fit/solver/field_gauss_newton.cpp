@@ -10,20 +10,6 @@
 namespace selenite {
 namespace {
 
-/// Pixels along a side of a cell. Light that is scattered through a body is smooth: measured on the
-/// thesis' dragon, all that photos of 128 pixels know of its voxels, cells of 8 know nearly as well.
-constexpr int kCell = 8, kLargeCell = 16;
-constexpr double kMostEntries = 1 << 26;  ///< of the Jacobians
-constexpr std::ptrdiff_t kMostNumbers =
-    3 * 12 * 12 * 12;  ///< of the fields: matrices of their squares
-/// What is kept of a Jacobian in each iteration: it changes as voxels do.
-constexpr double kJacobianKept = 0.9;
-/// Standard deviation of the voxels before any photo, around the one colour of the search.
-constexpr double kDeviation = 0.3;
-/// In units of the strength of a voxel that shows, first and last.
-constexpr double kFirstDamping = 3e-3, kLastDamping = 3e-4;
-constexpr double kLongest = 0.25;  ///< step of a voxel
-
 Eigen::VectorXd joined(const FieldValues& values) {
   Eigen::Index size = 0, at = 0;
   for (const Vector& one : values) size += one.size();
@@ -54,31 +40,34 @@ Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
 }  // namespace
 
 std::unique_ptr<FieldGaussNewton> FieldGaussNewton::of(const Fields& fields,
-                                             const std::vector<Photo>& photos) {
+                                                       const std::vector<Photo>& photos,
+                                                       const FieldGaussNewtonOptions& options) {
+  if (!applies(fields, photos, options)) return nullptr;
+  return std::unique_ptr<FieldGaussNewton>(new FieldGaussNewton(fields, photos, options));
+}
+
+int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& photos,
+                                const FieldGaussNewtonOptions& options) {
   std::ptrdiff_t numbers = 0;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
-    if (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3) return nullptr;
+    if (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3) return 0;
     numbers += fields.start()[f].size();
   }
-  if (numbers == 0 || numbers > kMostNumbers) return nullptr;
-  for (const int cell : {kCell, kLargeCell}) {
+  if (numbers == 0 || numbers > options.most_numbers) return 0;
+  for (const int cell : {options.cell, options.large_cell}) {
     double cells = 0;
     for (const Photo& photo : photos)
       cells +=
           static_cast<double>(cells_along(photo.width, cell)) * cells_along(photo.height, cell);
-    if (cells * static_cast<double>(numbers) <= kMostEntries)
-      return std::unique_ptr<FieldGaussNewton>(new FieldGaussNewton(fields, photos, cell));
+    if (cells * static_cast<double>(numbers) <= options.most_entries) return cell;
   }
-  return nullptr;
+  return 0;
 }
 
-bool FieldGaussNewton::applies(const Fields& fields, const std::vector<Photo>& photos) {
-  return of(fields, photos) != nullptr;
-}
-
-FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos, int cell)
-    : cell_(cell) {
+FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos,
+                                   const FieldGaussNewtonOptions& options)
+    : options_(options), cell_(cell_size(fields, photos, options)) {
   FieldValues low = fields.start(), high = low;
   for (std::size_t f = 0; f < low.size(); ++f) {
     low[f].setConstant(fields.wanted()[f].minimum);
@@ -90,7 +79,7 @@ FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo
     View view;
     view.width = photo.width;
     view.height = photo.height;
-    const int columns = cells_along(photo.width, cell), rows = cells_along(photo.height, cell);
+    const int columns = cells_along(photo.width, cell_), rows = cells_along(photo.height, cell_);
     const Eigen::VectorXf relative = relative_weights(photo, photos.size());
     std::vector<float> sums(static_cast<std::size_t>(columns) * rows, 0.f);
     for (std::size_t p = 0; p < photo.size(); ++p) {
@@ -158,7 +147,7 @@ void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen, const Eig
 
 void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
   View& view = views_[i];
-  const double kept = kJacobianKept * view.gathered;
+  const double kept = options_.jacobian_kept * view.gathered;
   const auto fresh = static_cast<float>(1 / (kept + 1));
   Eigen::Index at = 0;
   for (const CellJacobian& one : derivatives.fields) {
@@ -195,22 +184,23 @@ void FieldGaussNewton::solve(double done) {
     const double all = normal.trace();
     double prior = 0, damping = 1;
     if (all > 0) {
-      prior = noise / (all * kDeviation * kDeviation);
+      prior = noise / (all * options_.deviation * options_.deviation);
       damping = normal.diagonal().squaredNorm() / all *
-                std::exp(std::log(kFirstDamping) * (1 - done) + std::log(kLastDamping) * done);
+                std::exp(std::log(options_.first_damping) * (1 - done) +
+                          std::log(options_.last_damping) * done);
     }
     channel.prior = prior;
     normal.diagonal().array() += prior + damping;
     channel.normal.compute(normal);
-    channel.way = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
+    channel.step = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
                                         prior * (of_channel(values, c) - of_channel(prior_, c)));
   }
 }
 
 Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>& z) {
   const Eigen::Index unknowns = z.front().whole->a.slopes.cols();
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  // Of the cells: in the scalars' equations numbers have weights of their own.
+  Eigen::MatrixXd remaining = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  // Of the cells: in the equations of the scalars residuals have weights of their own.
   std::vector<Eigen::MatrixXf> weights, sums_a, sums_b;
   for (std::size_t i = 0; i < z.size(); ++i) {
     View& view = views_[i];
@@ -244,18 +234,18 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
                      : 1;
     normal.diagonal().array() += prior;
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
-    const Eigen::MatrixXd like = (eliminate_fields(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
-                                  eliminate_fields(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
+    const Eigen::MatrixXd like = (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
+                                  eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
                                  2;
     // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
     // voxels is prior * deviation^2 / normal.
-    left +=
-        prior * prior * prior * kDeviation * kDeviation * (like.transpose() * solver.solve(like));
+    remaining +=
+        prior * prior * prior * options_.deviation * options_.deviation * (like.transpose() * solver.solve(like));
   }
-  return left;
+  return remaining;
 }
 
-Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>& z,
+Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(const std::vector<Regressors>& z,
                                       InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
                                       const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const {
@@ -290,11 +280,11 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
             view.slopes.middleRows(c * cells, cells) * du.cast<float>());
       at += cells;
     }
-    Eigen::VectorXd way =
-        one.way - one.normal.solve((one.jacobian.transpose() * shift).cast<double>());
-    way = way.cwiseMax(-kLongest).cwiseMin(kLongest);
+    Eigen::VectorXd own =
+        one.step - one.normal.solve((one.jacobian.transpose() * shift).cast<double>());
+    own = own.cwiseMax(-options_.longest).cwiseMin(options_.longest);
     step(mine) =
-        (before(mine) + way).cwiseMax(minimum_(mine)).cwiseMin(maximum_(mine)) - before(mine);
+        (before(mine) + own).cwiseMax(minimum_(mine)).cwiseMin(maximum_(mine)) - before(mine);
   }
   Eigen::Index at = 0;
   for (Vector& values : values_) {

@@ -4,11 +4,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <vector>
 
-#include "fit/problem/photo.h"
 #include "fit/problem/fields.h"
+#include "fit/problem/photo.h"
 #include "fit/solver/instrumental_variables.h"
 #include "render/driver/field_gradient.h"
 
@@ -16,60 +17,81 @@ namespace selenite {
 
 class SavedState;
 
-/// Gauss-Newton for the voxels of albedo grids, together with the scalars beside them.
+/// Sources: docs/measurements/constants.md, "FieldGaussNewtonOptions".
+struct FieldGaussNewtonOptions {
+  int cell = 8, large_cell = 16;        ///< pixels along a cell; the large one where memory is short
+  double most_entries = 1 << 26;        ///< of the Jacobians: 256 MiB
+  std::ptrdiff_t most_numbers = 3 * 12 * 12 * 12;  ///< of the fields: their normal matrices are dense
+  double jacobian_kept = 0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
+  double deviation = 0.3;      ///< standard deviation of voxels before any photo
+  /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
+  double first_damping = 3e-3, last_damping = 3e-4;
+  double longest = 0.25;  ///< step of a voxel
+};
+
+/// Gauss-Newton for the voxels of albedo grids, for `JointGaussNewton`.
 ///
-/// Light that has been scattered is smooth: means over cells of pixels say nearly all that photos know
-/// of voxels. So the Jacobian of the cells by all voxels is small enough to be kept. It is gathered over
-/// iterations, as the instruments of `GaussNewton` are, since the product of one iteration's noisy
-/// derivatives and residuals, which Adam goes by, hides what hundreds of voxels do.
+/// Scattered light is smooth: means over cells of pixels hold nearly all that photos know of voxels. So
+/// the Jacobian of the cells by all voxels is small enough to be kept. It is gathered over iterations, as
+/// the instruments of `GaussNewton` are. Adam goes by the product of one iteration's noisy derivatives
+/// and residuals, which hides the effect of hundreds of voxels.
 ///
-/// Voxels and scalars can stand in for each other. The scalars' instruments are therefore made
-/// orthogonal to the Jacobian of the voxels (partial regression: Frisch and Waugh 1933, Econometrica 1):
-/// the equations that they make are those of the joint normal matrix with the voxels eliminated, and
-/// hold wherever the voxels are. The voxels follow: their own step, and what a step of the scalars takes
-/// along. The normal equations of a channel are those of its own voxels. Before anything is seen, a
-/// voxel is where the search left it to within a standard deviation.
+/// Voxels and scalars can make up for each other. The instruments of the scalars are therefore made
+/// orthogonal to the Jacobian of the voxels (partial regression: Frisch and Waugh 1933, Econometrica 1).
+/// The equations that they make are those of the joint normal matrix with the fields eliminated, and
+/// hold wherever the voxels are. The voxels take their own step and what a step of the scalars implies.
+/// A channel has normal equations of its own. Before any photo a voxel lies within a standard deviation
+/// of its first value.
 class FieldGaussNewton {
  public:
-  /// Null where the fields are other than albedo grids of colours, or numbers and photos too many.
-  static bool applies(const Fields& fields, const std::vector<Photo>& photos);
+  /// Whether the fields are albedo grids of colours, and numbers and photos are not too many.
+  static bool applies(const Fields& fields, const std::vector<Photo>& photos,
+                      const FieldGaussNewtonOptions& options = {}) {
+    return cell_size(fields, photos, options) > 0;
+  }
+  /// Null where it does not apply.
   static std::unique_ptr<FieldGaussNewton> of(const Fields& fields,
-                                         const std::vector<Photo>& photos);
+                                              const std::vector<Photo>& photos,
+                                              const FieldGaussNewtonOptions& options = {});
 
-  int cell() const { return cell_; }
-  /// Of the pixels of photo i in their cells.
+  int cell() const { return cell_; }  ///< pixels along a side of it
+  /// Of each pixel of photo i in its cell.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
-  /// Stands at these values, which no residual has been seen at. The first ones are the prior's.
+  /// Goes on from these values, at which no residual has been seen. The first ones are the prior's.
   void set_values(const FieldValues& values);
-  /// A render of photo i at the current values, of which a share of what was seen before is kept;
-  /// `weight` is that of its numbers.
+  /// Adds the residuals of photo i at the current values; of those before, the share `keep` stays.
+  /// `weight` of the residuals, 3 numbers a pixel.
   void add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight, double keep);
   /// Derivatives join the sums.
   void gather(std::size_t i, const FieldJacobian& derivatives);
 
   /// Makes the normal equations; `done`: share of the iterations, as damping falls.
   void solve(double done);
-  /// The scalars' instruments for a photo.
+  /// The instruments of the scalars for a photo.
   struct Regressors {
     InstrumentalVariables::Set* whole;
-    const Eigen::VectorXf* weight;             ///< of the numbers of the photo
-    const InstrumentalVariables::Set* informative = nullptr;  ///< more of them, on some pixels, if there are
+    const Eigen::VectorXf* weight;  ///< of the residuals
+    const InstrumentalVariables::Set* informative = nullptr;  ///< those of some pixels; null: none
     const Eigen::VectorXf* informative_weight = nullptr;
   };
-  /// Takes from those for whole photos, all of them, what voxels can imitate of these and of those on
-  /// some pixels, by the last `solve`: what both say together is then none of the voxels. Keeps the
-  /// slopes of the whole ones for `advance`. Returns the covariance that the scalars' equations are
-  /// left with because of voxels that hardly show, by what was known of these before any photo.
+  /// Takes from the instruments of all whole photos what the voxels explain of these and of the
+  /// informative ones, by the last `solve`: their equations together then depend on no voxel. Keeps the
+  /// slopes of the whole photos for `advance`. Returns the covariance that remains in the equations of
+  /// the scalars because of voxels that hardly show, by the prior of these.
   Eigen::MatrixXd eliminate_fields(const std::vector<Regressors>& z);
-  /// The voxels go where they should if the scalars move by du (in `Reparametrization`).
+  /// Steps the voxels, where the scalars move by du (in `Reparametrization`).
   void advance(const Eigen::VectorXd& du);
   const FieldValues& values() const { return values_; }
 
   void members(SavedState& state);
 
  private:
-  FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos, int cell);
+  FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos,
+                   const FieldGaussNewtonOptions& options);
+  /// 0: it does not apply.
+  static int cell_size(const Fields& fields, const std::vector<Photo>& photos,
+                       const FieldGaussNewtonOptions& options);
 
   struct View {
     int width = 0, height = 0;
@@ -82,22 +104,23 @@ class FieldGaussNewton {
     void members(SavedState& state);
   };
   struct Channel {
-    Eigen::MatrixXf jacobian;  ///< times the roots of the weights, all photos'
+    Eigen::MatrixXf jacobian;  ///< times the roots of the weights, of all photos
     Eigen::LLT<Eigen::MatrixXd> normal;
     double prior = 0;     ///< on the diagonal of `normal`, beside the damping
-    Eigen::VectorXd way;  ///< of the voxels at fixed scalars
+    Eigen::VectorXd step;  ///< of the voxels at fixed scalars
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.
   template <class Pixels>
   Eigen::MatrixXf of_cells(const View& view, const Pixels& pixels) const;
-  /// Of one half and channel c, by the sums over cells of all channels; returns what voxels are like
-  /// the scalars.
-  Eigen::MatrixXd eliminate_fields(const std::vector<Regressors>& z,
-                           InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
-                           const std::vector<Eigen::MatrixXf>& sums,
-                           const Eigen::LLT<Eigen::MatrixXd>& solver) const;
+  /// For one half and channel c, by the sums over cells of all channels. Returns the regression of the
+  /// scalars on the voxels.
+  Eigen::MatrixXd eliminate_from_half(
+      const std::vector<Regressors>& z,
+      InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
+      const std::vector<Eigen::MatrixXf>& sums, const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
 
+  FieldGaussNewtonOptions options_;
   int cell_;
   Eigen::VectorXd minimum_, maximum_;  ///< of all numbers
   FieldValues values_;

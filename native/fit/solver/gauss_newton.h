@@ -1,40 +1,70 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/Core>
+#include <cstddef>
 #include <deque>
 #include <optional>
 #include <vector>
 
 #include "fit/problem/reparametrization.h"
+#include "fit/problem/saved_state.h"
+#include "fit/solver/damped_step.h"
+#include "fit/solver/damping_control.h"
 #include "fit/solver/instrumental_variables.h"
 #include "fit/solver/optimiser.h"
+#include "fit/solver/photo_weights.h"
+#include "fit/solver/recursive_least_squares.h"
 
 namespace selenite {
 
+/// Sources: docs/measurements/constants.md, "GaussNewtonOptions". Lengths are in longest steps
+/// (`Reparametrization::cap`).
+struct GaussNewtonOptions {
+  DampingOptions damping{};
+  DampedStepOptions step{};
+  PixelWeightsOptions weights{};
+  InstrumentalVariablesOptions instruments{};
+  double least_jacobian_kept = 0.3;  ///< share of the Jacobian sums that every step keeps
+  /// Equations count with this power of their iteration's number. Early ones were made far from the
+  /// answer, where pictures change by other slopes: with equal weights errors fall as t^-0.65 only.
+  double aging = 1;
+  /// Steps without derivatives, while fields move: share of the equations that is kept, as those before
+  /// are about other fields, and the least damping.
+  double follow_kept = 0.8, follow_damping = 1;
+  /// From this iteration on the longest step shrinks as 1 / iteration. The way that is left stays
+  /// unlimited (harmonic series), but noise cannot move a settled fit so far that it forgets.
+  double shrink_from = 10;
+  std::size_t averaged = 8;         ///< iterates in the mean that is the estimate
+  int least_iterations = 10;        ///< before a fit may converge
+  double converged = kLinearShare;  ///< largest remaining distance at convergence
+};
+
 /// Instrumental Gauss-Newton for few unknowns.
 ///
-/// A step by noisy Jacobians multiplies noise by noise and throws most samples away. Here residuals
-/// of fresh half-buffers meet instruments Z: Jacobians of the other halves, accumulated over
-/// iterations, clipped and filtered. Whatever Z's own errors are, E[Z^T w (I - photo)] is zero at the
-/// solution, so they slow the way and cannot move its end. All iterations together are one recursive
-/// least squares problem in `Reparametrization`; directions that are still noise do not move. It minimises
-/// squares weighted by 1 / (noise^2 + (a share of brightness)^2), whatever the fit's (least
-/// squares) loss. Source: docs/method/optimisation.md, "Instrumental Gauss-Newton".
-class GaussNewton final : public Optimiser {
+/// A step by noisy Jacobians multiplies noise by noise and loses most samples. Here residuals of fresh
+/// half-buffers meet instruments Z: Jacobians of the other halves, accumulated over iterations, clipped
+/// and filtered. Whatever the errors of Z are, E[Z^T w (I - photo)] is zero at the solution: they slow
+/// the way and leave its end. All iterations together are one recursive least squares problem in
+/// `Reparametrization`; directions that are still noise do not move.
+///
+/// It minimises squares weighted by 1 / (noise^2 + (a share of brightness)^2), whatever the loss of the
+/// fit is. Source: docs/method/optimisation.md, "Instrumental Gauss-Newton".
+class GaussNewton final : public ResidualOptimiser {
  public:
-  explicit GaussNewton(const Problem& problem);
-  Vector step(const Vector& x, std::span<const Observation> seen,
-              FieldGaussNewton* fields = nullptr) override;
-  Vector step_by_residuals(const Vector& x, std::span<const Observation> seen,
-                FieldGaussNewton* fields = nullptr) override;
+  explicit GaussNewton(const Problem& problem, const GaussNewtonOptions& options = {});
+  Vector step(const Vector& x, std::span<const Observation> seen) override;
+  /// Roughnesses stay: fields take up what blur would be needed for, until all derivatives are new.
+  Vector step_by_residuals(const Vector& x, std::span<const Observation> seen) override;
   Vector estimate(const Vector& x) const override;
   void reset_equations() override;
   void reset_everything() override;
   bool converged() const override { return converged_; }
+  std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
+  void members(SavedState& state) override;
 
-  /// For a look at frozen values: what one photo says about them, in the weights and with the
-  /// instruments that have been gathered.
+  // For refinement passes at fixed values.
+
+  /// What one render of a photo says about the values, with the instruments that have been gathered.
   struct WeightedResidual {
     Halves residual;
     InstrumentalVariables::Set z;
@@ -43,100 +73,52 @@ class GaussNewton final : public Optimiser {
   };
   struct PhotoEquations {
     WeightedResidual whole;
-    std::optional<WeightedResidual> informative{};  ///< some of its pixels, by samples of their own; see `InformativePixels`
+    /// Some of its pixels, by samples of their own; see `InformativePixels`.
+    std::optional<WeightedResidual> informative{};
     void members(SavedState& state) { state(whole, informative); }
   };
-  /// `derivatives` at x join the sums, `weight` being their samples in units of those of an iteration.
+  /// `derivatives` at x join the sums; `weight`: their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);
-  /// Of photo i; `residual` is a render of its own with other seeds.
+  /// Those of photo i; `residual` is a render of its own with other seeds.
   PhotoEquations equations(std::size_t i, const Film& residual) const;
-  /// Makes the instruments, all photos', those that the fields beside cannot imitate. The fields see
-  /// the residuals of the whole photos, and those alone.
-  /// Returns as `FieldGaussNewton::separate` does.
-  Eigen::MatrixXd eliminate_fields(std::vector<PhotoEquations>& all, FieldGaussNewton& fields) const;
   const Reparametrization& reparametrization() const { return reparametrization_; }
-  /// Of the residuals of photo i, 3 numbers a pixel.
-  const Eigen::VectorXf& weight(std::size_t i) const { return views_[i].weight; }
-  /// The same by the variance of one sample.
-  Eigen::VectorXf weight_by(std::size_t i, const Eigen::VectorXf& variance) const;
+  const PhotoWeights& weights() const { return weights_; }
 
-  std::unique_ptr<Optimiser> clone() const override { return std::make_unique<GaussNewton>(*this); }
-  void members(SavedState& state) override;
+  // The parts of a step, for `JointGaussNewton`. Each `step` calls them in this order.
+
+  /// Begins an iteration; returns the halves of its renders.
+  std::vector<Halves> begin_step(const Vector& x, std::span<const Observation> seen);
+  DampingControl& damping() { return damping_; }
+  const DampingControl& damping() const { return damping_; }
+  double least_damping() const { return damping_.least(iteration_, problem_->iterations); }
+  /// Share of the iterations that is over.
+  double done() const { return iteration_ / static_cast<double>(problem_->iterations); }
+  /// The halves' Jacobians join the instruments. Returns the share of the older ones that is kept.
+  double add_jacobians(std::span<const Observation> seen, const std::vector<Halves>& halves);
+  /// Whether there are instruments of all photos.
+  bool has_instruments() const;
+  InstrumentalVariables::Set instruments(std::size_t i) const;
+  /// The iteration's equations join the sums. Throws as `step`.
+  void join(const Measurement& now, const Vector& u, double keep);
+  /// From `u` in `Reparametrization`, within the limits of this iteration.
+  DampedStep bounded_step(const Vector& u, bool fix_roughness = false) const;
+  /// Ends an iteration; returns the values to which the step leads.
+  Vector end_step(const Vector& u, const DampedStep& step, std::span<const Observation> seen,
+                  double jacobian_kept);
 
  private:
-  using Matrix = Eigen::MatrixXd;
-
-  /// What belongs to one photo.
-  struct View {
-    Eigen::VectorXf weight;    ///< per channel of a pixel; sums to about 1 / brightness^2
-    Eigen::VectorXf variance;  ///< of one sample, summed over recent iterations
-    InstrumentalVariables jacobians;
-    void members(SavedState& state);
-  };
-  /// Sums over pixels of one iteration.
-  struct Measurement {
-    Matrix normal;      ///< Z^T w J, cross-buffer; not symmetric
-    Matrix covariance;  ///< of `gradient`
-    Vector gradient;    ///< Z^T w (I - photo)
-    Vector strength;    ///< diagonal of Z^T w Z
-  };
-  /// Adds those of one photo, whose jacobians say `z`.
-  static void add(Measurement& sum, const InstrumentalVariables::Set& z, const Eigen::VectorXf& weight,
-                  const Halves& halves);
-  /// Joins the sums, of which `keep` is kept. Throws as `step`.
-  void join(const Measurement& now, const Vector& u, double keep);
-  struct NoisyLoss {
-    double value = 0, variance = 0;
-  };
-
-  void set_first_weights();
-  void learn_variance(std::span<const Observation> seen, double keep);
-  NoisyLoss weighted_loss(const std::vector<Halves>& halves) const;
-  bool worse_than_best(const NoisyLoss& loss) const;
-  Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves,
-                      FieldGaussNewton* fields) const;
-  InstrumentalVariables::Set instrumental_variables(std::size_t i) const;
-  std::vector<InstrumentalVariables::Set> instrumental_variables(std::span<const Observation> seen,
-                                             FieldGaussNewton& fields) const;
-  /// Where a solution leads, per component: the step to take, and what is left to go, whole and with
-  /// one standard deviation of what is known about it.
-  struct DampedStep {
-    Vector step, remaining;
-  };
-
-  Matrix prior() const;
-  bool is_roughness(Eigen::Index k) const;
-  DampedStep bounded_step(const Vector& u, bool fix_roughness = false) const;
-  void show(std::span<const Observation> seen, const std::vector<Halves>& halves,
-            FieldGaussNewton* fields) const;
-  double kept() const;
-  double kept_with_fields(int ahead = 0) const;
-  /// The step, with the fields beside it, if there are.
-  Vector advance(const Vector& u, const DampedStep& way, FieldGaussNewton* fields);
-  DampedStep free_step(const std::vector<Eigen::Index>& free, const Matrix& normal, const Vector& residual,
-               const Vector& scale) const;
-  double least_damping() const;
+  Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves) const;
 
   const Problem* problem_;
+  GaussNewtonOptions options_;
   Reparametrization reparametrization_;
-  std::vector<View> views_;
+  PhotoWeights weights_;
+  std::vector<InstrumentalVariables> instruments_;  ///< of each photo
+  RecursiveLeastSquares equations_;
+  DampingControl damping_;
   int iteration_ = 0;
-  double variance_count_ = 0;  ///< renders in View::variance
-  int next_weighing_ = 3;      ///< iteration that puts them into the weights; doubles each time
-
-  // Recursive least squares: normal_ u = right_, and the covariance of right_.
-  Matrix normal_, covariance_;
-  Vector right_, strength_;
-  int seen_ = 0;  ///< iterations that joined them, those of fields that went along included
-
-  double damping_;
-  double last_move_ = 0;  ///< largest component of the last step in units of its cap
-  int rejected_ = 0;      ///< in a row
   bool converged_ = false;
-  NoisyLoss best_loss_;
-  bool has_best_ = false;
-  Vector best_u_;
-  std::deque<Vector> accepted_;
+  std::deque<Vector> accepted_;  ///< the newest iterates, in `Reparametrization`
 };
 
 }  // namespace selenite

@@ -7,9 +7,9 @@
 namespace selenite {
 
 /// A picture of `channels` numbers a pixel, row by row, smoothed by a Gaussian of `sigma` pixels that
-/// is cut at three of them. Beyond an edge there is the other end where the picture `repeats`, else
-/// the pixel at the edge. A sigma under 0.2 changes nothing that matters and leaves all as it is.
+/// is cut at three of them. Beyond an edge lies the opposite edge where the picture `repeats`, else
+/// the pixel at the edge. A sigma below 0.2 leaves the picture as it is.
 std::vector<double> gaussian_blur(std::vector<double> picture, std::ptrdiff_t height,
-                             std::ptrdiff_t width, int channels, double sigma, bool repeats);
+                                  std::ptrdiff_t width, int channels, double sigma, bool repeats);
 
 }  // namespace selenite

@@ -3,15 +3,9 @@
 
 #include <cmath>
 
-#include "fit/problem/saved_state.h"
 #include "fit/problem/pixel_weights.h"
 
 namespace selenite {
-namespace {
-
-constexpr int kBlurRadius = 1;  ///< of the first ones, of which nothing is known yet
-
-}  // namespace
 
 void InstrumentalVariables::members(SavedState& state) { state(parts_[0], parts_[1], adds_); }
 
@@ -81,9 +75,9 @@ double InstrumentalVariables::share(Eigen::Index k) const {
   return first * second / ((first + second) * (first + second));
 }
 
-InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout, const Photo& photo,
-                                      Jacobian Part::*which,
-                                      const Eigen::VectorXf& importance) const {
+InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout,
+                                                        const Photo& photo, Jacobian Part::*which,
+                                                        const Eigen::VectorXf& importance) const {
   const auto& [first, second] = parts_;
   Half result = means(which);
   result.filtered = result.slopes;
@@ -93,13 +87,14 @@ InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout
     const Eigen::VectorXf slope = result.slopes.col(k);
     if (share(k) == 0) {
       result.filtered.col(k) =
-          box_blur(clipped_derivative(slope, photo, channel), photo.width, photo.height, kBlurRadius);
+          box_blur(clipped_derivative(slope, photo, channel, options_.filter), photo.width,
+                   photo.height, options_.first_blur_radius);
       continue;
     }
     const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
     const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
     result.filtered.col(k) =
-        filtered_derivative(slope, one, other, share(k), photo, channel, importance);
+        filtered_derivative(slope, one, other, share(k), photo, channel, importance, options_.filter);
   }
   return result;
 }

@@ -7,42 +7,50 @@
 
 #include "fit/evaluate/half_buffers.h"
 #include "fit/evaluate/wiener_filter.h"
-
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
 
-class SavedState;
+/// Sources: docs/measurements/constants.md, "InstrumentalVariablesOptions".
+struct InstrumentalVariablesOptions {
+  WienerFilterOptions filter{};
+  /// Of the box blur of a derivative picture of which there is one draw only, in pixels.
+  int first_blur_radius = 1;
+};
 
-/// Jacobians of a photo summed over iterations, halves apart: derivative images whose noise falls
-/// from iteration to iteration.
+/// Jacobians of a photo summed over iterations, halves apart: derivative pictures whose noise falls from
+/// iteration to iteration.
 class InstrumentalVariables {
  public:
-  /// What one half of all samples says. Instruments of half A are for the residuals and the slopes of
-  /// half B: they share no sample with these, not by the filter either. Where they do, what chance
-  /// made alike passes the filter, and derivatives seem larger than they are.
+  InstrumentalVariables() = default;
+  explicit InstrumentalVariables(const InstrumentalVariablesOptions& options)
+      : options_(options) {}
+
+  /// What one half of all samples says. Instruments of half A meet the residuals and the slopes of
+  /// half B: they share no sample with these, not by the filter either. Otherwise noise that they have
+  /// in common would pass the filter, and derivatives would seem larger than they are.
   struct Half {
     Jacobian filtered;  ///< the slopes clipped and filtered
-    Jacobian slopes;       ///< means
-    Jacobian noise;        ///< another draw of the noise of `slopes`
+    Jacobian slopes;    ///< means
+    Jacobian noise;     ///< another draw of the noise of `slopes`
     void members(SavedState& state) { state(filtered, slopes, noise); }
   };
   struct Set {
     Half a, b;
     void members(SavedState& state) { state(a, b); }
   };
-  /// Forgets, and adds the halves of this iteration. Columns that these do not have keep what is known
-  /// of them. `weight`: samples of these halves in units of those of a usual iteration.
+  /// Adds the halves of an iteration; of those before, the share `keep` stays. Columns that these do not
+  /// have stay as they are. `weight`: samples of these halves in units of those of a usual iteration.
   void add(const Halves& halves, double keep, double weight = 1);
   bool empty() const { return adds_.empty(); }
-  /// What all say, unless empty. `importance` of the rows, as in the sums that they will be part of.
+  /// Unless empty. `importance` of the rows, as in the sums that they will be part of.
   Set all(const SlotLayout& layout, const Photo& photo, const Eigen::VectorXf& importance) const;
-  /// The same with the means themselves for instruments: of so many samples that no filter is needed.
+  /// The same with the means themselves as instruments: of so many samples that no filter is needed.
   Set plain() const;
   void members(SavedState& state);
 
  private:
-  /// Each half is in two parts, whose tiled_loss tells its signal from its noise.
+  /// Each half is in two parts: what they have in common is signal, the rest is noise.
   struct Part {
     Jacobian a, b;
     Eigen::VectorXd weight;  ///< of the columns
@@ -54,6 +62,7 @@ class InstrumentalVariables {
   Half half(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
             const Eigen::VectorXf& importance) const;
 
+  InstrumentalVariablesOptions options_;
   std::array<Part, 2> parts_;
   std::vector<int> adds_;  ///< to the columns
 };

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/solver/joint_gauss_newton.h"
+
+#include "fit/problem/saved_state.h"
+
+namespace selenite {
+
+JointGaussNewton::JointGaussNewton(const Problem& problem, const Fields& fields,
+                                   const FieldValues& start, const GaussNewtonOptions& options,
+                                   const FieldGaussNewtonOptions& field_options)
+    : problem_(&problem),
+      aging_(options.aging),
+      scalars_(problem, options),
+      fields_(*FieldGaussNewton::of(fields, problem.photos, field_options)) {
+  fields_.set_values(start);
+}
+
+Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen) {
+  const Vector u = scalars_.reparametrization().from_values(x);
+  const std::vector<Halves> halves = scalars_.begin_step(x, seen);
+  add_residuals(seen, halves);
+  scalars_.damping().accept(scalars_.least_damping());
+  const double keep = kept(++joined_);
+  const double jacobian_kept = scalars_.add_jacobians(seen, halves);
+  scalars_.join(measure(seen, halves), u, keep);
+  const DampedStep step = scalars_.bounded_step(u);
+  fields_.advance(step.step);
+  return scalars_.end_step(u, step, seen, jacobian_kept);
+}
+
+/// Along a narrow valley, in which steps of scalars and fields in turns are slow.
+Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen) {
+  const std::vector<Halves> halves = residual_halves(problem_->photos, seen);
+  add_residuals(seen, halves);
+  if (!scalars_.has_instruments()) return x;
+  const Reparametrization& reparametrization = scalars_.reparametrization();
+  const Vector u = reparametrization.from_values(x);
+  const Measurement now = measure(seen, halves);
+  scalars_.join(now, u, kept(++joined_));
+  scalars_.damping().raise_to(scalars_.least_damping());
+  const DampedStep step = scalars_.bounded_step(u, true);
+  fields_.advance(step.step);
+  const Vector next = u + step.step;
+  scalars_.damping().note_step(
+      (next - u).cwiseQuotient(reparametrization.cap()).cwiseAbs().maxCoeff());
+  return problem_->unknowns.project(reparametrization.to_values(next));
+}
+
+double JointGaussNewton::kept(int joined) const {
+  return scalars_.damping().kept() * (1 - aging_ / joined);
+}
+
+void JointGaussNewton::add_residuals(std::span<const Observation> seen,
+                                     const std::vector<Halves>& halves) {
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const auto i = static_cast<std::size_t>(seen[k].photo);
+    fields_.add_residual(i, halves[k], scalars_.weights()[i], kept(joined_ + 1));
+  }
+}
+
+Measurement JointGaussNewton::measure(std::span<const Observation> seen,
+                                      const std::vector<Halves>& halves) {
+  std::vector<InstrumentalVariables::Set> z;
+  std::vector<FieldGaussNewton::Regressors> regressors;
+  for (const Observation& one : seen)
+    z.push_back(scalars_.instruments(static_cast<std::size_t>(one.photo)));
+  const auto weight = [&](std::size_t k) -> const Eigen::VectorXf& {
+    return scalars_.weights()[static_cast<std::size_t>(seen[k].photo)];
+  };
+  for (std::size_t k = 0; k < seen.size(); ++k) regressors.push_back({&z[k], &weight(k)});
+  fields_.solve(scalars_.done());
+  (void)fields_.eliminate_fields(regressors);  // a step follows what is known, whatever is not
+  Measurement sum(problem_->unknowns.size());
+  for (std::size_t k = 0; k < seen.size(); ++k) sum.add(z[k], weight(k), halves[k]);
+  return sum;
+}
+
+Eigen::MatrixXd JointGaussNewton::eliminate_fields(std::vector<GaussNewton::PhotoEquations>& all,
+                                                   FieldGaussNewton& fields, double done) {
+  std::vector<FieldGaussNewton::Regressors> z;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    GaussNewton::WeightedResidual& whole = all[i].whole;
+    fields.add_residual(i, whole.residual, whole.weight, 0);
+    z.push_back({&whole.z, &whole.weight});
+    if (const auto& informative = all[i].informative) {
+      z.back().informative = &informative->z;
+      z.back().informative_weight = &informative->weight;
+    }
+  }
+  fields.solve(done);
+  return fields.eliminate_fields(z);
+}
+
+void JointGaussNewton::members(SavedState& state) { state(scalars_, fields_, joined_); }
+
+}  // namespace selenite
