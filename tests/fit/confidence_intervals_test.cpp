@@ -238,8 +238,8 @@ TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
     const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {from}, 0.02, 0.999, 0.03}});
     const Reparametrization reparametrization(unknowns);
     const Vector u = reparametrization.from_values(unknowns.start());
-    const Vector above{{u[0] + kRoughnessDifference}};
-    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) / kRoughnessDifference;
+    const Vector above{{u[0] + kConfidence.roughness_difference}};
+    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) / kConfidence.roughness_difference;
     NormalEquations evidence(1);
     evidence.normal << slope * slope;
     evidence.gradient << slope * (picture(from) - picture(to));

@@ -13,12 +13,12 @@ namespace selenite {
 struct Descent::Next {
   Point point;
   FieldAdam field_adam;
-  std::unique_ptr<FieldGaussNewton> joint;
   /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
   std::unique_ptr<Optimiser> optimiser;
   std::vector<FieldStep> how;
   std::vector<Observation> seen{};
   std::vector<std::vector<double>> gradients{};
+  std::vector<FieldJacobian> jacobians{};
 };
 
 Descent::Descent(const FitRun& run, DescentOptions options)
@@ -26,12 +26,17 @@ Descent::Descent(const FitRun& run, DescentOptions options)
       strategy_(&run.strategy),
       options_(options),
       blocks_(run.strategy.blocks(run.problem)),
-      optimiser_(run.strategy.optimiser.make(run.problem.scalars())),
       field_adam_(run.problem.fields()),
       restart_(run) {
-  if (!strategy_->joint) return;
-  joint_ = FieldGaussNewton::of(problem_->fields(), problem_->photos());
-  joint_->set_values(run.point.fields);
+  if (strategy_->joint)
+    joint_ = std::make_unique<JointGaussNewton>(problem_->scalars(), problem_->fields(),
+                                                run.point.fields);
+  else
+    optimiser_ = strategy_->optimiser.make(problem_->scalars());
+}
+
+const GaussNewton* Descent::gauss_newton() const {
+  return joint_ ? &joint_->scalars() : dynamic_cast<const GaussNewton*>(optimiser_.get());
 }
 
 bool Descent::step(FitRun& run) {
@@ -61,10 +66,8 @@ bool Descent::iterate(FitRun& run) {
   HistoryRow row = run.row(from);
   Next next{from,
             field_adam_,
-            joint_ ? std::make_unique<FieldGaussNewton>(*joint_) : nullptr,
             problem_->settings().accumulate ? nullptr : optimiser_->clone(),
             field_steps(run)};
-  if (next.joint && reverted) next.joint->set_values(from.fields);
   observe_photos(run, block, row, next);
   step_all(block, reverted, next);
   restart_.forget();
@@ -77,7 +80,6 @@ bool Descent::iterate(FitRun& run) {
   run.point.scalars = result.last = problem_->unknowns().project(next.point.scalars);
   run.point.fields = std::move(next.point.fields);
   field_adam_ = std::move(next.field_adam);
-  joint_ = std::move(next.joint);
   if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
   if (!problem_->fields().empty())
     result.fields_last = std::make_shared<FieldValues>(run.point.fields);
@@ -94,12 +96,13 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
                                 static_cast<int>(index))};
   Observation seen;
   seen.photo = static_cast<int>(index);
-  if (block.fields && next.joint) {
+  if (block.fields && joint_) {
     FieldJacobian found =
         run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
-                                     next.joint->shares(index), next.joint->cell(), how);
-    next.joint->gather(index, found);
+                                     joint_->field_solver().shares(index),
+                                     joint_->field_solver().cell(), how);
     seen.film = std::move(found.film);
+    next.jacobians.push_back(std::move(found));
   } else if (block.fields) {
     FieldGradient found = run.evaluator.field_gradient(next.point, photo, problem_->fields(),
                                                        problem_->loss(), how);
@@ -131,7 +134,7 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
     observe(run, i, block, next);
     row.loss += share * next.seen.back().loss.value;
     row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;
-    if (block.fields && !next.joint && (strategy_->after_multi_start() || !accumulate)) {
+    if (block.fields && !joint_ && (strategy_->after_multi_start() || !accumulate)) {
       next.field_adam.step(next.point.fields, next.gradients, next.how);
       next.gradients.clear();
     }
@@ -146,19 +149,32 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
     optimiser_ = std::move(next.optimiser);
     return;
   }
+  if (joint_) return step_jointly(block, reverted, next);
   Vector& x = next.point.scalars;
-  if (reverted || (block.scalars && block.first && !next.joint)) optimiser_->reset_equations();
-  if (block.scalars) x = optimiser_->step(x, next.seen, next.joint.get());
+  if (reverted || (block.scalars && block.first)) optimiser_->reset_equations();
+  if (block.scalars) x = optimiser_->step(x, next.seen);
   if (block.fields && strategy_->after_multi_start())
-    x = optimiser_->step_by_residuals(x, next.seen, next.joint.get());
-  if (next.joint) next.point.fields = next.joint->values();
+    x = dynamic_cast<ResidualOptimiser&>(*optimiser_).step_by_residuals(x, next.seen);
   if (block.fields && !strategy_->after_multi_start())
     next.field_adam.step(next.point.fields, next.gradients, next.how);
 }
 
+void Descent::step_jointly(const Block& block, bool reverted, Next& next) {
+  Vector& x = next.point.scalars;
+  if (reverted) {
+    joint_->set_fields(next.point.fields);
+    joint_->reset_equations();
+  }
+  for (std::size_t i = 0; i < next.jacobians.size(); ++i)
+    joint_->gather_fields(i, next.jacobians[i]);
+  if (block.scalars) x = joint_->step(x, next.seen);
+  if (block.fields) x = joint_->step_by_residuals(x, next.seen);
+  next.point.fields = joint_->fields();
+}
+
 bool Descent::is_over(const FitRun& run) const {
   return run.result.iterations >= blocks_.iterations() ||
-         (strategy_->refines && optimiser_->converged());
+         (strategy_->refines && (joint_ ? joint_->converged() : optimiser_->converged()));
 }
 
 bool Descent::begin_restart(const FitRun& run) {
@@ -240,9 +256,11 @@ double Descent::fraction() const {
 }
 
 void Descent::members(SavedState& state) {
-  optimiser_->members(state);
+  if (joint_)
+    state(*joint_);
+  else
+    optimiser_->members(state);
   state(field_adam_, field_means_, restart_, done_);
-  if (joint_) state(*joint_);
 }
 
 }  // namespace selenite

@@ -6,14 +6,14 @@
 
 #include "fit/phases/low_roughness_restart.h"
 #include "fit/solver/field_adam.h"
-#include "fit/solver/field_gauss_newton.h"
+#include "fit/solver/joint_gauss_newton.h"
 
 namespace selenite {
 
 struct DescentOptions {
   /// Standard errors by which a block may not end worse than the best values: it begins with few
   /// equations, which may lead it far astray, and then begins anew from the best.
-  double revert_sigmas = 2;
+  double revert_sigmas = kLikelySigmas;
   int tolerance_window = 3;  ///< validations whose mean is compared with the tolerance
   /// After a multi-start: the first step of a field and the last one of an image, in learning rates.
   double first_rate = 4, last_rate = 0.25;
@@ -34,9 +34,10 @@ class Descent final : public Phase {
   double fraction() const override;
   void members(SavedState& state) override;
 
-  const Optimiser& optimiser() const { return *optimiser_; }
-  /// Null where voxels are not stepped together with scalars. It goes on in the refinement.
-  std::unique_ptr<FieldGaussNewton> take_joint_fields() { return std::move(joint_); }
+  /// Whose instruments a refinement takes; null where another optimiser steps the scalars.
+  const GaussNewton* gauss_newton() const;
+  /// Null where voxels are not stepped together with scalars.
+  const JointGaussNewton* joint() const { return joint_.get(); }
 
  private:
   /// What an iteration makes of the photos and hands to the run when all of it has succeeded.
@@ -46,6 +47,7 @@ class Descent final : public Phase {
   void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
   void observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const;
   void step_all(const Block& block, bool reverted, Next& next);
+  void step_jointly(const Block& block, bool reverted, Next& next);
   bool begin_restart(const FitRun& run);
   bool is_over(const FitRun& run) const;
   bool finish(FitRun& run);
@@ -57,9 +59,9 @@ class Descent final : public Phase {
   const Strategy* strategy_;
   DescentOptions options_;
   BlockSchedule blocks_;
-  std::unique_ptr<Optimiser> optimiser_;
+  std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
   FieldAdam field_adam_;
-  std::unique_ptr<FieldGaussNewton> joint_;
+  std::unique_ptr<JointGaussNewton> joint_;  ///< of scalars and voxels together
   FieldValues field_means_;  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;

@@ -22,7 +22,7 @@ constexpr double kRounding = 1e-9;
 }  // namespace
 
 FieldRefinement::FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
-                                 std::unique_ptr<FieldGaussNewton> fields, std::uint64_t seed,
+                                 FieldGaussNewton fields, std::uint64_t seed,
                                  int spp, int iteration_spp, FieldRefinementOptions options)
     : options_(options),
       point_(problem, optimiser, std::move(x)),
@@ -41,7 +41,7 @@ int FieldRefinement::pass_spp(int pass) const {
 }
 
 bool FieldRefinement::is_left_out(int k) const {
-  return point_.is_roughness(k) && point_.x[k] < kLowRoughness + kRounding;
+  return point_.is_roughness(k) && point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding;
 }
 
 /// Differences are taken from both sides at once, as nothing else needs the picture between them, and
@@ -54,7 +54,7 @@ Observation FieldRefinement::derivatives(Evaluator& evaluator, int purpose, int 
   for (int k = 0; k < point_.x.size(); ++k)
     which.roughnesses = which.roughnesses || (point_.is_roughness(k) && !is_left_out(k));
   const std::uint64_t seed = seed_of(seed_of(seed_, purpose, index), portion, index);
-  return {index, evaluator.evaluate({point_.x, fields_->values()}, photo, {spp, seed, which}), {}};
+  return {index, evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed, which}), {}};
 }
 
 /// Its steps are not taken: only the Jacobians that it has gathered count.
@@ -91,7 +91,7 @@ bool FieldRefinement::step(Evaluator& evaluator) {
   if (!has_jacobians_) gather_first_jacobians(evaluator);
   const int spp = pass_spp(point_.report.passes);
   const Film film =
-      evaluator.evaluate({point_.x, fields_->values()}, photos[photo_],
+      evaluator.evaluate({point_.x, fields_.values()}, photos[photo_],
                          {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
   gather(evaluator, spp);
   photo_equations_.push_back(point_.gauss_newton.equations(photo_, film));
@@ -118,10 +118,10 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
                                     i, photo),
                         point_.reparametrization().slope(point_.x));
   const std::uint64_t seed = seed_of(seed_, purpose() + kInformative, static_cast<int>(i));
-  const Film film = evaluator.evaluate({point_.x, fields_->values()}, photo, {spp, seed});
+  const Film film = evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed});
   photo_equations_[i].informative = informative_.seen(i, film, point_.gauss_newton);
   if (++photo_ < 2 * photo_equations_.size()) return true;
-  InformativePixels::weigh(photo_equations_);
+  informative_.weigh(photo_equations_);
   end_pass();
   return !over_;
 }
@@ -130,7 +130,7 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
 void FieldRefinement::end_pass() {
   const std::vector<Photo>& photos = point_.problem->photos;
   point_.equations.score_covariance +=
-      point_.gauss_newton.eliminate_fields(photo_equations_, *fields_);
+      JointGaussNewton::eliminate_fields(photo_equations_, fields_, point_.gauss_newton.done());
   for (std::size_t i = 0; i < photo_equations_.size(); ++i)
     point_.equations.add(photos[i], photo_equations_[i], photo_equations_.size());
   photo_equations_.clear();
@@ -153,7 +153,7 @@ void FieldRefinement::end_pass() {
     point_.equations.gradient *= 1 - 1 / (noise * noise);
     now = point_.estimate_here();
   }
-  fields_->advance(point_.apply(now));
+  fields_.advance(point_.apply(now));
   if (over_) {
     if (!near && now.surprise > options_.converged_sigmas) point_.widen(now.step, point_.x);
     return;
@@ -176,7 +176,7 @@ double FieldRefinement::fraction() const {
 }
 
 void FieldRefinement::members(SavedState& state) {
-  state(point_, *fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, photo_equations_, informative_,
+  state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, photo_equations_, informative_,
         over_);
 }
 

@@ -8,7 +8,7 @@
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/inference/informative_pixels.h"
 #include "fit/phases/refined_point.h"
-#include "fit/solver/field_gauss_newton.h"
+#include "fit/solver/joint_gauss_newton.h"
 
 namespace selenite {
 
@@ -33,13 +33,13 @@ class FieldRefinement {
  public:
   /// `problem` must outlive it. `optimiser`: whose instruments are taken; null: none.
   FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
-                  std::unique_ptr<FieldGaussNewton> fields, std::uint64_t seed, int spp,
+                  FieldGaussNewton fields, std::uint64_t seed, int spp,
                   int iteration_spp, FieldRefinementOptions options = {});
 
   /// The next photo of a pass; false when it was the last of the last. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
   double fraction() const;
-  Point point() const { return {point_.x, fields_->values()}; }
+  Point point() const { return {point_.x, fields_.values()}; }
   /// See `RefinedPoint::accept`.
   void accept(const Vector& x) { point_.accept(x); }
   const TrustReport& report() const { return point_.report; }
@@ -60,7 +60,7 @@ class FieldRefinement {
 
   FieldRefinementOptions options_;
   RefinedPoint point_;
-  std::unique_ptr<FieldGaussNewton> fields_;
+  FieldGaussNewton fields_;
   bool has_jacobians_;
   std::size_t photo_ = 0;  ///< the next of this pass; beyond the last: those of informative pixels
   std::uint64_t seed_;

@@ -34,14 +34,13 @@ Vector start_of_field_refinement(const FitRun& run) {
   Vector x = run.result.best;
   for (int k = 0; k < unknowns.size(); ++k)
     if (unknowns.description_of(k).scale == Scale::kRoughness)
-      x[k] = std::max(x[k], kLowRoughness);
+      x[k] = std::max(x[k], ReparametrizationOptions{}.low_roughness);
   return unknowns.project(x);
 }
 
-std::unique_ptr<FieldGaussNewton> at_best_fields(FitRun& run,
-                                                 std::unique_ptr<FieldGaussNewton> fields) {
+FieldGaussNewton at_best_fields(FitRun& run, FieldGaussNewton fields) {
   run.point.fields = *run.result.fields_best;
-  fields->set_values(run.point.fields);
+  fields.set_values(run.point.fields);
   return fields;
 }
 
@@ -87,7 +86,7 @@ bool RefinementPhase::step(FitRun& run) {
   return more;
 }
 
-FieldRefinementPhase::FieldRefinementPhase(FitRun& run, std::unique_ptr<FieldGaussNewton> fields,
+FieldRefinementPhase::FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
                                            const GaussNewton* optimiser)
     : refinement_(run.problem.scalars(), optimiser, start_of_field_refinement(run),
                   at_best_fields(run, std::move(fields)),

@@ -43,7 +43,7 @@ class RefinementPhase final : public Phase {
 /// Refinement where voxels are stepped together with scalars. Alternatives would need fields of their own.
 class FieldRefinementPhase final : public Phase {
  public:
-  FieldRefinementPhase(FitRun& run, std::unique_ptr<FieldGaussNewton> fields,
+  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
                        const GaussNewton* optimiser);
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;

@@ -172,7 +172,7 @@ double Refinement::noise_of_step() const {
 std::vector<Eigen::VectorXf> Refinement::weights() const {
   std::vector<Eigen::VectorXf> all;
   for (std::size_t i = 0; i < point_.problem->photos.size(); ++i)
-    all.push_back(point_.gauss_newton.weight(i));
+    all.push_back(point_.gauss_newton.weights()[i]);
   return all;
 }
 

@@ -67,9 +67,9 @@ std::unique_ptr<Phase> Fit::next_phase() {
 }
 
 std::unique_ptr<Phase> Fit::refinement_of_best(Descent& descent) {
-  const auto* optimiser = dynamic_cast<const GaussNewton*>(&descent.optimiser());
-  if (strategy_.joint)
-    return std::make_unique<FieldRefinementPhase>(run_, descent.take_joint_fields(), optimiser);
+  const GaussNewton* optimiser = descent.gauss_newton();
+  if (const JointGaussNewton* joint = descent.joint())
+    return std::make_unique<FieldRefinementPhase>(run_, joint->field_solver(), optimiser);
   return std::make_unique<RefinementPhase>(run_, minima_, run_.result.best, optimiser);
 }
 

@@ -174,8 +174,8 @@ class Planner {
     const auto pass = [&](int samples, double times) {
       add(PhaseKind::kRefinement, pixels_, samples, times, Carried::kNothing);
       add(PhaseKind::kRefinement, pixels_,
-          std::max(samples / kOptions.derivative_share / kPortions, kLeastOfDerivatives),
-          kPortions * times, up);
+          std::max(samples / kOptions.derivative_share / kJacobianPortions, kLeastOfDerivatives),
+          kJacobianPortions * times, up);
     };
     pass(pass_spp(kFirstShare), 1);
     pass(pass_spp(kSecondShare), 1);
@@ -199,12 +199,12 @@ class Planner {
       const int derivatives =
           pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
       add(PhaseKind::kRefinement, pixels_, of_pass, 1, Carried::kNothing);
-      add(PhaseKind::kRefinement, pixels_, std::max(derivatives / kPortions, kLeastOfDerivatives),
-          kPortions, both);
+      add(PhaseKind::kRefinement, pixels_, std::max(derivatives / kJacobianPortions, kLeastOfDerivatives),
+          kJacobianPortions, both);
       const int closer = kOptions.informative_samples * of_pass;
       add(PhaseKind::kRefinement, informative, closer, 1, Carried::kNothing);
       add(PhaseKind::kRefinement, informative,
-          closer / (kOptions.informative_derivative_share * kPortions), kPortions, both);
+          closer / (kOptions.informative_derivative_share * kJacobianPortions), kPortions, both);
       pilot = false;
     }
     validate(PhaseKind::kRefinement, 1);

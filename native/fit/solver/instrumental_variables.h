@@ -22,7 +22,8 @@ struct InstrumentalVariablesOptions {
 /// iteration to iteration.
 class InstrumentalVariables {
  public:
-  explicit InstrumentalVariables(const InstrumentalVariablesOptions& options = {})
+  InstrumentalVariables() = default;
+  explicit InstrumentalVariables(const InstrumentalVariablesOptions& options)
       : options_(options) {}
 
   /// What one half of all samples says. Instruments of half A meet the residuals and the slopes of

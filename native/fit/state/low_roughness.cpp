@@ -9,7 +9,7 @@ namespace selenite {
 Vector at_low_roughness(const Unknowns& unknowns, Vector x) {
   for (int k = 0; k < unknowns.size(); ++k)
     if (unknowns.description_of(k).scale == Scale::kRoughness)
-      x[k] = std::min(x[k], kLowRoughness);
+      x[k] = std::min(x[k], ReparametrizationOptions{}.low_roughness);
   return unknowns.project(x);
 }
 
