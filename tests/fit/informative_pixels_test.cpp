@@ -117,7 +117,7 @@ TEST(InformativePixels, EquationsWeighByWhatIsNoNoiseInTheirInstruments) {
           made.informative.seen(static_cast<std::size_t>(photo), residual, made.evidence);
     }
     const Jacobian before = all[0].informative->z.a.filtered;
-    InformativePixels::weigh(all);
+    made.informative.weigh(all);
     return all[0].informative->z.a.filtered.col(1).norm() / before.col(1).norm();
   };
   EXPECT_NEAR(weighed(0.01f), 8, 0.1);

@@ -7,33 +7,35 @@
 #include <memory>
 
 namespace selenite {
-void InformativePixels::add_pilot(const Observation& derivatives, const Vector& slope, double weight) {
+
+void InformativePixels::add_pilot(const Observation& derivatives, const Vector& slope,
+                                  double weight) {
   pilot_[static_cast<std::size_t>(derivatives.photo)].add(
       split_halves(*problem_, derivatives, slope), 1, weight);
 }
 
-/// By what numbers of photos add to the diagonal of J^T w J, as the two halves of what was scouted say:
-/// single strong paths, which rule the mean's square, show in one of them alone.
+/// The score of a pixel is what it adds to the diagonal of J^T w J, one half of the pilot pass times the
+/// other: single strong paths, which dominate the square of the mean, show in one of them alone.
 void InformativePixels::choose(const GaussNewton& gauss_newton, const std::vector<bool>& counts) {
   selections_.clear();
-  std::vector<Eigen::MatrixXf> of_photos;  // columns are unknowns
+  std::vector<Eigen::MatrixXf> scores;  // columns are unknowns
   Eigen::RowVectorXd total = Eigen::RowVectorXd::Zero(std::ssize(counts));
   for (std::size_t i = 0; i < pilot_.size(); ++i) {
     const InstrumentalVariables::Set sums = pilot_[i].plain();
-    of_photos.push_back(gauss_newton.weights()[i].asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
-    total += of_photos.back().cast<double>().colwise().sum();
+    scores.push_back(gauss_newton.weights()[i].asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
+    total += scores.back().cast<double>().colwise().sum();
   }
   Eigen::VectorXf shares = Eigen::VectorXf::Zero(total.size());
   for (Eigen::Index k = 0; k < total.size(); ++k)
     if (counts[static_cast<std::size_t>(k)] && total[k] > 0)
       shares[k] = static_cast<float>(1 / total[k]);
   std::vector<float> all, positive;
-  for (const Eigen::MatrixXf& one : of_photos) {
+  for (const Eigen::MatrixXf& one : scores) {
     const Eigen::VectorXf numbers = one * shares;
     for (Eigen::Index i = 0; i < numbers.size(); i += 3) all.push_back(numbers.segment<3>(i).sum());
   }
   std::ranges::copy_if(all, std::back_inserter(positive), [](float one) { return one > 0; });
-  const std::ptrdiff_t chosen = std::ssize(positive) / kInformativePixels.one_of;
+  const std::ptrdiff_t chosen = std::ssize(positive) / options_.one_of;
   if (chosen == 0) return;
   std::nth_element(positive.begin(), positive.begin() + chosen, positive.end(), std::greater<>());
   const float least = positive[static_cast<std::size_t>(chosen)];
@@ -53,14 +55,15 @@ void InformativePixels::gather(const Observation& derivatives, const Vector& slo
   selection.variance += halves.variance * (static_cast<float>(derivatives.film.spp) / 2);
 }
 
-/// The weights know the noise pixel by pixel from the derivatives' samples: where few have seen it, they
-/// are those of the whole photo.
+/// The samples of the derivatives say how noisy each pixel is: where these are few, the weights are those
+/// of the whole photo.
 GaussNewton::WeightedResidual InformativePixels::seen(std::size_t i, const Film& residual,
-                              const GaussNewton& gauss_newton) const {
+                                                      const GaussNewton& gauss_newton) const {
   const Selection& selection = selections_[i];
+  const PhotoWeights& weights = gauss_newton.weights();
   const Eigen::VectorXf variance = selection.variance / static_cast<float>(selection.gathered);
   return {residual_halves(residual, selection.photo), selection.jacobians.plain(),
-          gauss_newton.weights().by_variance(i, variance).cwiseMin(gauss_newton.weights()[i])};
+          weights.by_variance(i, variance).cwiseMin(weights[i])};
 }
 
 void InformativePixels::members(SavedState& state) {
@@ -80,7 +83,7 @@ void InformativePixels::members(SavedState& state) {
   }
 }
 
-void InformativePixels::weigh(std::vector<GaussNewton::PhotoEquations>& all) {
+void InformativePixels::weigh(std::vector<GaussNewton::PhotoEquations>& all) const {
   const Eigen::Index unknowns = all.front().informative->z.a.slopes.cols();
   Eigen::VectorXf common = Eigen::VectorXf::Zero(unknowns), each = common;
   for (const GaussNewton::PhotoEquations& one : all) {
@@ -90,7 +93,7 @@ void InformativePixels::weigh(std::vector<GaussNewton::PhotoEquations>& all) {
     each += (weight * (a.slopes.cwiseAbs2() + b.slopes.cwiseAbs2())).colwise().sum() / 2;
   }
   const Eigen::VectorXf gain =
-      kInformativePixels.weight * (each.array() > 0).select(common.cwiseQuotient(each), 0).cwiseMax(0);
+      options_.weight * (each.array() > 0).select(common.cwiseQuotient(each), 0).cwiseMax(0);
   for (GaussNewton::PhotoEquations& one : all)
     for (InstrumentalVariables::Half* half : {&one.informative->z.a, &one.informative->z.b})
       half->filtered *= gain.asDiagonal();

@@ -9,43 +9,46 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "InformativePixelsOptions".
 struct InformativePixelsOptions {
-  /// One of so many pixels that tell something is chosen. On the thesis' dragon a third of what photos
-  /// know of the IOR lies there, and little more in twice as many.
+  /// One of so many pixels with a positive score is selected. On the dragon of the thesis a third of
+  /// what photos know of the IOR lies there, and little more in twice as many.
   int one_of = 48;
-  /// Of their equations, which have a twentieth of the noise of others: less than half of what that
-  /// would be worth, as what the model is wrong about lies there, too.
+  /// Of their equations, whose noise is a twentieth of that of others. It is less than half of what that
+  /// permits, as model errors lie there, too.
   float weight = 8;
 };
 inline constexpr InformativePixelsOptions kInformativePixels;
 
-/// Few pixels, looked at with many samples: those that tell most about the unknowns.
+/// Few pixels, rendered with many samples: those that say most about the unknowns.
 ///
-/// Where a lamp is seen refracted, some pixels know more of the IOR than all others together; but the
-/// derivatives have noise in every pixel, and few samples of all drown those. The same samples in a
-/// hundredth of the pixels are a hundred times as many there. Which pixels they are is chosen by other
-/// samples than those that are taken there, so that the choice leaves no bias.
+/// Where a lamp is seen refracted, some pixels know more of the IOR than all others together. But the
+/// derivatives have noise in every pixel, and few samples of all pixels hide those. The same samples in a
+/// hundredth of the pixels are a hundred times as many there. Other samples than those that are taken
+/// there select the pixels, so that the choice leaves no bias.
 class InformativePixels {
  public:
   /// `problem` must outlive it.
-  explicit InformativePixels(const Problem& problem) : problem_(&problem), pilot_(problem.photos.size()) {}
+  explicit InformativePixels(const Problem& problem,
+                             const InformativePixelsOptions& options = kInformativePixels)
+      : problem_(&problem), options_(options), pilot_(problem.photos.size()) {}
 
-  /// Derivatives of a whole photo, which tell where to look; `weight` as of `InstrumentalVariables`, `slope` as
-  /// of `split_halves`.
+  /// Derivatives of a whole photo join the pilot pass, which selects. `weight` as of
+  /// `InstrumentalVariables`, `slope` as of `split_halves`.
   void add_pilot(const Observation& derivatives, const Vector& slope, double weight);
-  /// Chooses anew, in the weights of `gauss_newton`, and forgets what was seen. `counts`: by unknown,
-  /// whether it is to be looked for.
+  /// Selects anew, in the weights of `gauss_newton`, and forgets what was gathered. `counts`: by unknown,
+  /// whether it takes part.
   void choose(const GaussNewton& gauss_newton, const std::vector<bool>& counts);
   bool empty() const { return selections_.empty(); }
-  /// Selection i with its chosen pixels alone.
+  /// Photo i with its selected pixels alone.
   const Photo& photo(std::size_t i) const { return selections_[i].photo; }
 
   /// Derivatives of such a photo join its sums.
   void gather(const Observation& derivatives, const Vector& slope);
-  /// Of photo i; `residual`: a render of its own with other seeds. Other pixels say nothing.
-  GaussNewton::WeightedResidual seen(std::size_t i, const Film& residual, const GaussNewton& gauss_newton) const;
-  /// Gives the equations of what was seen, all photos', their weight beside those of the whole photos:
-  /// more, as far as their instruments are no noise.
-  static void weigh(std::vector<GaussNewton::PhotoEquations>& all);
+  /// What photo i says; `residual` is a render of its own with other seeds. Other pixels say nothing.
+  GaussNewton::WeightedResidual seen(std::size_t i, const Film& residual,
+                                     const GaussNewton& gauss_newton) const;
+  /// Gives the equations of the informative pixels of all photos more weight than those of whole photos,
+  /// as far as their instruments are no noise.
+  void weigh(std::vector<GaussNewton::PhotoEquations>& all) const;
 
   void members(SavedState& state);
 
@@ -58,8 +61,9 @@ class InformativePixels {
   };
 
   const Problem* problem_;
+  InformativePixelsOptions options_;
   std::vector<InstrumentalVariables> pilot_;
-  std::vector<Selection> selections_;  ///< empty: no pixel tells
+  std::vector<Selection> selections_;  ///< empty: no pixel says anything
 };
 
 }  // namespace selenite

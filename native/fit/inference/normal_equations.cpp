@@ -16,10 +16,11 @@ void NormalEquations::remove(Eigen::Index k) {
 }
 
 void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations& equations,
-                   std::size_t photos) {
+                          std::size_t photos) {
   const Eigen::VectorXf& weight = equations.whole.weight;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
-  const GaussNewton::WeightedResidual* const informative = equations.informative ? &*equations.informative : nullptr;
+  const GaussNewton::WeightedResidual* const informative =
+      equations.informative ? &*equations.informative : nullptr;
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
   Vector term(n);
   for (Eigen::Index i = 0; i < pixels; ++i) {

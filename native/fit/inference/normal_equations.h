@@ -6,12 +6,13 @@
 
 namespace selenite {
 
-/// What one look at frozen values says, summed over photos and pixels; in `Reparametrization`.
+/// Normal equations at a point: sums over photos and pixels of a pass at fixed values, in
+/// `Reparametrization`.
 struct NormalEquations {
-  Eigen::MatrixXd normal;           ///< Z^T w J; not symmetric
-  Eigen::MatrixXd normal_variance;  ///< of each of its entries
-  Eigen::MatrixXd score_covariance;           ///< covariance of `gradient`, noise of the photos included
-  Vector gradient;                  ///< Z^T w (I - photo)
+  Eigen::MatrixXd normal;            ///< Z^T w J; not symmetric
+  Eigen::MatrixXd normal_variance;   ///< of each of its entries
+  Eigen::MatrixXd score_covariance;  ///< of `gradient`, noise of the photos included
+  Vector gradient;                   ///< Z^T w (I - photo)
   double misfit = 0, misfit_variance = 0;
 
   explicit NormalEquations(Eigen::Index n)

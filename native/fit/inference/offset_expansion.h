@@ -8,19 +8,26 @@
 
 namespace selenite {
 
-/// Where to look for what a look at x knows badly because a picture goes with its square, whose slope
-/// vanishes at 0 (or, where others make up for its own, a little further in): well beyond, all else as
-/// at x. Empty where there is nothing of the kind.
-std::optional<Vector> offset_point(const Unknowns& unknowns, const Vector& x);
-/// What the look from `there`, which led to `found`, says about it: where it leads, but a value
-/// at its bound, by `components`, stays there if that is within a standard error. Empty for what is
-/// better known at x.
-std::vector<std::optional<Known>> known_from_offset(const Vector& x,
-                                             const std::vector<Confidence>& components,
-                                             const Vector& there, const Vector& found,
-                                             const std::vector<Confidence>& seen);
+/// Sources: docs/measurements/constants.md, "OffsetExpansionOptions".
+struct OffsetExpansionOptions {
+  /// Value of a transmission there, where the answer is below half of it. It is so small that the slopes
+  /// of the others are as at 0 within a tenth.
+  double offset = 0.1;
+};
 
-/// Whether what is known leaves x out.
+/// Where to expand the photos for values that show by their square only, whose slope vanishes at 0 (or a
+/// little above, where others make up for their own): well beyond 0, all others as at x. Empty where
+/// there is no such value.
+std::optional<Vector> offset_point(const Unknowns& unknowns, const Vector& x,
+                                   const OffsetExpansionOptions& options = {});
+/// What the pass at `there`, which led to `found`, says about those values. A value at its bound, by
+/// `components`, stays there if that is within a standard error. Empty for what is better known at x.
+std::vector<std::optional<Known>> known_from_offset(const Vector& x,
+                                                    const std::vector<Confidence>& components,
+                                                    const Vector& there, const Vector& found,
+                                                    const std::vector<Confidence>& seen);
+
+/// Whether x lies outside of an interval that is known.
 bool excludes(const std::vector<std::optional<Known>>& known, const Vector& x);
 
 }  // namespace selenite

@@ -10,7 +10,7 @@
 namespace selenite {
 namespace {
 
-constexpr double kMisfitSigmas = 3;
+constexpr double kMisfitSigmas = kCertainSigmas;
 
 }  // namespace
 

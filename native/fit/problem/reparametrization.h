@@ -35,6 +35,10 @@ class Reparametrization {
 
   Vector from_values(const Vector& x) const;
   Vector to_values(const Vector& u) const;
+  /// The same for component k alone.
+  double from_value(Eigen::Index k, double x) const { return axis(k).from_value(x); }
+  double to_value(Eigen::Index k, double u) const { return axis(k).to_value(u); }
+  double slope(Eigen::Index k, double x) const { return axis(k).slope(x); }
   /// dx/du at x, per component.
   Vector slope(const Vector& x) const;
 
@@ -59,6 +63,7 @@ class Reparametrization {
     double to_value(double u) const;
     double slope(double x) const;
   };
+  const Axis& axis(Eigen::Index k) const { return axes_[static_cast<std::size_t>(k)]; }
   template <class F>
   Vector each(const Vector& in, F&& f) const;
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "fit/solver/field_gauss_newton.h"
+#include "fit/solver/joint_gauss_newton.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -49,7 +49,7 @@ Strategy::Strategy(FitProblem& problem)
   if (alternates && settings.search != "off") uniform = problem.uniform();
   multi_start = wants_multi_start(problem, optimiser, uniform != nullptr);
   joint = after_multi_start() && settings.accumulate &&
-          FieldGaussNewton::applies(problem.fields(), problem.photos());
+          JointGaussNewton::applies(problem.fields(), problem.photos());
   refines = wants_refinement(problem, joint);
   if (!alternates) return;
   // Damping falls over the blocks that a fit without a multi-start would have.

@@ -21,7 +21,7 @@ struct Strategy {
   bool multi_start;
   /// What a multi-start varies where fields are fitted; null: the scalars.
   std::unique_ptr<UniformFields> uniform;
-  bool joint;    ///< voxels are stepped together with the scalars, see `FieldGaussNewton`
+  bool joint;    ///< voxels are stepped together with the scalars, see `JointGaussNewton`
   bool refines;  ///< a refinement follows the descent
 
   bool has_images;  ///< among the fields
