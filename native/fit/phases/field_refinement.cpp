@@ -121,7 +121,7 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
   const Film film = evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed});
   photo_equations_[i].informative = informative_.seen(i, film, point_.gauss_newton);
   if (++photo_ < 2 * photo_equations_.size()) return true;
-  InformativePixels::weigh(photo_equations_);
+  informative_.weigh(photo_equations_);
   end_pass();
   return !over_;
 }
