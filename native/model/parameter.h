@@ -16,7 +16,7 @@ enum class Scale {
   kLinear,
   kLog,
   kLogExcess,    ///< log(x - 1), for an index of refraction
-  kRoughness,         ///< log(x^3 + 0.15^3) / 3, for a roughness: low ones hardly show
+  kRoughness,    ///< log(x^3 + 0.15^3) / 3, for a roughness: low ones hardly show
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
 };
 

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <random>
 
+#include "fit/problem/pixel_weights.h"
 #include "fit/run/fit.h"
 #include "fit/smoke.h"
 #include "fit/taken_photos.h"
-#include "fit/problem/pixel_weights.h"
 
 namespace selenite {
 namespace {
@@ -26,8 +26,7 @@ std::vector<UnknownParameter> extinction_and_grid() {
 }
 
 std::vector<Photo> grey_photos() {
-  std::vector<Photo> photos =
-      taken_photos(coloured_smoke(std::vector<float>(24, 0.5f)), kSide, 1);
+  std::vector<Photo> photos = taken_photos(coloured_smoke(std::vector<float>(24, 0.5f)), kSide, 1);
   for (Photo& photo : photos) photo.reference.assign(photo.size(), Colorf(0.5f));
   return photos;
 }
@@ -38,7 +37,8 @@ struct LinearWorld {
   Fields fields{coloured_smoke(std::vector<float>(24, 0.5f)), {grid_unknown()}};
   std::unique_ptr<FieldGaussNewton> newton = FieldGaussNewton::of(fields, photos);
   std::vector<CellJacobian> jacobians;
-  std::vector<InstrumentalVariables::Set> z;  ///< of two scalars: of cells' means only, and of pixels
+  std::vector<InstrumentalVariables::Set>
+      z;  ///< of two scalars: of cells' means only, and of pixels
   std::vector<Eigen::VectorXf> weights;
 
   explicit LinearWorld(double noise = 0) {
@@ -59,7 +59,8 @@ struct LinearWorld {
       z.push_back({half, half});
       weights.push_back(relative_weights(photo, photos.size()));
     }
-    for (std::size_t i = 0; i < photos.size(); ++i) add_residual(i, Vector::Zero(kNumbers), {0, 0}, noise);
+    for (std::size_t i = 0; i < photos.size(); ++i)
+      add_residual(i, Vector::Zero(kNumbers), {0, 0}, noise);
   }
 
   static Eigen::Index cell(Eigen::Index row) {
@@ -75,7 +76,7 @@ struct LinearWorld {
   }
   /// Residuals where voxels and scalars are off by so much.
   void add_residual(std::size_t photo, const Vector& voxels, const Eigen::Vector2d& scalars,
-           double noise = 0) {
+                    double noise = 0) {
     Halves halves;
     halves.residual_a = z[photo].a.slopes * scalars.cast<float>();
     for (Eigen::Index i = 0; i < kRows; ++i)
@@ -138,7 +139,8 @@ TEST(FieldGaussNewton, WithPixelsInFocusBothTogetherAreBlind) {
   const float first = both(0).norm(), second = both(1).norm();
   world.newton->solve(1);
   (void)world.newton->eliminate_fields(
-      {{&world.z[0], &world.weights[0], &informative, &informative_weight}, {&world.z[1], &world.weights[1]}});
+      {{&world.z[0], &world.weights[0], &informative, &informative_weight},
+       {&world.z[1], &world.weights[1]}});
   EXPECT_LT(both(0).norm(), 0.01 * first);
   EXPECT_LT(both(1).norm(), 0.01 * second);
   EXPECT_GT(world.seen_by(1).norm(), 0.1 * second) << "that of the whole photos alone is not";

@@ -162,7 +162,8 @@ FitResult fit_both(const char* optimiser, const std::vector<float>& truth) {
   settings.search = "off";
   Fit fit(smoke(std::vector<float>(8, 0.5f)), photos_of(smoke(truth)),
           {extinction_unknown(), grid_unknown()}, settings);
-  EXPECT_EQ(fit.strategy().optimiser.name, optimiser == std::string("auto") ? "gauss-newton" : optimiser);
+  EXPECT_EQ(fit.strategy().optimiser.name,
+            optimiser == std::string("auto") ? "gauss-newton" : optimiser);
   while (fit.step()) {
   }
   EXPECT_EQ(fit.result().stopped, StopReason::kIterations) << fit.result().message;
@@ -242,7 +243,8 @@ TEST(FieldsFit, SearchesOnlyWhereNothingIsKnownOfTheVoxels) {
     FitSettings settings = settings_of(1, 2);
     settings.search = search;
     const Scene scene = smoke(start);
-    return Fit(scene, photos_of(scene, 1), wanted, settings).result().phase == PhaseKind::kMultiStart;
+    return Fit(scene, photos_of(scene, 1), wanted, settings).result().phase ==
+           PhaseKind::kMultiStart;
   };
   const std::vector<float> even(8, 0.5f);
   EXPECT_TRUE(searches(even, both, "auto"));

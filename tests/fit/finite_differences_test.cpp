@@ -42,9 +42,10 @@ struct Setting {
     return film(at, renderer, spp, seed, layout);
   }
   Film with_differences(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
-                    Purpose purpose = Purpose::kGradient, Differences which = {}) const {
-    return render_derivatives(problem, &reparametrization, unknowns.scene_with(scene, x), x, purpose,
-                              which, [&](const Vector& at, const SlotLayout& slots, Paths paths) {
+                        Purpose purpose = Purpose::kGradient, Differences which = {}) const {
+    return render_derivatives(problem, &reparametrization, unknowns.scene_with(scene, x), x,
+                              purpose, which,
+                              [&](const Vector& at, const SlotLayout& slots, Paths paths) {
                                 const std::uint64_t other = paths == Paths::kOther ? 1000000 : 0;
                                 return film(at, renderer, spp, seed + other, slots);
                               });
@@ -125,8 +126,8 @@ TEST(FiniteDifferences, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   const std::size_t all = s.layout.slots.size();
   const auto asked = [&](Purpose purpose, Side side) {
     std::vector<std::size_t> slots;
-    (void)render_derivatives(s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x), s.x,
-                             purpose, {side},
+    (void)render_derivatives(s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x),
+                             s.x, purpose, {side},
                              [&](const Vector& at, const SlotLayout& layout, Paths) {
                                slots.push_back(layout.slots.size());
                                return s.film(at, {0.5, 0.5}, 4, 1, layout);
@@ -220,8 +221,9 @@ TEST(FiniteDifferences, DifferencesAloneNeedNoPictureBetween) {
   EXPECT_EQ(rendered(colour, {.side = Side::kBoth, .picture = false}).size(), 3u);
   EXPECT_EQ(rendered(two, {.side = Side::kUp, .picture = false}).size(), 3u);
   const Setting roughness({all[1]});
-  EXPECT_EQ(rendered(roughness, {.side = Side::kBoth, .roughnesses = false, .picture = false}).size(),
-            1u);
+  EXPECT_EQ(
+      rendered(roughness, {.side = Side::kBoth, .roughnesses = false, .picture = false}).size(),
+      1u);
 }
 
 TEST(FiniteDifferences, RoughnessesAndSharpRefractionsCanBeLeftOut) {
@@ -243,7 +245,7 @@ TEST(FiniteDifferences, RoughnessesAndSharpRefractionsCanBeLeftOut) {
 TEST(FiniteDifferences, SlotsOfThoseNotTakenAreEmpty) {
   const Setting s;
   const Film film = s.with_differences({0.5, 0.5}, 4, 1, Purpose::kInstrumental,
-                                   {.side = Side::kUp, .first = 1, .every = 3});
+                                       {.side = Side::kUp, .first = 1, .every = 3});
   const Halves halves = split_halves(s.problem, {0, film, {}}, s.reparametrization.slope(s.x));
   const Film all = s.with_differences({0.5, 0.5}, 4, 1, Purpose::kInstrumental, {Side::kUp});
   const Halves whole = split_halves(s.problem, {0, all, {}}, s.reparametrization.slope(s.x));

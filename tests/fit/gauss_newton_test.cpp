@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "fit/inference/confidence_intervals.h"
 #include "fit/problem/reparametrization.h"
 #include "fit/synthetic_renderer.h"
-#include "fit/inference/confidence_intervals.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -43,9 +43,9 @@ TEST(Reparametrization, GoBackAndForthAndHaveTheRightSlope) {
     EXPECT_LT((reparametrization.to_values(u) - x).cwiseAbs().maxCoeff(), 1e-12);
     constexpr double kStep = 1e-6;
     const Vector ones = Vector::Ones(u.size());
-    const Vector difference =
-        (reparametrization.to_values(u + kStep * ones) - reparametrization.to_values(u - kStep * ones)) /
-        (2 * kStep);
+    const Vector difference = (reparametrization.to_values(u + kStep * ones) -
+                               reparametrization.to_values(u - kStep * ones)) /
+                              (2 * kStep);
     EXPECT_LT((reparametrization.slope(x) - difference)
                   .cwiseQuotient(reparametrization.slope(x))
                   .cwiseAbs()
@@ -253,7 +253,8 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
   constexpr std::uint64_t kRuns = 100;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     GaussNewton fit(photo.problem);
-    for (std::uint64_t i = 0; i <= 8; ++i) fit.gather(x, {0, observed({0.5, 6}, 100 * run + i), {}}, 1);
+    for (std::uint64_t i = 0; i <= 8; ++i)
+      fit.gather(x, {0, observed({0.5, 6}, 100 * run + i), {}}, 1);
     NormalEquations seen(1);
     seen.add(photo.photos[0], fit.equations(0, exact), 1);
     normal += seen.normal(0, 0);
@@ -324,8 +325,7 @@ TEST(GaussNewton, IgnoresMaskedPixels) {
   FitSettings settings = gauss_newton_settings({0, 0});
   settings.iterations = 60;
   const Scene scene = synthetic_scene();
-  std::vector<Photo> photos{synthetic_capture(scene, "Left"),
-                                synthetic_capture(scene, "Right")};
+  std::vector<Photo> photos{synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")};
   for (Photo& photo : photos) {
     photo.weight.assign(photo.size(), 1.f);
     for (std::size_t i = 0; i < photo.size(); i += 3) {

@@ -14,7 +14,7 @@ constexpr int kSide = 32;
 
 std::vector<Photo> grey_photos(const Scene& scene) {
   std::vector<Photo> photos{synthetic_capture(scene, "Left", kSide),
-                              synthetic_capture(scene, "Right", kSide)};
+                            synthetic_capture(scene, "Right", kSide)};
   for (Photo& photo : photos) photo.reference.assign(photo.size(), Colorf(0.5f));
   check_photos(scene, photos);
   return photos;
@@ -61,8 +61,8 @@ struct Made {
   void add_pilot(const std::vector<std::size_t>& strong, const std::vector<std::size_t>& paths) {
     for (int photo = 0; photo < 2; ++photo)
       for (int turn = 0; turn < 4; ++turn)
-        informative.add_pilot(derivatives(photo, strong, turn == 0 ? paths : std::vector<std::size_t>()),
-                    slope(), 1);
+        informative.add_pilot(
+            derivatives(photo, strong, turn == 0 ? paths : std::vector<std::size_t>()), slope(), 1);
   }
   std::vector<std::size_t> chosen(std::size_t photo) const {
     std::vector<std::size_t> all;

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <memory>
 
-#include "fit/run/fit.h"
 #include "fit/given_evaluator.h"
-#include "fit/synthetic_renderer.h"
 #include "fit/problem/pixel_weights.h"
+#include "fit/run/fit.h"
+#include "fit/synthetic_renderer.h"
 
 namespace selenite {
 namespace {
@@ -90,7 +90,8 @@ TEST(AlternativeMinima, ThatThePhotosTellApartAreNot) {
 /// thousandth in a strip, with all else bright and quiet.
 enum class Rare { kEverywhere, kInAStrip };
 
-Film by_rare_paths(const Scene& scene, const RenderSettings& settings, Rare rare, double difference) {
+Film by_rare_paths(const Scene& scene, const RenderSettings& settings, Rare rare,
+                   double difference) {
   const double r = scene.appearance.materials[0].values.roughness;
   Film film(settings.width, settings.height, settings.spp);
   const int n = settings.spp, even = (n + 1) / 2;
@@ -121,7 +122,7 @@ int stands(Rare rare, double difference) {
   const SlotLayout layout(scene, unknowns.parameters());
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   GivenEvaluator render([&](const Vector& x, const Photo& photo, int spp, std::uint64_t seed,
-                              std::optional<Differences>) {
+                            std::optional<Differences>) {
     RenderSettings settings;
     settings.width = photo.width;
     settings.height = photo.height;
@@ -131,8 +132,9 @@ int stands(Rare rare, double difference) {
   });
   int stood = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    MinimaComparison alternatives(problem, {relative_weights(photos[0], 1)}, {Vector::Constant(1, kOne)},
-                  {Vector::Constant(1, kOther)}, seed, 256);
+    MinimaComparison alternatives(problem, {relative_weights(photos[0], 1)},
+                                  {Vector::Constant(1, kOne)}, {Vector::Constant(1, kOther)}, seed,
+                                  256);
     while (alternatives.step(render)) {
     }
     TrustReport report;

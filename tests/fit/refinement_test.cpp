@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "fit/given_evaluator.h"
 #include "fit/run/fit.h"
 #include "fit/solver/gauss_newton.h"
-#include "fit/given_evaluator.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -20,7 +20,7 @@ struct Refined {
 
 /// Verifies values that are off by a part of what is uncertain.
 Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
-                const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
+               const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
   const Scene scene = synthetic_scene();
   check_photos(scene, photos);
   const Unknowns unknowns(scene, wanted);
@@ -28,7 +28,7 @@ Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const GaussNewton none(problem);
   GivenEvaluator render([&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
-                              std::optional<Differences> derivatives) {
+                            std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
     settings.spp = spp;
@@ -74,7 +74,7 @@ TEST(Refinement, NinetyPercentIntervalsHoldInNinetyPercent) {
 TEST(Refinement, MendsAnAnswerThatIsNotThereYet) {
   const Scene scene = synthetic_scene();
   const std::vector<Photo> photos{synthetic_capture(scene, "Left", kSize),
-                                    synthetic_capture(scene, "Right", kSize)};
+                                  synthetic_capture(scene, "Right", kSize)};
   Vector off = synthetic_truth();
   off[0] += 0.05;
   off[5] += 0.05;
@@ -90,7 +90,7 @@ TEST(Refinement, MendsAnAnswerThatIsNotThereYet) {
 TEST(Refinement, TheNoiseOfOneLookIsNoReasonForAnother) {
   const Scene scene = synthetic_scene();
   const std::vector<Photo> photos{synthetic_capture(scene, "Left", kSize),
-                                    synthetic_capture(scene, "Right", kSize)};
+                                  synthetic_capture(scene, "Right", kSize)};
   int fourth = 0;
   for (std::uint64_t run = 0; run < 50; ++run)
     fourth += refine(synthetic_truth(), photos, run, synthetic_unknowns(), 512).report.passes > 3;
@@ -159,7 +159,7 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   Refinement refinement(problem, nullptr, {start}, 1, 64, 16);
   int slopes = 0;
   GivenEvaluator render([&](const Vector& at, const Photo&, int spp, std::uint64_t key,
-                              std::optional<Differences> derivatives) {
+                            std::optional<Differences> derivatives) {
     RenderSettings settings;
     settings.width = settings.height = kSize;
     settings.spp = spp;
@@ -187,7 +187,7 @@ struct RefinedFromZero : Refined {
 
 /// Of a fit that has left the transmission at 0: the other has made up for it.
 RefinedFromZero refine_from_zero(double transmission, double metallic, std::uint64_t seed,
-                                  double vertex = 0) {
+                                 double vertex = 0) {
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(
       scene, {{"Body", "transmission", {0}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}});
@@ -208,7 +208,7 @@ RefinedFromZero refine_from_zero(double transmission, double metallic, std::uint
   const Vector start{{0, metallic + transmission / 3}};
   Refinement refinement(problem, nullptr, {start}, seed, 64, 16);
   GivenEvaluator render([&](const Vector& at, const Photo&, int spp, std::uint64_t key,
-                              std::optional<Differences> derivatives) {
+                            std::optional<Differences> derivatives) {
     return rendered(at, derivatives ? layout : SlotLayout(), spp, key);
   });
   while (refinement.step(render)) {

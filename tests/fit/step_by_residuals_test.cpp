@@ -56,7 +56,8 @@ TEST_P(Follow, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
   Followed about(GetParam());
   GaussNewton optimiser(about.problem());
   Vector x = about.unknowns().start();
-  EXPECT_EQ(optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 99)), x) << "nothing is known yet";
+  EXPECT_EQ(optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 99)), x)
+      << "nothing is known yet";
   for (std::uint64_t i = 0; i < 12; ++i) x = optimiser.step(x, about.seen(x, about.layout(), i));
   ASSERT_LT((x - synthetic_truth()).cwiseAbs().maxCoeff(), 0.1);
   Vector there = synthetic_truth();
@@ -82,7 +83,8 @@ TEST(Follow, KnowsNothingOfAPlaceToWhichTheValuesWereMoved) {
   EXPECT_EQ(optimiser.step_by_residuals(other, about.seen(other, SlotLayout(), 9)), other);
   x = optimiser.step(other, about.seen(other, about.layout(), 10));
   EXPECT_NE(x, other);
-  EXPECT_NE(optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 11)), x) << "one step tells again";
+  EXPECT_NE(optimiser.step_by_residuals(x, about.seen(x, SlotLayout(), 11)), x)
+      << "one step tells again";
 }
 
 TEST(Follow, StaysInsideTheBounds) {

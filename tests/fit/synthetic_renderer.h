@@ -196,7 +196,7 @@ inline constexpr int kSyntheticSize = 16;
 
 /// Photo of `scene` without noise, or with that of `spp` samples.
 inline Photo synthetic_capture(const Scene& scene, const std::string& camera,
-                                 int size = kSyntheticSize, int spp = 0, std::uint64_t seed = 0) {
+                               int size = kSyntheticSize, int spp = 0, std::uint64_t seed = 0) {
   RenderSettings settings;
   settings.width = settings.height = size;
   settings.spp = std::max(spp, 1);
@@ -205,8 +205,8 @@ inline Photo synthetic_capture(const Scene& scene, const std::string& camera,
   photo.camera = camera;
   photo.width = photo.height = size;
   photo.reference = SyntheticRenderer{spp > 0 ? 0.5 : 0.0, 0}(scene, scene.camera(camera),
-                                                                SlotLayout(), settings, nullptr)
-                          .mean;
+                                                              SlotLayout(), settings, nullptr)
+                        .mean;
   return photo;
 }
 

@@ -82,9 +82,8 @@ FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& ph
                                              const Fields& fields, const Loss& loss,
                                              const Evaluation& how) {
   const Scene scene = model_.scene_at(point);
-  FieldGradient found =
-      loss_field_gradient(scene, scene.camera(photo.camera), fields, photo, loss,
-                          render_settings(photo, how.spp, how.seed), progress_);
+  FieldGradient found = loss_field_gradient(scene, scene.camera(photo.camera), fields, photo, loss,
+                                            render_settings(photo, how.spp, how.seed), progress_);
   counts_->add(found.film, photo);
   return found;
 }
@@ -94,9 +93,9 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
                                              const std::vector<float>& weights, int cell,
                                              const Evaluation& how) {
   const Scene scene = model_.scene_at(point);
-  FieldJacobian found = render_field_jacobian(scene, scene.camera(photo.camera), fields.refs(),
-                                              render_settings(photo, how.spp, how.seed), weights,
-                                              cell, progress_);
+  FieldJacobian found =
+      render_field_jacobian(scene, scene.camera(photo.camera), fields.refs(),
+                            render_settings(photo, how.spp, how.seed), weights, cell, progress_);
   counts_->add(found.film, photo);
   return found;
 }

@@ -6,8 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "fit/inference/photo_jacobian.h"
 #include "fit/inference/confidence_intervals.h"
+#include "fit/inference/photo_jacobian.h"
 #include "fit/problem/photo.h"
 #include "fit/solver/instrumental_variables.h"
 

@@ -81,8 +81,7 @@ void AlternativeMinima::choose(const MinimaComparison& comparison) {
 void AlternativeMinima::report(const FitRun& run, TrustReport& report) const {
   report = answer_->report;
   const Reparametrization reparametrization(run.problem.unknowns());
-  for (const Vector& x : pending_)
-    mark_ambiguous(report, reparametrization, answer_->x, x, false);
+  for (const Vector& x : pending_) mark_ambiguous(report, reparametrization, answer_->x, x, false);
   for (const Refined& one : equivalent_)
     mark_ambiguous(report, reparametrization, answer_->x, one.x, true);
   for (const Refined& one : equivalent_) widen(report, one.report);

@@ -39,11 +39,11 @@ class AlternativeMinima {
   void report(const FitRun& run, TrustReport& report) const;
 
   std::vector<Vector> candidates_;
-  Refined newest_;                       ///< by the newest refinement
+  Refined newest_;                        ///< by the newest refinement
   std::vector<Eigen::VectorXf> weights_;  ///< of the residuals there
-  std::optional<Refined> answer_;        ///< once it has been compared
-  std::vector<Vector> pending_;          ///< not excluded and not refined yet
-  std::vector<Refined> equivalent_;      ///< refined, and nothing tells them from the answer
+  std::optional<Refined> answer_;         ///< once it has been compared
+  std::vector<Vector> pending_;           ///< not excluded and not refined yet
+  std::vector<Refined> equivalent_;       ///< refined, and nothing tells them from the answer
   int count_ = 0;
 };
 

@@ -51,12 +51,10 @@ bool Descent::step(FitRun& run) {
 bool Descent::iterate(FitRun& run) {
   FitResult& result = run.result;
   const Block block = blocks_.block(result.iterations);
-  if (block.first && block.scalars && begin_restart(run))
-    return true;
-  const bool due =
-      (block.first && (block.scalars || !joint_ || result.iterations == 0)) ||
-      (!strategy_->after_multi_start() &&
-       result.iterations % problem_->settings().validation_interval == 0);
+  if (block.first && block.scalars && begin_restart(run)) return true;
+  const bool due = (block.first && (block.scalars || !joint_ || result.iterations == 0)) ||
+                   (!strategy_->after_multi_start() &&
+                    result.iterations % problem_->settings().validation_interval == 0);
   Validation validation;
   if (due) validation = restart_.found() ? *restart_.found() : run.validate(run.point);
   const bool reverted = strategy_->alternates && block.first && due &&
@@ -64,11 +62,8 @@ bool Descent::iterate(FitRun& run) {
   if (reverted) validation = run.best.validation();
   const Point from = reverted ? Point{result.best, *result.fields_best} : run.point;
   HistoryRow row = run.row(from);
-  Next next{from,
-            field_adam_,
-            joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
-            problem_->settings().accumulate ? nullptr : optimiser_->clone(),
-            field_steps(run)};
+  Next next{from, field_adam_, joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
+            problem_->settings().accumulate ? nullptr : optimiser_->clone(), field_steps(run)};
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   step_all(block, reverted, next);
@@ -94,21 +89,19 @@ bool Descent::iterate(FitRun& run) {
 void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& next) const {
   const Photo& photo = problem_->photos()[index];
   const FitSettings& settings = problem_->settings();
-  const Evaluation how{
-      settings.spp, stream_seed(settings.seed, Stream::kStep, run.result.iterations,
-                                static_cast<int>(index))};
+  const Evaluation how{settings.spp, stream_seed(settings.seed, Stream::kStep,
+                                                 run.result.iterations, static_cast<int>(index))};
   Observation seen;
   seen.photo = static_cast<int>(index);
   if (block.fields && next.joint) {
-    FieldJacobian found =
-        run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
-                                     next.joint->field_solver().shares(index),
-                                     next.joint->field_solver().cell(), how);
+    FieldJacobian found = run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
+                                                       next.joint->field_solver().shares(index),
+                                                       next.joint->field_solver().cell(), how);
     next.joint->gather_fields(index, found);
     seen.film = std::move(found.film);
   } else if (block.fields) {
-    FieldGradient found = run.evaluator.field_gradient(next.point, photo, problem_->fields(),
-                                                       problem_->loss(), how);
+    FieldGradient found =
+        run.evaluator.field_gradient(next.point, photo, problem_->fields(), problem_->loss(), how);
     next.gradients.resize(found.fields.size());
     for (std::size_t f = 0; f < next.gradients.size(); ++f) {
       std::vector<double>& sum = next.gradients[f];
@@ -213,9 +206,8 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   const Fields& fields = problem_->fields();
   std::vector<FieldStep> steps(fields.refs().size());
   if (!strategy_->after_multi_start()) return steps;
-  const double done =
-      static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
-      blocks_.count(&Block::fields, problem_->settings().iterations);
+  const double done = static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
+                      blocks_.count(&Block::fields, problem_->settings().iterations);
   const auto between = [done](double first, double last) { return first + (last - first) * done; };
   double pixels = 0;
   for (const Photo& photo : problem_->photos())
@@ -229,8 +221,8 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   // Each photo makes a step.
   const double share = 1 / std::sqrt(static_cast<double>(problem_->photos().size()));
   for (std::size_t f = 0; f < steps.size(); ++f)
-    steps[f] = {
-        share * between(options_.first_rate, fields.image(f) ? options_.last_rate : 1), spread};
+    steps[f] = {share * between(options_.first_rate, fields.image(f) ? options_.last_rate : 1),
+                spread};
   return steps;
 }
 

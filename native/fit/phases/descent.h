@@ -61,7 +61,7 @@ class Descent final : public Phase {
   std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
   FieldAdam field_adam_;
   std::unique_ptr<JointGaussNewton> joint_;  ///< of voxels together with scalars
-  FieldValues field_means_;  ///< of a block so far
+  FieldValues field_means_;                  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;
 };

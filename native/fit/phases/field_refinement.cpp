@@ -22,8 +22,8 @@ constexpr double kRounding = 1e-9;
 }  // namespace
 
 FieldRefinement::FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
-                                 FieldGaussNewton fields, std::uint64_t seed,
-                                 int spp, int iteration_spp, FieldRefinementOptions options)
+                                 FieldGaussNewton fields, std::uint64_t seed, int spp,
+                                 int iteration_spp, FieldRefinementOptions options)
     : options_(options),
       point_(problem, optimiser, std::move(x)),
       fields_(std::move(fields)),
@@ -41,7 +41,8 @@ int FieldRefinement::pass_spp(int pass) const {
 }
 
 bool FieldRefinement::is_left_out(int k) const {
-  return point_.is_roughness(k) && point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding;
+  return point_.is_roughness(k) &&
+         point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding;
 }
 
 /// Differences are taken from both sides at once, as nothing else needs the picture between them, and
@@ -59,8 +60,7 @@ Observation FieldRefinement::derivatives(Evaluator& evaluator, int purpose, int 
 
 /// Its steps are not taken: only the Jacobians that it has gathered count.
 void FieldRefinement::gather_first_jacobians(Evaluator& evaluator) {
-  iteration_spp_ =
-      std::max(pass_spp(point_.report.passes) / kDerivativeShare, kLeastOfDerivatives);
+  iteration_spp_ = std::max(pass_spp(point_.report.passes) / kDerivativeShare, kLeastOfDerivatives);
   const std::vector<Photo>& photos = point_.problem->photos;
   for (int portion = 0; portion < kWarmUps; ++portion) {
     std::vector<Observation> seen;
@@ -90,9 +90,8 @@ bool FieldRefinement::step(Evaluator& evaluator) {
   if (!informative_.empty() && photo_ >= photos.size()) return measure_informative(evaluator);
   if (!has_jacobians_) gather_first_jacobians(evaluator);
   const int spp = pass_spp(point_.report.passes);
-  const Film film =
-      evaluator.evaluate({point_.x, fields_.values()}, photos[photo_],
-                         {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
+  const Film film = evaluator.evaluate({point_.x, fields_.values()}, photos[photo_],
+                                       {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
   gather(evaluator, spp);
   photo_equations_.push_back(point_.gauss_newton.equations(photo_, film));
   if (++photo_ < photos.size()) return true;
@@ -114,9 +113,9 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
   const int spp = options_.informative_samples * pass_spp(point_.report.passes);
   const int of_portion = spp / (options_.informative_derivative_share * kJacobianPortions);
   for (int portion = 0; portion < kJacobianPortions; ++portion)
-    informative_.gather(derivatives(evaluator, purpose() + kInformative + 1, portion, of_portion,
-                                    i, photo),
-                        point_.reparametrization().slope(point_.x));
+    informative_.gather(
+        derivatives(evaluator, purpose() + kInformative + 1, portion, of_portion, i, photo),
+        point_.reparametrization().slope(point_.x));
   const std::uint64_t seed = seed_of(seed_, purpose() + kInformative, static_cast<int>(i));
   const Film film = evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed});
   photo_equations_[i].informative = informative_.seen(i, film, point_.gauss_newton);
@@ -130,24 +129,21 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
 void FieldRefinement::end_pass() {
   const std::vector<Photo>& photos = point_.problem->photos;
   point_.equations.score_covariance +=
-      JointGaussNewton::eliminate_fields(
-      photo_equations_, fields_, point_.gauss_newton.done());
+      JointGaussNewton::eliminate_fields(photo_equations_, fields_, point_.gauss_newton.done());
   for (std::size_t i = 0; i < photo_equations_.size(); ++i)
     point_.equations.add(photos[i], photo_equations_[i], photo_equations_.size());
   photo_equations_.clear();
   for (int k = 0; k < point_.x.size(); ++k)
     if (is_left_out(k)) point_.equations.remove(k);
-  const Vector before =
-      std::exchange(point_.u, point_.reparametrization().from_values(point_.x));
+  const Vector before = std::exchange(point_.u, point_.reparametrization().from_values(point_.x));
   if (point_.report.passes > 0) point_.others.previous_step = point_.u - before;
   Estimate now = point_.end_pass();
   const int passes = point_.report.passes;
   const double noise =
-      passes > 1
-          ? std::sqrt(1 + static_cast<double>(pass_spp(passes - 1)) / pass_spp(passes - 2))
-          : 1;
-  const bool near = point_.reach_of(now) <= options_.near &&
-                    now.surprise <= options_.converged_sigmas * noise;
+      passes > 1 ? std::sqrt(1 + static_cast<double>(pass_spp(passes - 1)) / pass_spp(passes - 2))
+                 : 1;
+  const bool near =
+      point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
   over_ = passes == std::ssize(kShares);
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
@@ -166,8 +162,8 @@ void FieldRefinement::end_pass() {
 double FieldRefinement::fraction() const {
   if (over_) return 1;
   // Each photo is rendered twice in a pass.
-  const double part = static_cast<double>(photo_) / 2.0 /
-                      static_cast<double>(point_.problem->photos.size());
+  const double part =
+      static_cast<double>(photo_) / 2.0 / static_cast<double>(point_.problem->photos.size());
   double done = pass_spp(point_.report.passes) * part, all = 0;
   for (int pass = 0; pass < static_cast<int>(kShares.size()); ++pass) {
     all += pass_spp(pass);
@@ -177,8 +173,8 @@ double FieldRefinement::fraction() const {
 }
 
 void FieldRefinement::members(SavedState& state) {
-  state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, photo_equations_, informative_,
-        over_);
+  state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, photo_equations_,
+        informative_, over_);
 }
 
 }  // namespace selenite

@@ -12,7 +12,7 @@
 namespace selenite {
 
 struct FieldRefinementOptions {
-  int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
+  int least_of_pass = 32;                   ///< samples: with fewer there is nothing to step by
   double converged_sigmas = 3, near = 0.1;  ///< as of `RefinementOptions`
   /// Samples of the first pass's derivatives in units of its own, as they select the informative pixels,
   /// and the share that those of the others are.
@@ -32,8 +32,8 @@ class FieldRefinement {
  public:
   /// `problem` must outlive it. `optimiser`: whose instruments are taken; null: none.
   FieldRefinement(const Problem& problem, const GaussNewton* optimiser, Vector x,
-                  FieldGaussNewton fields, std::uint64_t seed, int spp,
-                  int iteration_spp, FieldRefinementOptions options = {});
+                  FieldGaussNewton fields, std::uint64_t seed, int spp, int iteration_spp,
+                  FieldRefinementOptions options = {});
 
   /// The next photo of a pass; false when it was the last of the last. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);

@@ -38,8 +38,9 @@ bool leaves_out(const Confidence& reported, double x, double widths) {
 
 }  // namespace
 
-MinimaComparison::MinimaComparison(const Problem& problem, std::vector<Eigen::VectorXf> weights, Point answer,
-               std::vector<Vector> alternatives, std::uint64_t seed, int spp)
+MinimaComparison::MinimaComparison(const Problem& problem, std::vector<Eigen::VectorXf> weights,
+                                   Point answer, std::vector<Vector> alternatives,
+                                   std::uint64_t seed, int spp)
     : problem_(&problem),
       reparametrization_(problem.unknowns),
       fields_(std::move(answer.fields)),
@@ -62,8 +63,8 @@ bool MinimaComparison::step(Evaluator& evaluator) {
   const Photo& photo = problem_->photos[photo_];
   Candidate& candidate = candidates_[candidate_];
   const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
-  candidate.seen[part_] = evaluator.evaluate({candidate.x, fields_}, photo,
-                                           {spp(), seed_of(seed_, purpose, static_cast<int>(photo_))});
+  candidate.seen[part_] = evaluator.evaluate(
+      {candidate.x, fields_}, photo, {spp(), seed_of(seed_, purpose, static_cast<int>(photo_))});
   if (++part_ < kParts) return true;
   part_ = 0;
   if (++candidate_ < candidates_.size()) return true;
@@ -95,7 +96,8 @@ void MinimaComparison::end_round() {
     return by.sum > kSigmas * by.deviation;
   };
   const auto lost = [&](const Candidate& alternative) {
-    return alternative.against_answer.significant(kSigmas) || worse(alternative.tiled_loss.coarse, answer.coarse) ||
+    return alternative.against_answer.significant(kSigmas) ||
+           worse(alternative.tiled_loss.coarse, answer.coarse) ||
            worse(alternative.tiled_loss.all, answer.all);
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
@@ -112,7 +114,8 @@ bool MinimaComparison::Survivor::is_better() const { return z_score > kSigmas; }
 std::vector<MinimaComparison::Survivor> MinimaComparison::survivors() const {
   std::vector<Survivor> survivors;
   const Vector& answer = candidates_.front().x;
-  for (auto alternative = candidates_.begin() + 1; alternative != candidates_.end(); ++alternative) {
+  for (auto alternative = candidates_.begin() + 1; alternative != candidates_.end();
+       ++alternative) {
     bool far = false;
     for (Eigen::Index k = 0; k < answer.size(); ++k)
       far = far || far_apart(reparametrization_, alternative->x, answer, k);
@@ -141,14 +144,14 @@ double MinimaComparison::fraction() const {
   const double rounds = static_cast<double>(kShares.size());
   if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return 1;
   const auto of_photo = static_cast<double>(kParts * candidates_.size());
-  const double done = (static_cast<double>(photo_) +
-                       static_cast<double>(kParts * candidate_ + part_) / of_photo) /
-                      static_cast<double>(problem_->photos.size());
+  const double done =
+      (static_cast<double>(photo_) + static_cast<double>(kParts * candidate_ + part_) / of_photo) /
+      static_cast<double>(problem_->photos.size());
   return (round_ + done) / rounds;
 }
 
-void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
-             const Vector& alternative, bool refined) {
+void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization,
+                    const Vector& answer, const Vector& alternative, bool refined) {
   bool any = false;
   for (std::size_t k = 0; k < report.components.size(); ++k) {
     Confidence& reported = report.components[k];

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "fit/evaluate/paired_test.h"
-#include "fit/evaluate/tiled_loss.h"
 #include "fit/evaluate/photo_evaluator.h"
+#include "fit/evaluate/tiled_loss.h"
 #include "fit/inference/confidence_intervals.h"
 
 namespace selenite {
@@ -26,7 +26,7 @@ class MinimaComparison {
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
   /// samples of a pixel at most.
   MinimaComparison(const Problem& problem, std::vector<Eigen::VectorXf> weights, Point answer,
-         std::vector<Vector> alternatives, std::uint64_t seed, int spp);
+                   std::vector<Vector> alternatives, std::uint64_t seed, int spp);
   /// The next picture; false when it was the last. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
   double fraction() const;
@@ -48,8 +48,8 @@ class MinimaComparison {
  private:
   struct Candidate {
     Vector x;
-    FilmPair seen;         ///< of the current photo
-    TiledLoss tiled_loss;  ///< of this round
+    FilmPair seen;                      ///< of the current photo
+    TiledLoss tiled_loss;               ///< of this round
     PairedMidpointTest against_answer;  ///< likewise: how much nearer to the photos the answer is
     void members(SavedState& state) { state(x, seen, tiled_loss, against_answer); }
   };
@@ -67,13 +67,13 @@ class MinimaComparison {
   int most_spp_;
   int round_ = 0;
   std::size_t photo_ = 0, candidate_ = 0;  ///< of the next picture
-  std::size_t part_ = 0;                     ///< likewise
+  std::size_t part_ = 0;                   ///< likewise
 };
 
 /// Notes in `report`, which is about `answer`, a alternative that explains the photos as well if it lies far
 /// outside what is reported, and takes back that these values are determined. refined: at the bottom of
 /// its basin; else widths of an interval may lie between what are the same values.
-void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization, const Vector& answer,
-             const Vector& alternative, bool refined);
+void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization,
+                    const Vector& answer, const Vector& alternative, bool refined);
 
 }  // namespace selenite

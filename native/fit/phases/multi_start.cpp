@@ -31,7 +31,7 @@ constexpr double kGreyness = 0.3;  ///< of the range: how far channels stray fro
 constexpr double kExtinctionFactor = 10;
 constexpr double kLeastIor = 1.2, kLargestIor = 2;  ///< of most dielectrics
 constexpr double kSigmas = 2;                       ///< by which one must lose to another
-constexpr double kSameBasin = 0.1;                      ///< of each range: the same basin
+constexpr double kSameBasin = 0.1;                  ///< of each range: the same basin
 constexpr double kMedianOfSquare = 0.455;           ///< of a standard normal number
 /// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
 /// below its mean by luck.
@@ -92,8 +92,7 @@ double MultiStart::point_in_range(int component, double at) const {
     high = kLargestIor;
   }
   const double start = unknowns.start()[component];
-  if (description.scale == Scale::kLog && description.effect != Effect::kSurface &&
-      start > 0) {
+  if (description.scale == Scale::kLog && description.effect != Effect::kSurface && start > 0) {
     low = std::max(low, start / kExtinctionFactor);
     high = std::min(high, start * kExtinctionFactor);
   }
@@ -101,8 +100,7 @@ double MultiStart::point_in_range(int component, double at) const {
     low = Reparametrization::reflectance(low);
     return Reparametrization::albedo_of(low + at * (Reparametrization::reflectance(high) - low));
   }
-  if ((description.scale == Scale::kLog || description.scale == Scale::kRoughness) &&
-      low > 0)
+  if ((description.scale == Scale::kLog || description.scale == Scale::kRoughness) && low > 0)
     return low * std::pow(high / low, at);
   return low + at * (high - low);
 }
@@ -142,7 +140,8 @@ void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator&
     const Photo& photo = photos_[v];
     FilmPair parts;
     for (int i = 0; i < 2; ++i)
-      parts[static_cast<std::size_t>(i)] = evaluator.evaluate({candidate.x}, photo, {spp / 2, seed_for(purpose, i, static_cast<int>(v))});
+      parts[static_cast<std::size_t>(i)] = evaluator.evaluate(
+          {candidate.x}, photo, {spp / 2, seed_for(purpose, i, static_cast<int>(v))});
     candidate.tiled_loss.append(TiledLoss(merged(parts), photo, weights_[v]), share);
     if (round_ == kLast) candidate.pictures.push_back(std::move(parts));
   }
@@ -175,12 +174,11 @@ void MultiStart::descend(Candidate& candidate, int index, int steps, Evaluator& 
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < photos_.size(); ++v) {
       const int purpose = 16 + 64 * round_ + n;
-      seen.push_back(
-          {static_cast<int>(v),
-           evaluator.evaluate({candidate.x}, photos_[v],
-                              {kStepSpp, seed_for(purpose, index, static_cast<int>(v)),
-                               Differences{alternating_side(n)}}),
-           {}});
+      seen.push_back({static_cast<int>(v),
+                      evaluator.evaluate({candidate.x}, photos_[v],
+                                         {kStepSpp, seed_for(purpose, index, static_cast<int>(v)),
+                                          Differences{alternating_side(n)}}),
+                      {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
   }
@@ -200,8 +198,9 @@ void MultiStart::keep_best(std::size_t count) {
                    [](const Candidate& a, const Candidate& b) { return a.rank < b.rank; });
   std::vector<Candidate> kept;
   for (Candidate& one : candidates_) {
-    const bool known = std::any_of(kept.begin(), kept.end(),
-                                   [&](const Candidate& other) { return same_basin(one.x, other.x); });
+    const bool known = std::any_of(kept.begin(), kept.end(), [&](const Candidate& other) {
+      return same_basin(one.x, other.x);
+    });
     if (one.from_start || (kept.size() < count && !known)) kept.push_back(std::move(one));
   }
   candidates_ = std::move(kept);
@@ -213,7 +212,7 @@ bool MultiStart::step(Evaluator& evaluator) {
   const bool final = round_ == kLast;
   if (round_ > 0 && !final && !candidate.untouched)
     descend(candidate, static_cast<int>(next_), kRounds[static_cast<std::size_t>(round_) - 1].steps,
-           evaluator);
+            evaluator);
   evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, evaluator);
   done_ = (round_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
           (kLast + 1);
@@ -261,8 +260,10 @@ std::vector<Vector> MultiStart::others() const {
 /// Share of the range, in the coordinate of steps, to the nearest bound.
 double MultiStart::distance_to_bounds(const Vector& x) const {
   const Vector u = reparametrization_.from_values(x);
-  const Vector nearest = (u - reparametrization_.minimum()).cwiseMin(reparametrization_.maximum() - u);
-  return nearest.cwiseQuotient(reparametrization_.maximum() - reparametrization_.minimum()).minCoeff();
+  const Vector nearest =
+      (u - reparametrization_.minimum()).cwiseMin(reparametrization_.maximum() - u);
+  return nearest.cwiseQuotient(reparametrization_.maximum() - reparametrization_.minimum())
+      .minCoeff();
 }
 
 /// Whether nothing says that `other` is better by more than noise.
@@ -283,7 +284,9 @@ void MultiStart::choose() {
   const Candidate* chosen = &best;
   // At a bound steps see little, as of a roughness: of equals the one farthest from bounds.
   for (const Candidate& one : candidates_)
-    if (!one.untouched && distance_to_bounds(one.x) > distance_to_bounds(chosen->x) && equivalent(one, best)) chosen = &one;
+    if (!one.untouched && distance_to_bounds(one.x) > distance_to_bounds(chosen->x) &&
+        equivalent(one, best))
+      chosen = &one;
   for (const Candidate& one : candidates_) {
     if (!one.untouched) continue;
     result_.start_loss = one.loss;

@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-#include "fit/evaluate/photo_evaluator.h"
-#include "fit/state/fit_result.h"
-#include "fit/solver/gauss_newton.h"
-#include "fit/evaluate/paired_test.h"
-#include "fit/evaluate/tiled_loss.h"
 #include "fit/evaluate/finite_differences.h"
+#include "fit/evaluate/paired_test.h"
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/evaluate/tiled_loss.h"
+#include "fit/solver/gauss_newton.h"
+#include "fit/state/fit_result.h"
 
 namespace selenite {
 
@@ -49,9 +49,9 @@ class MultiStart {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    TiledLoss tiled_loss;                ///< in the newest look
+    TiledLoss tiled_loss;            ///< in the newest look
     std::vector<FilmPair> pictures;  ///< of the last round's, photo by photo
-    Eigen::ArrayXd tiles;         ///< of `loss`
+    Eigen::ArrayXd tiles;            ///< of `loss`
     std::shared_ptr<GaussNewton> steps;
   };
 

@@ -73,10 +73,10 @@ bool MultiStartPhase::step(FitRun& run) {
 
 RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Vector& x,
                                  const GaussNewton* optimiser)
-    : refinement_(run.problem.scalars(), optimiser, {x, run.point.fields},
-                  stream_seed(run.problem.settings().seed, Stream::kRefinement,
-                              minima.refined(), 0),
-                  run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp),
+    : refinement_(
+          run.problem.scalars(), optimiser, {x, run.point.fields},
+          stream_seed(run.problem.settings().seed, Stream::kRefinement, minima.refined(), 0),
+          run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp),
       minima_(&minima) {}
 
 bool RefinementPhase::step(FitRun& run) {

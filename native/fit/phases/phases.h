@@ -43,8 +43,7 @@ class RefinementPhase final : public Phase {
 /// Refinement where voxels are stepped together with scalars. Alternatives would need fields of their own.
 class FieldRefinementPhase final : public Phase {
  public:
-  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
-                       const GaussNewton* optimiser);
+  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields, const GaussNewton* optimiser);
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;
   double fraction() const override { return refinement_.fraction(); }

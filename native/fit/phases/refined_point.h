@@ -41,7 +41,7 @@ struct RefinedPoint {
   void members(SavedState& state);
 
   const Problem* problem;
-  GaussNewton gauss_newton;  ///< its instruments and weights; it takes no steps
+  GaussNewton gauss_newton;   ///< its instruments and weights; it takes no steps
   NormalEquations equations;  ///< of this pass so far
   Vector u;                   ///< of the last pass, in `Reparametrization`
   Vector x;

@@ -33,7 +33,7 @@ int Refinement::purpose() const { return 2 * point_.report.passes + (suspended_ 
 
 int Refinement::pass_spp(int pass) const {
   const auto index = static_cast<std::size_t>(pass);
-  const int share = suspended_                ? options_.offset_share
+  const int share = suspended_               ? options_.offset_share
                     : index < kShares.size() ? kShares[index]
                                              : 1;
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
@@ -44,16 +44,16 @@ Observation Refinement::derivatives(Evaluator& evaluator, int purpose, int porti
   const int index = static_cast<int>(photo);
   const Differences which{.side = alternating_side(portion), .of_roughness = Side::kBoth};
   const std::uint64_t seed = seed_of(seed_of(seed_, purpose, index), portion, index);
-  return {index,
-          evaluator.evaluate({point_.x, fields_}, point_.problem->photos[photo],
-                             {spp, seed, which}),
-          {}};
+  return {
+      index,
+      evaluator.evaluate({point_.x, fields_}, point_.problem->photos[photo], {spp, seed, which}),
+      {}};
 }
 
 /// Its steps are not taken: only the Jacobians that it has gathered count.
 void Refinement::gather_first_jacobians(Evaluator& evaluator) {
-  iteration_spp_ = std::max(pass_spp(point_.report.passes) / options_.derivative_share,
-                            kLeastOfDerivatives);
+  iteration_spp_ =
+      std::max(pass_spp(point_.report.passes) / options_.derivative_share, kLeastOfDerivatives);
   for (int portion = 0; portion < options_.warm_ups; ++portion) {
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < point_.problem->photos.size(); ++v)
@@ -78,8 +78,8 @@ bool Refinement::step(Evaluator& evaluator) {
   const std::size_t photos = point_.problem->photos.size();
   const Photo& photo = point_.problem->photos[photo_];
   const int spp = pass_spp(point_.report.passes);
-  const Film film = evaluator.evaluate(
-      {point_.x, fields_}, photo, {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
+  const Film film = evaluator.evaluate({point_.x, fields_}, photo,
+                                       {spp, seed_of(seed_, purpose(), static_cast<int>(photo_))});
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
   if (suspended_ || after_offset_ || point_.report.passes + 1 < options_.most_passes)
     gather(evaluator, spp);
@@ -93,15 +93,14 @@ bool Refinement::step(Evaluator& evaluator) {
 }
 
 void Refinement::end_pass() {
-  const Vector before =
-      std::exchange(point_.u, point_.reparametrization().from_values(point_.x));
+  const Vector before = std::exchange(point_.u, point_.reparametrization().from_values(point_.x));
   if (point_.report.passes > 0 && !after_offset_) point_.others.previous_step = point_.u - before;
   Estimate now = point_.end_pass();
   const int passes = point_.report.passes;
   const double noise = noise_of_step();
   const bool whole = pass_spp(passes - 1) == spp_ && passes > 1;
-  const bool near = point_.reach_of(now) <= options_.near &&
-                    now.surprise <= options_.converged_sigmas * noise;
+  const bool near =
+      point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
   const bool there = near || now.surprise <= options_.converged_sigmas;
   over_ = (whole && there) || passes >= options_.most_passes;
   if (over_ && near && !after_offset_) {
@@ -196,8 +195,7 @@ void Refinement::members(SavedState& state) {
   bool suspended = suspended_.has_value();
   state(suspended);
   if (!suspended) return;
-  if (state.reading())
-    suspended_ = {GaussNewton(*point_.problem), NormalEquations(0), {}, {}};
+  if (state.reading()) suspended_ = {GaussNewton(*point_.problem), NormalEquations(0), {}, {}};
   state(*suspended_);
 }
 

@@ -31,8 +31,7 @@ FitProblem::FitProblem(Scene scene, std::vector<Photo> photos,
       loss_(find_loss(settings_.loss)),
       layout_(scene_, unknowns_.parameters()),
       problem_{unknowns_, layout_, photos_, loss_, settings_.iterations} {
-  if (settings_.finite_differences)
-    differences_ = std::make_unique<Reparametrization>(unknowns_);
+  if (settings_.finite_differences) differences_ = std::make_unique<Reparametrization>(unknowns_);
   if (fields_.empty() || unknowns_.size() > 0) return;
   if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
     throw InvalidArgument("optimiser = '" + settings_.optimiser +

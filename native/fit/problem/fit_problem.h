@@ -22,8 +22,8 @@ class FitProblem {
  public:
   /// Reports all problems at once, one line each: InvalidArgument, or UnknownName when names that do
   /// not exist are the only problem.
-  FitProblem(Scene scene, std::vector<Photo> photos,
-             const std::vector<UnknownParameter>& unknowns, FitSettings settings);
+  FitProblem(Scene scene, std::vector<Photo> photos, const std::vector<UnknownParameter>& unknowns,
+             FitSettings settings);
   FitProblem(const FitProblem&) = delete;  // `scalars` refers to members
   FitProblem& operator=(const FitProblem&) = delete;
 

@@ -201,8 +201,8 @@ Color<double> mean_bias(const Film& film, const Photo& photo) {
   Color<double> bias;
   for (std::size_t i = 0; i < film.size(); ++i)
     if (photo.weight[i] > 0)
-      bias += (Color<double>(film.mean[i]) - Color<double>(photo.reference[i])) *
-              (3 * photo.share(i));
+      bias +=
+          (Color<double>(film.mean[i]) - Color<double>(photo.reference[i])) * (3 * photo.share(i));
   return bias;
 }
 

@@ -3,9 +3,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
-#include <array>
 #include <deque>
 #include <optional>
 #include <string>

@@ -34,7 +34,7 @@ struct FitSettings {
   std::string search = "auto";
   /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
   std::string refinement = "auto";
-  int refinement_spp = 0;    ///< of a pass; 0: as many as the iterations took, at least 64
+  int refinement_spp = 0;      ///< of a pass; 0: as many as the iterations took, at least 64
   Renderer renderer = render;  ///< a test puts an analytic picture here
 
   int chosen_validation_spp() const;

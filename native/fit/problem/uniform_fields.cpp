@@ -23,7 +23,8 @@ Color<double> UniformFields::Colour::linear(const Color<double>& stored) const {
   return image ? Color<double>(image->decode(Colorf(stored))) : stored;
 }
 
-std::vector<UniformFields::Colour> UniformFields::colours_of(const Scene& scene, const Fields& fields) {
+std::vector<UniformFields::Colour> UniformFields::colours_of(const Scene& scene,
+                                                             const Fields& fields) {
   std::vector<Colour> colours;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const FieldRef& ref = fields.refs()[f];
@@ -37,8 +38,8 @@ std::vector<UniformFields::Colour> UniformFields::colours_of(const Scene& scene,
 
 /// `wanted` without fields, then the colours that stand for them.
 std::vector<UnknownParameter> UniformFields::few_of(const std::vector<UnknownParameter>& wanted,
-                                                 const Fields& fields,
-                                                 const std::vector<Colour>& colours) {
+                                                    const Fields& fields,
+                                                    const std::vector<Colour>& colours) {
   std::vector<UnknownParameter> few;
   for (const UnknownParameter& one : wanted)
     if (!Fields::is_field(one)) few.push_back(one);
@@ -58,7 +59,8 @@ std::vector<UnknownParameter> UniformFields::few_of(const std::vector<UnknownPar
   return few;
 }
 
-Scene UniformFields::without(Scene scene, const Fields& fields, const std::vector<Colour>& colours) {
+Scene UniformFields::without(Scene scene, const Fields& fields,
+                             const std::vector<Colour>& colours) {
   for (const Colour& colour : colours) {
     const FieldRef& ref = fields.refs()[colour.field];
     const int index = std::visit([](const auto& one) { return one.material; }, ref);
@@ -73,10 +75,10 @@ Scene UniformFields::without(Scene scene, const Fields& fields, const std::vecto
 }
 
 std::unique_ptr<UniformFields> UniformFields::of(const Scene& scene,
-                                           const std::vector<UnknownParameter>& wanted,
-                                           const Fields& fields,
-                                           const std::vector<Photo>& photos, const Loss& loss,
-                                           int iterations) {
+                                                 const std::vector<UnknownParameter>& wanted,
+                                                 const Fields& fields,
+                                                 const std::vector<Photo>& photos, const Loss& loss,
+                                                 int iterations) {
   for (std::size_t f = 0; f < fields.refs().size(); ++f)
     if (!is_uniform(fields.start()[f], fields.channels(f))) return nullptr;
   if (colours_of(scene, fields).empty() || std::ranges::all_of(wanted, Fields::is_field))
@@ -87,8 +89,8 @@ std::unique_ptr<UniformFields> UniformFields::of(const Scene& scene,
 }
 
 UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted,
-                       const Fields& fields, const std::vector<Photo>& photos, const Loss& loss,
-                       int iterations)
+                             const Fields& fields, const std::vector<Photo>& photos,
+                             const Loss& loss, int iterations)
     : fields_(fields),
       colours_(colours_of(scene, fields)),
       scene_(without(scene, fields, colours_)),
@@ -107,9 +109,9 @@ FieldValues UniformFields::fields(const Vector& x) const {
     const int channels = fields_.channels(colour.field);
     Vector& all = values[colour.field];
     for (Eigen::Index i = 0; i < all.size(); ++i)
-      all[i] =
-          std::clamp(channels == 3 ? stored[static_cast<int>(i % 3)] : (stored.r + stored.g + stored.b) / 3,
-                     wanted.minimum, wanted.maximum);  // encoding rounds
+      all[i] = std::clamp(
+          channels == 3 ? stored[static_cast<int>(i % 3)] : (stored.r + stored.g + stored.b) / 3,
+          wanted.minimum, wanted.maximum);  // encoding rounds
     at += 3;
   }
   return values;

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "fit/problem/reparametrization.h"
 #include "fit/problem/fields.h"
 #include "fit/problem/problem.h"
+#include "fit/problem/reparametrization.h"
 
 namespace selenite {
 
@@ -21,9 +21,9 @@ class UniformFields {
   /// is unknown, or where there are more than kFewUnknowns numbers. All arguments but the first two must
   /// outlive it.
   static std::unique_ptr<UniformFields> of(const Scene& scene,
-                                        const std::vector<UnknownParameter>& wanted,
-                                        const Fields& fields, const std::vector<Photo>& photos,
-                                        const Loss& loss, int iterations);
+                                           const std::vector<UnknownParameter>& wanted,
+                                           const Fields& fields, const std::vector<Photo>& photos,
+                                           const Loss& loss, int iterations);
   UniformFields(const UniformFields&) = delete;  // the problem refers to members
   UniformFields& operator=(const UniformFields&) = delete;
 
@@ -46,8 +46,9 @@ class UniformFields {
     Color<double> stored(const Color<double>& linear) const;
     Color<double> linear(const Color<double>& stored) const;
   };
-  UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted, const Fields& fields,
-             const std::vector<Photo>& photos, const Loss& loss, int iterations);
+  UniformFields(const Scene& scene, const std::vector<UnknownParameter>& wanted,
+                const Fields& fields, const std::vector<Photo>& photos, const Loss& loss,
+                int iterations);
   static std::vector<Colour> colours_of(const Scene& scene, const Fields& fields);
   static std::vector<UnknownParameter> few_of(const std::vector<UnknownParameter>& wanted,
                                               const Fields& fields,

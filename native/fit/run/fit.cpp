@@ -29,8 +29,8 @@ bool Fit::step(Progress* progress) {
   } catch (const Cancelled&) {
     return run_.stop(StopReason::kCancelled);
   } catch (const std::exception& error) {
-    return run_.stop(StopReason::kError, "Iteration " + std::to_string(run_.result.iterations) +
-                                             ": " + error.what());
+    return run_.stop(StopReason::kError,
+                     "Iteration " + std::to_string(run_.result.iterations) + ": " + error.what());
   }
 }
 
@@ -50,7 +50,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
     case PhaseKind::kMultiStart:
       return std::make_unique<Descent>(run_);
     case PhaseKind::kDescent:
-      return strategy_.refines ? refinement_of_best(dynamic_cast<const Descent&>(*phase_)) : nullptr;
+      return strategy_.refines ? refinement_of_best(dynamic_cast<const Descent&>(*phase_))
+                               : nullptr;
     case PhaseKind::kRefinement:
       if (strategy_.joint) return nullptr;
       if (auto comparison = minima_.comparison(run_))
@@ -70,8 +71,7 @@ std::unique_ptr<Phase> Fit::refinement_of_best(const Descent& descent) {
   if (const JointGaussNewton* joint = descent.joint())
     return std::make_unique<FieldRefinementPhase>(run_, joint->field_solver(),
                                                   descent.gauss_newton());
-  return std::make_unique<RefinementPhase>(run_, minima_, run_.result.best,
-                                           descent.gauss_newton());
+  return std::make_unique<RefinementPhase>(run_, minima_, run_.result.best, descent.gauss_newton());
 }
 
 }  // namespace selenite

@@ -27,9 +27,7 @@ class FitClock {
   void update(const FitResult& result) {
     if (result.phase != phase_) enter_phase(result);
   }
-  double seconds() const {
-    return before_ + (running_ ? since(begin_) : 0);
-  }
+  double seconds() const { return before_ + (running_ ? since(begin_) : 0); }
   /// Of the phase, from its own pace; NaN: not known yet. `done`: share of the phase.
   double seconds_left(double done) const {
     const double here = done - done_before_;

@@ -98,7 +98,8 @@ FitState FitJob::state() const {
   state.done = over_;
   state.error = published_.error;
   if (over_) {
-    state.stopped_because = stop_text(published_.error.empty() ? result.stopped : StopReason::kError);
+    state.stopped_because =
+        stop_text(published_.error.empty() ? result.stopped : StopReason::kError);
     if (result.stopped == StopReason::kDropped) state.stopped_because += ": " + result.message;
   }
   state.phase = phase_text(result.phase);
@@ -112,8 +113,7 @@ FitState FitJob::state() const {
     state.validation = row.validation;
     state.validation_standard_error = row.validation_standard_error;
   }
-  state.seconds_left =
-      over_ ? 0 : started_ ? clock_.seconds_left(result.phase_fraction) : kNone;
+  state.seconds_left = over_ ? 0 : started_ ? clock_.seconds_left(result.phase_fraction) : kNone;
   state.values = result.last;
   return state;
 }

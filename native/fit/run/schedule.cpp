@@ -199,12 +199,13 @@ class Planner {
       const int derivatives =
           pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
       add(PhaseKind::kRefinement, pixels_, of_pass, 1, Carried::kNothing);
-      add(PhaseKind::kRefinement, pixels_, std::max(derivatives / kJacobianPortions, kLeastOfDerivatives),
-          kJacobianPortions, both);
+      add(PhaseKind::kRefinement, pixels_,
+          std::max(derivatives / kJacobianPortions, kLeastOfDerivatives), kJacobianPortions, both);
       const int closer = kOptions.informative_samples * of_pass;
       add(PhaseKind::kRefinement, informative, closer, 1, Carried::kNothing);
       add(PhaseKind::kRefinement, informative,
-          closer / (kOptions.informative_derivative_share * kJacobianPortions), kJacobianPortions, both);
+          closer / (kOptions.informative_derivative_share * kJacobianPortions), kJacobianPortions,
+          both);
       pilot = false;
     }
     validate(PhaseKind::kRefinement, 1);

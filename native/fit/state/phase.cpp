@@ -28,8 +28,8 @@ Validation FitRun::validate(const Point& at, int spp) {
 }
 
 HistoryRow FitRun::row(const Point& at) const {
-  return {result.iterations, at.scalars, 0, kNotDone,
-          kNotDone,          {},         problem.fields().means(at.fields)};
+  return {
+      result.iterations, at.scalars, 0, kNotDone, kNotDone, {}, problem.fields().means(at.fields)};
 }
 
 bool FitRun::accept(const Vector& x, const Validation& validation, bool confirmed) {
@@ -40,9 +40,9 @@ bool FitRun::accept(const Vector& x, const Validation& validation, bool confirme
   best.note(next, validation, result);
   // An estimate that draws on all iterations yields to an earlier state only if that is better by more
   // than the noise of the comparison.
-  if (confirmed ||
-      (strategy.estimates_by_all_iterations() &&
-       next.validation < result.best_validation + kAverageSigmas * next.validation_standard_error)) {
+  if (confirmed || (strategy.estimates_by_all_iterations() &&
+                    next.validation <
+                        result.best_validation + kAverageSigmas * next.validation_standard_error)) {
     result.best_validation = kNotDone;
     best.note(next, validation, result);
   }

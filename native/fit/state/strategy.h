@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "fit/state/block_schedule.h"
 #include "fit/problem/fit_problem.h"
 #include "fit/solver/optimiser.h"
+#include "fit/state/block_schedule.h"
 
 namespace selenite {
 
