@@ -95,7 +95,7 @@ def test_many_unknowns_and_grids_get_seconds_and_the_reason(lit_ball, tmp_path, 
     assert content["presets"]["draft"]["expected_seconds"] > 0
     assert content["presets"]["draft"]["expected_error"] is None
     assert content["presets"]["draft"]["expected_errors"] == {}
-    assert "13 numbers are unknown, a fit verifies up to 12" in printed
+    assert "13 numbers are unknown, a fit refines up to 12" in printed
     bpy.ops.wm.read_factory_settings(use_empty=True)
     made.smoke()
     photo = made.photo(tmp_path / "photo.exr")

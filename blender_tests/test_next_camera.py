@@ -283,9 +283,9 @@ def test_jacobians_are_the_same_whatever_the_number_of_threads():
         assert (getattr(one, key) == getattr(two, key)).all(), key
     assert one.not_finite == [] and one.dropped == 0
     noise = {"spp": 64, "relative": 0.01, "pixels": 4}
-    told = [core.fisher_information(seen, **noise) for seen in (one, two)]
-    assert (told[0].normal == told[1].normal).all() and told[0].normal.shape == (4, 4)
-    assert (np.linalg.eigvalsh(told[0].precision()) > -1e-9).all()
+    found = [core.fisher_information(seen, **noise) for seen in (one, two)]
+    assert (found[0].normal == found[1].normal).all() and found[0].normal.shape == (4, 4)
+    assert (np.linalg.eigvalsh(found[0].precision()) > -1e-9).all()
     same = native_scene.with_values({("Body", "base_color"): [0.5] * 3})
     # The roughness is a difference of pictures, so that no path carries its derivative.
     carried = [("Body", "base_color")]

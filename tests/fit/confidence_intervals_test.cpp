@@ -72,7 +72,7 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kHere}, 0, 1, 0.03},
                                               {"Body", "metallic", {0.5}, 0, 1, 0.03}});
   const Reparametrization reparametrization(unknowns);
-  const auto looked = [&](double shared) {
+  const auto refined = [&](double shared) {
     NormalEquations evidence(2);
     evidence.normal << 1, shared, shared, 1;
     evidence.normal_variance.setConstant(1e-12);
@@ -82,7 +82,7 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
     evidence.score_covariance = 1e-8 * evidence.normal;
     return std::pair(estimate(unknowns, reparametrization, unknowns.start(), evidence), straight);
   };
-  const auto [found, straight] = looked(kShared);
+  const auto [found, straight] = refined(kShared);
   EXPECT_NEAR(found.step[0], kTrue - kHere, 1e-9);
   EXPECT_NEAR(found.step[1], -kShared * found.step[0], 1e-9);
   const double error = 1e-4 / std::sqrt(1 - kShared * kShared);
@@ -92,7 +92,7 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   EXPECT_GT(kTrue - interval[0], interval[1] - kTrue);  // the way down is the longer one
 
   // WeightedResidual by itself it steps as any other.
-  const auto [apart, direct] = looked(0.5);
+  const auto [apart, direct] = refined(0.5);
   EXPECT_NEAR(apart.step[0], direct, 1e-9);
 }
 

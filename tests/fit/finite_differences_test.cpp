@@ -8,9 +8,7 @@
 
 namespace selenite {
 namespace {
-
 constexpr Eigen::Index kRoughness = 3, kTransmission = 4, kIor = 5;
-
 /// Away from the truth, so that residuals do not vanish.
 struct Setting {
   Scene scene;

@@ -20,10 +20,10 @@ inline int field_number(const char* name) {
   return field;
 }
 
-/// A base colour of 2 x 2 texels, grey numbers `held`, row 0 at the top.
-inline FieldMap image_of(const std::vector<float>& held, bool encoded, std::vector<float> alpha) {
+/// A base colour of 2 x 2 texels, grey numbers `stored`, row 0 at the top.
+inline FieldMap image_of(const std::vector<float>& stored, bool encoded, std::vector<float> alpha) {
   std::vector<Colorf> pixels;
-  for (const float x : held) pixels.emplace_back(x);
+  for (const float x : stored) pixels.emplace_back(x);
   FieldMap map;
   map.field = field_number("base_color");
   map.texture = std::make_shared<Texture>("Wood", kTexels, kTexels, pixels, std::move(alpha),
@@ -43,11 +43,11 @@ inline Light lamp(double side, const Vec3d& from) {
 }
 
 /// A board with that image.
-inline Scene board(const std::vector<float>& held, bool encoded = false,
+inline Scene board(const std::vector<float>& stored, bool encoded = false,
                    std::vector<float> alpha = {}) {
   Material m = plastic("Board");
   m.values.roughness = 0.5;
-  m.maps.push_back(image_of(held, encoded, std::move(alpha)));
+  m.maps.push_back(image_of(stored, encoded, std::move(alpha)));
   SceneBuilder builder;
   place(builder, quad_mesh(1), builder.add_material(m));
   builder.add_light(lamp(0.5, {0.3, 1.5, 2}));  // whose gloss tells the roughness
@@ -57,12 +57,12 @@ inline Scene board(const std::vector<float>& held, bool encoded = false,
 }
 
 /// A sphere of clear glass with an image, before a lamp.
-inline Scene glass_sphere(double ior, const std::vector<float>& held) {
+inline Scene glass_sphere(double ior, const std::vector<float>& stored) {
   Material m = plastic("Board");
   m.values.roughness = 0.02;
   m.values.transmission = 1;
   m.values.ior = ior;
-  m.maps.push_back(image_of(held, false, {}));
+  m.maps.push_back(image_of(stored, false, {}));
   Mesh sphere = sphere_mesh(0.7);
   std::vector<Vec2f> corners;
   for (const auto& triangle : sphere.triangles)

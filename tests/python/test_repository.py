@@ -41,13 +41,6 @@ LAYERS = {
     "fit": ("problem", "evaluate", "solver", "inference", "state", "phases", "run"),
 }
 
-# TEMPORARY: what native/fit breaks until it is rebuilt. Only what still does may stand here.
-FIT_NOT_YET = {
-    "include": set(),
-    "methods": {"GaussNewton"},
-    "members": {"GaussNewton"},
-}
-
 # Where Blender may be imported at the head of a file ...
 BLENDER_ROOMS = {"scene_read", "write_back", "cycles_check", "importers", "interface"}
 # ... and where only inside a function, so that `import selenite` works without Blender
@@ -113,13 +106,6 @@ def _native(room: str) -> Iterator[tuple[Path, list[str]]]:
             yield path, re.findall(r'^\s*#\s*include\s+"([^"]+)"', _text(path), re.MULTILINE)
 
 
-def _not_yet(kind: str, wrong: set[str]) -> set[str]:
-    """Without what native/fit is allowed for now."""
-    allowed = FIT_NOT_YET[kind]
-    assert allowed <= wrong, f"take out of FIT_NOT_YET: {sorted(allowed - wrong)}"
-    return wrong - allowed
-
-
 @pytest.mark.parametrize("room", LAYERS)
 def test_folders_of_a_room_include_only_those_before(room: str) -> None:
     order = LAYERS[room]
@@ -131,8 +117,6 @@ def test_folders_of_a_room_include_only_those_before(room: str) -> None:
             other, *rest = included.split("/")
             if other == room and rest[0] not in order[: order.index(layer) + 1]:
                 wrong.add(f"{path.relative_to(NATIVE / room)} includes {room}/{rest[0]}")
-    if room == "fit":
-        wrong = _not_yet("include", wrong)
     assert not wrong, "\n".join(sorted(wrong))
 
 
@@ -160,7 +144,6 @@ def test_classes_have_few_methods() -> None:
     found = _classes()
     assert found["Geometry"].methods > 10  # the counter counts
     large = {name for name, body in found.items() if body.methods > MOST_METHODS}
-    large = _not_yet("methods", large)
     assert not large, {name: found[name].methods for name in large}
 
 
@@ -169,7 +152,6 @@ def test_classes_have_few_members() -> None:
     found = _classes()
     assert found["Principled"].members > 20 and not found["Principled"].hides
     large = {name for name, body in found.items() if body.hides and body.members > MOST_MEMBERS}
-    large = _not_yet("members", large)
     assert not large, {name: found[name].members for name in large}
 
 

@@ -42,7 +42,7 @@ def too_many(plan: FitPlan) -> str:
         return "a grid or image has too many values to say what the photos know of them"
     count, few = sum(item.parameter.width for item in plan.unknowns), native.core().few_unknowns
     if count > few:
-        return f"{count} numbers are unknown, a fit verifies up to {few}"
+        return f"{count} numbers are unknown, a fit refines up to {few}"
     return ""
 
 

@@ -37,7 +37,7 @@ struct ComparisonRenders {
 struct ExpectedCourse {
   /// Iterations after which the values of most fits that are refined have settled.
   /// Measured: docs/measurements/trade.md.
-  int settled_after = 15;
+  int converged_after = 15;
   double informative_pixels = 0.5;  ///< share of the pixels that tell something
   /// Candidates that a multi-start ends with, the untouched start among them; and those of them that it
   /// leaves for a comparison with the answer.

@@ -109,7 +109,7 @@ class Planner {
     const FitSettings& settings = problem_.settings();
     int iterations = blocks_.iterations();
     if (strategy_.refines && problem_.fields().empty() && strategy_.optimiser.averages_iterations)
-      iterations = std::min(iterations, kExpected.settled_after);
+      iterations = std::min(iterations, kExpected.converged_after);
     int scalar_iterations = 0;
     for (int i = 0; i < iterations; ++i) {
       const Block block = blocks_.block(i);

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "fit/problem/saved_state.h"
-#include "fit/solver/gaussian_blur.h"
+#include "fit/evaluate/gaussian_blur.h"
 #include "math/scalar.h"
 
 namespace selenite {
