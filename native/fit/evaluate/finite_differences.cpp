@@ -9,8 +9,7 @@
 namespace selenite {
 namespace {
 
-double step_for_instrumental(const Parameter& description,
-                             const FiniteDifferenceOptions& options) {
+double step_for_instrumental(const Parameter& description, const FiniteDifferenceOptions& options) {
   switch (description.scale) {
     case Scale::kLog:
       return options.log;
@@ -62,8 +61,7 @@ Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bo
     const Parameter& description = unknowns.descriptions()[p];
     // Channels that are diagonal move together: each shows in its own channel of the picture.
     const bool together = members[p].size() == 1 || description.diagonal;
-    const double step =
-        differences && together ? difference_step(scene, ref, purpose, options) : 0;
+    const double step = differences && together ? difference_step(scene, ref, purpose, options) : 0;
     if (step > 0)
       shares.differences.push_back(
           {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options)});
@@ -190,8 +188,7 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
   return sharpest.transmission * (1 - sharpest.metallic) > options.sharp * sharpest.roughness;
 }
 
-Differences differences_of(Purpose purpose, int iteration,
-                           const FiniteDifferenceOptions& options) {
+Differences differences_of(Purpose purpose, int iteration, const FiniteDifferenceOptions& options) {
   if (purpose == Purpose::kGradient) return {};
   if (iteration < options.first_iterations) return {alternating_side(iteration)};
   const int since = iteration - options.first_iterations, round = options.round;

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "fit/problem/reparametrization.h"
 #include "fit/problem/problem.h"
+#include "fit/problem/reparametrization.h"
 #include "render/film/film.h"
 
 namespace selenite {

@@ -18,8 +18,8 @@ Film merged(const FilmPair& parts) {
   return film;
 }
 
-void PairedMidpointTest::add(const Photo& photo, const Eigen::VectorXf& weights, const FilmPair& one,
-                   const FilmPair& other) {
+void PairedMidpointTest::add(const Photo& photo, const Eigen::VectorXf& weights,
+                             const FilmPair& one, const FilmPair& other) {
   std::array<Halves, 2> from, to;
   for (std::size_t part = 0; part < 2; ++part) {
     from[part] = residual_halves(one[part], photo);
@@ -44,7 +44,9 @@ void PairedMidpointTest::add(const Photo& photo, const Eigen::VectorXf& weights,
   }
 }
 
-bool PairedMidpointTest::significant(double sigmas) const { return sum > sigmas * std::sqrt(variance); }
+bool PairedMidpointTest::significant(double sigmas) const {
+  return sum > sigmas * std::sqrt(variance);
+}
 
 double PairedMidpointTest::z_score() const { return variance > 0 ? -sum / std::sqrt(variance) : 0; }
 

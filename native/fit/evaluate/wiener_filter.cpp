@@ -33,9 +33,9 @@ WienerFilter::WienerFilter(const Eigen::VectorXf& a, const Eigen::VectorXf& b,
   for (std::size_t i = 0; i < in_a.size(); ++i) {
     const Eigen::VectorXf common = weight.cwiseProduct(in_a[i]).cwiseProduct(in_b[i]);
     const Eigen::VectorXf all = weight.cwiseProduct(in_a[i].cwiseAbs2() + in_b[i].cwiseAbs2()) / 2;
-    signal_[i] = (around(common) -
-                  sigmas * (around(common.cwiseAbs2()).cwiseMax(0) / count).cwiseSqrt())
-                     .cwiseMax(0);
+    signal_[i] =
+        (around(common) - sigmas * (around(common.cwiseAbs2()).cwiseMax(0) / count).cwiseSqrt())
+            .cwiseMax(0);
     noise_[i] = (around(all) - signal_[i]).cwiseMax(0);
   }
 }

@@ -16,8 +16,9 @@ struct WienerFilterOptions {
   /// Subtracted from the power that two pictures have in common: what chance gives, as of a single
   /// bright pixel.
   double standard_errors = 1;
-  double clip_quantile = 0.998;  ///< of the absolute values of a derivative picture, where it is cut
-  int clip_stride = 5;           ///< every so many numbers make the quantile, which need not be exact
+  double clip_quantile =
+      0.998;            ///< of the absolute values of a derivative picture, where it is cut
+  int clip_stride = 5;  ///< every so many numbers make the quantile, which need not be exact
 };
 
 /// Separates signal from noise in pictures of the same thing that are mostly noise. Of each band (detail

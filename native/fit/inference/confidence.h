@@ -20,8 +20,8 @@ struct ConfidenceOptions {
   double undetermined = kNarrowShare;  ///< standard deviation, of the range, that says nothing
   double prior = 0.29;                 ///< of an even spread over the range: 1 / sqrt(12)
   double resolved = kCertainSigmas;    ///< own standard deviations from which a direction counts
-  double coupled = kLikelySigmas;      ///< the same for entries of the normal matrix off the diagonal
-  double correlated = 0.8;             ///< correlation that is reported
+  double coupled = kLikelySigmas;  ///< the same for entries of the normal matrix off the diagonal
+  double correlated = 0.8;         ///< correlation that is reported
   double decades = 4.6;  ///< largest range of a logarithm: log 100, a factor of ten either way
   /// Of 1/4 log(x^4 + shift^4): down to 0 pictures change with the fourth power of a roughness x (3.6,
   /// measured from 0.01 to 0.07 and 0.23).

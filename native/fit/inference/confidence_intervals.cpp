@@ -14,14 +14,13 @@ namespace selenite {
 namespace {
 
 /// What the solution says about component k, the `at`-th free one.
-Confidence confidence(const ExpansionPoint& point, const NormalSolution& solution,
-                      Eigen::Index at, Eigen::Index k) {
+Confidence confidence(const ExpansionPoint& point, const NormalSolution& solution, Eigen::Index at,
+                      Eigen::Index k) {
   const Reparametrization& reparametrization = point.reparametrization;
   Confidence one;
   const double error = std::sqrt(solution.covariance(at, at)), step = solution.step[at];
   const double to = point.u[k] + step, end = point.clamped(k, to);
-  one.interval =
-      point.values_between(k, step - kQuantile90 * error, step + kQuantile90 * error);
+  one.interval = point.values_between(k, step - kQuantile90 * error, step + kQuantile90 * error);
   if (point.is_roughness(k))
     extend_roughness_interval(point, k, end, kQuantile90 * error, one.interval);
   one.standard_error = one.by_slope =

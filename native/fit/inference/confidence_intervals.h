@@ -33,8 +33,8 @@ struct OtherPasses {
   }
 };
 Estimate estimate(const Unknowns& unknowns, const Reparametrization& reparametrization,
-                  const Vector& u, const NormalEquations& equations,
-                  const OtherPasses& others = {}, const ConfidenceOptions& options = kConfidence);
+                  const Vector& u, const NormalEquations& equations, const OtherPasses& others = {},
+                  const ConfidenceOptions& options = kConfidence);
 
 /// Widens the intervals to hold x, which is what the user gets. A step may lead beyond the longest one
 /// or a bound; the interval around its end may then not reach back.

@@ -22,7 +22,8 @@ void InformativePixels::choose(const GaussNewton& gauss_newton, const std::vecto
   Eigen::RowVectorXd total = Eigen::RowVectorXd::Zero(std::ssize(counts));
   for (std::size_t i = 0; i < pilot_.size(); ++i) {
     const InstrumentalVariables::Set sums = pilot_[i].plain();
-    scores.push_back(gauss_newton.weights()[i].asDiagonal() * sums.a.slopes.cwiseProduct(sums.b.slopes));
+    scores.push_back(gauss_newton.weights()[i].asDiagonal() *
+                     sums.a.slopes.cwiseProduct(sums.b.slopes));
     total += scores.back().cast<double>().colwise().sum();
   }
   Eigen::VectorXf shares = Eigen::VectorXf::Zero(total.size());
@@ -70,8 +71,7 @@ void InformativePixels::members(SavedState& state) {
   state(pilot_);
   std::int64_t count = std::ssize(selections_);
   state(count);
-  if (state.reading())
-    selections_.assign(static_cast<std::size_t>(count), Selection{});
+  if (state.reading()) selections_.assign(static_cast<std::size_t>(count), Selection{});
   for (std::size_t i = 0; i < selections_.size(); ++i) {
     Selection& one = selections_[i];
     PixelMask pixels;

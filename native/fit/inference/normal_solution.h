@@ -18,9 +18,10 @@ struct FixedComponent {
 struct NormalSolution {
   Vector step;
   Eigen::MatrixXd covariance;
-  Eigen::MatrixXd inverse;    ///< of the normal matrix
-  Eigen::MatrixXd responses;  ///< of the free components to the extent of each fixed one, a column each
-  double surprise = 0;        ///< largest component of the step along a direction, in deviations
+  Eigen::MatrixXd inverse;  ///< of the normal matrix
+  Eigen::MatrixXd
+      responses;        ///< of the free components to the extent of each fixed one, a column each
+  double surprise = 0;  ///< largest component of the step along a direction, in deviations
 };
 
 /// Solves for the components `free` in the singular directions of the scaled normal matrix. A direction

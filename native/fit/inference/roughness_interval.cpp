@@ -24,8 +24,7 @@ double by_fourth_power(const ExpansionPoint& point, Eigen::Index k, double coord
 /// Next to 0 many roughnesses lie within one standard deviation, as pictures hardly change there. Of
 /// values that are alike beforehand, their mean by likelihood has the least error. A smooth body then
 /// does not end at the roughest of the values that look the same. Never farther than the step.
-double mean_roughness_step(const ExpansionPoint& point, Eigen::Index k, double step,
-                           double error) {
+double mean_roughness_step(const ExpansionPoint& point, Eigen::Index k, double step, double error) {
   const int points = point.options.likelihood_points;
   const double reach = point.options.likelihood_reach;
   const auto [low, high] = point.values_between(k, step - reach * error, step + reach * error);
@@ -33,8 +32,7 @@ double mean_roughness_step(const ExpansionPoint& point, Eigen::Index k, double s
   double sum = 0, weighted = 0;
   for (int i = 0; i < points; ++i) {
     const double x = low + (i + 0.5) * width;
-    const double off =
-        (point.reparametrization.from_value(k, x) - point.u[k] - step) / error;
+    const double off = (point.reparametrization.from_value(k, x) - point.u[k] - step) / error;
     const double likelihood = std::exp(-off * off / 2);
     sum += likelihood;
     weighted += likelihood * x;
@@ -76,8 +74,7 @@ Vector likely_step(const ExpansionPoint& point, const std::vector<Eigen::Index>&
     if (!point.is_roughness(k) || !known) continue;
     if (to <= point.reparametrization.minimum()[k] || to >= point.reparametrization.maximum()[k])
       continue;
-    const double less =
-        mean_roughness_step(point, k, solution.step[at], error) - solution.step[at];
+    const double less = mean_roughness_step(point, k, solution.step[at], error) - solution.step[at];
     likely += solution.covariance.col(at) * (less / variance);
   }
   return likely;

@@ -8,9 +8,7 @@ namespace selenite {
 namespace {
 
 /// Where a value leads whose square goes a step by the slope at x.
-double by_square(double x, double step) {
-  return std::sqrt(std::max(x * x + 2 * x * step, 0.0));
-}
+double by_square(double x, double step) { return std::sqrt(std::max(x * x + 2 * x * step, 0.0)); }
 
 }  // namespace
 

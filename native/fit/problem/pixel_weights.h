@@ -24,8 +24,7 @@ inline constexpr PixelWeightsOptions kPixelWeights;
 
 /// Brightness of the photo around each pixel, kept away from 0. The pixel itself is left out: else
 /// weights would follow the noise of the photo, and weighted residuals would be biased.
-Eigen::VectorXf brightness(const Photo& photo,
-                           const PixelWeightsOptions& options = kPixelWeights);
+Eigen::VectorXf brightness(const Photo& photo, const PixelWeightsOptions& options = kPixelWeights);
 
 /// Each number's share in the mean over all of `photos` photos.
 Eigen::VectorXf shares(const Photo& photo, std::size_t photos);

@@ -91,8 +91,7 @@ Reparametrization::Reparametrization(const Unknowns& unknowns,
         cap_[k] = options.cap_linear * (reflectance(maximum) - reflectance(minimum));
         break;
       case Scale::kRoughness:
-        axes_.push_back(
-            {Axis::Kind::kRoughness, options.roughness_shift, options.least_roughness});
+        axes_.push_back({Axis::Kind::kRoughness, options.roughness_shift, options.least_roughness});
         cap_[k] = options.cap_log;
         break;
       default:

@@ -19,7 +19,8 @@ struct ReparametrizationOptions {
   double least_roughness = 0.01;  ///< of a slope, which is infinite at 0
   /// Least argument of log(x - 1 + shift): nearer to 1 an index of refraction shows in nothing.
   double least_excess = 0.05;
-  double shift_at_zero = 1e-3;  ///< of a logarithm whose lower bound is 0, as a share of the upper one
+  double shift_at_zero =
+      1e-3;  ///< of a logarithm whose lower bound is 0, as a share of the upper one
   /// Least sqrt(1 - albedo) of a slope, which is 0 at albedo 1: no step from there would ever help.
   double least_root = 0.01;
   double low_roughness = 0.03;  ///< what is rougher does not look perfectly sharp: alpha is 0.001

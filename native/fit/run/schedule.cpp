@@ -204,7 +204,7 @@ class Planner {
       const int closer = kOptions.informative_samples * of_pass;
       add(PhaseKind::kRefinement, informative, closer, 1, Carried::kNothing);
       add(PhaseKind::kRefinement, informative,
-          closer / (kOptions.informative_derivative_share * kJacobianPortions), kPortions, both);
+          closer / (kOptions.informative_derivative_share * kJacobianPortions), kJacobianPortions, both);
       pilot = false;
     }
     validate(PhaseKind::kRefinement, 1);

@@ -25,12 +25,11 @@ Matrix prior(const RecursiveLeastSquares& equations, const Unknowns& unknowns,
     const bool colour = components[static_cast<std::size_t>(k) + 2].parameter == first.parameter;
     if (first.index != 0 || !colour || !unknowns.description_of(static_cast<int>(k)).alike)
       continue;
-    const double seen =
-        normal.diagonal()
-            .segment<3>(k)
-            .cwiseMax(options.least_strength * equations.strength().segment<3>(k))
-            .cwiseMax(0)
-            .sum();
+    const double seen = normal.diagonal()
+                            .segment<3>(k)
+                            .cwiseMax(options.least_strength * equations.strength().segment<3>(k))
+                            .cwiseMax(0)
+                            .sum();
     if (!(seen > 0)) continue;
     const double noise = equations.covariance().diagonal().segment<3>(k).sum() / seen;
     prior.block<3, 3>(k, k) = (Eigen::Matrix3d::Identity() - Eigen::Matrix3d::Constant(1.0 / 3)) *
@@ -52,8 +51,7 @@ DampedStep free_step(const FreeProblem& problem, const std::vector<Eigen::Index>
                      double damping, double least_value) {
   const Vector inverse = problem.scale(free).cwiseInverse();
   const Matrix scaled = inverse.asDiagonal() * problem.normal(free, free) * inverse.asDiagonal();
-  const Matrix noise =
-      inverse.asDiagonal() * problem.covariance(free, free) * inverse.asDiagonal();
+  const Matrix noise = inverse.asDiagonal() * problem.covariance(free, free) * inverse.asDiagonal();
   const SingularDirections directions(scaled);
   const Vector values = directions.values.cwiseMax(least_value);
   const Matrix spread = directions.out.transpose() * noise * directions.out;

@@ -23,8 +23,9 @@ struct StepLimits {
 
 /// Where a solution of the normal equations leads, by component.
 struct DampedStep {
-  Vector step;       ///< the step to take
-  Vector remaining;  ///< distance to convergence: all that is left, and one standard deviation of it
+  Vector step;  ///< the step to take
+  Vector
+      remaining;  ///< distance to convergence: all that is left, and one standard deviation of it
 };
 
 /// The step from `u` within bounds and limits. A component that would leave at a bound stays there,

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "fit/problem/saved_state.h"
-#include "fit/solver/gaussian_blur.h"
+#include "math/gaussian_blur.h"
 #include "math/scalar.h"
 
 namespace selenite {
@@ -31,9 +31,9 @@ void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>
     std::vector<double> slopes = gradients[f];
     if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
       const double texels = how[f].spread * image->width() * image->height();
-      slopes =
-          gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
-                   std::sqrt(texels / (4 * kPi<double>)), image->extension() == Extension::kRepeat);
+      slopes = gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
+                             std::sqrt(texels / (4 * kPi<double>)),
+                             image->extension() == Extension::kRepeat);
     }
     const Eigen::Map<const Vector> gradient(slopes.data(),
                                             static_cast<Eigen::Index>(slopes.size()));

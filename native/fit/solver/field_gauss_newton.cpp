@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fit/problem/saved_state.h"
 #include "fit/problem/pixel_weights.h"
+#include "fit/problem/saved_state.h"
 
 namespace selenite {
 namespace {
@@ -125,8 +125,8 @@ Eigen::MatrixXf FieldGaussNewton::of_cells(const View& view, const Pixels& pixel
   return sums;
 }
 
-void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen, const Eigen::VectorXf& weight,
-                      double keep) {
+void FieldGaussNewton::add_residual(std::size_t i, const Halves& seen,
+                                    const Eigen::VectorXf& weight, double keep) {
   View& view = views_[i];
   const Eigen::ArrayXf share = of_numbers(view.share);
   Eigen::MatrixXf sums(share.size(), 3);
@@ -187,13 +187,13 @@ void FieldGaussNewton::solve(double done) {
       prior = noise / (all * options_.deviation * options_.deviation);
       damping = normal.diagonal().squaredNorm() / all *
                 std::exp(std::log(options_.first_damping) * (1 - done) +
-                          std::log(options_.last_damping) * done);
+                         std::log(options_.last_damping) * done);
     }
     channel.prior = prior;
     normal.diagonal().array() += prior + damping;
     channel.normal.compute(normal);
     channel.step = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
-                                        prior * (of_channel(values, c) - of_channel(prior_, c)));
+                                         prior * (of_channel(values, c) - of_channel(prior_, c)));
   }
 }
 
@@ -211,7 +211,8 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     const auto sums = [&](InstrumentalVariables::Half InstrumentalVariables::Set::*half) {
       Eigen::MatrixXf all = of_cells(view, z[i].weight->asDiagonal() * (whole.*half).filtered);
       if (z[i].informative)
-        all += of_cells(view, z[i].informative_weight->asDiagonal() * (z[i].informative->*half).filtered);
+        all += of_cells(view,
+                        z[i].informative_weight->asDiagonal() * (z[i].informative->*half).filtered);
       return all;
     };
     sums_a.push_back(sums(&InstrumentalVariables::Set::a));
@@ -234,21 +235,22 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
                      : 1;
     normal.diagonal().array() += prior;
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
-    const Eigen::MatrixXd like = (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
-                                  eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
-                                 2;
+    const Eigen::MatrixXd like =
+        (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
+         eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
+        2;
     // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
     // voxels is prior * deviation^2 / normal.
-    remaining +=
-        prior * prior * prior * options_.deviation * options_.deviation * (like.transpose() * solver.solve(like));
+    remaining += prior * prior * prior * options_.deviation * options_.deviation *
+                 (like.transpose() * solver.solve(like));
   }
   return remaining;
 }
 
-Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(const std::vector<Regressors>& z,
-                                      InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
-                                      const std::vector<Eigen::MatrixXf>& sums,
-                                      const Eigen::LLT<Eigen::MatrixXd>& solver) const {
+Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
+    const std::vector<Regressors>& z, InstrumentalVariables::Half InstrumentalVariables::Set::*half,
+    int c, const std::vector<Eigen::MatrixXf>& sums,
+    const Eigen::LLT<Eigen::MatrixXd>& solver) const {
   Eigen::MatrixXf seen = Eigen::MatrixXf::Zero(solver.cols(), sums.front().cols());
   for (std::size_t i = 0; i < z.size(); ++i) {
     const Eigen::Index cells = views_[i].jacobian.rows();

@@ -19,11 +19,13 @@ class SavedState;
 
 /// Sources: docs/measurements/constants.md, "FieldGaussNewtonOptions".
 struct FieldGaussNewtonOptions {
-  int cell = 8, large_cell = 16;        ///< pixels along a cell; the large one where memory is short
-  double most_entries = 1 << 26;        ///< of the Jacobians: 256 MiB
-  std::ptrdiff_t most_numbers = 3 * 12 * 12 * 12;  ///< of the fields: their normal matrices are dense
-  double jacobian_kept = 0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
-  double deviation = 0.3;      ///< standard deviation of voxels before any photo
+  int cell = 8, large_cell = 16;  ///< pixels along a cell; the large one where memory is short
+  double most_entries = 1 << 26;  ///< of the Jacobians: 256 MiB
+  std::ptrdiff_t most_numbers =
+      3 * 12 * 12 * 12;  ///< of the fields: their normal matrices are dense
+  double jacobian_kept =
+      0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
+  double deviation = 0.3;  ///< standard deviation of voxels before any photo
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
   double longest = 0.25;  ///< step of a voxel
@@ -71,7 +73,7 @@ class FieldGaussNewton {
   /// The instruments of the scalars for a photo.
   struct Regressors {
     InstrumentalVariables::Set* whole;
-    const Eigen::VectorXf* weight;  ///< of the residuals
+    const Eigen::VectorXf* weight;                            ///< of the residuals
     const InstrumentalVariables::Set* informative = nullptr;  ///< those of some pixels; null: none
     const Eigen::VectorXf* informative_weight = nullptr;
   };
@@ -106,7 +108,7 @@ class FieldGaussNewton {
   struct Channel {
     Eigen::MatrixXf jacobian;  ///< times the roots of the weights, of all photos
     Eigen::LLT<Eigen::MatrixXd> normal;
-    double prior = 0;     ///< on the diagonal of `normal`, beside the damping
+    double prior = 0;      ///< on the diagonal of `normal`, beside the damping
     Eigen::VectorXd step;  ///< of the voxels at fixed scalars
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.
@@ -114,10 +116,10 @@ class FieldGaussNewton {
   Eigen::MatrixXf of_cells(const View& view, const Pixels& pixels) const;
   /// For one half and channel c, by the sums over cells of all channels. Returns the regression of the
   /// scalars on the voxels.
-  Eigen::MatrixXd eliminate_from_half(
-      const std::vector<Regressors>& z,
-      InstrumentalVariables::Half InstrumentalVariables::Set::*half, int c,
-      const std::vector<Eigen::MatrixXf>& sums, const Eigen::LLT<Eigen::MatrixXd>& solver) const;
+  Eigen::MatrixXd eliminate_from_half(const std::vector<Regressors>& z,
+                                      InstrumentalVariables::Half InstrumentalVariables::Set::*half,
+                                      int c, const std::vector<Eigen::MatrixXf>& sums,
+                                      const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
 
   FieldGaussNewtonOptions options_;

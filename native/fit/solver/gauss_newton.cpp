@@ -43,8 +43,7 @@ Vector GaussNewton::step_by_residuals(const Vector& x, std::span<const Observati
   const Vector u = reparametrization_.from_values(x);
   join(measure(seen, halves), u, options_.follow_kept);
   damping_.raise_to(options_.follow_damping);
-  return problem_->unknowns.project(
-      reparametrization_.to_values(u + bounded_step(u, true).step));
+  return problem_->unknowns.project(reparametrization_.to_values(u + bounded_step(u, true).step));
 }
 
 std::vector<Halves> GaussNewton::begin_step(const Vector& x, std::span<const Observation> seen) {
@@ -136,8 +135,8 @@ void GaussNewton::reset_everything() {
 /// The mean of the last iterates: each still has the noise of its own samples.
 Vector GaussNewton::estimate(const Vector& x) const {
   if (accepted_.empty()) return x;
-  const auto late = static_cast<std::size_t>((1 - options_.damping.late_from) *
-                                             static_cast<double>(iteration_));
+  const auto late =
+      static_cast<std::size_t>((1 - options_.damping.late_from) * static_cast<double>(iteration_));
   const std::size_t count = std::min(accepted_.size(), std::max<std::size_t>(late, 1));
   const Vector zero = Vector::Zero(x.size());
   const Vector mean =

@@ -37,9 +37,8 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
 }
 
 InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, const Photo& photo,
-                                    const Eigen::VectorXf& importance) const {
-  return {half(layout, photo, &Part::a, importance),
-          half(layout, photo, &Part::b, importance)};
+                                                      const Eigen::VectorXf& importance) const {
+  return {half(layout, photo, &Part::a, importance), half(layout, photo, &Part::b, importance)};
 }
 
 InstrumentalVariables::Set InstrumentalVariables::plain() const {
@@ -86,15 +85,14 @@ InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout
     const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
     const Eigen::VectorXf slope = result.slopes.col(k);
     if (share(k) == 0) {
-      result.filtered.col(k) =
-          box_blur(clipped_derivative(slope, photo, channel, options_.filter), photo.width,
-                   photo.height, options_.first_blur_radius);
+      result.filtered.col(k) = box_blur(clipped_derivative(slope, photo, channel, options_.filter),
+                                        photo.width, photo.height, options_.first_blur_radius);
       continue;
     }
     const Eigen::VectorXf one = (first.*which).col(k) / static_cast<float>(first.weight[k]);
     const Eigen::VectorXf other = (second.*which).col(k) / static_cast<float>(second.weight[k]);
-    result.filtered.col(k) =
-        filtered_derivative(slope, one, other, share(k), photo, channel, importance, options_.filter);
+    result.filtered.col(k) = filtered_derivative(slope, one, other, share(k), photo, channel,
+                                                 importance, options_.filter);
   }
   return result;
 }

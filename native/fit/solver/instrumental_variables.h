@@ -23,8 +23,7 @@ struct InstrumentalVariablesOptions {
 class InstrumentalVariables {
  public:
   InstrumentalVariables() = default;
-  explicit InstrumentalVariables(const InstrumentalVariablesOptions& options)
-      : options_(options) {}
+  explicit InstrumentalVariables(const InstrumentalVariablesOptions& options) : options_(options) {}
 
   /// What one half of all samples says. Instruments of half A meet the residuals and the slopes of
   /// half B: they share no sample with these, not by the filter either. Otherwise noise that they have

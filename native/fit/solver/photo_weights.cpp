@@ -25,16 +25,16 @@ bool PhotoWeights::learn(std::span<const Observation> seen, double keep, int ite
   for (const Observation& one : seen) {
     Eigen::VectorXf& sum = variances_[static_cast<std::size_t>(one.photo)];
     const Eigen::Map<const Eigen::VectorXf> variance(&one.film.variance.front().r, sum.size());
-    sum = sum * static_cast<float>(keep) +
-          variance.cwiseMax(0.f) * static_cast<float>(one.film.spp);
+    sum =
+        sum * static_cast<float>(keep) + variance.cwiseMax(0.f) * static_cast<float>(one.film.spp);
   }
   if (iteration != next_) return false;
   next_ *= 2;
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const Photo& photo = (*photos_)[i];
-    weights_[i] = by_variance(
-        i, box_blur(variances_[i], photo.width, photo.height, options_.noise_radius) /
-               static_cast<float>(renders_));
+    weights_[i] =
+        by_variance(i, box_blur(variances_[i], photo.width, photo.height, options_.noise_radius) /
+                           static_cast<float>(renders_));
   }
   return true;
 }

@@ -45,7 +45,7 @@ class PhotoWeights {
   std::vector<Eigen::VectorXf> weights_;
   std::vector<Eigen::VectorXf> variances_;  ///< of one sample, summed over recent iterations
   double renders_ = 0;                      ///< in `variances_`
-  int next_;  ///< iteration at which the noise enters the weights
+  int next_;                                ///< iteration at which the noise enters the weights
 };
 
 }  // namespace selenite
