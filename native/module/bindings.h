@@ -21,6 +21,7 @@ void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);
 void bind_fisher_information(pybind11::module_& m);
+void bind_schedule(pybind11::module_& m);
 void bind_probe(pybind11::module_& m);
 
 }  // namespace selenite

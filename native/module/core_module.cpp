@@ -58,6 +58,7 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_fit(m);
   selenite::bind_photo_jacobian(m);
   selenite::bind_fisher_information(m);
+  selenite::bind_schedule(m);
   selenite::bind_probe(m);
   selenite::self_test();
 }

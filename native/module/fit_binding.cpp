@@ -6,10 +6,9 @@
 #include <cstring>
 
 #include "fit/run/fit_job.h"
-#include "fit/run/schedule.h"
 #include "math/error.h"
 #include "module/bindings.h"
-#include "module/float_array.h"
+#include "module/fit_arguments.h"
 
 namespace py = pybind11;
 using namespace pybind11::literals;
@@ -17,145 +16,12 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
-/// A dict of named values: an unknown key is an error, so that a misspelt one is not ignored.
-class Named {
- public:
-  Named(const py::handle& object, std::string what, std::vector<const char*> keys)
-      : what_(std::move(what)), keys_(std::move(keys)) {
-    if (!py::isinstance<py::dict>(object)) throw py::value_error(what_ + " must be a dict");
-    values_ = py::reinterpret_borrow<py::dict>(object);
-    for (const auto& [key, value] : values_) {
-      const std::string name = py::str(key);
-      if (std::find(keys_.begin(), keys_.end(), name) == keys_.end())
-        throw py::value_error(what_ + ": key '" + name + "' is unknown; the keys are " + listed());
-    }
-  }
-  bool has(const char* key) const { return values_.contains(key) && !values_[key].is_none(); }
-  py::object get(const char* key) const {
-    if (!has(key))
-      throw py::value_error(what_ + ": '" + key + "' is missing; the keys are " + listed());
-    return values_[key];
-  }
-  template <class T>
-  T as(const char* key) const {
-    try {
-      return get(key).cast<T>();
-    } catch (const py::cast_error&) {
-      throw py::value_error(what_ + ": " + key + " = " + std::string(py::repr(values_[key])) +
-                            " has the wrong type or is out of range");
-    }
-  }
-  template <class T>
-  void take(const char* key, T& value) const {
-    if (has(key)) value = as<T>(key);
-  }
-
- private:
-  std::string listed() const {
-    std::string text;
-    for (const char* key : keys_) text += (text.empty() ? "" : ", ") + std::string(key);
-    return text;
-  }
-  std::string what_;
-  std::vector<const char*> keys_;
-  py::dict values_;
-};
-
-Photo photo_of(const py::handle& object, std::size_t index) {
-  const std::string what = "photos[" + std::to_string(index) + "]";
-  const Named named(object, what, {"id", "camera", "reference", "weight", "frame"});
-  Photo photo;
-  photo.camera = named.as<std::string>("camera");
-  named.take("id", photo.id);
-  if (named.has("frame")) photo.frame = frame_of(named.as<FrameTuple>("frame"));
-  const FloatArray reference = float_array(named.get("reference"), what + ": reference");
-  if (reference.ndim() != 3 || reference.shape(2) != 3)
-    throw py::value_error(what + ": reference has shape " + shape_text(reference) +
-                          "; it must be (height, width, 3)");
-  photo.height = static_cast<int>(reference.shape(0));
-  photo.width = static_cast<int>(reference.shape(1));
-  photo.reference.resize(static_cast<std::size_t>(photo.height) * photo.width);
-  static_assert(sizeof(Colorf) == 3 * sizeof(float));
-  std::memcpy(static_cast<void*>(photo.reference.data()), reference.data(),
-              photo.reference.size() * sizeof(Colorf));
-  if (!named.has("weight")) return photo;
-  const FloatArray weight = float_array(named.get("weight"), what + ": weight");
-  if (weight.ndim() != 2 || weight.shape(0) != photo.height || weight.shape(1) != photo.width)
-    throw py::value_error(what + ": weight has shape " + shape_text(weight) + "; it must be (" +
-                          std::to_string(photo.height) + ", " + std::to_string(photo.width) +
-                          ") as the reference");
-  photo.weight.assign(weight.data(), weight.data() + weight.size());
-  return photo;
-}
-
-UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
-  const Named named(object, "unknowns[" + std::to_string(index) + "]",
-                    {"owner", "parameter", "start", "minimum", "maximum", "learning_rate"});
-  UnknownParameter unknown;
-  unknown.owner = named.as<std::string>("owner");
-  unknown.parameter = named.as<std::string>("parameter");
-  named.take("learning_rate", unknown.learning_rate);
-  unknown.minimum = named.as<double>("minimum");
-  unknown.maximum = named.as<double>("maximum");
-  if (Fields::is_field(unknown) && !named.has("start")) return unknown;
-  const py::object start = named.get("start");
-  if (py::isinstance<py::float_>(start) || py::isinstance<py::int_>(start))
-    unknown.start = {named.as<double>("start")};
-  else
-    unknown.start = named.as<std::vector<double>>("start");
-  return unknown;
-}
-
-FitSettings settings_of(const py::handle& object) {
-  const Named named(object, "settings",
-                    {"loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth",
-                     "threads", "accumulate", "validation_interval", "validation_spp", "search",
-                     "refinement", "refinement_spp", "finite_differences"});
-  FitSettings settings;
-  named.take("loss", settings.loss);
-  named.take("optimiser", settings.optimiser);
-  named.take("iterations", settings.iterations);
-  named.take("spp", settings.spp);
-  named.take("tolerance", settings.tolerance);
-  named.take("seed", settings.seed);
-  named.take("depth", settings.depth);
-  named.take("threads", settings.threads);
-  named.take("accumulate", settings.accumulate);
-  named.take("validation_interval", settings.validation_interval);
-  named.take("validation_spp", settings.validation_spp);
-  named.take("finite_differences", settings.finite_differences);
-  named.take("search", settings.search);
-  named.take("refinement", settings.refinement);
-  named.take("refinement_spp", settings.refinement_spp);
-  return settings;
-}
-
 std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
                                  const py::list& unknowns, const py::dict& settings) {
   std::vector<Photo> taken;
   for (const auto& one : photos) taken.push_back(photo_of(one, taken.size()));
-  std::vector<UnknownParameter> wanted;
-  for (const auto& one : unknowns) wanted.push_back(unknown_of(one, wanted.size()));
-  return std::make_unique<FitJob>(scene, std::move(taken), wanted, settings_of(settings));
-}
-
-/// photos: (camera, width, height) each.
-py::list schedule_list(const Scene& scene,
-                       const std::vector<std::tuple<std::string, int, int>>& photos,
-                       const py::list& unknowns, const py::dict& settings) {
-  std::vector<Photo> sizes;
-  for (const auto& [camera, width, height] : photos)
-    sizes.push_back(photo_of_size(camera, width, height));
-  std::vector<UnknownParameter> wanted;
-  for (const auto& one : unknowns) wanted.push_back(unknown_of(one, wanted.size()));
-  FitProblem problem(scene, std::move(sizes), wanted, settings_of(settings));
-  const Strategy strategy(problem);
-  py::list plan;
-  for (const PlannedRenders& one : schedule(problem, strategy))
-    plan.append(py::dict("phase"_a = phase_text(one.phase), "pixels"_a = one.pixels,
-                         "spp"_a = one.spp, "renders"_a = one.renders,
-                         "derivatives"_a = carried_text(one.carried)));
-  return plan;
+  return std::make_unique<FitJob>(scene, std::move(taken), unknowns_of(unknowns),
+                                  settings_of(settings));
 }
 
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
@@ -314,10 +180,6 @@ void bind_fit(py::module_& m) {
   m.def("losses", &loss_table, "The losses: list of dict {name, help, least_spp}.");
   m.def("optimisers", &optimiser_table, "The optimisers: list of dict {name, help, least_spp}.");
 
-  m.def("schedule", &schedule_list, "scene"_a, "photos"_a, "unknowns"_a, "settings"_a,
-        R"(What a fit will render: list of dict {phase ("multi-start", "descent", "refinement",
-"comparison"), pixels (of all photos), spp, renders (on average), derivatives ("none", "scalars",
-"fields")}. photos: list of (camera, width, height); the rest as for Fit.)");
   // The destructor waits for the fit's thread to reach the end of a tile: not with the GIL held.
   py::class_<FitJob>(m, "Fit", py::release_gil_before_calling_cpp_dtor(),
                      R"(A fit of scene parameters to photos, in a native thread of its own.

@@ -32,7 +32,7 @@ std::vector<Photo> grey_photos() {
   return photos;
 }
 
-/// Two photos of a world that is linear in 24 numbers and two scalars: what `FieldGaussNewton` is told.
+/// Two photos of a world that is linear in 24 numbers and two scalars: what `FieldGaussNewton` gathers.
 struct LinearWorld {
   std::vector<Photo> photos = grey_photos();
   Fields fields{coloured_smoke(std::vector<float>(24, 0.5f)), {grid_unknown()}};
@@ -49,9 +49,9 @@ struct LinearWorld {
       // A number shows in its own channel, as the cells' Jacobian holds it.
       jacobians.push_back(
           CellJacobian::NullaryExpr(kCells, kNumbers, [&](auto...) { return normal(random); }));
-      FieldJacobian told;
-      told.fields = {jacobians.back()};
-      newton->gather(z.size(), told);
+      FieldJacobian jacobian_of_fields;
+      jacobian_of_fields.fields = {jacobians.back()};
+      newton->gather(z.size(), jacobian_of_fields);
       InstrumentalVariables::Half half;
       half.slopes = Jacobian::NullaryExpr(kRows, 2, [&](auto...) { return normal(random); });
       for (Eigen::Index i = 0; i < kRows; ++i) half.slopes(i, 0) = explained(z.size(), i);
@@ -101,7 +101,7 @@ struct LinearWorld {
   }
 };
 
-TEST(FieldGaussNewton, InstrumentsAreBlindToWhatVoxelsCanImitate) {
+TEST(FieldGaussNewton, InstrumentsAreBlindToWhatVoxelsCanCompensateFor) {
   LinearWorld world;
   const Eigen::VectorXf first = world.seen_by(0), second = world.seen_by(1);
   const float explained = world.z[0].a.filtered.col(0).norm(),

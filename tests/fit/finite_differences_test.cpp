@@ -41,7 +41,7 @@ struct Setting {
             std::uint64_t seed) const {
     return film(at, renderer, spp, seed, layout);
   }
-  Film with_secants(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
+  Film with_differences(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
                     Purpose purpose = Purpose::kGradient, Differences which = {}) const {
     return render_derivatives(problem, &reparametrization, unknowns.scene_with(scene, x), x, purpose,
                               which, [&](const Vector& at, const SlotLayout& slots, Paths paths) {
@@ -72,10 +72,10 @@ struct Mean {
   }
 };
 
-TEST(Secants, GradientsTakeTheIorOnly) {
+TEST(FiniteDifferences, GradientsTakeTheIorOnly) {
   const Setting s;
   const SyntheticRenderer renderer{0.5, 0.5};
-  const Film plain = s.film(s.x, renderer, 4, 1), with = s.with_secants(renderer, 4, 1);
+  const Film plain = s.film(s.x, renderer, 4, 1), with = s.with_differences(renderer, 4, 1);
   for (Eigen::Index k = 0; k < s.x.size(); ++k) {
     const auto slot = static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(k)].slot);
     const bool same = plain.slots[slot].mean[20].g == with.slots[slot].mean[20].g;
@@ -84,19 +84,19 @@ TEST(Secants, GradientsTakeTheIorOnly) {
 }
 
 /// The derivative is the better estimate where little is refracted, or widely.
-TEST(Secants, GradientsKeepTheDerivativeByIorWithoutSharpRefraction) {
+TEST(FiniteDifferences, GradientsKeepTheDerivativeByIorWithoutSharpRefraction) {
   Setting s;
   for (const auto& [roughness, transmission] :
        {std::pair{0.05, 0.05}, std::pair{0.05, 0.0}, std::pair{0.6, 1.0}}) {
     s.x[kRoughness] = roughness;
     s.x[kTransmission] = transmission;
-    const Film plain = s.film(s.x, {0.5, 0.5}, 4, 1), with = s.with_secants({0.5, 0.5}, 4, 1);
+    const Film plain = s.film(s.x, {0.5, 0.5}, 4, 1), with = s.with_differences({0.5, 0.5}, 4, 1);
     const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
     EXPECT_EQ(plain.slots[slot].mean[20].g, with.slots[slot].mean[20].g) << roughness;
   }
 }
 
-TEST(Secants, ATexturedRoughnessMayBeSharp) {
+TEST(FiniteDifferences, ATexturedRoughnessMayBeSharp) {
   const Setting s({synthetic_unknowns()[3]});
   Scene scene = s.scene;
   const auto pictures = [&] {
@@ -120,7 +120,7 @@ TEST(Secants, ATexturedRoughnessMayBeSharp) {
 /// Paths choose otherwise where they carry derivatives: equal seeds are not equal paths then. Two
 /// pictures without derivatives go together, and one with the film does if it carries what the film
 /// does. What differences replace nothing carries.
-TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
+TEST(FiniteDifferences, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   Setting s;
   const std::size_t all = s.layout.slots.size();
   const auto asked = [&](Purpose purpose, Side side) {
@@ -144,14 +144,14 @@ TEST(Secants, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
 }
 
 /// Whatever their number, each comes once in a round, from above and from below in turns.
-TEST(Secants, AreTakenInRounds) {
-  constexpr int kSecants = 5, kIterations = 40;
-  std::vector<std::vector<Side>> sides(kSecants);
+TEST(FiniteDifferences, AreTakenInRounds) {
+  constexpr int kDifferences = 5, kIterations = 40;
+  std::vector<std::vector<Side>> sides(kDifferences);
   std::vector<int> pictures;
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     const Differences now = differences_of(Purpose::kInstrumental, iteration);
     pictures.push_back(0);
-    for (int i = 0; i < kSecants; ++i) {
+    for (int i = 0; i < kDifferences; ++i) {
       EXPECT_EQ(now.of_roughness, now.side);
       if (!now.taken(i)) continue;
       sides[static_cast<std::size_t>(i)].push_back(now.side);
@@ -168,14 +168,14 @@ TEST(Secants, AreTakenInRounds) {
   for (const int iteration : {0, 1, 17}) {
     const Differences gradient = differences_of(Purpose::kGradient, iteration);
     EXPECT_EQ(gradient.side, Side::kBoth);
-    for (int i = 0; i < kSecants; ++i) EXPECT_TRUE(gradient.taken(i));
+    for (int i = 0; i < kDifferences; ++i) EXPECT_TRUE(gradient.taken(i));
   }
 }
 
-TEST(Secants, ARoughnessHasASideOfItsOwn) {
+TEST(FiniteDifferences, ARoughnessHasASideOfItsOwn) {
   const Setting s;
   const auto slots = [&](Differences which) {
-    return s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental, which).slots;
+    return s.with_differences({0.5, 0.5}, 4, 1, Purpose::kInstrumental, which).slots;
   };
   const auto up = slots({Side::kUp}), both = slots({Side::kBoth});
   const auto mixed = slots({Side::kUp, Side::kBoth});
@@ -190,7 +190,7 @@ TEST(Secants, ARoughnessHasASideOfItsOwn) {
 }
 
 /// Extinctions, roughness and IOR alone: nothing is carried, so that no third picture is needed.
-TEST(Secants, DifferencesAloneNeedNoPictureBetween) {
+TEST(FiniteDifferences, DifferencesAloneNeedNoPictureBetween) {
   const auto all = synthetic_unknowns();
   const auto rendered = [](const Setting& s, Differences which, Film* film = nullptr) {
     std::vector<double> iors;
@@ -224,11 +224,11 @@ TEST(Secants, DifferencesAloneNeedNoPictureBetween) {
             1u);
 }
 
-TEST(Secants, RoughnessesAndSharpRefractionsCanBeLeftOut) {
+TEST(FiniteDifferences, RoughnessesAndSharpRefractionsCanBeLeftOut) {
   Setting s;
   s.x[kTransmission] = 0.9;
   const auto is_left_out = [&](std::size_t k, const Differences& which) {
-    const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental, which);
+    const Film film = s.with_differences({0.5, 0.5}, 4, 1, Purpose::kInstrumental, which);
     return film.slots[static_cast<std::size_t>(s.layout.rows[k].slot)].mean.empty();
   };
   for (const bool sharp : {true, false}) {
@@ -240,12 +240,12 @@ TEST(Secants, RoughnessesAndSharpRefractionsCanBeLeftOut) {
   }
 }
 
-TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {
+TEST(FiniteDifferences, SlotsOfThoseNotTakenAreEmpty) {
   const Setting s;
-  const Film film = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental,
+  const Film film = s.with_differences({0.5, 0.5}, 4, 1, Purpose::kInstrumental,
                                    {.side = Side::kUp, .first = 1, .every = 3});
   const Halves halves = split_halves(s.problem, {0, film, {}}, s.reparametrization.slope(s.x));
-  const Film all = s.with_secants({0.5, 0.5}, 4, 1, Purpose::kInstrumental, {Side::kUp});
+  const Film all = s.with_differences({0.5, 0.5}, 4, 1, Purpose::kInstrumental, {Side::kUp});
   const Halves whole = split_halves(s.problem, {0, all, {}}, s.reparametrization.slope(s.x));
   for (Eigen::Index k = 0; k < s.x.size(); ++k) {
     EXPECT_TRUE(whole.differentiated[k]);
@@ -259,7 +259,7 @@ TEST(Secants, SlotsOfThoseNotTakenAreEmpty) {
 
 /// Slots of one owner follow each other in the layout, whatever the order of the unknowns; of so many
 /// a render takes a part at a time.
-TEST(Secants, EveryDerivativeIsInItsSlot) {
+TEST(FiniteDifferences, EveryDerivativeIsInItsSlot) {
   constexpr int kMaterials = 12;
   std::vector<UnknownParameter> wanted;
   for (UnknownParameter one : synthetic_unknowns())
@@ -290,11 +290,11 @@ TEST(Secants, EveryDerivativeIsInItsSlot) {
     EXPECT_EQ(film.slots[i].mean[0].r, name(s.layout.slots[i])) << i;
 }
 
-TEST(Secants, InstrumentsTakeTheRoughnessToo) {
+TEST(FiniteDifferences, InstrumentsTakeTheRoughnessToo) {
   const Setting s;
   const SyntheticRenderer renderer{0.5, 0.5};
   const Film plain = s.film(s.x, renderer, 4, 1);
-  const Film with = s.with_secants(renderer, 4, 1, Purpose::kInstrumental, {Side::kUp});
+  const Film with = s.with_differences(renderer, 4, 1, Purpose::kInstrumental, {Side::kUp});
   for (const Eigen::Index k : {kRoughness, kTransmission, kIor}) {
     const auto slot = static_cast<std::size_t>(s.layout.rows[static_cast<std::size_t>(k)].slot);
     const bool same = plain.slots[slot].mean[20].g == with.slots[slot].mean[20].g;
@@ -304,7 +304,7 @@ TEST(Secants, InstrumentsTakeTheRoughnessToo) {
 
 /// The expectation of the gradient is the one of pictures without noise, whatever the samples.
 /// |z| < 4: false alarm 6e-5 for each number of samples; seeds are fixed.
-class SecantSamples : public testing::TestWithParam<int> {
+class DifferenceSamples : public testing::TestWithParam<int> {
  protected:
   /// z of the mean gradient by IOR with the covariances that the film says, and without any.
   struct Result {
@@ -312,10 +312,10 @@ class SecantSamples : public testing::TestWithParam<int> {
   };
   static Result gradients(const Setting& s) {
     const SyntheticRenderer renderer{0.5, 0.5};
-    const double expected = s.gradient(s.with_secants({0, 0}, 2, 0))[kIor];
+    const double expected = s.gradient(s.with_differences({0, 0}, 2, 0))[kIor];
     Mean as_said, without;
     for (std::uint64_t seed = 0; seed < 600; ++seed) {
-      Film film = s.with_secants(renderer, GetParam(), 100 + seed);
+      Film film = s.with_differences(renderer, GetParam(), 100 + seed);
       as_said.add(s.gradient(film)[kIor]);
       for (SlotFilm& slot : film.slots) slot.covariance.assign(film.size(), Colorf(0.f));
       without.add(s.gradient(film)[kIor]);
@@ -324,40 +324,40 @@ class SecantSamples : public testing::TestWithParam<int> {
   }
 };
 /// Two pictures with random numbers of their own.
-TEST_P(SecantSamples, GiveAnUnbiasedGradientOfTheLoss) {
+TEST_P(DifferenceSamples, GiveAnUnbiasedGradientOfTheLoss) {
   const Result z = gradients(Setting());
   EXPECT_LT(std::abs(z.as_said), 4);
   EXPECT_EQ(z.as_said, z.without) << "there is no covariance";
 }
 /// One picture, held against the film.
-TEST_P(SecantSamples, GiveAnUnbiasedGradientAtTheEndOfTheRange) {
+TEST_P(DifferenceSamples, GiveAnUnbiasedGradientAtTheEndOfTheRange) {
   Setting s;
   s.x[kIor] = 9.5;
   const Result z = gradients(s);
   EXPECT_LT(std::abs(z.as_said), 4);
   EXPECT_GT(std::abs(z.without), 8) << "the test could not have failed";
 }
-INSTANTIATE_TEST_SUITE_P(Each, SecantSamples, testing::Values(2, 3, 4, 5));
+INSTANTIATE_TEST_SUITE_P(Each, DifferenceSamples, testing::Values(2, 3, 4, 5));
 
 /// What the step's length costs: some percent of the slope away from the truth, nothing at it.
-TEST(Secants, ExpectedGradientIsNearlyTheSlopeOfTheExpectedLoss) {
+TEST(FiniteDifferences, ExpectedGradientIsNearlyTheSlopeOfTheExpectedLoss) {
   const Setting s;
   constexpr double kStep = 1e-4;
   Vector low = s.x, high = s.x;
   low[kIor] -= kStep;
   high[kIor] += kStep;
   const double slope = (s.expected_loss(high) - s.expected_loss(low)) / (2 * kStep);
-  EXPECT_NEAR(s.gradient(s.with_secants({0, 0}, 2, 0))[kIor], slope, 0.1 * std::abs(slope));
+  EXPECT_NEAR(s.gradient(s.with_differences({0, 0}, 2, 0))[kIor], slope, 0.1 * std::abs(slope));
   EXPECT_GT(std::abs(slope), 1e-3);
 
   Setting truth;
   truth.x = synthetic_truth();
-  EXPECT_NEAR(truth.gradient(truth.with_secants({0, 0}, 2, 0))[kIor], 0, 1e-9);
+  EXPECT_NEAR(truth.gradient(truth.with_differences({0, 0}, 2, 0))[kIor], 0, 1e-9);
 }
 
-TEST(Secants, OneSampleHasNoCovarianceAndStaysFinite) {
+TEST(FiniteDifferences, OneSampleHasNoCovarianceAndStaysFinite) {
   const Setting s;
-  const Film film = s.with_secants({0.5, 0.5}, 1, 3);
+  const Film film = s.with_differences({0.5, 0.5}, 1, 3);
   const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
   for (std::size_t i = 0; i < film.size(); ++i) {
     EXPECT_EQ(film.slots[slot].covariance[i].r, 0.f);
@@ -365,17 +365,17 @@ TEST(Secants, OneSampleHasNoCovarianceAndStaysFinite) {
   }
 }
 
-TEST(Secants, ASideThatLeavesTheRangeGivesWay) {
+TEST(FiniteDifferences, ASideThatLeavesTheRangeGivesWay) {
   Setting s;
   s.x[kIor] = 9.5;  // up by 0.35 in log(x - 1) would be beyond 10
-  const Film film = s.with_secants({0, 0}, 2, 0);
+  const Film film = s.with_differences({0, 0}, 2, 0);
   const Film plain = s.film(s.x, {0, 0}, 2, 0);
   const auto slot = static_cast<std::size_t>(s.layout.rows[kIor].slot);
   EXPECT_NE(film.slots[slot].mean[20].g, plain.slots[slot].mean[20].g);
   EXPECT_NEAR(film.slots[slot].mean[20].g / plain.slots[slot].mean[20].g, 1, 0.3);
 }
 
-TEST(Secants, AdamRendersTwoMorePicturesAStep) {
+TEST(FiniteDifferences, AdamRendersTwoMorePicturesAStep) {
   const Setting s;
   FitSettings settings = synthetic_settings();
   settings.finite_differences = true;

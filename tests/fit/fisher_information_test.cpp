@@ -246,19 +246,19 @@ TEST(FisherInformation, ProductsOfHalvesHaveNoBiasOfNoise) {
   OnPaper paper;
   constexpr int kDraws = 60;
   const double without = paper.information(even_slope, 0).normal(0, 0);
-  double sum = 0, square_sum = 0, told = 0;
+  double sum = 0, square_sum = 0, reported = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
     const FisherInformation found =
         paper.information(even_slope, 3, 100 + static_cast<std::uint64_t>(draw));
     sum += found.normal(0, 0) / kDraws;
     square_sum += square(found.normal(0, 0)) / kDraws;
-    told += found.normal_variance(0, 0) / kDraws;
+    reported += found.normal_variance(0, 0) / kDraws;
   }
   const double deviation = std::sqrt(square_sum - sum * sum);
   // Products of one half with itself would be 1 + 9 / 4 / 4 = 1.6 times as much.
   EXPECT_NEAR(sum / without, 1, 0.01);
-  EXPECT_GT(std::sqrt(told) / deviation, 0.5);
-  EXPECT_LT(std::sqrt(told) / deviation, 2.0);
+  EXPECT_GT(std::sqrt(reported) / deviation, 0.5);
+  EXPECT_LT(std::sqrt(reported) / deviation, 2.0);
 }
 
 // Five standard deviations would be a false alarm in none of these ten, three in one of a hundred.

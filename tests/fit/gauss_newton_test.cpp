@@ -241,19 +241,19 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
   const OnePhoto photo({{"Body", "transmission", {kAt}, 0.001, 0.999, 0.03}}, 32);
   const Vector x = Vector::Constant(1, kAt);
   const Scene now = photo.unknowns.scene_with(photo.scene, x);
-  const auto look = [&](const SyntheticRenderer& renderer, std::uint64_t seed) {
+  const auto observed = [&](const SyntheticRenderer& renderer, std::uint64_t seed) {
     RenderSettings settings;
     settings.width = settings.height = 32;
     settings.spp = 4;
     settings.seed = seed;
     return renderer(now, now.camera("Left"), photo.layout, settings, nullptr);
   };
-  const Film exact = look({0, 0}, 0);
+  const Film exact = observed({0, 0}, 0);
   double normal = 0, gradient = 0, variance = 0, squares = 0;
   constexpr std::uint64_t kRuns = 100;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
     GaussNewton fit(photo.problem);
-    for (std::uint64_t i = 0; i <= 8; ++i) fit.gather(x, {0, look({0.5, 6}, 100 * run + i), {}}, 1);
+    for (std::uint64_t i = 0; i <= 8; ++i) fit.gather(x, {0, observed({0.5, 6}, 100 * run + i), {}}, 1);
     NormalEquations seen(1);
     seen.add(photo.photos[0], fit.equations(0, exact), 1);
     normal += seen.normal(0, 0);

@@ -17,15 +17,15 @@ namespace {
 constexpr double kOne = 0.2, kOther = 0.7;
 
 /// Pictures of one scalar, `roughness`, that are 0.5 at two of its values. In every second pixel the
-/// second of them is off by `tell` times its distance from the first.
+/// second of them is off by `difference` times its distance from the first.
 struct Twins {
-  double tell = 0, noise = 0.1;
+  double difference = 0, noise = 0.1;
 
   Film operator()(const Scene& scene, const Camera&, const SlotLayout& layout,
                   const RenderSettings& settings, Progress*) const {
     const double r = scene.appearance.materials[0].values.roughness;
     return evenly_noisy_film(layout, settings, noise, [=, this](std::size_t i) {
-      const double tilt = i % 2 == 0 ? 0 : tell;
+      const double tilt = i % 2 == 0 ? 0 : difference;
       return std::pair(0.5 + (r - kOne) * (r - kOther + tilt), 2 * r - kOne - kOther + tilt);
     });
   }
@@ -41,7 +41,9 @@ FitResult ended(Fit& fit) {
   PhaseKind phase = PhaseKind::kMultiStart;
   while (fit.step()) {
     const double now = fit.result().phase_fraction;
-    if (fit.result().phase == phase) EXPECT_GE(now, fraction) << phase_text(phase);
+    if (fit.result().phase == phase) {
+      EXPECT_GE(now, fraction) << phase_text(phase);
+    }
     EXPECT_LE(now, 1);
     fraction = now;
     phase = fit.result().phase;
@@ -57,26 +59,26 @@ FitResult run(const Twins& twins, std::uint64_t seed) {
 }
 
 // The two are one test: a comparison that lets all stand, or none, fails one of them. Of 64 pixels each
-// round takes a twin in twenty for worse: of 200 fits with two rounds 166 told it, with three 162.
+// round takes a twin in twenty for worse: of 200 fits with two rounds 166 reported it, with three 162.
 TEST(AlternativeMinima, ThatExplainThePhotosAsWellAreTold) {
   constexpr int kFits = 20;
-  int told = 0;
+  int reported = 0;
   for (int seed = 1; seed <= kFits; ++seed) {
     const FitResult found = run({}, static_cast<std::uint64_t>(seed));
     const double twin = found.best[0] < 0.45 ? kOther : kOne;
     EXPECT_NEAR(found.best[0], kOne + kOther - twin, 0.05) << seed;
     if (found.report.alternatives.empty()) continue;
-    ++told;
+    ++reported;
     EXPECT_NEAR(found.report.alternatives[0][0], twin, 0.1) << seed;
     EXPECT_EQ(found.report.ambiguous, std::vector<int>{0}) << seed;
     EXPECT_FALSE(found.report.components[0].determined) << seed;
   }
-  EXPECT_GE(told, 0.7 * kFits);
+  EXPECT_GE(reported, 0.7 * kFits);
 }
 
 TEST(AlternativeMinima, ThatThePhotosTellApartAreNot) {
   for (const std::uint64_t seed : {1, 2, 3}) {
-    const FitResult found = run({.tell = 0.5}, seed);
+    const FitResult found = run({.difference = 0.5}, seed);
     EXPECT_NEAR(found.best[0], kOne, 0.02);
     EXPECT_TRUE(found.report.alternatives.empty()) << seed;
     EXPECT_TRUE(found.report.ambiguous.empty());
@@ -88,13 +90,13 @@ TEST(AlternativeMinima, ThatThePhotosTellApartAreNot) {
 /// thousandth in a strip, with all else bright and quiet.
 enum class Rare { kEverywhere, kInAStrip };
 
-Film by_rare_paths(const Scene& scene, const RenderSettings& settings, Rare rare, double tell) {
+Film by_rare_paths(const Scene& scene, const RenderSettings& settings, Rare rare, double difference) {
   const double r = scene.appearance.materials[0].values.roughness;
   Film film(settings.width, settings.height, settings.spp);
   const int n = settings.spp, even = (n + 1) / 2;
   for (std::size_t i = 0; i < film.size(); ++i) {
     const double share = rare == Rare::kEverywhere ? 0.01 : i < film.size() / 4 ? 0.001 : 0.1;
-    const double value = 0.5 + (r - kOne) * (r - kOther + (i % 2 == 0 ? 0 : tell));
+    const double value = 0.5 + (r - kOne) * (r - kOther + (i % 2 == 0 ? 0 : difference));
     Random random(settings.seed, static_cast<std::uint32_t>(i), 0);
     double all = 0, half = 0;
     for (int s = 0; s < n; ++s) {
@@ -111,7 +113,7 @@ Film by_rare_paths(const Scene& scene, const RenderSettings& settings, Rare rare
 }
 
 /// Of 20 comparisons of the answer kOne with kOther, those that the alternative survives.
-int stands(Rare rare, double tell) {
+int stands(Rare rare, double difference) {
   const Scene scene = synthetic_scene();
   std::vector<Photo> photos{grey_capture(32)};
   check_photos(scene, photos);
@@ -125,7 +127,7 @@ int stands(Rare rare, double tell) {
     settings.height = photo.height;
     settings.spp = spp;
     settings.seed = seed;
-    return by_rare_paths(unknowns.scene_with(scene, x), settings, rare, tell);
+    return by_rare_paths(unknowns.scene_with(scene, x), settings, rare, difference);
   });
   int stood = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -159,20 +161,20 @@ TEST(AlternativeMinima, AreThoseOfTheSearchOnly) {
 }
 
 /// A surface and its coat, which act alike: two kinds of pixels show the sum and the product of their
-/// roughnesses. A third kind, in every fourth pixel, shows `tell` times that of the surface.
+/// roughnesses. A third kind, in every fourth pixel, shows `difference` times that of the surface.
 struct Coated {
-  double tell = 0;
+  double difference = 0;
 
   Film operator()(const Scene& scene, const Camera&, const SlotLayout& layout,
                   const RenderSettings& settings, Progress*) const {
     const Principled<double>& m = scene.appearance.materials[0].values;
     const double r = m.roughness, c = m.coat_roughness;
     const auto slopes = [&](std::size_t i) {
-      if (i % 4 == 3) return std::pair(tell, 0.0);
+      if (i % 4 == 3) return std::pair(difference, 0.0);
       return i % 2 == 0 ? std::pair(1.0, 1.0) : std::pair(2 * c, 2 * r);
     };
     Film film = evenly_noisy_film(layout, settings, 0.05, [&](std::size_t i) {
-      const double shown = i % 4 == 3   ? tell * (r - kOne)
+      const double shown = i % 4 == 3   ? difference * (r - kOne)
                            : i % 2 == 0 ? r + c - kOne - kOther
                                         : 2 * (r * c - kOne * kOther);
       return std::pair(0.5 + shown, slopes(i).first);
@@ -188,8 +190,8 @@ struct Coated {
 };
 
 /// From the values exchanged, without a search.
-std::unique_ptr<Fit> coated_fit(double tell) {
-  FitSettings settings = exact_settings(Coated{tell}, 20);
+std::unique_ptr<Fit> coated_fit(double difference) {
+  FitSettings settings = exact_settings(Coated{difference}, 20);
   settings.search = "off";
   return std::make_unique<Fit>(
       synthetic_scene(), std::vector{grey_capture()},

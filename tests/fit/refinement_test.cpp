@@ -19,7 +19,7 @@ struct Refined {
 };
 
 /// Verifies values that are off by a part of what is uncertain.
-Refined verify(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
+Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
                 const std::vector<UnknownParameter>& wanted = synthetic_unknowns(), int spp = 64) {
   const Scene scene = synthetic_scene();
   check_photos(scene, photos);
@@ -49,12 +49,12 @@ Refined verify(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
 TEST(Refinement, NinetyPercentIntervalsHoldInNinetyPercent) {
   const Scene scene = synthetic_scene();
   const Vector truth = synthetic_truth();
-  int held = 0, given = 0;
+  int covered = 0, given = 0;
   for (int run = 0; run < 200; ++run) {
     Vector start = truth;
     for (int k = 0; k < start.size(); ++k) start[k] *= 1 + (((run + k) % 5) - 2) * 0.004;
     const Refined found =
-        verify(start,
+        refine(start,
                {synthetic_capture(scene, "Left", kSize, 64, 10000u + static_cast<unsigned>(run)),
                 synthetic_capture(scene, "Right", kSize, 64, 20000u + static_cast<unsigned>(run))},
                static_cast<std::uint64_t>(run));
@@ -62,13 +62,13 @@ TEST(Refinement, NinetyPercentIntervalsHoldInNinetyPercent) {
       const Confidence& one = found.report.components[static_cast<std::size_t>(k)];
       if (!one.determined) continue;
       ++given;
-      held += one.interval[0] <= truth[k] && truth[k] <= one.interval[1];
+      covered += one.interval[0] <= truth[k] && truth[k] <= one.interval[1];
     }
   }
   EXPECT_GT(given, 1100);
-  const double share = static_cast<double>(held) / given;
-  EXPECT_GT(share, 0.85) << held << " of " << given;
-  EXPECT_LT(share, 0.95) << held << " of " << given;
+  const double share = static_cast<double>(covered) / given;
+  EXPECT_GT(share, 0.85) << covered << " of " << given;
+  EXPECT_LT(share, 0.95) << covered << " of " << given;
 }
 
 TEST(Refinement, MendsAnAnswerThatIsNotThereYet) {
@@ -78,7 +78,7 @@ TEST(Refinement, MendsAnAnswerThatIsNotThereYet) {
   Vector off = synthetic_truth();
   off[0] += 0.05;
   off[5] += 0.05;
-  const Refined found = verify(off, photos, 3);
+  const Refined found = refine(off, photos, 3);
   EXPECT_GT(found.report.passes, 1);
   EXPECT_NEAR(found.values[0], 0.4, 0.01);
   EXPECT_NEAR(found.values[5], 1.5, 0.02);
@@ -93,7 +93,7 @@ TEST(Refinement, TheNoiseOfOneLookIsNoReasonForAnother) {
                                     synthetic_capture(scene, "Right", kSize)};
   int fourth = 0;
   for (std::uint64_t run = 0; run < 50; ++run)
-    fourth += verify(synthetic_truth(), photos, run, synthetic_unknowns(), 512).report.passes > 3;
+    fourth += refine(synthetic_truth(), photos, run, synthetic_unknowns(), 512).report.passes > 3;
   EXPECT_LE(fourth, 5);
 }
 
@@ -103,7 +103,7 @@ TEST(Refinement, NamesWhatNoPictureShows) {
   unknowns.push_back({"Body", "metallic", {0.3}, 0, 1, 0.03});
   Vector x(7);
   x << synthetic_truth(), 0.3;
-  const Refined found = verify(x, {synthetic_capture(scene, "Left", kSize)}, 1, unknowns);
+  const Refined found = refine(x, {synthetic_capture(scene, "Left", kSize)}, 1, unknowns);
   EXPECT_FALSE(found.report.components[6].determined);
   EXPECT_EQ(found.values[6], 0.3) << "nothing says that it should move";
   EXPECT_TRUE(found.report.components[0].determined);
@@ -115,7 +115,7 @@ TEST(Refinement, PromisesNothingAboutWhatIsNotSeen) {
   Vector x(9);
   x << synthetic_truth(), 1, 1, 1;
   const Refined found =
-      verify(x, {synthetic_capture(synthetic_scene(), "Left", kSize)}, 1, unknowns);
+      refine(x, {synthetic_capture(synthetic_scene(), "Left", kSize)}, 1, unknowns);
   ASSERT_EQ(found.report.components.size(), 9u);
   for (std::size_t k = 0; k < 9; ++k) EXPECT_EQ(found.report.components[k].determined, k < 6) << k;
 }
@@ -148,7 +148,7 @@ Film squared_film(const Scene& scene, const SlotLayout& layout, const RenderSett
 // Slopes a twentieth of what they are: each look leads twenty times too far, to and fro, and as far as one
 // step may go. The fourth ends where the first began.
 TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
-  constexpr double kStart = 0.45, kTruth = 0.5, kToldSlope = 0.05;
+  constexpr double kStart = 0.45, kTruth = 0.5, kReportedSlope = 0.05;
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(scene, {{"Body", "metallic", {kStart}, 0, 1, 0.03}});
   const SlotLayout layout(scene, unknowns.parameters());
@@ -166,7 +166,7 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
     settings.seed = key;
     slopes += derivatives.has_value();
     return evenly_noisy_film(derivatives ? layout : SlotLayout(), settings, 0.01, [&](std::size_t) {
-      return std::pair(0.5 + at[0] - kTruth, kToldSlope);
+      return std::pair(0.5 + at[0] - kTruth, kReportedSlope);
     });
   });
   while (refinement.step(render)) {
@@ -175,18 +175,18 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   EXPECT_EQ(slopes, 2 + 3 * 4)
       << "to begin with and in three looks, by turns from each side: they serve the fourth, too";
   refinement.accept(start);
-  const Confidence told = refinement.report().components[0];
-  EXPECT_LE(told.interval[0], kStart);
-  EXPECT_GE(told.interval[1], kStart);
-  EXPECT_FALSE(told.determined);
+  const Confidence reported = refinement.report().components[0];
+  EXPECT_LE(reported.interval[0], kStart);
+  EXPECT_GE(reported.interval[1], kStart);
+  EXPECT_FALSE(reported.determined);
 }
 
-struct VerifiedFromZero : Refined {
-  TrustReport settled;  ///< where the answer is not taken
+struct RefinedFromZero : Refined {
+  TrustReport accepted;  ///< where the answer is not taken
 };
 
 /// Of a fit that has left the transmission at 0: the other has made up for it.
-VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uint64_t seed,
+RefinedFromZero refine_from_zero(double transmission, double metallic, std::uint64_t seed,
                                   double vertex = 0) {
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(
@@ -213,53 +213,53 @@ VerifiedFromZero verify_from_zero(double transmission, double metallic, std::uin
   });
   while (refinement.step(render)) {
   }
-  VerifiedFromZero found{{refinement.values(), refinement.report()}, {}};
+  RefinedFromZero found{{refinement.values(), refinement.report()}, {}};
   refinement.accept(start);
-  found.settled = refinement.report();
+  found.accepted = refinement.report();
   return found;
 }
 
 TEST(Refinement, KnowsOfALowTransmissionByALookFromBeside) {
   constexpr int kRuns = 60;
   const std::array truth{0.03, 0.5};
-  int held = 0, given = 0;
+  int covered = 0, given = 0;
   for (int run = 0; run < kRuns; ++run) {
-    const Refined found = verify_from_zero(truth[0], truth[1], static_cast<std::uint64_t>(run));
+    const Refined found = refine_from_zero(truth[0], truth[1], static_cast<std::uint64_t>(run));
     for (std::size_t k = 0; k < truth.size(); ++k) {
       const Confidence& one = found.report.components[k];
       if (!one.determined) continue;
       ++given;
-      held += one.interval[0] <= truth[k] && truth[k] <= one.interval[1];
+      covered += one.interval[0] <= truth[k] && truth[k] <= one.interval[1];
     }
   }
   // From 0 the slopes say nothing about the one, and too much about the other.
   EXPECT_GT(given, 2 * kRuns * 9 / 10);
-  EXPECT_GT(held, given * 85 / 100) << given;
+  EXPECT_GT(covered, given * 85 / 100) << given;
 }
 
 TEST(Refinement, FindsATransmissionThatAFitHasLeftAtZero) {
   for (std::uint64_t run = 0; run < 20; ++run) {
-    const VerifiedFromZero found = verify_from_zero(0.15, 0.45, run);
+    const RefinedFromZero found = refine_from_zero(0.15, 0.45, run);
     EXPECT_NEAR(found.values[0], 0.15, 0.04) << "four standard errors";
     EXPECT_NEAR(found.values[1], 0.45, 0.03);
     EXPECT_GT(found.report.components[0].interval[0], 0);
-    EXPECT_EQ(found.settled.components[0].interval[0], 0) << "the value that is shown is in it";
-    EXPECT_GE(found.settled.components[0].interval[1], 0.15 - 0.04);
+    EXPECT_EQ(found.accepted.components[0].interval[0], 0) << "the value that is shown is in it";
+    EXPECT_GE(found.accepted.components[0].interval[1], 0.15 - 0.04);
   }
 }
 
 // On this side the slope leads away from it, and is seen well enough to determine a value.
 TEST(Refinement, FindsATransmissionBeyondWhereItsSlopeVanishes) {
-  int held = 0;
+  int covered = 0;
   constexpr int kRuns = 20;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
-    const VerifiedFromZero found = verify_from_zero(0.15, 0.45, run, 0.02);
+    const RefinedFromZero found = refine_from_zero(0.15, 0.45, run, 0.02);
     EXPECT_NEAR(found.values[0], 0.15, 0.04) << "four standard errors";
     EXPECT_NEAR(found.values[1], 0.45, 0.03);
     const auto [low, high] = found.report.components[0].interval;
-    held += low <= 0.15 && 0.15 <= high;
+    covered += low <= 0.15 && 0.15 <= high;
   }
-  EXPECT_GE(held, 15);
+  EXPECT_GE(covered, 15);
 }
 
 TEST(Refinement, NamesTheBound) {
@@ -269,7 +269,7 @@ TEST(Refinement, NamesTheBound) {
   Vector x = synthetic_truth();
   x[3] = 0.5;
   const Refined found =
-      verify(x, {synthetic_capture(scene, "Left", kSize), synthetic_capture(scene, "Right", kSize)},
+      refine(x, {synthetic_capture(scene, "Left", kSize), synthetic_capture(scene, "Right", kSize)},
              1, unknowns);
   EXPECT_EQ(found.report.components[3].at_bound, AtBound::kMinimum);
   EXPECT_EQ(found.values[3], 0.5);
@@ -282,14 +282,14 @@ TEST(Refinement, NamesTheBound) {
 TEST(Refinement, TellsNoiseOfThePhotoFromAMisfit) {
   const Scene scene = synthetic_scene();
   Photo photo = synthetic_capture(scene, "Left", kSize, 16, 77);
-  EXPECT_TRUE(verify(synthetic_truth(), {photo}, 1).report.misfit.explained);
+  EXPECT_TRUE(refine(synthetic_truth(), {photo}, 1).report.misfit.explained);
   for (int y = 0; y < 4; ++y)
     for (int x = 0; x < 4; ++x) {
       Colorf& pixel =
           photo.reference[static_cast<std::size_t>(y) * kSize + static_cast<std::size_t>(x)];
       pixel = pixel * 2.f;
     }
-  const Misfit misfit = verify(synthetic_truth(), {photo}, 1).report.misfit;
+  const Misfit misfit = refine(synthetic_truth(), {photo}, 1).report.misfit;
   EXPECT_FALSE(misfit.explained);
   EXPECT_GT(misfit.value, 3 * misfit.standard_error);
 }
@@ -307,12 +307,12 @@ TEST(Refinement, AFitEndsWithItsReport) {
   const Scene scene = synthetic_scene();
   Fit fit(scene, {synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")},
           synthetic_unknowns(), default_settings());
-  bool verified = false;
-  while (fit.step()) verified = verified || fit.result().phase == PhaseKind::kRefinement;
+  bool refined = false;
+  while (fit.step()) refined = refined || fit.result().phase == PhaseKind::kRefinement;
   const FitResult& result = fit.result();
   EXPECT_EQ(result.stopped, StopReason::kConverged) << result.message;
   EXPECT_EQ(result.phase_fraction, 1);
-  EXPECT_TRUE(verified);
+  EXPECT_TRUE(refined);
   ASSERT_EQ(result.report.components.size(), 6u);
   EXPECT_EQ(result.best, result.last);
   for (int k = 0; k < 6; ++k) {
@@ -325,7 +325,7 @@ TEST(Refinement, AFitEndsWithItsReport) {
   }
 }
 
-TEST(Refinement, AFitThatNothingRivalsHasCountedToTheEnd) {
+TEST(Refinement, AFitWithoutAlternativesHasCountedToTheEnd) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
   settings.search = "off";  // finds no alternatives
@@ -357,7 +357,7 @@ TEST(Refinement, AFitIteratesLongerTheLessItKnows) {
   EXPECT_EQ(iterations(settings), settings.iterations);
 }
 
-TEST(Refinement, ACancelledVerificationKeepsTheFit) {
+TEST(Refinement, ACancelledRefinementKeepsTheFit) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
   Fit whole(scene, {synthetic_capture(scene, "Left")}, synthetic_unknowns(), settings);
@@ -372,7 +372,7 @@ TEST(Refinement, ACancelledVerificationKeepsTheFit) {
   EXPECT_TRUE(whole.result().report.components.empty());
 }
 
-TEST(Refinement, AdamWithFewUnknownsIsVerifiedWithInstrumentsOfItsOwn) {
+TEST(Refinement, AdamWithFewUnknownsIsRefinedWithInstrumentsOfItsOwn) {
   const Scene scene = synthetic_scene();
   FitSettings settings = default_settings();
   settings.optimiser = "adam";

@@ -188,6 +188,58 @@ TEST(Schedule, OfAnImageInGlassIsWhatItRenders) {
   expect_within(course, 0.15);
 }
 
+/// Smoke with side^3 voxels of an albedo each, and as many densities.
+Scene smoke_of(int side, int channels, bool even, bool even_densities = true) {
+  Scene scene = smoke(std::vector<float>(8, 0.5f));
+  const auto grid = [&](int numbers, bool constant) {
+    const auto voxels = static_cast<std::size_t>(side) * side * side * numbers;
+    std::vector<float> values(voxels, 0.5f);
+    if (!constant) values[0] = 0.6f;
+    return std::make_shared<Grid>("grid", std::array<int, 3>{side, side, side}, numbers, values);
+  };
+  Material& material = scene.appearance.materials[0];
+  material.albedo_grid.grid = grid(channels, even);
+  material.density_grid = {grid(1, even_densities), material.albedo_grid.to_unit};
+  return scene;
+}
+
+double samples_of(const Scene& scene, std::vector<UnknownParameter> fields, FitSettings settings,
+                  int size = 64) {
+  fields.insert(fields.begin(), extinction());
+  FitProblem problem(scene, {photo_of_size("Camera 0", size, size)}, fields, settings);
+  const Strategy strategy(problem);
+  return sum(planned(schedule(problem, strategy)));
+}
+
+UnknownParameter density() { return {"Smoke", "density_grid", {}, 0, 10, 0.03}; }
+
+TEST(Schedule, OfGridsSearchesWhereNothingIsKnownOfTheVoxels) {
+  const auto samples = [&](const std::vector<UnknownParameter>& fields, bool even,
+                           bool even_densities, const char* search, int size = 64) {
+    FitSettings settings = field_settings(40);
+    settings.search = search;
+    return samples_of(smoke_of(4, 3, even, even_densities), fields, settings, size);
+  };
+  const std::vector<UnknownParameter> one{albedo()}, both{albedo(), density()};
+  EXPECT_GT(samples(one, true, true, "auto") - samples(one, true, true, "off"),
+            0.1 * samples(one, true, true, "auto"));
+  EXPECT_EQ(samples(one, false, true, "auto"), samples(one, false, true, "off"));
+  EXPECT_GT(samples(both, true, true, "auto"), samples(both, true, true, "off"));
+  EXPECT_EQ(samples(both, true, false, "auto"), samples(both, true, false, "off"));
+}
+
+TEST(Schedule, OfFewColouredVoxelsStepsThemWithTheScalarsAndRefines) {
+  const auto samples = [&](int side, int channels = 3, int iterations = 40) {
+    return samples_of(smoke_of(side, channels, true), {albedo()}, field_settings(iterations));
+  };
+  EXPECT_EQ(samples(12), samples(2)) << "a path is a path";
+  EXPECT_EQ(samples(13), samples(4, 1)) << "these are left to Adam";
+  EXPECT_NE(samples(12), samples(13));
+  // Steps, validations and samples of the passes grow with the iterations; the search does not.
+  const double first = samples(12, 3, 160) - samples(12, 3, 80);
+  EXPECT_NEAR(samples(12, 3, 320) - samples(12, 3, 160), 2 * first, 0.05 * 2 * first);
+}
+
 TEST(Schedule, CountsAWholeFitOfSeveralPhotosByTheirPixels) {
   const Scene scene = synthetic_scene();
   const FitSettings settings = synthetic_settings();

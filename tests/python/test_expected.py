@@ -4,22 +4,20 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite.fit_run import cost  # noqa: E402
-from selenite.fit_run.field_kinds import KINDS  # noqa: E402
 from selenite.fit_run.settings import FitSettings  # noqa: E402
 from selenite.fit_run.unknowns import Unknown  # noqa: E402
 from selenite.parameters import table  # noqa: E402
+from selenite.problems import BadInput  # noqa: E402
 from selenite.trade.expected import Expected  # noqa: E402
 
 
@@ -59,50 +57,35 @@ def test_equal_parameters_are_told_apart_by_their_owners() -> None:
     assert "worst: IOR of Glass 0.02" in expected.text()
 
 
-def plan_with(*grids: np.ndarray, size: int = 64) -> Any:
-    """Extinction and roughness of a medium, the first grid one of albedos, the others densities."""
-    photo = SimpleNamespace(photo_size=(size, size))
-    kinds = (KINDS["albedo_grid"], *[KINDS["density_grid"]] * len(grids))
-    fields = [
-        SimpleNamespace(kind=kind, values=grid) for kind, grid in zip(kinds, grids, strict=False)
+def test_a_fit_costs_its_planned_paths_each_by_what_it_carries(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[Any] = []
+
+    def schedule(scene: str, photos: object, unknowns: object, settings: object) -> list[Any]:
+        asked.extend((scene, photos, unknowns, settings))
+        row = {"phase": "descent", "pixels": 1000.0, "spp": 4, "renders": 2.5}
+        return [row | {"derivatives": name} for name in ("none", "scalars", "fields")]
+
+    monkeypatch.setattr(cost.native, "core", lambda: SimpleNamespace(schedule=schedule))
+    photos = [
+        SimpleNamespace(camera="Front", photo_size=(600, 400)),
+        SimpleNamespace(camera="Side", photo_size=(40, 50)),  # never larger than itself
     ]
-    scalars = [unknown("extinction"), unknown("roughness")]
-    return SimpleNamespace(unknowns=scalars, fields=fields, captures=[photo])
+    item = SimpleNamespace(native=lambda: "roughness")
+    plan: Any = SimpleNamespace(scene="scene", unknowns=[item], fields=[], captures=photos)
+    found = cost.paths(FitSettings(height=100, iterations=7), plan)
+    assert found == pytest.approx(10_000 * (1 + 1.3 + 2.2))
+    assert asked[:3] == ["scene", [("Front", 150, 100), ("Side", 40, 50)], ["roughness"]]
+    assert asked[3]["iterations"] == 7
+    assert cost.pixels_at(plan.captures, 100) == 15_000 + 2_000
 
 
-def test_a_fit_of_grids_searches_where_nothing_is_known_of_the_voxels() -> None:
-    even, uneven = np.full((4, 4, 4, 3), 0.5), np.linspace(0, 1, 192).reshape(4, 4, 4, 3)
-    settings = FitSettings(height=64, iterations=40, spp=4)
+def test_settings_that_no_fit_has_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    def schedule(*_arguments: object) -> list[Any]:
+        raise ValueError("iterations = 0 must lie in [1, 1e+06]")
 
-    def paths(*grids: np.ndarray, search: str = "auto") -> float:
-        return cost.paths(replace(settings, search=search), plan_with(*grids))
-
-    search = paths(even) - paths(even, search="off")
-    assert search > 0.1 * paths(even)
-    assert paths(uneven) == paths(uneven, search="off")
-    assert paths(even, even) > paths(even, even, search="off")
-    assert paths(even, uneven) == paths(even, uneven, search="off")
-
-    # Its pictures stay small: what it adds is the same at all heights, but for other turns and the
-    # steps from a low roughness.
-    def added(height: int) -> float:
-        tall, plan = replace(settings, height=height), plan_with(even, size=height)
-        return cost.paths(tall, plan) - cost.paths(replace(tall, search="off"), plan)
-
-    turns = (added(256) - added(128)) / (256**2 - 128**2)
-    assert added(64) - turns * 64**2 == pytest.approx(added(128) - turns * 128**2)
-    assert added(64) - turns * 64**2 > 0
-
-
-def test_few_coloured_voxels_are_stepped_with_the_scalars_and_refined() -> None:
-    def paths(side: int, channels: int = 3, iterations: int = 40) -> float:
-        even = np.full((side, side, side, channels), 0.5)
-        return cost.paths(FitSettings(height=64, iterations=iterations, spp=4), plan_with(even))
-
-    assert paths(12) == paths(2), "the price of a path is the same"
-    assert paths(13) == paths(4, channels=1), "these are left to Adam"
-    assert paths(12) != paths(13)
-    # Steps, validations and samples of the looks grow with the iterations; the search does not.
-    first = paths(12, iterations=160) - paths(12, iterations=80)
-    second = paths(12, iterations=320) - paths(12, iterations=160)
-    assert second == pytest.approx(2 * first, rel=0.05)
+    monkeypatch.setattr(cost.native, "core", lambda: SimpleNamespace(schedule=schedule))
+    plan: Any = SimpleNamespace(scene="scene", unknowns=[], fields=[], captures=[])
+    with pytest.raises(BadInput, match="iterations = 0"):
+        cost.paths(FitSettings(), plan)

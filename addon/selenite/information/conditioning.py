@@ -71,7 +71,7 @@ class StageChoice:
                 self._photos.cancel()
             for step in self._photos.at_photos():
                 yield Step(begin + (1 - begin) * step.fraction, step.text)
-            photos = [fisher.precision(one) for one in self._photos.informations(request.settings)]
+            photos = [one.precision() for one in self._photos.informations(request.settings)]
             where = AT_START if self._search is None else AT_SEARCHED
             indices, why = deferred(photos, self._photos.ranges, self._photos.groups, where)
             late = [self.plan.unknowns[index] for index in indices]
@@ -130,7 +130,7 @@ def deferred(
 ) -> tuple[list[int], str]:
     """Which parameters wait for the last stage, and why; none: all at once.
 
-    photos: `fisher.precision` of each, (n, n). groups: components of each parameter. A
+    photos: `FisherInformation.precision` of each, (n, n). groups: components of each parameter. A
     parameter is determined where all its components are. where: for the sentence.
     """
     everything = [k for group in groups for k in group]

@@ -17,7 +17,7 @@ from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
 from . import fisher
-from .fisher import FisherInformation, Noise
+from .fisher import Noise
 from .job import Step
 
 #: Samples of the first pass at a photo's camera.
@@ -34,18 +34,16 @@ _SEED = 1 << 41
 
 @dataclass(frozen=True)
 class Seen:
-    """What a camera shows: independent halves of d picture / d coordinates, (n, h, w, 3) each;
-    variance of one sample, (h, w, 3). picture: the photo or, where there is none, the render.
-    weight: (h, w), 0 where a pixel does not count."""
+    """What a camera shows. jacobian: native, of d picture / d component. picture: the photo; None:
+    the render stands in its place. weight: (h, w), 0 where a pixel does not count."""
 
-    halves: tuple[np.ndarray, np.ndarray]
-    variance: np.ndarray
-    picture: np.ndarray
+    jacobian: Any
+    picture: np.ndarray | None
     weight: np.ndarray
 
-    def information(self, noise: Noise) -> FisherInformation:
+    def information(self, noise: Noise) -> Any:  # noqa: ANN401 - a native FisherInformation
         """About the unknowns, of a photo with this noise."""
-        return fisher.information(self.halves, self.variance, self.picture, self.weight, noise)
+        return fisher.information(self.jacobian, self.picture, self.weight, noise)
 
 
 class PhotoInformation:
@@ -74,7 +72,7 @@ class PhotoInformation:
         #: Components of each unknown.
         self.groups = [list(range(a, b)) for a, b in zip(widths, widths[1:], strict=False)]
         #: After `at_photos`: error of the photos as a share of brightness; by how much one sample
-        #: leaves the information open (`FisherInformation.relative_doubt`), the worst photo's.
+        #: leaves the information open (native `relative_uncertainty`), the worst photo's.
         self.relative = self.doubt = 0.0
         self._seen: list[list[tuple[int, Seen]]] = []  # of each photo: samples, what they showed
         self._token = native.core().ProgressToken()
@@ -102,14 +100,14 @@ class PhotoInformation:
             self._seen.append([(PHOTO_SPP, self._at_photo(capture, PHOTO_SPP, 1))])
         settings = self.plan.request.settings
         there = self.informations(settings)
-        self.doubt = PHOTO_SPP * max(one.relative_doubt() for one in there)
+        self.doubt = PHOTO_SPP * max(one.relative_uncertainty() for one in there)
         wanted = most_spp if fisher.weakest(there) < weakest else self.doubt / doubt
         spp = int(np.clip(wanted, PHOTO_SPP, most_spp)) - PHOTO_SPP
         for index, capture in enumerate(photos if spp > 0 else ()):
             yield Step(0.6 + 0.4 * index / len(photos), f"photo {capture.id}, second pass")
             self._seen[index].append((spp, self._at_photo(capture, spp, 2)))
 
-    def informations(self, settings: FitSettings) -> list[FisherInformation]:
+    def informations(self, settings: FitSettings) -> list[Any]:
         """After `at_photos`: of each photo, for a fit with these settings."""
         noise = self.noise(settings)
         found = []
@@ -125,7 +123,7 @@ class PhotoInformation:
     def errors(self, settings: FitSettings) -> tuple[np.ndarray, np.ndarray]:
         """After `at_photos`: standard errors of such a fit, (n,), in the coordinates of steps, and
         whether it will report them as determined, (n,) bool."""
-        photos = [fisher.precision(one) for one in self.informations(settings)]
+        photos = [one.precision() for one in self.informations(settings)]
         found = fisher.errors(photos, self.ranges)
         return found, fisher.determined(found, self.ranges)
 
@@ -147,7 +145,7 @@ class PhotoInformation:
         of those that are there, and are as good."""
         photos = self.plan.captures
         pixels = cost.pixels_at(photos, settings.height) / len(photos)
-        spp = cost.refinement_spp(settings)
+        spp = native.core().refinement_spp(settings.native())
         return Noise(spp, self.relative, pixels / (self._size[0] * self._size[1]))
 
     def _relative_error(self, capture: Capture) -> float:
@@ -157,36 +155,32 @@ class PhotoInformation:
         low, high = RELATIVE
         if not capture.photo:
             return low**2
-        height, width = capture.reference.shape[:2]
         settings = self.plan.request.settings
-        film = native.core().render(
-            self._scene, capture.camera, width, height, _RESIDUAL_SPP,
+        found = native.core().photo_misfit(
+            self._scene, capture.camera, capture.reference, capture.weight, _RESIDUAL_SPP,
             seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
             frame=capture.frame, progress=self._token,
         )  # fmt: skip
-        halves = (film.half_a, film.half_b)
-        variance = film.standard_error.astype(np.float64) ** 2 * _RESIDUAL_SPP
-        found = fisher.relative_square(halves, variance, capture.reference, capture.weight)
         return float(np.clip(found, low**2, high**2))
 
     def _at(
         self, camera: str, spp: int, number: int, picture: np.ndarray | None, weight: np.ndarray
     ) -> Seen:
         settings = self.plan.request.settings
-        seen: dict[str, Any] = native.core().photo_jacobian(
+        seen = native.core().photo_jacobian(
             self._scene, self._asked, camera, *self._size, spp,
             seed=_SEED + 8 * settings.seed + number, depth=settings.depth,
             threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,
         )  # fmt: skip
-        halves = (seen["jacobian_a"], seen["jacobian_b"])
-        for index, name in enumerate(self.names):
-            if not (np.isfinite(halves[0][index]).all() and np.isfinite(halves[1][index]).all()):
-                raise BadInput(
+        if seen.not_finite:
+            raise BadInput(
+                [
                     Problem(
                         f"Parameter '{name}'",
                         "its derivative is not finite",
                         "narrow its bounds, or report this scene",
                     )
-                )
-        shown = seen["image"] if picture is None else picture
-        return Seen(halves, seen["variance"] * spp, shown, weight)
+                    for name in seen.not_finite
+                ]
+            )
+        return Seen(seen, picture, weight)

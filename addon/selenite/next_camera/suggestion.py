@@ -92,7 +92,7 @@ class Suggestion:
         settings = self.plan.request.settings
         noise = self._photos.noise(settings)
         there = self._photos.informations(settings)
-        base = [fisher.precision(one) for one in there]
+        base = [one.precision() for one in there]
         before = fisher.errors(base, self._ranges)
         self.errors, self.known = before * self._slope, fisher.determined(before, self._ranges)
         self.well_known = bool((before < _WELL * self._ranges).all())
@@ -101,7 +101,7 @@ class Suggestion:
 
         def row(place: Candidate, spp: int, number: int, resolved: float) -> Row:
             seen = self._photos.at_place(place.camera.name, spp, number).information(noise)
-            added = fisher.precision(seen, resolved)
+            added = seen.precision(resolved)
             after = fisher.errors([*base, added], self._ranges)
             gained = fisher.gain(before, after, self.groups)
             known = fisher.determined(after, self._ranges)

@@ -13,12 +13,12 @@ namespace selenite {
 struct Descent::Next {
   Point point;
   FieldAdam field_adam;
+  std::unique_ptr<JointGaussNewton> joint;
   /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
   std::unique_ptr<Optimiser> optimiser;
   std::vector<FieldStep> how;
   std::vector<Observation> seen{};
   std::vector<std::vector<double>> gradients{};
-  std::vector<FieldJacobian> jacobians{};
 };
 
 Descent::Descent(const FitRun& run, DescentOptions options)
@@ -44,7 +44,7 @@ bool Descent::step(FitRun& run) {
   const bool more = restart_.step(run);
   if (run.stop_if_dropped()) return false;
   if (more) return true;
-  if (restart_.moved() && !joint_) optimiser_->reset_everything();
+  if (restart_.moved() && optimiser_) optimiser_->reset_everything();
   return is_over(run) ? finish(run) : true;
 }
 
@@ -66,8 +66,10 @@ bool Descent::iterate(FitRun& run) {
   HistoryRow row = run.row(from);
   Next next{from,
             field_adam_,
+            joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
             problem_->settings().accumulate ? nullptr : optimiser_->clone(),
             field_steps(run)};
+  if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   step_all(block, reverted, next);
   restart_.forget();
@@ -80,6 +82,7 @@ bool Descent::iterate(FitRun& run) {
   run.point.scalars = result.last = problem_->unknowns().project(next.point.scalars);
   run.point.fields = std::move(next.point.fields);
   field_adam_ = std::move(next.field_adam);
+  joint_ = std::move(next.joint);
   if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
   if (!problem_->fields().empty())
     result.fields_last = std::make_shared<FieldValues>(run.point.fields);
@@ -96,13 +99,13 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
                                 static_cast<int>(index))};
   Observation seen;
   seen.photo = static_cast<int>(index);
-  if (block.fields && joint_) {
+  if (block.fields && next.joint) {
     FieldJacobian found =
         run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
-                                     joint_->field_solver().shares(index),
-                                     joint_->field_solver().cell(), how);
+                                     next.joint->field_solver().shares(index),
+                                     next.joint->field_solver().cell(), how);
+    next.joint->gather_fields(index, found);
     seen.film = std::move(found.film);
-    next.jacobians.push_back(std::move(found));
   } else if (block.fields) {
     FieldGradient found = run.evaluator.field_gradient(next.point, photo, problem_->fields(),
                                                        problem_->loss(), how);
@@ -134,7 +137,7 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
     observe(run, i, block, next);
     row.loss += share * next.seen.back().loss.value;
     row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;
-    if (block.fields && !joint_ && (strategy_->after_multi_start() || !accumulate)) {
+    if (block.fields && !next.joint && (strategy_->after_multi_start() || !accumulate)) {
       next.field_adam.step(next.point.fields, next.gradients, next.how);
       next.gradients.clear();
     }
@@ -149,27 +152,20 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
     optimiser_ = std::move(next.optimiser);
     return;
   }
-  if (joint_) return step_jointly(block, reverted, next);
   Vector& x = next.point.scalars;
+  if (next.joint) {
+    if (reverted) next.joint->reset_equations();
+    x = block.scalars ? next.joint->step(x, next.seen)
+                      : next.joint->step_by_residuals(x, next.seen);
+    next.point.fields = next.joint->fields();
+    return;
+  }
   if (reverted || (block.scalars && block.first)) optimiser_->reset_equations();
   if (block.scalars) x = optimiser_->step(x, next.seen);
   if (block.fields && strategy_->after_multi_start())
     x = dynamic_cast<ResidualOptimiser&>(*optimiser_).step_by_residuals(x, next.seen);
   if (block.fields && !strategy_->after_multi_start())
     next.field_adam.step(next.point.fields, next.gradients, next.how);
-}
-
-void Descent::step_jointly(const Block& block, bool reverted, Next& next) {
-  Vector& x = next.point.scalars;
-  if (reverted) {
-    joint_->set_fields(next.point.fields);
-    joint_->reset_equations();
-  }
-  for (std::size_t i = 0; i < next.jacobians.size(); ++i)
-    joint_->gather_fields(i, next.jacobians[i]);
-  if (block.scalars) x = joint_->step(x, next.seen);
-  if (block.fields) x = joint_->step_by_residuals(x, next.seen);
-  next.point.fields = joint_->fields();
 }
 
 bool Descent::is_over(const FitRun& run) const {

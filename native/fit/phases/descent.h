@@ -13,7 +13,7 @@ namespace selenite {
 struct DescentOptions {
   /// Standard errors by which a block may not end worse than the best values: it begins with few
   /// equations, which may lead it far astray, and then begins anew from the best.
-  double revert_sigmas = kLikelySigmas;
+  double revert_sigmas = 2;
   int tolerance_window = 3;  ///< validations whose mean is compared with the tolerance
   /// After a multi-start: the first step of a field and the last one of an image, in learning rates.
   double first_rate = 4, last_rate = 0.25;
@@ -34,7 +34,7 @@ class Descent final : public Phase {
   double fraction() const override;
   void members(SavedState& state) override;
 
-  /// Whose instruments a refinement takes; null where another optimiser steps the scalars.
+  /// Whose instruments a refinement takes over; null where the scalars were not stepped by Gauss-Newton.
   const GaussNewton* gauss_newton() const;
   /// Null where voxels are not stepped together with scalars.
   const JointGaussNewton* joint() const { return joint_.get(); }
@@ -47,7 +47,6 @@ class Descent final : public Phase {
   void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
   void observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const;
   void step_all(const Block& block, bool reverted, Next& next);
-  void step_jointly(const Block& block, bool reverted, Next& next);
   bool begin_restart(const FitRun& run);
   bool is_over(const FitRun& run) const;
   bool finish(FitRun& run);
@@ -61,7 +60,7 @@ class Descent final : public Phase {
   BlockSchedule blocks_;
   std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
   FieldAdam field_adam_;
-  std::unique_ptr<JointGaussNewton> joint_;  ///< of scalars and voxels together
+  std::unique_ptr<JointGaussNewton> joint_;  ///< of voxels together with scalars
   FieldValues field_means_;  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;

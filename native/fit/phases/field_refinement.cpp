@@ -121,7 +121,7 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
   const Film film = evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed});
   photo_equations_[i].informative = informative_.seen(i, film, point_.gauss_newton);
   if (++photo_ < 2 * photo_equations_.size()) return true;
-  informative_.weigh(photo_equations_);
+  InformativePixels::weigh(photo_equations_);
   end_pass();
   return !over_;
 }
@@ -130,7 +130,8 @@ bool FieldRefinement::measure_informative(Evaluator& evaluator) {
 void FieldRefinement::end_pass() {
   const std::vector<Photo>& photos = point_.problem->photos;
   point_.equations.score_covariance +=
-      JointGaussNewton::eliminate_fields(photo_equations_, fields_, point_.gauss_newton.done());
+      JointGaussNewton::eliminate_fields(
+      photo_equations_, fields_, point_.gauss_newton.done());
   for (std::size_t i = 0; i < photo_equations_.size(); ++i)
     point_.equations.add(photos[i], photo_equations_[i], photo_equations_.size());
   photo_equations_.clear();

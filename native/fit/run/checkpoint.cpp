@@ -36,7 +36,7 @@ std::unique_ptr<Phase> Fit::phase_to_restore(PhaseKind kind) {
     case PhaseKind::kRefinement:
       if (strategy_.joint)
         return std::make_unique<FieldRefinementPhase>(
-            run_, std::move(*FieldGaussNewton::of(problem_.fields(), problem_.photos())), nullptr);
+            run_, *FieldGaussNewton::of(problem_.fields(), problem_.photos()), nullptr);
       return std::make_unique<RefinementPhase>(run_, minima_, run_.point.scalars, nullptr);
     case PhaseKind::kComparison:
       return std::make_unique<ComparisonPhase>(

@@ -50,7 +50,7 @@ std::unique_ptr<Phase> Fit::next_phase() {
     case PhaseKind::kMultiStart:
       return std::make_unique<Descent>(run_);
     case PhaseKind::kDescent:
-      return strategy_.refines ? refinement_of_best(dynamic_cast<Descent&>(*phase_)) : nullptr;
+      return strategy_.refines ? refinement_of_best(dynamic_cast<const Descent&>(*phase_)) : nullptr;
     case PhaseKind::kRefinement:
       if (strategy_.joint) return nullptr;
       if (auto comparison = minima_.comparison(run_))
@@ -66,11 +66,12 @@ std::unique_ptr<Phase> Fit::next_phase() {
   return nullptr;
 }
 
-std::unique_ptr<Phase> Fit::refinement_of_best(Descent& descent) {
-  const GaussNewton* optimiser = descent.gauss_newton();
+std::unique_ptr<Phase> Fit::refinement_of_best(const Descent& descent) {
   if (const JointGaussNewton* joint = descent.joint())
-    return std::make_unique<FieldRefinementPhase>(run_, joint->field_solver(), optimiser);
-  return std::make_unique<RefinementPhase>(run_, minima_, run_.result.best, optimiser);
+    return std::make_unique<FieldRefinementPhase>(run_, joint->field_solver(),
+                                                  descent.gauss_newton());
+  return std::make_unique<RefinementPhase>(run_, minima_, run_.result.best,
+                                           descent.gauss_newton());
 }
 
 }  // namespace selenite

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <pybind11/stl.h>
+
+#include "fit/run/schedule.h"
+#include "module/bindings.h"
+#include "module/fit_arguments.h"
+
+namespace py = pybind11;
+using namespace pybind11::literals;
+
+namespace selenite {
+namespace {
+
+/// photos: (camera, width, height) each.
+py::list schedule_list(const Scene& scene,
+                       const std::vector<std::tuple<std::string, int, int>>& photos,
+                       const py::list& unknowns, const py::dict& settings) {
+  std::vector<Photo> sizes;
+  for (const auto& [camera, width, height] : photos)
+    sizes.push_back(photo_of_size(camera, width, height));
+  FitProblem problem(scene, std::move(sizes), unknowns_of(unknowns), settings_of(settings));
+  const Strategy strategy(problem);
+  py::list plan;
+  for (const PlannedRenders& one : schedule(problem, strategy))
+    plan.append(py::dict("phase"_a = phase_text(one.phase), "pixels"_a = one.pixels,
+                         "spp"_a = one.spp, "renders"_a = one.renders,
+                         "derivatives"_a = carried_text(one.carried)));
+  return plan;
+}
+
+}  // namespace
+
+void bind_schedule(py::module_& m) {
+  m.def("schedule", &schedule_list, "scene"_a, "photos"_a, "unknowns"_a, "settings"_a,
+        R"(What a fit will render: list of dict {phase ("multi-start", "descent", "refinement",
+"comparison"), pixels (of all photos), spp, renders (on average), derivatives ("none", "scalars",
+"fields")}. photos: list of (camera, width, height); the rest as for Fit.)");
+  m.def(
+      "refinement_spp",
+      [](const py::dict& settings) { return settings_of(settings).chosen_refinement_spp(); },
+      "settings"_a, "Samples of a pixel in the last refinement pass of a fit.");
+  m.attr("few_unknowns") = kFewUnknowns;
+}
+
+}  // namespace selenite
