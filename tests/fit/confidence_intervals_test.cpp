@@ -6,8 +6,8 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "fit/evaluate/finite_differences.h"
 #include "fit/solver/singular_directions.h"
+#include "fit/evaluate/finite_differences.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -29,25 +29,23 @@ NormalEquations evidence_of_two(double in_common) {
 }
 
 // NormalEquations made by hand: the sum of two parameters is known well, their difference hardly.
-TEST(Uncertainty, NamesTheOtherParameterOfAnUndeterminedDirection) {
+TEST(ConfidenceIntervals, NamesTheOtherParameterOfAnUndeterminedDirection) {
   const Unknowns unknowns = two_unknowns();
   const Reparametrization reparametrization(unknowns);
   // Standard deviations: .007 of the sum, .2 of the rest.
-  const Estimate found =
-      estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.999));
+  const Estimate found = estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.999));
   for (std::size_t k : {0u, 1u}) {
     EXPECT_FALSE(found.components[k].determined);
     EXPECT_EQ(found.components[k].correlated_with, 1 - static_cast<int>(k));
   }
-  const Estimate apart =
-      estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.5));
+  const Estimate apart = estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.5));
   EXPECT_TRUE(apart.components[0].determined);
   EXPECT_EQ(apart.components[0].correlated_with, -1);
   // H^-1 of [[1, .5], [.5, 1]] has 4/3 on its diagonal.
   EXPECT_NEAR(apart.components[0].standard_error, 0.01 * std::sqrt(4.0 / 3), 1e-6);
 }
 
-TEST(Uncertainty, ErrorsBeyondNoiseWidenIntervalsAndLeaveTheStepAlone) {
+TEST(ConfidenceIntervals, ErrorsBeyondNoiseWidenIntervalsAndLeaveTheStepAlone) {
   const Unknowns unknowns = two_unknowns();
   const Reparametrization reparametrization(unknowns);
   NormalEquations evidence = evidence_of_two(0.5);
@@ -66,13 +64,13 @@ TEST(Uncertainty, ErrorsBeyondNoiseWidenIntervalsAndLeaveTheStepAlone) {
 }
 
 // A low transmission, whose first order a colour makes up for: what is left goes with its square.
-TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
+TEST(ConfidenceIntervals, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   constexpr double kHere = 0.03, kTrue = 0.01, kShared = 0.97;
   constexpr double kQuantile90 = 1.6449;  // of the normal distribution
   const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kHere}, 0, 1, 0.03},
                                               {"Body", "metallic", {0.5}, 0, 1, 0.03}});
   const Reparametrization reparametrization(unknowns);
-  const auto refined = [&](double shared) {
+  const auto solved = [&](double shared) {
     NormalEquations evidence(2);
     evidence.normal << 1, shared, shared, 1;
     evidence.normal_variance.setConstant(1e-12);
@@ -82,7 +80,7 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
     evidence.score_covariance = 1e-8 * evidence.normal;
     return std::pair(estimate(unknowns, reparametrization, unknowns.start(), evidence), straight);
   };
-  const auto [found, straight] = refined(kShared);
+  const auto [found, straight] = solved(kShared);
   EXPECT_NEAR(found.step[0], kTrue - kHere, 1e-9);
   EXPECT_NEAR(found.step[1], -kShared * found.step[0], 1e-9);
   const double error = 1e-4 / std::sqrt(1 - kShared * kShared);
@@ -92,12 +90,12 @@ TEST(Uncertainty, GoesByTheSquareOfAParameterThatOthersMakeUpFor) {
   EXPECT_GT(kTrue - interval[0], interval[1] - kTrue);  // the way down is the longer one
 
   // WeightedResidual by itself it steps as any other.
-  const auto [apart, direct] = refined(0.5);
+  const auto [apart, direct] = solved(0.5);
   EXPECT_NEAR(apart.step[0], direct, 1e-9);
 }
 
 // From 0.1 the square may end at 0 where the slope itself leads to 0.045: the truth lies between.
-TEST(Uncertainty, FromFarTheIntervalHoldsTheEndsOfTheSquareAndOfTheSlope) {
+TEST(ConfidenceIntervals, FromFarTheIntervalHoldsTheEndsOfTheSquareAndOfTheSlope) {
   constexpr double kFrom = 0.1, kStep = -0.055, kError = 0.002, kQuantile90 = 1.6449;
   const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {kFrom}, 0, 1, 0.03}});
   const Reparametrization reparametrization(unknowns);
@@ -115,7 +113,7 @@ TEST(Uncertainty, FromFarTheIntervalHoldsTheEndsOfTheSquareAndOfTheSlope) {
 
 // Filters of their own make instruments of columns alike differ; a symmetric mean of both halves
 // would go more than twice as far here.
-TEST(Uncertainty, StepsByTheEquationsAsTheyAre) {
+TEST(ConfidenceIntervals, StepsByTheEquationsAsTheyAre) {
   const Unknowns unknowns = two_unknowns();
   const Reparametrization reparametrization(unknowns);
   const Vector way{{0.03, -0.03}};
@@ -146,7 +144,7 @@ TEST(SingularDirections, AreTheEigenvectorsOfASymmetricMatrix) {
 }
 
 // Two that are known well; one of them was still far on its way.
-TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
+TEST(ConfidenceIntervals, AnUnsureStepCountsAsAnError) {
   const Unknowns unknowns = two_unknowns();
   const Reparametrization reparametrization(unknowns);
   NormalEquations evidence(2);
@@ -154,8 +152,7 @@ TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
   evidence.normal_variance.setConstant(1e-12);
   evidence.score_covariance = 1e-4 * evidence.normal;
   const auto found = [&](double way, double other) {
-    return estimate(unknowns, reparametrization, unknowns.start(), evidence,
-                    {{}, Vector{{way, other}}})
+    return estimate(unknowns, reparametrization, unknowns.start(), evidence, {{}, Vector{{way, other}}})
         .components;
   };
   const double noise = 0.01 / std::sqrt(1 - 0.2 * 0.2);
@@ -170,7 +167,7 @@ TEST(Uncertainty, AWayThatIsNotSureCountsWhereItWasGone) {
 }
 
 // The second parameter is lost in noise, but what it does looks like half of the first.
-TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
+TEST(ConfidenceIntervals, WhatIsUnseenWidensWhatItIsCoupledTo) {
   const Unknowns unknowns = two_unknowns();
   NormalEquations evidence(2);
   evidence.normal << 1, 0.1, 0.1, 0.3;
@@ -187,7 +184,7 @@ TEST(Uncertainty, WhatIsUnseenWidensWhatItIsCoupledTo) {
 }
 
 // Of two that go together one leaves at its bound: it may lie further in, and the other with it.
-TEST(Uncertainty, WhatIsAtItsBoundWidensWhatItIsCoupledTo) {
+TEST(ConfidenceIntervals, WhatIsAtItsBoundWidensWhatItIsCoupledTo) {
   const Unknowns unknowns(synthetic_scene(), {{"Body", "coat_weight", {0.5}, 0, 1, 0.03},
                                               {"Body", "metallic", {0.5}, 0.5, 1, 0.03}});
   const auto found = [&](double beyond) {
@@ -212,7 +209,7 @@ TEST(Uncertainty, WhatIsAtItsBoundWidensWhatItIsCoupledTo) {
   EXPECT_NEAR(far.components[0].standard_error, 0.01, 1e-9);
 }
 
-TEST(Uncertainty, SaysOfALowRoughnessOnlyThatItIsLow) {
+TEST(ConfidenceIntervals, SaysOfALowRoughnessOnlyThatItIsLow) {
   const auto interval = [](double roughness) {
     const Unknowns unknowns(synthetic_scene(),
                             {{"Body", "roughness", {roughness}, 0.02, 0.999, 0.03}});
@@ -221,8 +218,7 @@ TEST(Uncertainty, SaysOfALowRoughnessOnlyThatItIsLow) {
     evidence.normal_variance << 1e-12;
     evidence.score_covariance << 0.03 * 0.03;
     const Reparametrization reparametrization(unknowns);
-    return estimate(unknowns, reparametrization, reparametrization.from_values(unknowns.start()),
-                    evidence)
+    return estimate(unknowns, reparametrization, reparametrization.from_values(unknowns.start()), evidence)
         .components[0]
         .interval;
   };
@@ -236,22 +232,20 @@ TEST(Uncertainty, SaysOfALowRoughnessOnlyThatItIsLow) {
 }
 
 // The slope is that of a difference with a picture far above, where it is much steeper.
-TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
+TEST(ConfidenceIntervals, FindsTheWayDownToALowRoughness) {
   const auto picture = [](double x) { return std::log(std::pow(x, 4) + std::pow(0.2, 4)) / 4; };
   const auto found = [&](double from, double to) {
     const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {from}, 0.02, 0.999, 0.03}});
     const Reparametrization reparametrization(unknowns);
     const Vector u = reparametrization.from_values(unknowns.start());
     const Vector above{{u[0] + kConfidence.roughness_difference}};
-    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) /
-                         kConfidence.roughness_difference;
+    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) / kConfidence.roughness_difference;
     NormalEquations evidence(1);
     evidence.normal << slope * slope;
     evidence.gradient << slope * (picture(from) - picture(to));
     evidence.normal_variance << 1e-18;
     evidence.score_covariance << 1e-14 * slope * slope;
-    return reparametrization.to_values(u +
-                                       estimate(unknowns, reparametrization, u, evidence).step)[0];
+    return reparametrization.to_values(u + estimate(unknowns, reparametrization, u, evidence).step)[0];
   };
   EXPECT_NEAR(found(0.08, 0.04), 0.04, 1e-6);
   EXPECT_NEAR(found(0.06, 0.03), 0.03, 1e-6);
@@ -265,7 +259,7 @@ TEST(Uncertainty, FindsTheWayDownToALowRoughness) {
 
 // Truths of all sizes alike, seen with noise that hides the low ones: on average the answer is nearer to
 // them than where the step leads.
-TEST(Uncertainty, ALowRoughnessIsTheMeanOfWhatItMayBe) {
+TEST(ConfidenceIntervals, ALowRoughnessIsTheMeanOfWhatItMayBe) {
   constexpr double kLow = 0.02, kHigh = 0.12, kError = 0.01;
   constexpr int kTruths = 20000;
   const Unknowns unknowns(synthetic_scene(), {{"Body", "roughness", {kLow}, kLow, 0.999, 0.03}});
@@ -292,7 +286,7 @@ TEST(Uncertainty, ALowRoughnessIsTheMeanOfWhatItMayBe) {
   EXPECT_GT(square_of_mean, 0);
 }
 
-TEST(Uncertainty, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
+TEST(ConfidenceIntervals, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
   const Unknowns unknowns(synthetic_scene(), roughness_from(0.5));
   const Reparametrization reparametrization(unknowns);
   const Vector u = reparametrization.from_values(unknowns.start());
@@ -302,8 +296,7 @@ TEST(Uncertainty, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
     evidence.normal_variance << 1e-12;
     evidence.score_covariance << 1e-14;
     evidence.gradient << -pull;
-    return estimate(unknowns, reparametrization, u, evidence, {.previous_step = Vector{{gone}}})
-        .step[0];
+    return estimate(unknowns, reparametrization, u, evidence, {.previous_step = Vector{{gone}}}).step[0];
   };
   EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-9);
   EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-9);

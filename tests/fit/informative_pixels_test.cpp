@@ -75,7 +75,7 @@ struct Made {
 
 const std::vector<std::size_t> kStrong{40, 41, 73, 500, 777, 1000};
 
-TEST(InformativePixels, IsOnThePixelsThatTellMostAndNotOnSingleStrongPaths) {
+TEST(InformativePixels, AreThoseWithTheHighestScoresAndNotSingleStrongPaths) {
   Made made;
   made.add_pilot(kStrong, {5, 6, 7, 300, 301, 302, 303, 304, 305, 306});
   made.informative.choose(made.evidence, {true, true});
@@ -90,7 +90,7 @@ TEST(InformativePixels, IsOnThePixelsThatTellMostAndNotOnSingleStrongPaths) {
   EXPECT_LE(paths, 9);
 }
 
-TEST(InformativePixels, LooksForThoseUnknownsOnlyThatCount) {
+TEST(InformativePixels, AreForThoseUnknownsOnlyThatCount) {
   Made made;
   made.add_pilot(kStrong, {});
   made.informative.choose(made.evidence, {true, false});

@@ -6,7 +6,7 @@
 namespace selenite {
 namespace {
 
-TEST(Beside, WhatLiesAtItsBoundStaysWithinAStandardErrorOfIt) {
+TEST(OffsetExpansion, WhatLiesAtItsBoundStaysWithinAStandardErrorOfIt) {
   constexpr double kBound = 0.001;
   const Vector x = Vector::Constant(1, kBound), there = Vector::Constant(1, 0.1);
   Confidence at_x, seen;

@@ -49,10 +49,10 @@ class Followed {
   Problem problem_{unknowns_, layout_, photos_, losses()[0], 12};
 };
 
-class Follow : public testing::TestWithParam<double> {};
+class StepByResiduals : public testing::TestWithParam<double> {};
 
 /// But for a roughness, which waits for its own turn: fields paint what blur would be needed for.
-TEST_P(Follow, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
+TEST_P(StepByResiduals, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
   Followed about(GetParam());
   GaussNewton optimiser(about.problem());
   Vector x = about.unknowns().start();
@@ -71,9 +71,9 @@ TEST_P(Follow, GoesWhereThePhotosLeadByWhatHasBeenGathered) {
   EXPECT_LT((x - there).cwiseAbs().maxCoeff(), 0.4 * before);
   EXPECT_EQ(x[3], roughness);
 }
-INSTANTIATE_TEST_SUITE_P(Noise, Follow, testing::Values(0.0, 0.2));
+INSTANTIATE_TEST_SUITE_P(Noise, StepByResiduals, testing::Values(0.0, 0.2));
 
-TEST(Follow, KnowsNothingOfAPlaceToWhichTheValuesWereMoved) {
+TEST(StepByResiduals, KnowsNothingOfAPlaceToWhichTheValuesWereMoved) {
   Followed about(0);
   GaussNewton optimiser(about.problem());
   Vector x = about.unknowns().start();
@@ -87,7 +87,7 @@ TEST(Follow, KnowsNothingOfAPlaceToWhichTheValuesWereMoved) {
       << "one step tells again";
 }
 
-TEST(Follow, StaysInsideTheBounds) {
+TEST(StepByResiduals, StaysInsideTheBounds) {
   Followed about(0);
   GaussNewton optimiser(about.problem());
   Vector x = about.unknowns().start();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/phases/ior_line_search.h"
 
-#include "fit/phases/parabolic_line_search.h"
+#include "math/parabolic_line_search.h"
 
 namespace selenite {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "fit/evaluate/gaussian_blur.h"
 #include "fit/problem/saved_state.h"
+#include "math/gaussian_blur.h"
 #include "math/scalar.h"
 
 namespace selenite {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/phases/parabolic_line_search.h"
+#include "math/parabolic_line_search.h"
 
 #include <gtest/gtest.h>
 

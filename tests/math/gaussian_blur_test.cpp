@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/gaussian_blur.h"
+#include "math/gaussian_blur.h"
 
 #include <gtest/gtest.h>
 
