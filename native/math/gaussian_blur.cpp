@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-<<<<<<<< HEAD:native/fit/evaluate/gaussian_blur.cpp
-#include "fit/evaluate/gaussian_blur.h"
-========
 #include "math/gaussian_blur.h"
->>>>>>>> solver:native/math/gaussian_blur.cpp
 
 #include <algorithm>
 #include <cmath>

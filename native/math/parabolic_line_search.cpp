@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-<<<<<<<< HEAD:native/fit/phases/parabolic_line_search.cpp
-#include "fit/phases/parabolic_line_search.h"
-========
 #include "math/parabolic_line_search.h"
->>>>>>>> solver:native/math/parabolic_line_search.cpp
 
 #include <algorithm>
 #include <map>
