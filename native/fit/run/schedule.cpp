@@ -98,11 +98,14 @@ class Planner {
     const Renders step = renders_of(model, strategy_.uniform ? start : problem_.start(),
                                     Purpose::kInstrumental, {alternating_side(0)});
     evaluate(kMultiStart.points + 1, kMultiStart.first_spp);
+    const bool few = std::ssize(model.problem.unknowns.parameters()) < kExpected.few_parameters;
+    const double distinct = few ? kExpected.distinct : 1;
     for (const auto& [count, steps] : kMultiStart.rounds) {
-      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp, (count + 1) * steps, step);
-      evaluate(count + 2, kMultiStart.step_spp);
+      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp, distinct * (count + 1) * steps,
+          step);
+      evaluate(distinct * (count + 2), kMultiStart.step_spp);
     }
-    evaluate(kExpected.last_candidates, kMultiStart.final_spp);
+    evaluate(distinct * kExpected.last_candidates, kMultiStart.final_spp);
   }
 
   void plan_descent() {
@@ -199,12 +202,13 @@ class Planner {
       const int derivatives =
           pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
       add(PhaseKind::kRefinement, pixels_, of_pass, 1, Carried::kNothing);
-      add(PhaseKind::kRefinement, pixels_, std::max(derivatives / kJacobianPortions, kLeastOfDerivatives),
-          kJacobianPortions, both);
+      add(PhaseKind::kRefinement, pixels_,
+          std::max(derivatives / kJacobianPortions, kLeastOfDerivatives), kJacobianPortions, both);
       const int closer = kOptions.informative_samples * of_pass;
       add(PhaseKind::kRefinement, informative, closer, 1, Carried::kNothing);
       add(PhaseKind::kRefinement, informative,
-          closer / (kOptions.informative_derivative_share * kJacobianPortions), kJacobianPortions, both);
+          closer / (kOptions.informative_derivative_share * kJacobianPortions), kJacobianPortions,
+          both);
       pilot = false;
     }
     validate(PhaseKind::kRefinement, 1);
