@@ -49,10 +49,6 @@ struct Course {
       rendered[phase] += static_cast<double>(fit.result().samples) - before;
     }
     result = fit.result();
-    for (const auto& [phase, samples] : rendered)
-      std::printf("%s: planned %.0f, rendered %.0f, ratio %.3f\n", phase_text(phase),
-                  planned[phase], samples, planned[phase] / samples);
-    std::printf("all: ratio %.3f\n", sum(planned) / sum(rendered));
   }
 };
 
@@ -62,7 +58,7 @@ void expect_equal(const Course& course, PhaseKind phase) {
 }
 
 void expect_within(const Course& course, double share) {
-  EXPECT_NEAR(sum(course.planned) / sum(course.rendered), 1, share) << course.result.message;
+  EXPECT_NEAR(sum(course.planned) / sum(course.rendered), 1, share);
 }
 
 std::vector<Photo> two_photos(const Scene& scene, int size = kSyntheticSize) {
@@ -75,13 +71,14 @@ TEST(Schedule, OfAdamIsWhatItRenders) {
   settings.iterations = 7;
   settings.finite_differences = true;  // of an IOR that refracts sharply
   std::vector<UnknownParameter> unknowns = synthetic_unknowns();
-  for (const double transmission : {0.3, 0.9}) {
-    unknowns[2].start = {transmission};
-    unknowns[1].start = {0.1};
-    const Course course(scene, two_photos(scene), unknowns, settings);
-    expect_equal(course, PhaseKind::kDescent);
-    EXPECT_EQ(course.planned.size(), 1u);
-  }
+  const Course rough(scene, two_photos(scene), unknowns, settings);
+  expect_equal(rough, PhaseKind::kDescent);
+  EXPECT_EQ(rough.planned.size(), 1u);
+  unknowns[1].start = {0.1};
+  unknowns[2].start = {0.9};
+  const Course sharp(scene, two_photos(scene), unknowns, settings);
+  expect_equal(sharp, PhaseKind::kDescent);
+  EXPECT_GT(sum(sharp.planned), 1.5 * sum(rough.planned)) << "an IOR by two more pictures";
 }
 
 // Eight iterations: values have settled after ten at the earliest.
@@ -89,12 +86,31 @@ TEST(Schedule, OfGaussNewtonIsWhatItRenders) {
   const Scene scene = synthetic_scene();
   FitSettings settings = exact_settings(SyntheticRenderer{0.5, 0.5}, 8);
   settings.finite_differences = true;
+  settings.search = "off";
   settings.spp = 8;
-  const Course course(scene, two_photos(scene, 48), synthetic_unknowns(), settings);
+  const Course course(scene, two_photos(scene), synthetic_unknowns(), settings);
   EXPECT_EQ(course.result.iterations, 8);
+  EXPECT_EQ(course.result.report.passes, 3);
   expect_equal(course, PhaseKind::kDescent);
-  for (const auto& [phase, samples] : course.rendered)
-    EXPECT_NEAR(course.planned.at(phase) / samples, 1, 0.15) << phase_text(phase);
+  expect_equal(course, PhaseKind::kRefinement);
+}
+
+// Four parameters, of which many sets look alike: most candidates end in basins of their own.
+TEST(Schedule, OfASearchIsWhatItRenders) {
+  Scene truth = glass_sphere(1.45, {0.5f, 0.5f, 0.5f, 0.5f});
+  truth.appearance.materials[0].maps.clear();
+  FitSettings settings;
+  settings.iterations = 8;
+  settings.tolerance = 0;
+  settings.threads = 1;
+  const Course course(truth, taken_photos(truth, 20, 64),
+                      {{"Board", "base_color", {0.2, 0.2, 0.2}, 0.001, 0.999, 0.03},
+                       {"Board", "roughness", {0.5}, 0.02, 0.999, 0.03},
+                       {"Board", "transmission", {0.1}, 0.001, 0.999, 0.03},
+                       {"Board", "ior", {1.6}, 1.1, 2.5, 0.03}},
+                      settings);
+  ASSERT_GT(course.result.search.points, 0);
+  expect_equal(course, PhaseKind::kDescent);
   expect_within(course, 0.15);
 }
 
@@ -159,21 +175,26 @@ TEST(Schedule, OfAGridBesideScalarsIsWhatItRenders) {
   std::vector<float> truth = coloured(8);
   for (std::size_t i = 0; i < 12; ++i) truth[i] = 0.5f;
   const Scene scene = smoke(coloured(8), 3);
-  const Course course(scene, taken_photos(smoke(truth, 3), 24, 64), {extinction(), albedo()},
-                      field_settings(24));
-  ASSERT_EQ(course.result.iterations, 12);
+  FitSettings settings = field_settings(32);
+  settings.spp = 12;
+  const Course course(scene, taken_photos(smoke(truth, 3), 16, 64), {extinction(), albedo()},
+                      settings);
+  ASSERT_EQ(course.result.iterations, 16);
   expect_equal(course, PhaseKind::kDescent);
+  EXPECT_NEAR(
+      course.planned.at(PhaseKind::kRefinement) / course.rendered.at(PhaseKind::kRefinement), 1,
+      0.15);
   expect_within(course, 0.15);
 }
 
 // Blocks of texels and of scalars, and at a high roughness a comparison with a low one.
 TEST(Schedule, OfAnImageBesideScalarsIsWhatItRenders) {
   const Scene scene = board({0.5f, 0.5f, 0.5f, 0.5f});
-  FitSettings settings = field_settings(20);
+  FitSettings settings = field_settings(40);
   settings.spp = 8;
   const Course course(scene, taken_photos(board({0.2f, 0.4f, 0.6f, 0.8f}), 24),
                       {roughness(), texels()}, settings);
-  ASSERT_EQ(course.result.iterations, 20);
+  ASSERT_EQ(course.result.iterations, 40);
   expect_within(course, 0.15);
 }
 
@@ -236,8 +257,9 @@ TEST(Schedule, OfFewColouredVoxelsStepsThemWithTheScalarsAndRefines) {
   EXPECT_EQ(samples(13), samples(4, 1)) << "these are left to Adam";
   EXPECT_NE(samples(12), samples(13));
   // Steps, validations and samples of the passes grow with the iterations; the search does not.
-  const double first = samples(12, 3, 160) - samples(12, 3, 80);
-  EXPECT_NEAR(samples(12, 3, 320) - samples(12, 3, 160), 2 * first, 0.05 * 2 * first);
+  // Below 320 the first pass has its least samples.
+  const double first = samples(12, 3, 640) - samples(12, 3, 320);
+  EXPECT_NEAR(samples(12, 3, 1280) - samples(12, 3, 640), 2 * first, 0.05 * 2 * first);
 }
 
 TEST(Schedule, CountsAWholeFitOfSeveralPhotosByTheirPixels) {

@@ -98,11 +98,14 @@ class Planner {
     const Renders step = renders_of(model, strategy_.uniform ? start : problem_.start(),
                                     Purpose::kInstrumental, {alternating_side(0)});
     evaluate(kMultiStart.points + 1, kMultiStart.first_spp);
+    const bool few = std::ssize(model.problem.unknowns.parameters()) < kExpected.few_parameters;
+    const double distinct = few ? kExpected.distinct : 1;
     for (const auto& [count, steps] : kMultiStart.rounds) {
-      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp, (count + 1) * steps, step);
-      evaluate(count + 2, kMultiStart.step_spp);
+      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp, distinct * (count + 1) * steps,
+          step);
+      evaluate(distinct * (count + 2), kMultiStart.step_spp);
     }
-    evaluate(kExpected.last_candidates, kMultiStart.final_spp);
+    evaluate(distinct * kExpected.last_candidates, kMultiStart.final_spp);
   }
 
   void plan_descent() {
