@@ -6,8 +6,8 @@
 #include <Eigen/Eigenvalues>
 #include <random>
 
-#include "fit/solver/singular_directions.h"
 #include "fit/evaluate/finite_differences.h"
+#include "fit/solver/singular_directions.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -33,12 +33,14 @@ TEST(ConfidenceIntervals, NamesTheOtherParameterOfAnUndeterminedDirection) {
   const Unknowns unknowns = two_unknowns();
   const Reparametrization reparametrization(unknowns);
   // Standard deviations: .007 of the sum, .2 of the rest.
-  const Estimate found = estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.999));
+  const Estimate found =
+      estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.999));
   for (std::size_t k : {0u, 1u}) {
     EXPECT_FALSE(found.components[k].determined);
     EXPECT_EQ(found.components[k].correlated_with, 1 - static_cast<int>(k));
   }
-  const Estimate apart = estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.5));
+  const Estimate apart =
+      estimate(unknowns, reparametrization, unknowns.start(), evidence_of_two(0.5));
   EXPECT_TRUE(apart.components[0].determined);
   EXPECT_EQ(apart.components[0].correlated_with, -1);
   // H^-1 of [[1, .5], [.5, 1]] has 4/3 on its diagonal.
@@ -152,7 +154,8 @@ TEST(ConfidenceIntervals, AnUnsureStepCountsAsAnError) {
   evidence.normal_variance.setConstant(1e-12);
   evidence.score_covariance = 1e-4 * evidence.normal;
   const auto found = [&](double way, double other) {
-    return estimate(unknowns, reparametrization, unknowns.start(), evidence, {{}, Vector{{way, other}}})
+    return estimate(unknowns, reparametrization, unknowns.start(), evidence,
+                    {{}, Vector{{way, other}}})
         .components;
   };
   const double noise = 0.01 / std::sqrt(1 - 0.2 * 0.2);
@@ -218,7 +221,8 @@ TEST(ConfidenceIntervals, SaysOfALowRoughnessOnlyThatItIsLow) {
     evidence.normal_variance << 1e-12;
     evidence.score_covariance << 0.03 * 0.03;
     const Reparametrization reparametrization(unknowns);
-    return estimate(unknowns, reparametrization, reparametrization.from_values(unknowns.start()), evidence)
+    return estimate(unknowns, reparametrization, reparametrization.from_values(unknowns.start()),
+                    evidence)
         .components[0]
         .interval;
   };
@@ -239,13 +243,15 @@ TEST(ConfidenceIntervals, FindsTheWayDownToALowRoughness) {
     const Reparametrization reparametrization(unknowns);
     const Vector u = reparametrization.from_values(unknowns.start());
     const Vector above{{u[0] + kConfidence.roughness_difference}};
-    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) / kConfidence.roughness_difference;
+    const double slope = (picture(reparametrization.to_values(above)[0]) - picture(from)) /
+                         kConfidence.roughness_difference;
     NormalEquations evidence(1);
     evidence.normal << slope * slope;
     evidence.gradient << slope * (picture(from) - picture(to));
     evidence.normal_variance << 1e-18;
     evidence.score_covariance << 1e-14 * slope * slope;
-    return reparametrization.to_values(u + estimate(unknowns, reparametrization, u, evidence).step)[0];
+    return reparametrization.to_values(u +
+                                       estimate(unknowns, reparametrization, u, evidence).step)[0];
   };
   EXPECT_NEAR(found(0.08, 0.04), 0.04, 1e-6);
   EXPECT_NEAR(found(0.06, 0.03), 0.03, 1e-6);
@@ -296,7 +302,8 @@ TEST(ConfidenceIntervals, ARoughnessThatTurnsBackStaysWithinTheWayThatWasGone) {
     evidence.normal_variance << 1e-12;
     evidence.score_covariance << 1e-14;
     evidence.gradient << -pull;
-    return estimate(unknowns, reparametrization, u, evidence, {.previous_step = Vector{{gone}}}).step[0];
+    return estimate(unknowns, reparametrization, u, evidence, {.previous_step = Vector{{gone}}})
+        .step[0];
   };
   EXPECT_NEAR(step(-0.3, 0.3), 0.15, 1e-9);
   EXPECT_NEAR(step(-0.3, 0.1), 0.075, 1e-9);

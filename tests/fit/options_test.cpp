@@ -13,9 +13,9 @@
 #include "fit/solver/adam.h"
 #include "fit/solver/field_gauss_newton.h"
 #include "fit/solver/gauss_newton.h"
-#include "math/parabolic_line_search.h"
 #include "fit/synthetic_renderer.h"
 #include "fit/taken_photos.h"
+#include "math/parabolic_line_search.h"
 
 namespace selenite {
 namespace {
@@ -107,8 +107,7 @@ TEST(Options, InstrumentsOfOneDrawAreBlurredAsWidely) {
     options.first_blur_radius = radius;
     InstrumentalVariables sums(options);
     sums.add(halves, 1);
-    return sums
-        .all(photos.layout, photos.photos[0], Eigen::VectorXf::Ones(halves.variance.size()))
+    return sums.all(photos.layout, photos.photos[0], Eigen::VectorXf::Ones(halves.variance.size()))
         .a.filtered.col(0);
   };
   const Photo& photo = photos.photos[0];
