@@ -41,7 +41,7 @@ double RefinedPoint::reach_of(const Estimate& now) const {
 Vector RefinedPoint::apply(const Estimate& now) {
   const Vector step = now.step / std::max(1.0, reach_of(now));
   x = problem->unknowns.project(reparametrization().to_values(u + step));
-  const Vector way = reparametrization().from_values(x) - u;
+  Vector way = reparametrization().from_values(x) - u;
   report_components(now, x);
   return way;
 }
