@@ -79,8 +79,6 @@ the coordinates of `reparametrization`: normal, normal_variance (of each entry),
       .def_readonly("score_covariance", &FisherInformation::score_covariance)
       .def_readonly("low", &FisherInformation::low)
       .def_readonly("high", &FisherInformation::high)
-      .def("mean", &FisherInformation::mean, "other"_a, "share"_a,
-           "Of two renders of the same picture, the other one having that share of the samples.")
       .def("relative_uncertainty", &FisherInformation::relative_uncertainty,
            R"(Of the information about the single components the largest error, as a share of it;
 infinite where there is none but noise.)")

@@ -99,7 +99,7 @@ coordinate at the values, range: between the bounds}, each by component.
 unknowns: list of (owner, parameter, values, minimum, maximum). Raises ValueError, KeyError.)");
   py::class_<PhotoJacobian>(m, "PhotoJacobian", R"(What a camera shows of the unknowns at their
 values: image and variance (of one sample), (height, width, 3); jacobian_a, jacobian_b, (n, height,
-width, 3), d picture / d coordinate by component over even and odd samples; dropped; not_finite:
+width, 3), d picture / d coordinate by component over even and odd samples; spp; dropped; not_finite:
 names of components.)")
       .def_property_readonly("image",
                              [](const PhotoJacobian& seen) {
@@ -117,6 +117,9 @@ names of components.)")
                                                      seen);
                              })
       .def_readonly("dropped", &PhotoJacobian::dropped)
+      .def_property_readonly("spp", &PhotoJacobian::spp)
+      .def("join", &PhotoJacobian::join, "other"_a,
+           "Adds the samples of another one of the same camera, unknowns and size.")
       .def_readonly("not_finite", &PhotoJacobian::not_finite);
   m.def("photo_jacobian", &photo_jacobian_of, "scene"_a, "unknowns"_a, "camera"_a, "width"_a,
         "height"_a, "spp"_a, py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0,

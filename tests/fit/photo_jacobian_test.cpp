@@ -93,6 +93,38 @@ TEST(PhotoJacobian, NeighbouringSeedsShareNoPortion) {
     for (std::size_t k = 0; k < i; ++k) EXPECT_NE(pictures[i], pictures[k]) << i << ' ' << k;
 }
 
+// The picture and the slopes are means over all samples, and more of them leave less open. One of 24
+// and one of 72 samples.
+TEST(PhotoJacobian, JoinsTheSamplesOfAnother) {
+  const Scene scene = smoke(std::vector<float>(8, 0.5f));
+  const Unknowns unknowns(scene, {{"Smoke", "extinction", {2, 2, 2}, 0.1, 20, 0.1}});
+  const auto seen = [&](int spp, std::uint64_t seed) {
+    return photo_jacobian(scene, unknowns, "Camera 0", square_settings(16, spp, seed));
+  };
+  const PhotoJacobian first = seen(24, 1), second = seen(72, 2);
+  PhotoJacobian both = first;
+  both.join(second);
+  EXPECT_EQ(both.spp(), 96);
+  EXPECT_EQ(both.portions.size(), 8u);
+  EXPECT_NEAR(both.mean[100].g, 0.25f * first.mean[100].g + 0.75f * second.mean[100].g, 1e-6);
+  EXPECT_NEAR(both.variance[300], 0.25f * first.variance[300] + 0.75f * second.variance[300], 1e-6);
+  const auto slope = [](const PhotoJacobian& one) {
+    return instrumental_variables(one).plain().a.slopes(301, 1);
+  };
+  EXPECT_NEAR(slope(both), 0.25f * slope(first) + 0.75f * slope(second), 1e-5);
+  const auto uncertainty = [](const PhotoJacobian& one) {
+    Photo photo;
+    photo.width = photo.height = 16;
+    photo.reference = one.mean;
+    check_photo(photo);
+    return fisher_information(one, photo, {64, 0.01, 1}).relative_uncertainty();
+  };
+  EXPECT_LT(uncertainty(both), 0.8 * uncertainty(first));
+  PhotoJacobian other = first;
+  EXPECT_THROW(other.join(photo_jacobian(scene, unknowns, "Camera 0", square_settings(8, 24, 1))),
+               InvalidArgument);
+}
+
 TEST(PhotoJacobian, TooFewSamplesHaveNoSecondHalf) {
   EXPECT_THROW((void)look_at_matte(matte_scene(), 7), InvalidArgument);
 }

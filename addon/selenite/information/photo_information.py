@@ -74,7 +74,7 @@ class PhotoInformation:
         #: After `at_photos`: error of the photos as a share of brightness; by how much one sample
         #: leaves the information open (native `relative_uncertainty`), the worst photo's.
         self.relative = self.doubt = 0.0
-        self._seen: list[list[tuple[int, Seen]]] = []  # of each photo: samples, what they showed
+        self._seen: list[Seen] = []  # of each photo
         self._token = native.core().ProgressToken()
 
     def cancel(self) -> None:
@@ -97,7 +97,7 @@ class PhotoInformation:
         self.relative, self._seen = math.sqrt(square), []
         for index, capture in enumerate(photos):
             yield Step(0.2 + 0.4 * index / len(photos), f"photo {capture.id}")
-            self._seen.append([(PHOTO_SPP, self._at_photo(capture, PHOTO_SPP, 1))])
+            self._seen.append(self._at_photo(capture, PHOTO_SPP, 1))
         settings = self.plan.request.settings
         there = self.informations(settings)
         self.doubt = PHOTO_SPP * max(one.relative_uncertainty() for one in there)
@@ -105,20 +105,12 @@ class PhotoInformation:
         spp = int(np.clip(wanted, PHOTO_SPP, most_spp)) - PHOTO_SPP
         for index, capture in enumerate(photos if spp > 0 else ()):
             yield Step(0.6 + 0.4 * index / len(photos), f"photo {capture.id}, second pass")
-            self._seen[index].append((spp, self._at_photo(capture, spp, 2)))
+            self._seen[index].jacobian.join(self._at_photo(capture, spp, 2).jacobian)
 
     def informations(self, settings: FitSettings) -> list[Any]:
         """After `at_photos`: of each photo, for a fit with these settings."""
         noise = self.noise(settings)
-        found = []
-        for passes in self._seen:
-            total, first = passes[0]
-            one = first.information(noise)
-            for spp, seen in passes[1:]:
-                total += spp
-                one = one.mean(seen.information(noise), spp / total)
-            found.append(one)
-        return found
+        return [seen.information(noise) for seen in self._seen]
 
     def errors(self, settings: FitSettings) -> tuple[np.ndarray, np.ndarray]:
         """After `at_photos`: standard errors of such a fit, (n,), in the coordinates of steps, and

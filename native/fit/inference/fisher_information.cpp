@@ -60,15 +60,6 @@ struct ScaledDirections {
 
 }  // namespace
 
-FisherInformation FisherInformation::mean(const FisherInformation& other, double share) const {
-  const double rest = 1 - share;
-  return {rest * normal + share * other.normal,
-          rest * rest * normal_variance + share * share * other.normal_variance,
-          // Both know the covariance of one and the same score: samples say how well.
-          rest * score_covariance + share * other.score_covariance, std::min(low, other.low),
-          std::max(high, other.high)};
-}
-
 double FisherInformation::relative_uncertainty() const {
   double largest = 0;
   for (Eigen::Index k = 0; k < normal.rows(); ++k) {

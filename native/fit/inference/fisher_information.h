@@ -35,8 +35,6 @@ struct FisherInformation {
   /// three times that.
   double low = 0, high = std::numeric_limits<double>::infinity();
 
-  /// Of two renders of the same picture, the other one having that share of the samples.
-  FisherInformation mean(const FisherInformation& other, double share) const;
   /// Of the information about the single components the largest error, as a share of it; infinite
   /// where there is none but noise.
   double relative_uncertainty() const;

@@ -31,6 +31,25 @@ void note_not_finite(const Unknowns& unknowns, const Halves& halves,
 
 }  // namespace
 
+int PhotoJacobian::spp() const {
+  int sum = 0;
+  for (const Portion& one : portions) sum += one.spp;
+  return sum;
+}
+
+void PhotoJacobian::join(const PhotoJacobian& other) {
+  if (other.width != width || other.height != height || other.layout.slots != layout.slots)
+    throw InvalidArgument("Two photo Jacobians of other sizes or unknowns cannot be joined");
+  const float share = static_cast<float>(other.spp()) / static_cast<float>(spp() + other.spp());
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    mean[i] = mean[i] * (1 - share) + other.mean[i] * share;
+  variance = (1 - share) * variance + share * other.variance;
+  portions.insert(portions.end(), other.portions.begin(), other.portions.end());
+  dropped += other.dropped;
+  for (const std::string& name : other.not_finite)
+    if (std::ranges::find(not_finite, name) == not_finite.end()) not_finite.push_back(name);
+}
+
 PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns,
                              const std::string& camera, const RenderSettings& settings,
                              Progress* progress) {

@@ -32,6 +32,11 @@ struct PhotoJacobian {
   std::vector<Portion> portions;
   std::int64_t dropped = 0;
   std::vector<std::string> not_finite;  ///< components ("Body:ior") whose derivatives are not
+
+  int spp() const;
+  /// Adds the samples of another one of the same camera, unknowns and size, with another seed.
+  /// InvalidArgument where it is of others.
+  void join(const PhotoJacobian& other);
 };
 
 /// Renders and takes differences as a refinement pass does: derivatives in four portions of
