@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "fit/evaluate/seeds.h"
 #include "fit/inference/fisher_information.h"
 #include "fit/smoke.h"
 #include "fit/taken_photos.h"
@@ -79,6 +82,33 @@ TEST(PhotoJacobian, PictureAndVarianceAreThoseOfAllPortions) {
   const double variance = many.variance.cast<double>().mean();
   EXPECT_NEAR(red(film.variance) * film.spp / variance, 1, 0.05);
   EXPECT_NEAR(few.variance.cast<double>().mean() / variance, 1, 0.05);
+}
+
+// Pixel by pixel, the roughness being left to differences: no path carries more in the one than in the
+// other.
+TEST(PhotoJacobian, PortionsHoldTheDerivativesThatARenderCarries) {
+  const Scene scene = smoke(std::vector<float>(8, 0.5f));
+  const Unknowns unknowns(scene, {{"World", "strength", {0.3}, 0.01, 100, 0.03}});
+  const RenderSettings settings = square_settings(16, 64, 3);
+  const PhotoJacobian seen = photo_jacobian(scene, unknowns, "Camera 0", settings);
+  const double slope = Reparametrization(unknowns).slope(unknowns.start())[0];
+  const Scene here = unknowns.scene_with(scene, unknowns.start());
+  ASSERT_EQ(seen.portions.size(), 4u);
+  for (int portion = 0; portion < 4; ++portion) {
+    RenderSettings part = settings;
+    part.spp = seen.portions[static_cast<std::size_t>(portion)].spp;
+    part.seed = seed_of(mix64(settings.seed), portion, 0);
+    const Film film = render(here, here.camera("Camera 0"), seen.layout, part);
+    const Halves& halves = seen.portions[static_cast<std::size_t>(portion)].halves;
+    for (std::size_t p = 0; p < film.size(); ++p)
+      for (int c = 0; c < 3; ++c) {
+        const auto i = static_cast<Eigen::Index>(3 * p) + c;
+        const double carried = film.slots[0].mean[p][c] * slope;
+        EXPECT_NEAR((halves.jacobian_a(i, 0) + halves.jacobian_b(i, 0)) / 2, carried,
+                    1e-4 * std::abs(carried) + 1e-5)
+            << portion << ": pixel " << p << ", channel " << c;
+      }
+  }
 }
 
 TEST(PhotoJacobian, NeighbouringSeedsShareNoPortion) {

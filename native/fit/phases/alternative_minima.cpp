@@ -9,8 +9,6 @@
 namespace selenite {
 namespace {
 
-constexpr int kMostAlternatives = 2;  ///< that are refined, beside the answer
-
 /// Intervals that contain both.
 void widen(TrustReport& report, const TrustReport& other) {
   for (std::size_t k = 0; k < report.components.size(); ++k) {
@@ -88,7 +86,7 @@ void AlternativeMinima::report(const FitRun& run, TrustReport& report) const {
 }
 
 std::optional<Vector> AlternativeMinima::next() {
-  if (pending_.empty() || count_ == kMostAlternatives) return std::nullopt;
+  if (pending_.empty() || count_ == kAlternativeMinima.most_refined) return std::nullopt;
   ++count_;
   Vector x = std::move(pending_.front());
   pending_.erase(pending_.begin());

@@ -2,21 +2,17 @@
 #include "fit/phases/field_refinement.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
 #include "fit/evaluate/seeds.h"
+#include "fit/phases/refinement.h"
 
 namespace selenite {
 namespace {
 
 constexpr int kWarmUp = 100, kInformative = 300;  ///< purposes of seeds
-constexpr int kWarmUps = 2;
-/// Shares of the samples that the passes take, of which there are always as many.
-constexpr std::array kShares{4, 2, 1};
-/// Of the samples of residuals, where instruments are gathered anew; as `RefinementOptions`.
-constexpr int kDerivativeShare = 4;
+constexpr RefinementOptions kWithoutFields;       ///< for instruments that are gathered anew
 constexpr double kRounding = 1e-9;
 
 }  // namespace
@@ -36,7 +32,7 @@ FieldRefinement::FieldRefinement(const Problem& problem, const GaussNewton* opti
 }
 
 int FieldRefinement::pass_spp(int pass) const {
-  const int share = kShares[static_cast<std::size_t>(pass)];
+  const int share = options_.shares[static_cast<std::size_t>(pass)];
   return std::min(spp_, std::max(spp_ / share, options_.least_of_pass));
 }
 
@@ -60,9 +56,10 @@ Observation FieldRefinement::derivatives(Evaluator& evaluator, int purpose, int 
 
 /// Its steps are not taken: only the Jacobians that it has gathered count.
 void FieldRefinement::gather_first_jacobians(Evaluator& evaluator) {
-  iteration_spp_ = std::max(pass_spp(point_.report.passes) / kDerivativeShare, kLeastOfDerivatives);
+  iteration_spp_ = std::max(pass_spp(point_.report.passes) / kWithoutFields.derivative_share,
+                            kLeastOfDerivatives);
   const std::vector<Photo>& photos = point_.problem->photos;
-  for (int portion = 0; portion < kWarmUps; ++portion) {
+  for (int portion = 0; portion < kWithoutFields.warm_ups; ++portion) {
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < photos.size(); ++v)
       seen.push_back(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v, photos[v]));
@@ -144,7 +141,7 @@ void FieldRefinement::end_pass() {
                  : 1;
   const bool near =
       point_.reach_of(now) <= options_.near && now.surprise <= options_.converged_sigmas * noise;
-  over_ = passes == std::ssize(kShares);
+  over_ = passes == std::ssize(options_.shares);
   if (over_ && near) {
     // Where this pass began is what the one before found: both count, by their samples.
     point_.equations.gradient *= 1 - 1 / (noise * noise);
@@ -165,7 +162,7 @@ double FieldRefinement::fraction() const {
   const double part =
       static_cast<double>(photo_) / 2.0 / static_cast<double>(point_.problem->photos.size());
   double done = pass_spp(point_.report.passes) * part, all = 0;
-  for (int pass = 0; pass < static_cast<int>(kShares.size()); ++pass) {
+  for (int pass = 0; pass < static_cast<int>(options_.shares.size()); ++pass) {
     all += pass_spp(pass);
     if (pass < point_.report.passes) done += pass_spp(pass);
   }

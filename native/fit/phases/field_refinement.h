@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -11,9 +12,14 @@
 
 namespace selenite {
 
+/// Sources: docs/measurements/constants.md, "FieldRefinementOptions".
 struct FieldRefinementOptions {
-  int least_of_pass = 32;                   ///< samples: with fewer there is nothing to step by
-  double converged_sigmas = 3, near = 0.1;  ///< as of `RefinementOptions`
+  std::array<int, 3> shares{4, 2, 1};  ///< of the samples that the passes take
+  /// Of the samples of a refinement without fields that the last pass takes: the others are for the
+  /// informative pixels.
+  int share_of_samples = 5;
+  int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
+  double converged_sigmas = kCertainSigmas, near = kLinearShare;  ///< as of `RefinementOptions`
   /// Samples of the first pass's derivatives in units of its own, as they select the informative pixels,
   /// and the share that those of the others are.
   int pilot = 2, share_after_pilot = 6;

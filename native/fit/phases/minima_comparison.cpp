@@ -2,7 +2,6 @@
 #include "fit/phases/minima_comparison.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,14 +10,6 @@
 namespace selenite {
 namespace {
 
-/// Shares of the samples, a round each.
-constexpr std::array kShares{16, 4, 1};
-constexpr int kLeastOfRound = 16;  ///< samples, where there are as many
-/// Standard deviations by which a alternative must be worse to lose.
-constexpr double kSigmas = 3;
-/// Widths of its interval, and share of its range, that a value of a alternative lies off at least: what is
-/// nearer is the same basin, seen less sharply.
-constexpr double kWidths = 2, kShareOfRange = 0.1;
 constexpr std::size_t kParts = std::tuple_size_v<FilmPair>;
 
 /// Whether component k of `x` is that of another basin.
@@ -26,11 +17,11 @@ bool far_apart(const Reparametrization& reparametrization, const Vector& x, cons
                Eigen::Index k) {
   const double range = reparametrization.maximum()[k] - reparametrization.minimum()[k];
   const double way = reparametrization.from_values(x)[k] - reparametrization.from_values(answer)[k];
-  return std::abs(way) > kShareOfRange * range;
+  return std::abs(way) > kAlternativeMinima.share_of_range * range;
 }
 
-/// Whether what is told about a component leaves `x` out by so many widths.
-bool leaves_out(const Confidence& reported, double x, double widths) {
+/// Whether the interval of a component excludes `x` by so many widths.
+bool excludes_by(const Confidence& reported, double x, double widths) {
   const auto [low, high] = reported.interval;
   const double margin = widths * (high - low);
   return reported.determined && (x < low - margin || x > high + margin);
@@ -53,13 +44,15 @@ MinimaComparison::MinimaComparison(const Problem& problem, std::vector<Eigen::Ve
 
 /// Of a part.
 int MinimaComparison::spp() const {
-  const int share = kShares[static_cast<std::size_t>(round_)];
-  const int all = std::max(most_spp_ / share, std::min(kLeastOfRound, most_spp_));
+  const int share = kAlternativeMinima.shares[static_cast<std::size_t>(round_)];
+  const int all =
+      std::max(most_spp_ / share, std::min(kAlternativeMinima.least_of_round, most_spp_));
   return std::max(all / static_cast<int>(kParts), 2);
 }
 
 bool MinimaComparison::step(Evaluator& evaluator) {
-  if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return false;
+  if (candidates_.size() < 2 || round_ == static_cast<int>(kAlternativeMinima.shares.size()))
+    return false;
   const Photo& photo = problem_->photos[photo_];
   Candidate& candidate = candidates_[candidate_];
   const int purpose = static_cast<int>(kParts) * round_ + static_cast<int>(part_);
@@ -73,7 +66,7 @@ bool MinimaComparison::step(Evaluator& evaluator) {
   if (++photo_ < problem_->photos.size()) return true;
   photo_ = 0;
   end_round();
-  return candidates_.size() > 1 && round_ < static_cast<int>(kShares.size());
+  return candidates_.size() > 1 && round_ < static_cast<int>(kAlternativeMinima.shares.size());
 }
 
 void MinimaComparison::end_photo() {
@@ -93,23 +86,24 @@ void MinimaComparison::end_round() {
   const TiledLoss& answer = candidates_.front().tiled_loss;
   const auto worse = [](const Eigen::ArrayXd& alternative, const Eigen::ArrayXd& answer) {
     const NoisySum by(alternative - answer);
-    return by.sum > kSigmas * by.deviation;
+    return by.sum > kAlternativeMinima.sigmas * by.deviation;
   };
   const auto lost = [&](const Candidate& alternative) {
-    return alternative.against_answer.significant(kSigmas) ||
+    return alternative.against_answer.significant(kAlternativeMinima.sigmas) ||
            worse(alternative.tiled_loss.coarse, answer.coarse) ||
            worse(alternative.tiled_loss.all, answer.all);
   };
   candidates_.erase(std::remove_if(candidates_.begin() + 1, candidates_.end(), lost),
                     candidates_.end());
-  if (++round_ == static_cast<int>(kShares.size())) return;  // `survivors` tells by the last one
+  if (++round_ == static_cast<int>(kAlternativeMinima.shares.size()))
+    return;  // `survivors` tells by the last one
   for (Candidate& candidate : candidates_) {
     candidate.tiled_loss = {};
     candidate.against_answer = {};
   }
 }
 
-bool MinimaComparison::Survivor::is_better() const { return z_score > kSigmas; }
+bool MinimaComparison::Survivor::is_better() const { return z_score > kAlternativeMinima.sigmas; }
 
 std::vector<MinimaComparison::Survivor> MinimaComparison::survivors() const {
   std::vector<Survivor> survivors;
@@ -141,8 +135,9 @@ void MinimaComparison::members(SavedState& state) {
 }
 
 double MinimaComparison::fraction() const {
-  const double rounds = static_cast<double>(kShares.size());
-  if (candidates_.size() < 2 || round_ == static_cast<int>(kShares.size())) return 1;
+  const double rounds = static_cast<double>(kAlternativeMinima.shares.size());
+  if (candidates_.size() < 2 || round_ == static_cast<int>(kAlternativeMinima.shares.size()))
+    return 1;
   const auto of_photo = static_cast<double>(kParts * candidates_.size());
   const double done =
       (static_cast<double>(photo_) + static_cast<double>(kParts * candidate_ + part_) / of_photo) /
@@ -157,7 +152,7 @@ void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrizat
     Confidence& reported = report.components[k];
     const auto at = static_cast<Eigen::Index>(k);
     if (!far_apart(reparametrization, alternative, answer, at) ||
-        !leaves_out(reported, alternative[at], refined ? 0 : kWidths))
+        !excludes_by(reported, alternative[at], refined ? 0 : kAlternativeMinima.widths))
       continue;
     any = true;
     reported.determined = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -9,18 +10,29 @@
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/inference/confidence_intervals.h"
+#include "fit/problem/significance.h"
 
 namespace selenite {
 
-/// Compares the answer of a fit with values that its search refined and left for others, and with
-/// itself after an exchange of what acts alike: where one of them explains the photos as well, another
-/// basin may hold the truth, of which intervals around the answer know nothing. Where one explains
-/// them better, it does.
+/// Sources: docs/measurements/constants.md, "AlternativeMinimaOptions".
+struct AlternativeMinimaOptions {
+  std::array<int, 3> shares{kFirstShare, kSecondShare, 1};  ///< of the samples, a round each
+  int least_of_round = 16;                                  ///< samples, where there are as many
+  double sigmas =
+      kCertainSigmas;  ///< standard deviations by which an alternative must be worse to lose
+  /// Widths of its interval, and share of its range, by which a value of an alternative is off at least:
+  /// what is nearer is the same basin at another resolution.
+  double widths = 2, share_of_range = kNarrowShare;
+  int most_refined = 2;  ///< alternatives, beside the answer
+};
+inline constexpr AlternativeMinimaOptions kAlternativeMinima;
+
+/// Compares the answer of a fit with alternatives, which may lie in the basin of the truth.
 ///
-/// Equal seeds, first with a sixteenth of the samples, then with a quarter and with all for those
-/// that still stand. A alternative loses by `TiledLoss`, coarse or in detail, or by `PairedMidpointTest`. Refined in
-/// small pictures only, it is worse than the bottom of its basin: photos that tell basins apart do so
-/// here, too.
+/// Seeds are equal. A sixteenth of the samples is taken first, then a quarter, then all, for those that
+/// have not lost. An alternative loses by `TiledLoss`, blurred or pixel by pixel, or by
+/// `PairedMidpointTest`. It has been refined in small pictures only, and so is worse than the bottom of
+/// its basin: photos that separate basins do so here, too.
 class MinimaComparison {
  public:
   /// `problem` must outlive it. weights: of the residuals of each photo, 3 numbers a pixel. spp:
@@ -30,17 +42,17 @@ class MinimaComparison {
   /// The next picture; false when it was the last. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
   double fraction() const;
-  /// After the last step: one that stands and lies far from the answer, and by how many standard
-  /// deviations the photos are nearer to it than to the answer.
+  /// An alternative that has not lost and lies far from the answer. z_score: standard deviations by
+  /// which the photos are nearer to it than to the answer. Known after the last step.
   struct Survivor {
     Vector x;
     double z_score;
-    /// Nearer for certain.
+    /// Nearer beyond doubt.
     bool is_better() const;
   };
-  /// Likewise: those that lie far from the answer, the nearest to the photos first.
+  /// The nearest to the photos first.
   std::vector<Survivor> survivors() const;
-  /// Likewise: those of them that matter, because they won or because they contest what `report` tells.
+  /// Those of them that are better, or that make values ambiguous which `report` has as determined.
   std::vector<Survivor> pending(const TrustReport& report) const;
 
   void members(SavedState& state);
@@ -62,7 +74,7 @@ class MinimaComparison {
   Reparametrization reparametrization_;
   FieldValues fields_;
   std::vector<Eigen::VectorXf> weights_;
-  std::vector<Candidate> candidates_;  ///< the answer, then those that stand
+  std::vector<Candidate> candidates_;  ///< the answer, then those that have not lost
   std::uint64_t seed_;
   int most_spp_;
   int round_ = 0;
@@ -70,9 +82,9 @@ class MinimaComparison {
   std::size_t part_ = 0;                   ///< likewise
 };
 
-/// Notes in `report`, which is about `answer`, a alternative that explains the photos as well if it lies far
-/// outside what is reported, and takes back that these values are determined. refined: at the bottom of
-/// its basin; else widths of an interval may lie between what are the same values.
+/// Adds to `report`, which is about `answer`, an alternative that explains the photos as well if it lies
+/// far outside the intervals; the values in question are no longer determined. refined: it is at the
+/// bottom of its basin. Otherwise some widths of an interval may lie between equal values.
 void mark_ambiguous(TrustReport& report, const Reparametrization& reparametrization,
                     const Vector& answer, const Vector& alternative, bool refined);
 

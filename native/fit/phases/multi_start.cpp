@@ -13,29 +13,8 @@
 namespace selenite {
 namespace {
 
-constexpr int kSize = 40;  ///< pixels of the longer side
-constexpr std::size_t kPoints = 64;
-constexpr int kFirstSpp = 8, kStepSpp = 8, kFinalSpp = 48;
-/// After looking at all points: so many go on, by so many steps each.
-struct Round {
-  std::size_t count;
-  int steps;
-};
-constexpr std::array kRounds{Round{8, 4}, Round{4, 5}, Round{3, 6}};
-constexpr int kLast = static_cast<int>(kRounds.size()) + 1;  ///< the round that chooses
-constexpr int kRemembered =
-    1 << 20;                       ///< iterations that the steps think are to come: no late phase
-constexpr double kMargin = 0.1;    ///< of the range, on both sides: the ends are flat
-constexpr double kGreyness = 0.3;  ///< of the range: how far channels stray from their grey
-/// An extinction has the scale of the scene: it is searched within this factor of the start.
-constexpr double kExtinctionFactor = 10;
-constexpr double kLeastIor = 1.2, kLargestIor = 2;  ///< of most dielectrics
-constexpr double kSigmas = 2;                       ///< by which one must lose to another
-constexpr double kSameBasin = 0.1;                  ///< of each range: the same basin
-constexpr double kMedianOfSquare = 0.455;           ///< of a standard normal number
-/// Of a loss, added for ranking: where light comes by rare bright paths (sharp glass) a loss is often
-/// below its mean by luck.
-constexpr double kRankSigmas = 1;
+constexpr int kRemembered = 1 << 20;  ///< iterations that steps expect: damping stays as at first
+constexpr double kMedianOfSquare = 0.455;  ///< of a standard normal number
 
 /// Van der Corput's sequence, shifted; a base per dimension makes it Halton's.
 double radical_inverse(int base, std::size_t index, double shift) {
@@ -57,13 +36,14 @@ double uniform(std::uint64_t key) { return static_cast<double>(mix64(key) >> 11)
 
 }  // namespace
 
-MultiStart::MultiStart(const Problem& problem, std::uint64_t seed)
-    : seed_(seed),
+MultiStart::MultiStart(const Problem& problem, std::uint64_t seed, const MultiStartOptions& options)
+    : options_(options),
+      seed_(seed),
       problem_{problem.unknowns, problem.layout, photos_, problem.loss, kRemembered},
       reparametrization_(problem.unknowns),
       chosen_(problem.unknowns.start()) {
   for (const Photo& photo : problem.photos) {
-    photos_.push_back(photo.resized(kSize));
+    photos_.push_back(photo.resized(options_.size));
     weights_.push_back(relative_weights(photos_.back(), 1));
   }
   Candidate start;
@@ -86,15 +66,16 @@ double MultiStart::point_in_range(int component, double at) const {
   const Unknowns& unknowns = problem_.unknowns;
   const Parameter& description = unknowns.description_of(component);
   double low = unknowns.minimum()[component], high = unknowns.maximum()[component];
-  at = kMargin + (1 - 2 * kMargin) * at;
-  if (description.scale == Scale::kLogExcess && low < kLeastIor && high > kLargestIor) {
-    low = kLeastIor;
-    high = kLargestIor;
+  at = options_.margin + (1 - 2 * options_.margin) * at;
+  if (description.scale == Scale::kLogExcess && low < options_.least_ior &&
+      high > options_.largest_ior) {
+    low = options_.least_ior;
+    high = options_.largest_ior;
   }
   const double start = unknowns.start()[component];
   if (description.scale == Scale::kLog && description.effect != Effect::kSurface && start > 0) {
-    low = std::max(low, start / kExtinctionFactor);
-    high = std::min(high, start * kExtinctionFactor);
+    low = std::max(low, start / options_.extinction_factor);
+    high = std::min(high, start * options_.extinction_factor);
   }
   if (description.scale == Scale::kReflectance) {
     low = Reparametrization::reflectance(low);
@@ -109,7 +90,7 @@ double MultiStart::point_in_range(int component, double at) const {
 std::vector<Vector> MultiStart::spread_points() const {
   const Unknowns& unknowns = problem_.unknowns;
   std::vector<Vector> points;
-  for (std::size_t n = 1; n <= kPoints; ++n) {
+  for (std::size_t n = 1; n <= static_cast<std::size_t>(options_.points); ++n) {
     Vector x = unknowns.start();
     for (int k = 0; k < unknowns.size(); ++k) {
       const auto parameter =
@@ -119,7 +100,7 @@ std::vector<Vector> MultiStart::spread_points() const {
       const bool colour = unknowns.values_of(static_cast<int>(parameter), x).size() > 1;
       if (colour && unknowns.description_of(k).diagonal) {
         const double stray = uniform(seed_ + 977 * n + 31 * static_cast<unsigned>(k)) - 0.5;
-        at = std::clamp(at + kGreyness * stray, 0.0, 1.0);
+        at = std::clamp(at + options_.greyness * stray, 0.0, 1.0);
       }
       x[k] = point_in_range(k, at);
     }
@@ -143,7 +124,7 @@ void MultiStart::evaluate(Candidate& candidate, int spp, int purpose, Evaluator&
       parts[static_cast<std::size_t>(i)] = evaluator.evaluate(
           {candidate.x}, photo, {spp / 2, seed_for(purpose, i, static_cast<int>(v))});
     candidate.tiled_loss.append(TiledLoss(merged(parts), photo, weights_[v]), share);
-    if (round_ == kLast) candidate.pictures.push_back(std::move(parts));
+    if (round_ == last_round()) candidate.pictures.push_back(std::move(parts));
   }
 }
 
@@ -164,7 +145,7 @@ void MultiStart::rank() {
   for (Candidate& one : candidates_) {
     one.tiles = one.tiled_loss.coarse + share * (one.tiled_loss.all - one.tiled_loss.coarse);
     one.loss = one.tiles.sum();
-    one.rank = one.loss + kRankSigmas * std::sqrt(one.tiles.square().sum());
+    one.rank = one.loss + options_.rank_sigmas * std::sqrt(one.tiles.square().sum());
   }
 }
 
@@ -174,11 +155,12 @@ void MultiStart::descend(Candidate& candidate, int index, int steps, Evaluator& 
     std::vector<Observation> seen;
     for (std::size_t v = 0; v < photos_.size(); ++v) {
       const int purpose = 16 + 64 * round_ + n;
-      seen.push_back({static_cast<int>(v),
-                      evaluator.evaluate({candidate.x}, photos_[v],
-                                         {kStepSpp, seed_for(purpose, index, static_cast<int>(v)),
-                                          Differences{alternating_side(n)}}),
-                      {}});
+      seen.push_back(
+          {static_cast<int>(v),
+           evaluator.evaluate({candidate.x}, photos_[v],
+                              {options_.step_spp, seed_for(purpose, index, static_cast<int>(v)),
+                               Differences{alternating_side(n)}}),
+           {}});
     }
     candidate.x = candidate.steps->step(candidate.x, seen);
   }
@@ -189,7 +171,7 @@ void MultiStart::descend(Candidate& candidate, int index, int steps, Evaluator& 
 bool MultiStart::same_basin(const Vector& x, const Vector& y) const {
   const Vector range = reparametrization_.maximum() - reparametrization_.minimum();
   const Vector apart = reparametrization_.from_values(x) - reparametrization_.from_values(y);
-  return (apart.cwiseAbs().array() <= kSameBasin * range.array()).all();
+  return (apart.cwiseAbs().array() <= options_.same_basin * range.array()).all();
 }
 
 /// The best of each kind. The start and what came of it stay whatever their rank.
@@ -207,15 +189,19 @@ void MultiStart::keep_best(std::size_t count) {
 }
 
 bool MultiStart::step(Evaluator& evaluator) {
-  if (round_ > kLast) return false;
+  if (round_ > last_round()) return false;
   Candidate& candidate = candidates_[next_];
-  const bool final = round_ == kLast;
+  const bool final = round_ == last_round();
   if (round_ > 0 && !final && !candidate.untouched)
-    descend(candidate, static_cast<int>(next_), kRounds[static_cast<std::size_t>(round_) - 1].steps,
-            evaluator);
-  evaluate(candidate, final ? kFinalSpp : round_ == 0 ? kFirstSpp : kStepSpp, round_, evaluator);
+    descend(candidate, static_cast<int>(next_),
+            options_.rounds[static_cast<std::size_t>(round_) - 1].steps, evaluator);
+  evaluate(candidate,
+           final         ? options_.final_spp
+           : round_ == 0 ? options_.first_spp
+                         : options_.step_spp,
+           round_, evaluator);
   done_ = (round_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
-          (kLast + 1);
+          (last_round() + 1);
   if (++next_ < candidates_.size()) return true;
   next_ = 0;
   rank();
@@ -223,7 +209,10 @@ bool MultiStart::step(Evaluator& evaluator) {
     choose();
   } else {
     keep_best(
-        kRounds[std::min<std::size_t>(static_cast<std::size_t>(round_), kRounds.size() - 1)].count);
+        static_cast<std::size_t>(options_
+                                     .rounds[std::min<std::size_t>(static_cast<std::size_t>(round_),
+                                                                   options_.rounds.size() - 1)]
+                                     .count));
     if (round_ == 0) {  // one goes on as it is, one is refined
       Candidate copy = *std::find_if(candidates_.begin(), candidates_.end(),
                                      [](const Candidate& one) { return one.from_start; });
@@ -231,7 +220,7 @@ bool MultiStart::step(Evaluator& evaluator) {
       candidates_.push_back(std::move(copy));
     }
   }
-  return ++round_ <= kLast;
+  return ++round_ <= last_round();
 }
 
 void MultiStart::members(SavedState& state) {
@@ -270,11 +259,11 @@ double MultiStart::distance_to_bounds(const Vector& x) const {
 bool MultiStart::equivalent(const Candidate& one, const Candidate& other) const {
   // Tile against tile: equal seeds, so that common noise cancels.
   const NoisySum by(one.tiles - other.tiles);
-  if (by.sum > kSigmas * by.deviation) return false;
+  if (by.sum > options_.sigmas * by.deviation) return false;
   PairedMidpointTest behind;
   for (std::size_t v = 0; v < photos_.size(); ++v)
     behind.add(photos_[v], weights_[v], other.pictures[v], one.pictures[v]);
-  return !behind.significant(kSigmas);
+  return !behind.significant(options_.sigmas);
 }
 
 void MultiStart::choose() {

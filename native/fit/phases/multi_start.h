@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -11,13 +12,37 @@
 #include "fit/evaluate/paired_test.h"
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/evaluate/tiled_loss.h"
+#include "fit/problem/significance.h"
 #include "fit/solver/gauss_newton.h"
 #include "fit/state/fit_result.h"
 
 namespace selenite {
 
-/// Looks for the basin before the first step: points spread over the clamps, in small pictures with
-/// few samples, the best of them refined by a few Gauss-Newton steps, fewer and fewer of them.
+/// Sources: docs/measurements/constants.md, "MultiStartOptions".
+struct MultiStartOptions {
+  int size = 40;    ///< pixels of the longer side of the pictures
+  int points = 64;  ///< beside the start
+  int first_spp = 8, step_spp = 8, final_spp = 48;
+  /// After all points: so many go on, by so many steps each; beside them the start as it is and, where
+  /// it is not among them, stepped like them.
+  struct Round {
+    int count, steps;
+  };
+  std::array<Round, 3> rounds{{{8, 4}, {4, 5}, {3, 6}}};
+  double margin = 0.1;    ///< of the range, on both sides: the ends are flat
+  double greyness = 0.3;  ///< of the range: how far channels stray from their grey
+  /// An extinction has the scale of the scene: points lie within this factor of the start.
+  double extinction_factor = 10;
+  double least_ior = 1.2, largest_ior = 2;  ///< of most dielectrics
+  double sigmas = kLikelySigmas;            ///< by which one must lose to another
+  double same_basin = kNarrowShare;         ///< of each range
+  /// Standard deviations of a loss that are added for ranking: where light comes by rare bright paths
+  /// (sharp glass) a loss is often below its mean by luck.
+  double rank_sigmas = 1;
+};
+
+/// Finds the basin before the first step: evaluates points spread over the bounds in small pictures
+/// with few samples, and steps the best of them by Gauss-Newton, fewer and fewer of them.
 ///
 /// A step follows the slope from where it stands; from a dark opaque start that may lead into a
 /// basin where another parameter does the brightening. Few samples know little of single pixels where
@@ -29,7 +54,7 @@ namespace selenite {
 class MultiStart {
  public:
   /// `problem` must outlive it.
-  MultiStart(const Problem& problem, std::uint64_t seed);
+  MultiStart(const Problem& problem, std::uint64_t seed, const MultiStartOptions& options = {});
   MultiStart(const MultiStart&) = delete;  // the small problem refers to members
   MultiStart& operator=(const MultiStart&) = delete;
 
@@ -45,6 +70,8 @@ class MultiStart {
   void members(SavedState& state);
 
  private:
+  /// The round that chooses.
+  int last_round() const { return static_cast<int>(options_.rounds.size()) + 1; }
   struct Candidate {
     Vector x;
     bool from_start = false, untouched = false;
@@ -67,6 +94,7 @@ class MultiStart {
   double distance_to_bounds(const Vector& x) const;
   void choose();
 
+  MultiStartOptions options_;
   std::uint64_t seed_;
   std::vector<Photo> photos_;  ///< small
   std::vector<Eigen::VectorXf> weights_;

@@ -18,13 +18,9 @@ SceneModel varied_scene(const FitRun& run) {
   return uniform ? scene_model(run.problem, *uniform) : scene_model(run.problem);
 }
 
-/// Of the samples of a refinement's last pass: where voxels are stepped with scalars, the others are for
-/// the informative pixels.
-constexpr int kShareOfFieldPasses = 5;
-
 int field_pass_spp(const FitSettings& settings) {
   const int spp = settings.chosen_refinement_spp();
-  return settings.refinement_spp == 0 ? spp / kShareOfFieldPasses : spp;
+  return settings.refinement_spp == 0 ? spp / FieldRefinementOptions{}.share_of_samples : spp;
 }
 
 /// The best values with every roughness at least where it looks perfectly sharp: nothing tells a sharper

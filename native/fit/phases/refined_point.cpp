@@ -8,12 +8,6 @@
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
-namespace {
-
-constexpr double kMisfitSigmas = kCertainSigmas;
-
-}  // namespace
-
 RefinedPoint::RefinedPoint(const Problem& problem, const GaussNewton* optimiser, Vector x)
     : problem(&problem),
       gauss_newton(optimiser ? *optimiser : GaussNewton(problem)),
@@ -30,7 +24,7 @@ Estimate RefinedPoint::end_pass() {
   ++report.passes;
   report.misfit.value = equations.misfit;
   report.misfit.standard_error = std::sqrt(equations.misfit_variance);
-  report.misfit.explained = equations.misfit <= kMisfitSigmas * report.misfit.standard_error;
+  report.misfit.explained = equations.misfit <= kCertainSigmas * report.misfit.standard_error;
   return estimate_here();
 }
 

@@ -5,13 +5,10 @@
 
 #include "fit/inference/confidence_intervals.h"
 #include "fit/inference/photo_jacobian.h"
+#include "fit/problem/significance.h"
 #include "fit/solver/gauss_newton.h"
 
 namespace selenite {
-
-/// The ladder of samples: the first passes of a refinement and the first rounds of a comparison take a
-/// sixteenth and a quarter of them.
-inline constexpr int kFirstShare = 16, kSecondShare = 4;
 
 /// Values, the normal equations of the photos there, and the Gauss-Newton step that follows from them.
 /// All samples of a pass are for the same values, so its step and its covariance H^-1 Cov(g) H^-1 need

@@ -12,9 +12,10 @@ namespace selenite {
 
 struct RefinementOptions {
   int most_passes = 4;
-  double converged_sigmas = 3;  ///< a longer step, in standard deviations: x was not there yet
+  double converged_sigmas =
+      kCertainSigmas;  ///< a longer step, in standard deviations: x was not there yet
   /// Share of the longest step within which a linear step is as good as a pass at its end.
-  double near = 0.1;
+  double near = kLinearShare;
   int least_of_pass = 32;  ///< samples: with fewer there is nothing to step by
   int offset_share = 4;    ///< of a pass at an offset, which gathers its own instruments
   /// Of the samples of residuals. With an eighth, intervals are too narrow where unknowns nearly make up

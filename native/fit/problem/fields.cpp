@@ -7,6 +7,7 @@
 #include <optional>
 #include <sstream>
 
+#include "fit/problem/problem_list.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -101,37 +102,26 @@ bool Fields::is_field(const UnknownParameter& one) {
 }
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
-  std::string problems;
-  bool only_names = true;
-  const auto add = [&](const std::string& line, bool name = false) {
-    problems += (problems.empty() ? "" : "\n") + line;
-    only_names = only_names && name;
-  };
-  for (const UnknownParameter& one : wanted) {
-    if (!is_field(one)) continue;
-    const std::string name = one.owner + ":" + one.parameter;
-    try {
-      const FieldRef ref = *field_of(one.parameter, scene.material(one.owner));
-      if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
-        throw InvalidArgument(name + " is listed twice; list it once");
-      Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
-      if (const std::string wrong = complaint(one, numbers); !wrong.empty())
-        throw InvalidArgument(name + ": " + wrong);
-      refs_.push_back(ref);
-      names_.push_back(name);
-      wanted_.push_back(one);
-      shapes_.push_back(std::move(numbers.shape));
-      images_.push_back(std::move(numbers.image));
-      start_.push_back(std::move(numbers.values));
-    } catch (const UnknownName& error) {
-      add(error.what(), true);
-    } catch (const InvalidArgument& error) {
-      add(error.what());
-    }
-  }
-  if (problems.empty()) return;
-  if (only_names) throw UnknownName(problems);
-  throw InvalidArgument(problems);
+  ProblemList problems;
+  for (const UnknownParameter& one : wanted)
+    if (is_field(one)) problems.collect([&] { add(scene, one); });
+  problems.raise();
+}
+
+void Fields::add(const Scene& scene, const UnknownParameter& one) {
+  const std::string name = one.owner + ":" + one.parameter;
+  const FieldRef ref = *field_of(one.parameter, scene.material(one.owner));
+  if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
+    throw InvalidArgument(name + " is listed twice; list it once");
+  Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
+  if (const std::string wrong = complaint(one, numbers); !wrong.empty())
+    throw InvalidArgument(name + ": " + wrong);
+  refs_.push_back(ref);
+  names_.push_back(name);
+  wanted_.push_back(one);
+  shapes_.push_back(std::move(numbers.shape));
+  images_.push_back(std::move(numbers.image));
+  start_.push_back(std::move(numbers.values));
 }
 
 Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {

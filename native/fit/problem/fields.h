@@ -44,6 +44,9 @@ class Fields {
   std::vector<Color<double>> means(const FieldValues& values) const;
 
  private:
+  /// Throws InvalidArgument, UnknownName.
+  void add(const Scene& scene, const UnknownParameter& one);
+
   std::vector<FieldRef> refs_;
   std::vector<std::string> names_;
   std::vector<UnknownParameter> wanted_;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "fit/problem/problem_list.h"
 #include "math/error.h"
 #include "math/hash.h"
 
@@ -120,34 +121,19 @@ std::uint64_t Photo::fingerprint() const {
 }
 
 void check_photos(const Scene& scene, std::vector<Photo>& photos) {
-  std::string problems;
-  bool only_names = true;
-  const auto add = [&](const std::string& line) {
-    problems += (problems.empty() ? "" : "\n") + line;
-  };
-  if (photos.empty()) {
-    add("No photo to fit to: pair at least one camera with a photo");
-    only_names = false;
-  }
-  std::set<std::string> seen;
-  for (Photo& photo : photos) {
-    try {
+  ProblemList problems;
+  if (photos.empty()) problems.add("No photo to fit to: pair at least one camera with a photo");
+  std::set<std::string> ids;
+  for (Photo& photo : photos)
+    problems.collect([&] {
       (void)scene.camera(photo.camera);
-    } catch (const UnknownName& error) {
-      add(error.what());
-      continue;
-    }
-    if (photo.id.empty()) photo.id = photo.camera;
-    std::string problem = problem_of(photo);
-    if (problem.empty() && !seen.insert(photo.id).second)
-      problem = "Photo '" + photo.id + "': another photo has its id; give each photo its own";
-    if (problem.empty()) continue;
-    add(problem);
-    only_names = false;
-  }
-  if (problems.empty()) return;
-  if (only_names) throw UnknownName(problems);
-  throw InvalidArgument(problems);
+      if (photo.id.empty()) photo.id = photo.camera;
+      check_photo(photo);
+      if (!ids.insert(photo.id).second)
+        throw InvalidArgument("Photo '" + photo.id +
+                              "': another photo has its id; give each photo its own");
+    });
+  problems.raise();
 }
 
 }  // namespace selenite

@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "fit/problem/loss.h"
-#include "math/error.h"
+#include "fit/problem/problem_list.h"
 
 namespace selenite {
 
@@ -22,11 +21,10 @@ int FitSettings::chosen_refinement_spp() const {
 }
 
 void FitSettings::check() const {
-  std::ostringstream problems;
+  ProblemList problems;
   const auto require = [&](const char* name, double value, double lowest, double highest) {
     if (value >= lowest && value <= highest) return;  // false for NaN
-    if (!problems.str().empty()) problems << '\n';
-    problems << name << " = " << value << " must lie in [" << lowest << ", " << highest << "]";
+    problems.add(name, " = ", value, " must lie in [", lowest, ", ", highest, "]");
   };
   require("iterations", iterations, 1, 1e6);
   require("spp", spp, 1, 65536);
@@ -40,22 +38,15 @@ void FitSettings::check() const {
   if (refinement_spp == 1) require("refinement_spp", refinement_spp, 2, 65536);
   for (const auto& [name, value] :
        {std::pair{"search", search}, std::pair{"refinement", refinement}})
-    if (value != "on" && value != "off" && value != "auto") {
-      if (!problems.str().empty()) problems << '\n';
-      problems << name << " = '" << value << "' is unknown; choose one of auto, on, off";
-    }
-  try {
+    if (value != "on" && value != "off" && value != "auto")
+      problems.add(name, " = '", value, "' is unknown; choose one of auto, on, off");
+  problems.collect([&] {
     const Loss& chosen = find_loss(loss);
-    if (spp >= 1 && spp < chosen.least_spp) {
-      if (!problems.str().empty()) problems << '\n';
-      problems << "loss = '" << loss << "' needs spp of at least " << chosen.least_spp << ", not "
-               << spp << "; it multiplies different samples of a pixel";
-    }
-  } catch (const InvalidArgument& error) {
-    if (!problems.str().empty()) problems << '\n';
-    problems << error.what();
-  }
-  if (!problems.str().empty()) throw InvalidArgument(problems.str());
+    if (spp >= 1 && spp < chosen.least_spp)
+      problems.add("loss = '", loss, "' needs spp of at least ", chosen.least_spp, ", not ", spp,
+                   "; it multiplies different samples of a pixel");
+  });
+  problems.raise();
 }
 
 }  // namespace selenite

@@ -19,4 +19,8 @@ inline constexpr double kNarrowShare = 0.1;
 /// second look.
 inline constexpr double kLinearShare = 0.1;
 
+/// The first passes of a refinement and rounds of a comparison take a sixteenth and a quarter of the
+/// samples: the way to where the last one begins.
+inline constexpr int kFirstShare = 16, kSecondShare = 4;
+
 }  // namespace selenite

@@ -3,41 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "fit/problem/fields.h"
-#include "math/error.h"
+#include "fit/problem/problem_list.h"
 
 namespace selenite {
 namespace {
 
-/// Problems of a whole list: users mend them in one go.
-class Problems {
- public:
-  template <class... Parts>
-  void add(const Parts&... parts) {
-    if (!text_.str().empty()) text_ << '\n';
-    (text_ << ... << parts);
-    only_names_ = false;
-  }
-  void add_name(const std::string& message) {
-    const bool only_names = only_names_;
-    add(message);
-    only_names_ = only_names;
-  }
-  void raise() const {
-    if (text_.str().empty()) return;
-    if (only_names_) throw UnknownName(text_.str());
-    throw InvalidArgument(text_.str());
-  }
-
- private:
-  std::ostringstream text_;
-  bool only_names_ = true;
-};
-
 void check_bounds(const std::string& name, const Parameter& table, const UnknownParameter& wanted,
-                  Problems& problems) {
+                  ProblemList& problems) {
   const auto bound = [&](const char* what, double value) {
     if (value >= table.lower && value <= table.upper) return true;  // false for NaN
     problems.add(name, ": ", what, " = ", value, " lies outside [", table.lower, ", ", table.upper,
@@ -63,7 +37,7 @@ void check_bounds(const std::string& name, const Parameter& table, const Unknown
 }  // namespace
 
 Unknowns::Unknowns(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
-  Problems problems;
+  ProblemList problems;
   if (wanted.empty()) problems.add("Nothing to fit: tick at least one parameter");
   std::vector<double> start, minimum, maximum, rate;
   for (const UnknownParameter& one : wanted) {

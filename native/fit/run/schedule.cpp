@@ -6,15 +6,14 @@
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/inference/informative_pixels.h"
 #include "fit/phases/field_refinement.h"
+#include "fit/phases/minima_comparison.h"
+#include "fit/phases/multi_start.h"
 #include "fit/phases/refinement.h"
-#include "fit/problem/schedule_options.h"
 
 namespace selenite {
 namespace {
 
-constexpr MultiStartRenders kMultiStart;
-constexpr FieldRefinementRenders kFieldPasses;
-constexpr ComparisonRenders kComparison;
+constexpr MultiStartOptions kMultiStart;
 constexpr ExpectedCourse kExpected;
 
 double pixels_of(const std::vector<Photo>& photos) {
@@ -191,13 +190,13 @@ class Planner {
     constexpr FieldRefinementOptions kOptions;
     const FitSettings& settings = problem_.settings();
     const int all = settings.chosen_refinement_spp();
-    const int spp = settings.refinement_spp == 0 ? all / kFieldPasses.share_of_samples : all;
+    const int spp = settings.refinement_spp == 0 ? all / kOptions.share_of_samples : all;
     const Renders both = renders_of(
         Purpose::kInstrumental,
         {.side = Side::kBoth, .of_roughness = Side::kBoth, .roughnesses = false, .picture = false});
     const double informative = pixels_ * kExpected.informative_pixels / kInformativePixels.one_of;
     bool pilot = true;
-    for (const int share : kFieldPasses.shares) {
+    for (const int share : kOptions.shares) {
       const int of_pass = std::min(spp, std::max(spp / share, kOptions.least_of_pass));
       const int derivatives =
           pilot ? of_pass * kOptions.pilot : of_pass / kOptions.share_after_pilot;
@@ -220,8 +219,8 @@ class Planner {
         static_cast<double>(problem_.unknowns().exchanged(problem_.unknowns().start()).size());
     if (strategy_.multi_start && !strategy_.uniform) alternatives += kExpected.alternatives;
     if (alternatives == 0) return;
-    const int of_round =
-        std::max(spp / kComparison.first_share, std::min(kComparison.least_of_round, spp));
+    const int of_round = std::max(spp / kAlternativeMinima.shares.front(),
+                                  std::min(kAlternativeMinima.least_of_round, spp));
     add(PhaseKind::kComparison, pixels_, std::max(of_round / 2, 2), 2 * (1 + alternatives),
         Carried::kNothing);
   }

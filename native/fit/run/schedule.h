@@ -30,6 +30,26 @@ struct PlannedRenders {
   double samples() const { return pixels * spp * renders; }
 };
 
+/// What only a fit that has run could tell, as most do.
+struct ExpectedCourse {
+  /// Iterations after which the values of most fits that are refined have settled.
+  /// Measured: docs/measurements/trade.md.
+  int converged_after = 15;
+  double informative_pixels = 0.5;  ///< share of the pixels that tell something
+  /// Share of the candidates of a multi-start that stay apart where parameters are fewer than so many:
+  /// the others end in the same basin. Measured: 6 sets of them on three scenes, 0.6 to 0.9.
+  double distinct = 0.75;
+  int few_parameters = 4;
+  /// Candidates that a multi-start ends with, the untouched start among them; and those of them that it
+  /// leaves for a comparison with the answer.
+  double last_candidates = 4, alternatives = 2;
+  double line_search_renders = 4;  ///< by which each IOR is found
+  /// Candidates of a comparison before a block of scalars where a roughness is unknown: one where it is
+  /// low already, else two.
+  double restart_candidates = 1.5;
+  double passes = 3;  ///< of a refinement
+};
+
 /// What each phase of a fit will render, from the numbers that the phases go by. What nobody knows
 /// before it has run counts as most fits do it (`ExpectedCourse`): iterations until the values have
 /// settled, passes of a refinement, alternatives to compare.
