@@ -23,16 +23,16 @@ struct FitSettings {
   std::uint64_t seed = 0;
   int depth = 0;           ///< bounces; 0 = no limit
   int threads = 0;         ///< 0 = one per core
-  bool accumulate = true;  ///< one step for all cameras; false: one after each camera
-  /// Iterations between validation renders; beside fields after a search these are where turns begin.
+  bool accumulate = true;  ///< one step for all photos; false: one after each photo
+  /// Iterations between validation renders. Of fields after a multi-start these are where blocks begin.
   int validation_interval = 5;
   int validation_spp = 0;  ///< 0: twice spp, at least 16
-  /// Differences of pictures in place of some derivatives: see `render_derivatives` for which.
+  /// Finite differences in place of some derivatives: `render_derivatives` says which.
   bool finite_differences = true;
-  /// Whether to look around before the first step: "on", "off", or "auto" (with Gauss-Newton, where
-  /// there are no grids and images, or `UniformFields`).
+  /// Whether a multi-start precedes the first step: "on", "off", or "auto" (with Gauss-Newton, where there
+  /// are no grids and images, or `UniformFields`).
   std::string search = "auto";
-  /// Whether a look with fresh seeds at frozen values follows, for intervals: the same three.
+  /// Whether refinement passes with fresh seeds at fixed values follow, for intervals: the same three.
   std::string refinement = "auto";
   int refinement_spp = 0;      ///< of a pass; 0: as many as the iterations took, at least 64
   Renderer renderer = render;  ///< a test puts an analytic picture here
