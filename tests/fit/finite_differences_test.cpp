@@ -5,6 +5,7 @@
 
 #include "fit/solver/instrumental_variables.h"
 #include "fit/synthetic_renderer.h"
+#include "math/sample_mean.h"
 
 namespace selenite {
 namespace {
@@ -53,21 +54,6 @@ struct Setting {
   }
   double expected_loss(const Vector& at) const {
     return loss.evaluate(film(at, {0, 0}, 2, 0), photos[0]).value;
-  }
-};
-
-/// Of a sample of numbers, against what they should be on average.
-struct Mean {
-  double sum = 0, square = 0;
-  int n = 0;
-  void add(double x) {
-    sum += x;
-    square += x * x;
-    ++n;
-  }
-  double z(double truth) const {
-    const double mean = sum / n;
-    return (mean - truth) / std::sqrt((square / n - mean * mean) / (n - 1));
   }
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fit/synthetic_renderer.h"
+#include "math/sample_mean.h"
 
 namespace selenite {
 namespace {
@@ -102,21 +103,6 @@ TEST(Loss, UnknownNameListsTheNames) {
     EXPECT_NE(std::string(error.what()).find("dual-buffer"), std::string::npos);
   }
 }
-
-/// Mean over many seeds against the noise-free answer, in units of its standard error.
-struct Mean {
-  double sum = 0, square = 0;
-  int n = 0;
-  void add(double x) {
-    sum += x;
-    square += x * x;
-    ++n;
-  }
-  double z(double truth) const {
-    const double mean = sum / n;
-    return (mean - truth) / std::sqrt((square / n - mean * mean) / (n - 1));
-  }
-};
 
 struct Trial {
   Mean value;

@@ -47,10 +47,9 @@ struct MultiStartOptions {
 /// A step follows the slope from where it stands; from a dark opaque start that may lead into a
 /// basin where another parameter does the brightening. Few samples know little of single pixels where
 /// light comes by rare bright paths: pictures are compared coarsely, and in detail as far as the
-/// details of candidates differ by more than noise. The user's values compete, refined like the others
-/// and as they are: those lose only to what is better by more than noise. Source:
-/// docs/method/optimisation.md, "Multi-start". The channels of a colour share a grey,
-/// which steps mend at once.
+/// details of candidates differ by more than noise. The user's values compete, stepped like the others
+/// and as they are: those lose only to what is better by more than noise. The channels of a colour share
+/// a grey, which steps mend at once. Source: docs/method/optimisation.md, "Multi-start".
 class MultiStart {
  public:
   /// `problem` must outlive it.
@@ -64,7 +63,7 @@ class MultiStart {
   /// Once `step` has returned false: the values to go on from.
   const Vector& values() const { return chosen_; }
   const MultiStartResult& result() const { return result_; }
-  /// Likewise: other values that were refined to the end.
+  /// Likewise: other values that were stepped to the end.
   std::vector<Vector> others() const;
 
   void members(SavedState& state);
@@ -76,7 +75,7 @@ class MultiStart {
     Vector x;
     bool from_start = false, untouched = false;
     double loss = 0, rank = 0;
-    TiledLoss tiled_loss;            ///< in the newest look
+    TiledLoss tiled_loss;            ///< of the newest evaluation
     std::vector<FilmPair> pictures;  ///< of the last round's, photo by photo
     Eigen::ArrayXd tiles;            ///< of `loss`
     std::shared_ptr<GaussNewton> steps;
