@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from native_tests import run_native
-from process import BUILD, PYTHON, ROOT, Failed, run_limited, say, side_by_side
+from process import BUILD, PYTHON, ROOT, Failed, alone, run_limited, say, side_by_side
 from tally import REPORTS, Tally, keep_durations, last_durations, read_report
 
 RUN_PYTEST = ROOT / "devtools" / "run_pytest.py"
@@ -53,6 +53,12 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 
 def run_tests(options: argparse.Namespace) -> int:
+    """Runs the suites one after another. Two runs in one checkout would share the reports."""
+    with alone("tests"):
+        return _run_suites(options)
+
+
+def _run_suites(options: argparse.Namespace) -> int:
     shutil.rmtree(REPORTS, ignore_errors=True)
     REPORTS.mkdir(parents=True)
     started = time.monotonic()
