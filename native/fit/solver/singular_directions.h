@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include <Eigen/SVD>
+#include <Eigen/Core>
 
 namespace selenite {
 
@@ -16,18 +16,7 @@ struct SingularDirections {
   Eigen::MatrixXd out, in;
   Eigen::VectorXd values;
 
-  explicit SingularDirections(const Eigen::MatrixXd& normal) {
-    const Eigen::JacobiSVD<Eigen::MatrixXd> solver(normal,
-                                                   Eigen::ComputeFullU | Eigen::ComputeFullV);
-    out = solver.matrixU();
-    in = solver.matrixV();
-    values = solver.singularValues();
-    for (Eigen::Index j = 0; j < values.size(); ++j)
-      if (out.col(j).dot(in.col(j)) < 0) {
-        in.col(j) = -in.col(j);
-        values[j] = -values[j];
-      }
-  }
+  explicit SingularDirections(const Eigen::MatrixXd& normal);
 };
 
 }  // namespace selenite
