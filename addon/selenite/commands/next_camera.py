@@ -124,11 +124,12 @@ def _save(scene: Any, found: Suggestion, path: str) -> str:  # noqa: ANN401 - a 
     """A copy of the file with the camera in it; where the best place has one, that one is the
     scene's camera."""
     from .. import write_back
+    from ..scene_read.camera import named_cameras
     from ..write_back.cameras import add_camera
 
     place = found.rows[0].candidate
     if place.existing:
-        scene.camera = scene.objects[place.camera.name]
+        scene.camera = named_cameras(scene)[place.camera.name]
         made = place.camera.name
     else:
         first = found.plan.captures[0].camera

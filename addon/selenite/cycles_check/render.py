@@ -6,34 +6,17 @@ Whoever wants a scene left as it is renders a copy, in a process of its own: see
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from .. import native
+from ..scene_read.camera import named_cameras
+from ..scene_read.without_words import without_words
 from .compare import Estimate
 from .render_settings import set_comparison
-
-
-@contextmanager
-def without_words() -> Iterator[None]:
-    """Keeps from the terminal the lines that Blender prints at each step of a render: it writes
-    them past Python's sys.stdout."""
-    sys.stdout.flush()
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 1)
-    try:
-        yield
-    finally:
-        sys.stdout.flush()
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
 
 
 def render(
@@ -52,7 +35,7 @@ def render(
     set_comparison(scene, samples, seed)
     for marker in scene.timeline_markers:  # a camera bound to a marker would win
         marker.camera = None
-    scene.camera = scene.objects[camera]
+    scene.camera = named_cameras(scene)[camera]
     scene.render.resolution_x, scene.render.resolution_y = size
     if pixel_aspect is not None:  # both sides are at least 1 in Blender
         scene.render.pixel_aspect_x = max(pixel_aspect, 1)

@@ -11,6 +11,7 @@ from ..fit_run.request import RunRequest, UnknownRequest
 from ..next_camera import report
 from ..next_camera.suggestion import Suggestion, suggestion_of
 from ..parameters import Values
+from ..scene_read.camera import named_cameras
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import SceneValues
@@ -34,7 +35,7 @@ class SELENITE_OT_suggest_camera(WorksInThread):
 
     def _work(self, context: bpy.types.Context) -> Suggestion:
         scene = context.scene
-        values = read_scene(scene, context.evaluated_depsgraph_get())
+        values = read_scene(scene)
         known = _known(scene, values)
         request = _at(run_request(scene, values), known)
         return suggestion_of(values, request, packed_photos(), known)
@@ -45,7 +46,7 @@ class SELENITE_OT_suggest_camera(WorksInThread):
             NEXT.lines = ["Cancelled; nothing was changed"]
             return {"CANCELLED"}
         like = _like(work)
-        if like not in scene.objects:  # deleted or renamed meanwhile
+        if like not in named_cameras(scene):  # deleted or renamed meanwhile
             self.report({"ERROR"}, f"Camera '{like}' is gone; suggest again")
             return {"CANCELLED"}
         name = _show(scene, work)
@@ -99,7 +100,7 @@ def _show(scene: bpy.types.Scene, found: Suggestion) -> str:
     """Adds the camera, or takes the one that stands there; it becomes the active object."""
     place, like = found.rows[0].candidate, _like(found)
     if place.existing:
-        camera = scene.objects[like]
+        camera = named_cameras(scene)[like]
     else:
         camera = add_camera(scene, report.NEW_CAMERA, like, place.camera)
     layer = bpy.context.view_layer

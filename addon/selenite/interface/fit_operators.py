@@ -103,7 +103,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _made(self, context: bpy.types.Context, resume: str) -> FitJob | StagedJob | StageChoice:
         """The fit, or the work that chooses its stages first."""
-        values = read_scene(context.scene, context.evaluated_depsgraph_get())
+        values = read_scene(context.scene)
         remember_shapes(context.scene.name, values)
         if resume:
             run = going_on(load(Path(bpy.path.abspath(resume))))

@@ -9,6 +9,7 @@ from bpy.props import CollectionProperty, StringProperty
 from .. import native
 from ..cycles_check.render_settings import contents_of
 from ..native import NativeUnavailable
+from ..scene_read.camera import named_cameras
 from ..scene_read.photos import ids_of, pair_by_name
 from ..scene_read.scene import read_scene
 from ..scene_read.values import CaptureRequest
@@ -26,7 +27,7 @@ class SELENITE_OT_refresh_rows(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Ticks and bounds of rows that are known already stay."""
         try:
-            values = read_scene(context.scene, context.evaluated_depsgraph_get())
+            values = read_scene(context.scene)
         except NativeUnavailable as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -49,7 +50,7 @@ class SELENITE_OT_reset_rows(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Also reads the current values again."""
         try:
-            values = read_scene(context.scene, context.evaluated_depsgraph_get())
+            values = read_scene(context.scene)
             for row in context.scene.selenite.rows:
                 request.reset_row(row, request.owner_of(row, values), values)
         except NativeUnavailable as error:
@@ -120,10 +121,7 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """A photo without a camera of its name gets a row without a camera."""
-        settings, cameras = context.scene.selenite, {}
-        for item in context.scene.objects:
-            if item.type == "CAMERA":
-                cameras[item.name] = item
+        settings, cameras = context.scene.selenite, named_cameras(context.scene)
         paths = [str(PurePath(self.directory, item.name)) for item in self.files if item.name]
         pairs, rest = pair_by_name(list(cameras), paths)
         rows = dict(zip(ids_of(context.scene), settings.captures, strict=True))

@@ -33,7 +33,7 @@ class SELENITE_OT_estimate(WorksInThread):
     failure = "Nothing is estimated"
 
     def _work(self, context: bpy.types.Context) -> Estimate:
-        values = read_scene(context.scene, context.evaluated_depsgraph_get())
+        values = read_scene(context.scene)
         estimate = estimate_of(values, run_request(context.scene, values), packed_photos())
         EXPECTED.pop(context.scene.name, None)
         return estimate
@@ -132,7 +132,7 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
 def _trade(context: bpy.types.Context) -> Trade:
     """Of the ticked parameters. Raises BadInput and NativeUnavailable."""
     scene = context.scene
-    values = read_scene(scene, context.evaluated_depsgraph_get())
+    values = read_scene(scene)
     wanted = run_request(scene, values)
     return trade_of(values, wanted, packed_photos(), scene.selenite.trade_budget)
 

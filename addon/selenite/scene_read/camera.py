@@ -16,8 +16,21 @@ def resolution(scene: bpy.types.Scene) -> tuple[int, int]:
     return int(render.resolution_x * scale), int(render.resolution_y * scale)
 
 
+def named_cameras(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:
+    """Every camera of the scene, hidden ones too, under a name of its own: where a library has one
+    of the same name, that one is called "Name (path of the library)"."""
+    order = {item: i for i, item in enumerate(scene.objects) if item.type == "CAMERA"}
+    found: dict[str, bpy.types.Object] = {}
+    for item in sorted(order, key=lambda item: item.library is not None):
+        library = f" ({item.library.filepath})" if item.library is not None else ""
+        found[f"{item.name}{library}" if item.name in found else item.name] = item
+    return dict(sorted(found.items(), key=lambda pair: order[pair[1]]))
+
+
 def why_unusable(camera: bpy.types.Object) -> str:
-    """Why this camera cannot be rendered; empty if it can."""
+    """Why this evaluated camera cannot be rendered; empty if it can."""
+    if not camera.is_evaluated or camera.hide_render:
+        return "its Disable in Renders is animated, and on at this frame; show it"
     if camera.data.type not in {"PERSP", "ORTHO"}:
         return f"it is {camera.data.type.lower()}; only perspective and orthographic are rendered"
     matrix = np.array(camera.matrix_world, np.float64)
@@ -26,17 +39,14 @@ def why_unusable(camera: bpy.types.Object) -> str:
     return ""
 
 
-def read_camera(
-    camera: bpy.types.Object, scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph
-) -> CameraValues:
-    """Reads a camera that is usable. The object's scale is removed, as Cycles does."""
-    evaluated = camera.evaluated_get(depsgraph)
+def read_camera(evaluated: bpy.types.Object, name: str, scene: bpy.types.Scene) -> CameraValues:
+    """Reads an evaluated camera that is usable. The object's scale is removed, as Cycles does."""
     data = evaluated.data
     matrix = np.array(evaluated.matrix_world, np.float64)
     matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
     width, height = resolution(scene)
     return CameraValues(
-        name=camera.name,
+        name=name,
         matrix=matrix,
         kind=data.type,
         lens_mm=data.lens,

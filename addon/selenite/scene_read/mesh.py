@@ -9,75 +9,42 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import hosts
+from . import hosts, not_rendered
 from .values import MeshValues, SceneValues
-
-# Object types that Cycles renders and Selenite does not; curves, text and metaballs arrive as
-# meshes of their own from the dependency graph.
-_NOT_READ = {"CURVES", "POINTCLOUD", "GPENCIL", "GREASEPENCIL"}
-_AS_MESH = {"CURVE", "SURFACE", "FONT", "META"}
 
 
 @dataclass(frozen=True)
 class Instance:
-    """One object that Cycles would render. `object` is evaluated and valid in this step only."""
+    """One object that Cycles would render. `object` is evaluated and valid in this step only.
+
+    `parent`: the original object that makes the instance; for any other, the object itself.
+    """
 
     object: bpy.types.Object
     original: bpy.types.Object
+    parent: bpy.types.Object
     matrix: np.ndarray
     is_instance: bool
 
 
-def rendered_instances(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, read: SceneValues
-) -> Iterator[Instance]:
-    """Everything that renders, with its matrix (4, 4); what a render would show differently is
-    noted in `read.warnings`."""
-    in_render = _renderable_objects(depsgraph.view_layer.layer_collection)
-    within: dict[str, set[str]] = {}
-    seen = set()
+def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Iterator[Instance]:
+    """Everything that renders, of a graph in render mode, by the rule of Cycles; what is not
+    rendered here is noted in `read`."""
     for item in depsgraph.object_instances:
         evaluated = item.object
         original = evaluated.original
-        owner = item.parent.original if item.is_instance else original
-        seen.add(owner.name)
-        if owner.name not in in_render or owner.hide_render or original.hide_render:
+        if item.show_particles:
+            not_rendered.judge_hair(evaluated, read)
+        if not item.show_self or not not_rendered.is_read(evaluated, original, read):
             continue
-        if item.is_instance and owner.instance_type == "COLLECTION" and owner.instance_collection:
-            collection = owner.instance_collection
-            shown = within.setdefault(collection.name, _shown_in(collection))
-            if original.name in collection.all_objects and original.name not in shown:
-                continue
-        if not item.is_instance and original.is_instancer:
-            if not original.show_instancer_for_render:
-                continue
-        elif not item.show_self:
-            continue
+        parent = item.parent.original if item.is_instance else original
         matrix = np.array(item.matrix_world, np.float64)
-        yield Instance(evaluated, original, matrix, item.is_instance)
-    for name in sorted(in_render - seen):
-        candidate: bpy.types.Object | None = scene.objects.get(name)
-        if candidate is None or candidate.hide_render or candidate.type in {"CAMERA", "EMPTY"}:
-            continue
-        read.warn(f"Object '{name}' is hidden in the viewport and therefore left out; show it")
+        yield Instance(evaluated, original, parent, matrix, item.is_instance)
 
 
 def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:
     """Notes what Selenite renders differently from Cycles for this object."""
     title = f"Object '{original.name}'"
-    if original.type in _NOT_READ:
-        read.warn(f"{title} of type {original.type.lower()} is not rendered")
-    for modifier in original.modifiers:
-        if modifier.show_viewport != modifier.show_render:
-            read.warn(f"{title}: modifier '{modifier.name}' is read as the viewport shows it")
-        levels = getattr(modifier, "levels", None)
-        if modifier.show_render and levels != getattr(modifier, "render_levels", levels):
-            read.warn(
-                f"{title}: modifier '{modifier.name}' is read at viewport level {levels}; "
-                f"a render uses level {modifier.render_levels}"
-            )
-    if any(item.settings.type == "HAIR" for item in original.particle_systems):
-        read.warn(f"{title}: particle hair is not rendered")
     for flag in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
         if not getattr(original, f"visible_{flag}", True):
             read.warn(f"{title}: its ray visibility '{flag}' is not modelled; rendered as visible")
@@ -144,23 +111,3 @@ def _triangles(
         colors=colors,
         other_attributes=others,
     )
-
-
-def is_wire(evaluated: bpy.types.Object) -> bool:
-    """Curves, texts and metaballs without a surface render as nothing, in Cycles too."""
-    return evaluated.original.type in _AS_MESH
-
-
-def _renderable_objects(layer: bpy.types.LayerCollection) -> set[str]:
-    """Names of the objects in collections that take part in a render."""
-    if layer.exclude or layer.collection.hide_render:
-        return set()
-    names = {item.name for item in layer.collection.objects}
-    return names.union(*(_renderable_objects(child) for child in layer.children))
-
-
-def _shown_in(collection: bpy.types.Collection) -> set[str]:
-    if collection.hide_render:
-        return set()
-    names = {item.name for item in collection.objects}
-    return names.union(*(_shown_in(child) for child in collection.children))

@@ -7,6 +7,7 @@ from pathlib import PurePath
 
 import bpy
 
+from .camera import named_cameras
 from .values import PACKED, CaptureRequest, with_ids
 
 
@@ -14,32 +15,37 @@ def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
     """The scene's captures, or else the first background image of each camera."""
     settings = getattr(scene, "selenite", None)
     rows = [row for row in settings.captures if row.enabled] if settings is not None else []
+    names = {item: name for name, item in named_cameras(scene).items()}
     if rows:
         return [
             CaptureRequest(
-                camera=row.camera.name if row.camera is not None else "",
+                camera=_name(row, names),
                 photo=photo_name(row.photo) if row.photo is not None else "",
                 mask=bpy.path.abspath(row.mask_path),
             )
             for row in rows
         ]
     found = []
-    for camera in scene.objects:
-        if camera.type != "CAMERA":
-            continue
+    for camera, name in names.items():
         image = next((item.image for item in camera.data.background_images if item.image), None)
         if image is not None:
-            found.append(CaptureRequest(camera.name, photo_name(image), ""))
+            found.append(CaptureRequest(name, photo_name(image), ""))
     return found
 
 
 def ids_of(scene: bpy.types.Scene) -> list[str]:
     """The id of each row of the panel, see `with_ids`; "" of a row that is off or has no camera."""
     rows = scene.selenite.captures
-    used = [row for row in rows if row.enabled and row.camera is not None]
-    cameras = [item.name for item in scene.objects if item.type == "CAMERA"]
-    found = iter(with_ids((CaptureRequest(row.camera.name, "") for row in used), cameras))
-    return [next(found).id if row.enabled and row.camera is not None else "" for row in rows]
+    names = {item: name for name, item in named_cameras(scene).items()}
+    used = [_name(row, names) if row.enabled else "" for row in rows]
+    requests = (CaptureRequest(name, "") for name in used if name)
+    found = iter(with_ids(requests, names.values()))
+    return [next(found).id if name else "" for name in used]
+
+
+def _name(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> str:
+    """What the camera of a row is called, "" if it has none."""
+    return names.get(row.camera, row.camera.name) if row.camera is not None else ""
 
 
 def photo_name(image: bpy.types.Image) -> str:

@@ -8,9 +8,10 @@ import numpy as np
 
 from ..problems import BadInput, Problem
 from . import camera as cameras
-from . import lights, materials, mesh, volume_objects, world
+from . import lights, materials, mesh, not_rendered, volume_objects, world
 from .bodies import judge_bodies
 from .nodes import Unreadable
+from .render_depsgraph import read_as_rendered, remarks
 from .textures import TextureRoom
 from .values import MeshValues, ObjectValues, SceneValues
 
@@ -26,23 +27,40 @@ def open_blend(path: str) -> bpy.types.Scene:
     return bpy.context.scene
 
 
-def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> SceneValues:
+def read_scene(scene: bpy.types.Scene) -> SceneValues:
     """Reads everything that Cycles would render; changes nothing.
 
     What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
     NativeUnavailable, since the parameter table is native.
     """
-    if depsgraph is None:
-        bpy.context.view_layer.update()
-        depsgraph = bpy.context.evaluated_depsgraph_get()
     read = SceneValues(millimetres=_millimetres(scene))
-    _read_cameras(scene, depsgraph, read)
+    found = cameras.named_cameras(scene)
+    problem = read_as_rendered(
+        scene, list(found.values()), lambda depsgraph: _read(scene, found, depsgraph, read)
+    )
+    if problem is not None:
+        read.problems.append(problem)
+    _note(read, [], list(remarks(scene)))
+    return read
+
+
+def _read(
+    scene: bpy.types.Scene,
+    found_cameras: dict[str, bpy.types.Object],
+    depsgraph: bpy.types.Depsgraph,
+    read: SceneValues,
+) -> None:
+    _read_cameras(scene, found_cameras, depsgraph, read)
     # Lamps come last: where names clash, the material keeps the plain name.
     lamps: list[tuple[bpy.types.Light, np.ndarray]] = []
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
     room = TextureRoom()
-    for instance in mesh.rendered_instances(scene, depsgraph, read):
+    instancers: set[bpy.types.Object] = set()
+    faceless: list[bpy.types.Object] = []
+    for instance in mesh.rendered_instances(depsgraph, read):
+        if instance.is_instance:
+            instancers.add(instance.parent)
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
             if instance.original.visible_camera:
@@ -51,9 +69,13 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
             continue
         mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":
-            _read_object(instance, meshes, names, room, read)
+            if not _read_object(instance, meshes, names, room, read):
+                faceless.append(instance.original)
         elif instance.object.type == "VOLUME":
             _read_volume(instance, read)
+    for item in faceless:
+        if item not in instancers:
+            read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
     _note(read, [], room.warnings)
     read.bodies = judge_bodies(read)
     if not read.objects:
@@ -69,7 +91,6 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     for light, matrix in lamps:
         _read_lamp(light, matrix, read)
     _warn_of_render_settings(scene, read)
-    return read
 
 
 def _millimetres(scene: bpy.types.Scene) -> float | None:
@@ -85,18 +106,21 @@ def _note(read: SceneValues, problems: list[Problem], warnings: list[str]) -> No
 
 
 def _read_cameras(
-    scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, read: SceneValues
+    scene: bpy.types.Scene,
+    found: dict[str, bpy.types.Object],
+    depsgraph: bpy.types.Depsgraph,
+    read: SceneValues,
 ) -> None:
-    found = [item for item in scene.objects if item.type == "CAMERA"]
-    for item in found:
-        reason = cameras.why_unusable(item)
+    for name, item in found.items():
+        evaluated = item.evaluated_get(depsgraph)
+        reason = cameras.why_unusable(evaluated)
         if reason:
-            read.unusable_cameras[item.name] = reason
-            read.warn(f"Camera '{item.name}' is left out: {reason}")
+            read.unusable_cameras[name] = reason
+            read.warn(f"Camera '{name}' is left out: {reason}")
             continue
-        read.cameras.append(cameras.read_camera(item, scene, depsgraph))
+        read.cameras.append(cameras.read_camera(evaluated, name, scene))
         if item.data.dof.use_dof:
-            read.warn(f"Camera '{item.name}': depth of field is not modelled")
+            read.warn(f"Camera '{name}': depth of field is not modelled")
     if not found:
         cure = "add a camera that stands where the photo was taken"
         read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
@@ -114,25 +138,22 @@ def _read_object(
     names: dict[tuple[str, str], str],
     room: TextureRoom,
     read: SceneValues,
-) -> None:
+) -> bool:
+    """False where there are no faces, and should be some."""
     evaluated = instance.object
     key = evaluated.data.as_pointer()
     title = f"Object '{instance.original.name}'"
     if key not in meshes:
         values = mesh.read_mesh(evaluated, read)
-        if values is None and not mesh.is_wire(evaluated):
-            cure = "give it faces, hide it from renders or delete it"
-            problem = Problem(title, "its mesh has no faces that can be rendered", cure)
-            read.problems.append(problem)
         meshes[key] = None if values is None else len(read.meshes)
         if values is not None:
             read.meshes.append(values)
     index = meshes[key]
     if index is None:
-        return
+        return not_rendered.is_wire(evaluated)
     if not np.isfinite(instance.matrix).all() or np.linalg.det(instance.matrix[:3, :3]) == 0:
         read.warn(f"{title} is flattened to nothing by its scale and left out")
-        return
+        return True
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
     visible = instance.original.visible_camera
@@ -151,6 +172,7 @@ def _read_object(
             visible_to_camera=bool(visible),
         )
     )
+    return True
 
 
 def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:

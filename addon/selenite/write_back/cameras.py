@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 import mathutils
 
+from ..scene_read.camera import named_cameras
 from ..scene_read.values import CameraValues
 
 
@@ -15,7 +16,7 @@ def add_camera(
     """A new object of that name (or with Blender's number behind it) in the scene's own collection,
     at the place of `values`, with the lens and all other settings of the camera `like`. It has no
     photo, and no animation. The caller makes it one undo step. Raises KeyError: `like` is gone."""
-    data = scene.objects[like].data.copy()
+    data = named_cameras(scene)[like].data.copy()
     data.name = name
     data.animation_data_clear()
     data.background_images.clear()
