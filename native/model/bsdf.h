@@ -66,11 +66,26 @@ class PrincipledBsdf {
     evaluate<true, true>(wo, {}, f, p);
   }
 
+  /// What light that is seen by these kinds of rays alone finds of it. Shares of samples stay those of
+  /// the whole.
+  PrincipledBsdf seen_by(RayKinds kinds) const requires(!kIsLanes<T>) {
+    PrincipledBsdf left = *this;
+    left.layers_.keep(kinds);
+    const auto has = [&left](Lobe lobe) { return left.layers_.has(lobe); };
+    left.base_.spreads = base_.spreads && (has(kSpecular) || has(kMetal) || has(kGlass));
+    left.through_.spreads = through_.spreads && has(kGlass);
+    left.coat_.spreads = coat_.spreads && has(kCoat);
+    return left;
+  }
+
   /// Draws a direction from three uniform numbers; empty if the light is absorbed.
   std::optional<BsdfSample<T>> sample(S u_lobe, S u1, S u2) const requires(!kIsLanes<T>) {
     const BsdfSample<T> s = draw(u_lobe, u1, u2);
     return s.exists ? std::optional(s) : std::nullopt;
   }
+  /// Lets a sample stand for the lobes of its kind of ray alone: the weight is theirs. The density stays
+  /// that of all lobes, which is good for weights against other ways to find the direction.
+  void keep_kind(BsdfSample<T>& sample) const requires(!kIsLanes<T>);
   /// The same; `exists` tells whether there is a direction, of each lane.
   BsdfSample<T> draw(S u_lobe, S u1, S u2) const;  // bsdf_sampling.h
 

@@ -67,6 +67,16 @@ inline BsdfSample<T> PrincipledBsdf<T>::draw(S u_lobe, S u1, S u2) const {
   return weigh(proposal);
 }
 
+template <class T>
+inline void PrincipledBsdf<T>::keep_kind(BsdfSample<T>& s) const requires(!kIsLanes<T>) {
+  if (s.singular || s.transmits || s.enters) return;  // all lobes that send light there are of a kind
+  Color<T> f;
+  S density = 0;
+  seen_by(s.kind()).value_and_density(s.wo, f, density);
+  // Only a lobe that has drawn a direction astray knows that it reaches it; see `evaluate`.
+  if (density > 0) s.weight = f / density;
+}
+
 /// Directions by way of micronormals, for the lanes that have chosen a lobe that has them.
 template <class T>
 inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& u1, const S& u2,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import hosts
+from . import hosts, view_layers
 from .values import MeshValues, SceneValues
 
 # Object types that Cycles renders and Selenite does not; curves, text and metaballs arrive as
@@ -20,10 +20,12 @@ _AS_MESH = {"CURVE", "SURFACE", "FONT", "META"}
 
 @dataclass(frozen=True)
 class Instance:
-    """One object that Cycles would render. `object` is evaluated and valid in this step only."""
+    """One object that Cycles would render. `object` is evaluated and valid in this step only.
+    `instancer`: the original object that shows it, itself where nothing else does."""
 
     object: bpy.types.Object
     original: bpy.types.Object
+    instancer: bpy.types.Object
     matrix: np.ndarray
     is_instance: bool
 
@@ -33,7 +35,10 @@ def rendered_instances(
 ) -> Iterator[Instance]:
     """Everything that renders, with its matrix (4, 4); what a render would show differently is
     noted in `read.warnings`."""
-    in_render = _renderable_objects(depsgraph.view_layer.layer_collection)
+    in_render = set().union(
+        *(_renderable_objects(layer.layer_collection) for layer in view_layers.of_sets(scene)),
+        _renderable_objects(depsgraph.view_layer.layer_collection),
+    )
     within: dict[str, set[str]] = {}
     seen = set()
     for item in depsgraph.object_instances:
@@ -54,7 +59,7 @@ def rendered_instances(
         elif not item.show_self:
             continue
         matrix = np.array(item.matrix_world, np.float64)
-        yield Instance(evaluated, original, matrix, item.is_instance)
+        yield Instance(evaluated, original, owner, matrix, item.is_instance)
     for name in sorted(in_render - seen):
         candidate: bpy.types.Object | None = scene.objects.get(name)
         if candidate is None or candidate.hide_render or candidate.type in {"CAMERA", "EMPTY"}:
@@ -78,11 +83,8 @@ def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:
             )
     if any(item.settings.type == "HAIR" for item in original.particle_systems):
         read.warn(f"{title}: particle hair is not rendered")
-    for flag in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
-        if not getattr(original, f"visible_{flag}", True):
-            read.warn(f"{title}: its ray visibility '{flag}' is not modelled; rendered as visible")
-    if original.is_holdout or original.is_shadow_catcher:
-        read.warn(f"{title}: holdout and shadow catcher are not modelled")
+    if original.is_shadow_catcher:
+        read.warn(f"{title}: shadow catchers are not modelled; it is rendered as an object")
 
 
 def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | None:

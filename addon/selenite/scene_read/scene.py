@@ -3,16 +3,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
 from ..problems import BadInput, Problem
 from . import camera as cameras
-from . import lights, materials, mesh, volume_objects, world
+from . import (
+    lights,
+    linking,
+    materials,
+    mesh,
+    view_layers,
+    visibility,
+    volume_objects,
+    world,
+)
 from .bodies import judge_bodies
 from .nodes import Unreadable
 from .textures import TextureRoom
-from .values import MeshValues, ObjectValues, SceneValues
+from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 
 def open_blend(path: str) -> bpy.types.Scene:
@@ -38,22 +49,23 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     read = SceneValues(millimetres=_millimetres(scene))
     _read_cameras(scene, depsgraph, read)
     # Lamps come last: where names clash, the material keeps the plain name.
-    lamps: list[tuple[bpy.types.Light, np.ndarray]] = []
+    lamps: list[mesh.Instance] = []
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
     room = TextureRoom()
+    layer = scene.view_layers.get(depsgraph.view_layer.name) or scene.view_layers[0]
+    evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
+    links = linking.light_and_shadow_linking(evaluated, read.problems)
     for instance in mesh.rendered_instances(scene, depsgraph, read):
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
-            if instance.original.visible_camera:
-                read.warn(f"Light '{instance.original.name}': the camera does not see lamps")
-            lamps.append((data, instance.matrix))
+            lamps.append(instance)
             continue
         mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":
-            _read_object(instance, meshes, names, room, read)
+            _read_object(instance, layer, links, meshes, names, room, read)
         elif instance.object.type == "VOLUME":
-            _read_volume(instance, read)
+            _read_volume(instance, layer, links, read)
     _note(read, [], room.warnings)
     read.bodies = judge_bodies(read)
     if not read.objects:
@@ -61,13 +73,15 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
         read.problems.append(
             Problem(f"Scene '{scene.name}'", "nothing with faces is rendered", cure)
         )
-    world_values, owner, problems, warnings = world.read_world(scene.world)
-    read.world = world_values
+    rendered_world = view_layers.world_of(scene, layer)
+    world_values, owner, problems, warnings = world.read_world(rendered_world)
+    read.world = visibility.of_world(world_values, rendered_world, scene)
     _note(read, problems, warnings)
     if owner is not None:
         read.owners[owner.name] = owner
-    for light, matrix in lamps:
-        _read_lamp(light, matrix, read)
+    for lamp in lamps:
+        _read_lamp(lamp, links, read)
+    _note(read, [], view_layers.warnings(scene, layer))
     _warn_of_render_settings(scene, read)
     return read
 
@@ -110,6 +124,8 @@ def _read_cameras(
 
 def _read_object(
     instance: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
     meshes: dict[int, int | None],
     names: dict[tuple[str, str], str],
     room: TextureRoom,
@@ -135,29 +151,72 @@ def _read_object(
         return
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
-    visible = instance.original.visible_camera
+    if layer.material_override is not None:
+        slots = [layer.material_override] * len(slots)
     found = tuple(
         _material_name(material if slot in used else None, names, room, read)
         for slot, material in enumerate(slots)
     )
     for name in {found[slot] for slot in used}:
         _judge_attributes(title, read.meshes[index], name, read)
+    _add_object(instance, layer, links, index, found, read)
+
+
+def _add_object(
+    instance: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
+    index: int,
+    found: tuple[str, ...],
+    read: SceneValues,
+) -> None:
+    """An object with the mesh and the materials that were read, unless no ray sees it."""
+    item, instancer = instance.original, instance.instancer
+    visible_to = visibility.rays_that_see(item, instancer, layer)
+    if not visible_to:
+        return
+    light, shadow = links
+    if shadow.bits_of(item) != ALL_SETS and _shines(found, read):
+        read.warn(
+            f"Object '{item.name}': its blocker collection is not modelled for a surface that emits; "
+            "everything casts its shadows"
+        )
     read.objects.append(
         ObjectValues(
-            name=instance.original.name,
+            name=item.name,
             mesh=index,
             matrix=instance.matrix,
             materials=found,
-            visible_to_camera=bool(visible),
+            visible_to=visible_to,
+            holdout=visibility.is_holdout(instancer, layer),
+            lit_set=light.set_of(item, instancer),
+            shadow_set=shadow.set_of(item, instancer),
+            lit=light.bits_of(item),
         )
     )
 
 
-def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
+def _shines(names: tuple[str, ...], read: SceneValues) -> bool:
+    """Whether one of these materials emits light."""
+    return any(
+        "emission_strength" in item.maps or any(item.values.get("emission_strength", ()))
+        for item in read.materials
+        if item.name in names
+    )
+
+
+def _read_volume(
+    instance: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
+    read: SceneValues,
+) -> None:
     """A Volume object: a box of its own, and a material of its own, since grids have a place."""
     item = instance.original
     title = f"Object '{item.name}'"
-    slot = next((slot.material for slot in instance.object.material_slots if slot.material), None)
+    slot = layer.material_override or next(
+        (slot.material for slot in instance.object.material_slots if slot.material), None
+    )
     if slot is None:
         read.warn(f"{title} has no material and is left out")
         return
@@ -175,8 +234,7 @@ def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
     read.meshes.append(found.mesh)
     read.materials.append(found.material)
     read.owners[name] = found.owner
-    index, visible = len(read.meshes) - 1, bool(item.visible_camera)
-    read.objects.append(ObjectValues(item.name, index, instance.matrix, (name,), visible))
+    _add_object(instance, layer, links, len(read.meshes) - 1, (name,), read)
 
 
 def _judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:
@@ -225,15 +283,23 @@ def _material_name(
     return names[key]
 
 
-def _read_lamp(light: bpy.types.Light, matrix: np.ndarray, read: SceneValues) -> None:
+def _read_lamp(
+    lamp: mesh.Instance,
+    links: tuple[linking.Linking, linking.Linking],
+    read: SceneValues,
+) -> None:
+    light = lamp.original.data
+    assert isinstance(light, bpy.types.Light), light
     if lights.is_portal(light):
         read.warn(f"Light '{light.name}' is a portal, which is not needed")
         return
     name = _free_name(light.name, "light", read)
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
-    values, owner, problems, warnings = lights.read_light(light, matrix, name)
-    read.lights.append(values)
+    values, owner, problems, warnings = lights.read_light(light, lamp.matrix, name)
+    values = visibility.of_lamp(values, lamp.original, light)
+    lit, shading = (kind.bits_of(lamp.original) for kind in links)
+    read.lights.append(replace(values, lit=lit, shading=shading))
     read.owners[name] = owner
     _note(read, problems, warnings)
 

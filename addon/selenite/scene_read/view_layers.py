@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the view layer and the Background Set put into a render."""
+
+from __future__ import annotations
+
+import bpy
+
+
+def of_sets(scene: bpy.types.Scene) -> list[bpy.types.ViewLayer]:
+    """The view layers of the Background Set, of that scene's own set, and so on."""
+    found: list[bpy.types.ViewLayer] = []
+    seen = {scene.name}
+    while (scene := scene.background_set) is not None and scene.name not in seen:
+        seen.add(scene.name)
+        found.append(next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0]))
+    return found
+
+
+def world_of(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bpy.types.World | None:
+    """The world that a view layer renders: its override, or none where it leaves the sky out."""
+    if not layer.use_sky:
+        return None
+    return getattr(layer, "world_override", None) or scene.world
+
+
+def worlds(scene: bpy.types.Scene) -> list[bpy.types.World]:
+    """Those that a view layer of the scene may render."""
+    found = [getattr(layer, "world_override", None) for layer in scene.view_layers]
+    return [item for item in (scene.world, *found) if item is not None]
+
+
+def warnings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> list[str]:
+    """What of the view layers is rendered otherwise than Cycles does."""
+    title = f"Scene '{scene.name}'"
+    found = []
+    used = [item.name for item in scene.view_layers if item.use]
+    if used != [layer.name]:
+        listed = ", ".join(f"'{name}'" for name in used) or "none"
+        found.append(
+            f"{title}: view layer '{layer.name}' is read; a render shows {listed}: switch on Use for "
+            "Rendering of that layer alone"
+        )
+    for flag, what in (("use_solid", "surfaces"), ("use_volumes", "volumes")):
+        if not getattr(layer, flag, True):
+            found.append(f"{title}: view layer '{layer.name}' leaves out {what}; they are rendered")
+    return found
