@@ -22,7 +22,9 @@ SIZE = 32
 
 def _scene(kind="lamp", **values):
     """A ball between a floor and a red wall."""
-    parity.make(parity.Case("", kind, {"base_color": (0.7, 0.4, 0.2), "roughness": 0.4} | values), SIZE)
+    parity.make(
+        parity.Case("", kind, {"base_color": (0.7, 0.4, 0.2), "roughness": 0.4} | values), SIZE
+    )
     bpy.ops.mesh.primitive_cube_add(size=1.6, location=(-1.7, 0.9, -0.2))
     wall = bpy.context.object
     wall.name = "Wall"
@@ -240,7 +242,9 @@ def test_what_is_rendered_is_not_warned_of():
         make()
         read = made.read()
         assert not read.problems
-        assert not [text for text in read.warnings if "visib" in text or "link" in text], read.warnings
+        assert not [text for text in read.warnings if "visib" in text or "link" in text], (
+            read.warnings
+        )
 
 
 def test_lamps_and_objects_keep_their_flags():

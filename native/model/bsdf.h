@@ -83,9 +83,6 @@ class PrincipledBsdf {
     const BsdfSample<T> s = draw(u_lobe, u1, u2);
     return s.exists ? std::optional(s) : std::nullopt;
   }
-  /// Lets a sample stand for the lobes of its kind of ray alone: the weight is theirs. The density stays
-  /// that of all lobes, which is good for weights against other ways to find the direction.
-  void keep_kind(BsdfSample<T>& sample) const requires(!kIsLanes<T>);
   /// The same; `exists` tells whether there is a direction, of each lane.
   BsdfSample<T> draw(S u_lobe, S u1, S u2) const;  // bsdf_sampling.h
 
@@ -230,7 +227,7 @@ class PrincipledBsdf {
     const Vec3<S> sum = wi_ + o * eta;
     // Straight through an interface that bends nothing: the half vector is rounding noise.
     mask_t<S> reached = where & (dot(sum, sum) > S(1e-12));
-    if (!unphysical_ && !all(drawn.known)) reached &= drawn.known | reachable(sum, o, eta);
+    if (!unphysical_ && !all(drawn.known)) reached &= drawn.known | refracts_into(wi_, o, sum, eta);
     if (!active_.some(reached)) return;
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     if constexpr (kValue) {
@@ -254,13 +251,6 @@ class PrincipledBsdf {
                         refracted_flow(g, through_.width2, eta) / (1 + through_.lambda_i);
       p += select(reached, density, S(0));
     }
-  }
-
-  /// Whether a visible micronormal refracts wi to o; sum = wi + eta o.
-  mask_t<S> reachable(const Vec3<S>& sum, const Vec3<S>& o, R eta) const {
-    if (bends_nothing(eta)) return false;
-    const S up = select(sum.z < S(0), S(-1), S(1));
-    return (up * dot(sum, wi_) > S(0)) & (up * dot(sum, o) < S(0));
   }
 
   // Sampling: bsdf_sampling.h

@@ -67,16 +67,6 @@ inline BsdfSample<T> PrincipledBsdf<T>::draw(S u_lobe, S u1, S u2) const {
   return weigh(proposal);
 }
 
-template <class T>
-inline void PrincipledBsdf<T>::keep_kind(BsdfSample<T>& s) const requires(!kIsLanes<T>) {
-  if (s.singular || s.transmits || s.enters) return;  // all lobes that send light there are of a kind
-  Color<T> f;
-  S density = 0;
-  seen_by(s.kind()).value_and_density(s.wo, f, density);
-  // Only a lobe that has drawn a direction astray knows that it reaches it; see `evaluate`.
-  if (density > 0) s.weight = f / density;
-}
-
 /// Directions by way of micronormals, for the lanes that have chosen a lobe that has them.
 template <class T>
 inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& u1, const S& u2,
@@ -220,6 +210,19 @@ inline T PrincipledBsdf<T>::entry_change(const Vec3<S>& o, const Vec3<S>& m) con
     });
     return density.v > 0 ? with_value(density / density.v, S(1)) : T(1);
   }
+}
+
+/// Lets a sample stand for the lobes of its kind of ray alone: the weight is theirs. The density stays
+/// that of all lobes, which is good for weights against other ways to find the direction.
+template <class T>
+void keep_kind(const PrincipledBsdf<T>& bsdf, BsdfSample<T>& s) {
+  if (s.singular || s.transmits || s.enters)
+    return;  // all lobes that send light there are of a kind
+  Color<T> f;
+  scalar_t<T> density = 0;
+  bsdf.seen_by(s.kind()).value_and_density(s.wo, f, density);
+  // Only a lobe that has drawn a direction astray knows that it reaches it; see `evaluate`.
+  if (density > 0) s.weight = f / density;
 }
 
 }  // namespace selenite

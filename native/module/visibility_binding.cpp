@@ -15,8 +15,9 @@ namespace selenite {
 namespace {
 
 constexpr std::pair<const char*, RayKind> kNames[] = {
-    {"camera", kCameraRay},           {"diffuse", kDiffuseRay},        {"glossy", kGlossyRay},
-    {"transmission", kTransmissionRay}, {"volume_scatter", kScatterRay}, {"shadow", kShadowRay}};
+    {"camera", kCameraRay},          {"diffuse", kDiffuseRay},
+    {"glossy", kGlossyRay},          {"transmission", kTransmissionRay},
+    {"volume_scatter", kScatterRay}, {"shadow", kShadowRay}};
 
 RayKinds kinds_of(const std::string& who, const std::vector<std::string>& names) {
   RayKinds kinds = 0;
@@ -68,9 +69,11 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
             object.links.lit = lit;
             return b.add_object(std::move(object));
           },
-          "name"_a, "mesh"_a, "matrix"_a, "materials"_a, py::kw_only(), "visible_to"_a = all_names(),
-          "holdout"_a = false, "lit_set"_a = 0, "shadow_set"_a = 0, "lit"_a = LinkedSets::kAll,
-          "An instance of a mesh; materials[i] for material slot i. visible_to: rays that see it, of "
+          "name"_a, "mesh"_a, "matrix"_a, "materials"_a, py::kw_only(),
+          "visible_to"_a = all_names(), "holdout"_a = false, "lit_set"_a = 0, "shadow_set"_a = 0,
+          "lit"_a = LinkedSets::kAll,
+          "An instance of a mesh; materials[i] for material slot i. visible_to: rays that see it, "
+          "of "
           "camera, diffuse, glossy, transmission, volume_scatter, shadow. lit_set, shadow_set: its "
           "sets of light and shadow linking, [0, 64); lit: bits of the lit_sets that its own "
           "emission shines on. ValueError: out of range. KeyError: unknown name.")
@@ -100,8 +103,7 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
             world.transparent_film = transparent_film;
             world.film_roughness = film_roughness;
           },
-          "visible_to"_a, py::kw_only(), "max_bounces"_a, "transparent_film"_a,
-          "film_roughness"_a,
+          "visible_to"_a, py::kw_only(), "max_bounces"_a, "transparent_film"_a, "film_roughness"_a,
           "The same of the world, after `set_world`. film_roughness: up to which glass shows no "
           "world on a transparent film either; negative: it does.");
 }

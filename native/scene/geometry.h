@@ -42,7 +42,7 @@ struct Instance {
   Transform to_world;
   std::vector<int> materials;  ///< scene material of each slot
   RayKinds visible_to = kAllRays;
-  bool holdout = false;  ///< black, and cut out of the picture, where the camera sees it
+  bool holdout = false;             ///< black, and cut out of the picture, where the camera sees it
   int lit_set = 0, shadow_set = 0;  ///< the sets of LinkedSets that it belongs to
   LinkedSets links;                 ///< of the light that it emits
 };

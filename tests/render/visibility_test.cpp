@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "math/error.h"
 #include "render/difference.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
@@ -222,8 +221,8 @@ TEST(Object, ThatTransmissionRaysDoNotSeeIsMissingBehindGlass) {
 TEST(Object, HeldOutIsBlackToTheCameraAlone) {
   SceneBuilder builder = plane(mirror("Floor", 1, 0));
   const int shining = builder.add_material(emitter("Shining", 2));
-  const int lamp = place(builder, quad_mesh(9), shining,
-                         matrix({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {0, 8, 0}));
+  const int lamp =
+      place(builder, quad_mesh(9), shining, matrix({1, 0, 0}, {0, 0, 1}, {0, -1, 0}, {0, 8, 0}));
   EXPECT_NEAR(pixel(builder).g, 2, 1e-5);
   builder.instances[lamp].holdout = true;
   EXPECT_NEAR(pixel(builder).g, 2, 1e-5);  // in the mirror
@@ -314,65 +313,6 @@ TEST(Material, WithoutTransparentShadowsCastsFullOnes) {
   EXPECT_NEAR(pixel(builder).g, 0.5 * kSunlit, 1e-5);
   builder.appearance.materials[1].transparent_shadows = false;
   EXPECT_EQ(pixel(builder).g, 0);
-}
-
-TEST(LightLinking, DecidesWhatALampShinesOn) {
-  for (const Light& light : {sun(3), area(50, 1, {0.6, 0, 0.8})}) {
-    SceneBuilder builder = plane(matte("Floor", 0.5));
-    builder.add_light(light);
-    const float lit = pixel(builder, 16).g;
-    builder.appearance.lights[0].links.lit = 2;
-    EXPECT_EQ(pixel(builder, 16).g, 0);
-    builder.instances[0].lit_set = 1;
-    EXPECT_NEAR(pixel(builder, 16).g, lit, 1e-6);
-    builder.appearance.lights[0].links.lit = ~std::uint64_t{2};
-    EXPECT_EQ(pixel(builder, 16).g, 0);
-  }
-}
-
-TEST(LightLinking, DecidesWhatAnEmissiveSurfaceShinesOn) {
-  SceneBuilder builder = plane(matte("Floor", 0.5));
-  const int lamp = place(builder, quad_mesh(1), builder.add_material(emitter("Lamp", 2)),
-                         translation({0, 0, 3}));
-  EXPECT_GT(brightness(builder, 32).mean, 0.01);
-  builder.instances[lamp].links.lit = 2;
-  EXPECT_EQ(brightness(builder, 32).mean, 0);
-  builder.instances[0].lit_set = 1;
-  EXPECT_GT(brightness(builder, 32).mean, 0.01);
-}
-
-TEST(ShadowLinking, DecidesWhoCastsALampsShadows) {
-  for (const Light& light : {sun(3), area(50, 1, {0.6, 0, 0.8})}) {
-    SceneBuilder builder = plane(matte("Floor", 0.5));
-    builder.add_light(light);
-    const float lit = pixel(builder, 2000).g;
-    sheet(builder, 0.2).visible_to = without(kCameraRay);
-    EXPECT_EQ(pixel(builder, 16).g, 0);
-    builder.instances[1].shadow_set = 1;
-    builder.appearance.lights[0].links.shading = ~std::uint64_t{2};
-    EXPECT_NEAR(pixel(builder, 2000).g, lit, 0.01 * lit);
-    builder.appearance.lights[0].links.shading = 2;
-    EXPECT_EQ(pixel(builder, 16).g, 0);
-  }
-}
-
-TEST(ShadowLinking, ShowsALampInAMirrorPastWhatDoesNotShadeIt) {
-  SceneBuilder builder = plane(mirror("Floor", 1, 0));
-  builder.add_light(area(50, 2, {0, 3, 3}));
-  const float lit = pixel(builder).g;
-  EXPECT_GT(lit, 1);
-  sheet(builder, 0.2).visible_to = without(kCameraRay);
-  EXPECT_EQ(pixel(builder).g, 0);
-  builder.instances[1].shadow_set = 1;
-  builder.appearance.lights[0].links.shading = ~std::uint64_t{2};
-  EXPECT_NEAR(pixel(builder).g, lit, 1e-5 * lit);
-}
-
-TEST(Visibility, IsRefusedInSetsThatDoNotExist) {
-  SceneBuilder builder = plane(matte("Floor", 0.5));
-  Instance object = builder.instances[0];
-  object.lit_set = 64;
-  EXPECT_THROW(builder.add_object(object), InvalidArgument);
 }
 
 /// A ball with several lobes between a floor and a wall, each hidden from some rays.

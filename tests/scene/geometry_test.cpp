@@ -117,8 +117,9 @@ TEST(Geometry, FlatUvsAndBarycentricsAreThoseOfTheCorners) {
       EXPECT_NEAR(geometry->uv(*hit, "").y, (y + 1) / 2, 1e-6);
     }
   EXPECT_EQ(geometry->origin().x, 5);
-  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 0, 1.5f}, kCameraRay));     // ends before
-  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 2.5f, kFar}, kCameraRay));  // starts behind
+  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 0, 1.5f}, kCameraRay));  // ends before
+  EXPECT_FALSE(
+      geometry->intersect({{0, 0, 2}, {0, 0, -1}, 2.5f, kFar}, kCameraRay));  // starts behind
 }
 
 TEST(Geometry, ObjectsHiddenFromTheCameraAreSeenByOtherRays) {

@@ -120,4 +120,3 @@ def _through_nodes(
         return values, [Problem(title, "its Emission node has linked inputs", cure)]
     color = tuple(a * b for a, b in zip(values.color, color, strict=True))
     return replace(values, color=color, radiance_scale=values.radiance_scale * strength[0]), []
-

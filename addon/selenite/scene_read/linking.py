@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light linking and shadow linking (Blender 4.0 on), as sets of objects and bits of lights.
 
-A light shines on the objects that its receiver collection includes, or where it includes none on all
-but those that it excludes. Its blocker collection says the same of who casts its shadows. Objects
-that all lights treat alike make up a set, numbered from 0; a light has a bit for each.
+A light shines on the objects that its receiver collection includes, or where it includes none on
+all but those that it excludes. Its blocker collection says the same of who casts its shadows.
+Objects that all lights treat alike make up a set, numbered from 0; a light has a bit for each.
 """
 
 from __future__ import annotations

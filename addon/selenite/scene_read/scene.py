@@ -80,7 +80,7 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     if owner is not None:
         read.owners[owner.name] = owner
     for lamp in lamps:
-        _read_lamp(lamp, links, read)
+        _read_lamp(lamp, layer, links, read)
     _note(read, [], view_layers.warnings(scene, layer))
     _warn_of_render_settings(scene, read)
     return read
@@ -178,8 +178,8 @@ def _add_object(
     light, shadow = links
     if shadow.bits_of(item) != ALL_SETS and _shines(found, read):
         read.warn(
-            f"Object '{item.name}': its blocker collection is not modelled for a surface that emits; "
-            "everything casts its shadows"
+            f"Object '{item.name}': its blocker collection is not modelled, since a surface emits "
+            "the light and no lamp; everything casts its shadows: clear the collection"
         )
     read.objects.append(
         ObjectValues(
@@ -285,6 +285,7 @@ def _material_name(
 
 def _read_lamp(
     lamp: mesh.Instance,
+    layer: bpy.types.ViewLayer,
     links: tuple[linking.Linking, linking.Linking],
     read: SceneValues,
 ) -> None:
@@ -297,7 +298,8 @@ def _read_lamp(
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
     values, owner, problems, warnings = lights.read_light(light, lamp.matrix, name)
-    values = visibility.of_lamp(values, lamp.original, light)
+    rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
+    values = visibility.of_lamp(values, light, rays)
     lit, shading = (kind.bits_of(lamp.original) for kind in links)
     read.lights.append(replace(values, lit=lit, shading=shading))
     read.owners[name] = owner

@@ -12,7 +12,9 @@ def of_sets(scene: bpy.types.Scene) -> list[bpy.types.ViewLayer]:
     seen = {scene.name}
     while (scene := scene.background_set) is not None and scene.name not in seen:
         seen.add(scene.name)
-        found.append(next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0]))
+        found.append(
+            next((layer for layer in scene.view_layers if layer.use), scene.view_layers[0])
+        )
     return found
 
 
@@ -37,8 +39,8 @@ def warnings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> list[str]:
     if used != [layer.name]:
         listed = ", ".join(f"'{name}'" for name in used) or "none"
         found.append(
-            f"{title}: view layer '{layer.name}' is read; a render shows {listed}: switch on Use for "
-            "Rendering of that layer alone"
+            f"{title}: view layer '{layer.name}' is read; a render shows {listed}: switch on "
+            "Use for Rendering of that layer alone"
         )
     for flag, what in (("use_solid", "surfaces"), ("use_volumes", "volumes")):
         if not getattr(layer, flag, True):

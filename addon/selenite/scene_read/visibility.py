@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What rays see: ray visibility of objects, lamps and the world, holdouts, film, as Cycles reads them.
+"""What rays see: ray visibility of objects, lamps and the world; holdouts and film.
 
 Light linking and shadow linking are in `linking`. What the renderer makes of it:
 docs/method/rendering.md, "Visibility".
@@ -40,15 +40,13 @@ def is_holdout(instancer: bpy.types.Object, layer: bpy.types.ViewLayer) -> bool:
     return bool(instancer.holdout_get(view_layer=layer))
 
 
-def of_lamp(values: LightValues, lamp: bpy.types.Object, light: bpy.types.Light) -> LightValues:
-    """The values of a lamp with what rays see of it. `lamp`: the original object."""
+def of_lamp(values: LightValues, light: bpy.types.Light, rays: tuple[str, ...]) -> LightValues:
+    """The values of a lamp with what rays see of it. `rays`: those that see its object."""
     cycles = light.cycles
     bounces = int(getattr(cycles, "max_bounces", _MOST_BOUNCES))
     return replace(
         values,
-        visible_to=tuple(
-            kind for kind in ALL_RAYS if kind != "shadow" and getattr(lamp, f"visible_{kind}")
-        ),
+        visible_to=tuple(kind for kind in rays if kind != "shadow"),
         casts_shadows=hosts.casts_shadow(light),
         met_by_rays=bool(getattr(cycles, "use_multiple_importance_sampling", True)),
         max_bounces=NO_LIMIT if bounces >= _MOST_BOUNCES else bounces,

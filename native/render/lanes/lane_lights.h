@@ -69,8 +69,7 @@ class LaneLights {
                                                 : kInfinity;
       const auto seen = lights[i].intersect(at(rays.origin, from), at(rays.direction, from),
                                             rays.t_min[from], end);
-      if (seen && seen->factor > 0)
-        add(met, i, Color<Lanes>(Lanes(seen->factor)), Lanes(0), paths);
+      if (seen && seen->factor > 0) add(met, i, Color<Lanes>(Lanes(seen->factor)), Lanes(0), paths);
     }
   }
 

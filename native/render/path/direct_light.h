@@ -80,9 +80,8 @@ class DirectLight {
     const World& world = p_.scene.appearance.world;
     if (!(world.visible_to & path.kind) || (path.on_film && world.transparent_film)) return;
     const Vec3f& direction = path.ray.direction;
-    const float light = path.from_camera()
-                            ? 0
-                            : p_.lights.world_density(direction, as_cycles(path.refracted));
+    const float light =
+        path.from_camera() ? 0 : p_.lights.world_density(direction, as_cycles(path.refracted));
     radiance.add(beta, p_.emitted.world(world.factor(direction)), bsdf_weight(path.density, light));
   }
 
@@ -153,8 +152,8 @@ class DirectLight {
         visible_to = lamp.visible_to;
         links = lamp.links;
         density = s->density * choice.probability;
-        heuristic = s->density * p_.lights.probability(choice.index,
-                                                       as_cycles(scatterer.refracts(direction)));
+        heuristic = s->density *
+                    p_.lights.probability(choice.index, as_cycles(scatterer.refracts(direction)));
         emitted = p_.emitted.lamp(choice.index, s->factor);
         break;
       }
@@ -184,8 +183,7 @@ class DirectLight {
         distance = std::sqrt(distance2) * (1 - 1e-4f);
         const PreparedMaterial<L>& source = p_.materials[t.material];
         density = p_.lights.mesh_density(target, d, false);
-        heuristic =
-            p_.lights.mesh_density(target, d, as_cycles(scatterer.refracts(direction)));
+        heuristic = p_.lights.mesh_density(target, d, as_cycles(scatterer.refracts(direction)));
         typename PreparedMaterial<L>::Room room;
         const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));
@@ -205,8 +203,8 @@ class DirectLight {
     scatterer.evaluate(direction, visible_to, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
     Throughput<L> through = beta.branch();
-    if (casts_shadows && !visible(scatterer.origin(direction), direction, distance, links, random,
-                                  beyond, through))
+    if (casts_shadows &&
+        !visible(scatterer.origin(direction), direction, distance, links, random, beyond, through))
       return;
     const float weight = alone ? 1 : power_heuristic(heuristic, bsdf_density);
     scatterer.bring(p_.geometry, value, emitted, share * weight / density, through, radiance);
@@ -236,9 +234,11 @@ class DirectLight {
     return !p_.visibility.uneven ||
            (path.scatterings <= lamp.max_bounces && lit(lamp.links, object));
   }
+  bool has_transparent_shadows(int material) const {
+    return p_.scene.appearance.materials[material].transparent_shadows;
+  }
   float lamp_weight(const Path& path, int lamp, const LightHit& hit) const {
-    return bsdf_weight(path.density,
-                       p_.lights.lamp_density(lamp, hit, as_cycles(path.refracted)));
+    return bsdf_weight(path.density, p_.lights.lamp_density(lamp, hit, as_cycles(path.refracted)));
   }
 
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
@@ -262,7 +262,7 @@ class DirectLight {
       const PreparedMaterial<L>& material = p_.materials[s.material];
       const bool unlinked =
           linked && !links.is_shaded_by(p_.geometry.instances()[hit->instance].shadow_set);
-      if (!unlinked && !material.lets_shadow_rays_through) return false;
+      if (!unlinked && !(material.transparent && has_transparent_shadows(s.material))) return false;
       media.attenuate(ray, hit->t, random, kShadow + i, beta);
       if (!unlinked) {
         media.cross(*hit, s, direction);

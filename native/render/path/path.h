@@ -21,9 +21,9 @@ struct Path {
   float travelled = 0;        ///< from there to the ray's origin, through transparent surfaces
   int scatterings = 0;
   bool after_diffuse = false;
-  bool sealed = false;   ///< the ray starts inside a body from where no light is seen
-  int receiver = -1;     ///< the object that has scattered the light last; -1: none yet
-  bool on_film = true;   ///< what is met belongs to the film: straight from the camera, or see World
+  bool sealed = false;  ///< the ray starts inside a body from where no light is seen
+  int receiver = -1;    ///< the object that has scattered the light last; -1: none yet
+  bool on_film = true;  ///< what is met belongs to the film: straight from the camera, or see World
 
   bool from_camera() const { return kind == kCameraRay; }
 };

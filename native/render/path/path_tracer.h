@@ -60,8 +60,8 @@ class PathTracer {
           path.from = path.ray.origin + path.ray.direction * flight.length;
           path.receiver = media.object();
           if (lit) {
-            const PhaseScatterer<L> here{medium,   path.ray.direction, path.from,    &path.ray,
-                                         distance, flight,             path.receiver};
+            const PhaseScatterer<L> here{medium, path.ray.direction, path.from, &path.ray, distance,
+                                         flight, path.receiver};
             direct_.add_sample(path, path.from, here, media, random, beta, radiance);
           }
           const float g = value_of(medium.values.anisotropy);
@@ -208,9 +208,9 @@ class PathTracer {
         !direct_.lit(p_.geometry.instances()[hit.instance].links, path.receiver))
       return;
     const Vec3f d = surface.position - path.from;
-    const float light =
-        path.from_camera() ? 0
-                           : p_.lights.mesh_density(surface, d, direct_.as_cycles(path.refracted));
+    const float light = path.from_camera()
+                            ? 0
+                            : p_.lights.mesh_density(surface, d, direct_.as_cycles(path.refracted));
     radiance.add(beta, emitted, DirectLight<L>::bsdf_weight(path.density, light));
   }
   /// Russian roulette. A power below 1 keeps more of the dim paths than their share.
@@ -225,8 +225,9 @@ class PathTracer {
   }
   template <class X>
   auto draw(const PrincipledBsdf<X>& bsdf, const Random& random) const {
-    auto sample = bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
-    if (sample && p_.visibility.by_kind) bsdf.keep_kind(*sample);
+    auto sample =
+        bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
+    if (sample && p_.visibility.by_kind) keep_kind(bsdf, *sample);
     return sample;
   }
 

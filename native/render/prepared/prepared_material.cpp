@@ -164,7 +164,6 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     const auto& values = prepared.values;
     prepared.transparent = value_of(values.alpha) < 1 || has_slope(values.alpha) ||
                            material.map_of(material_field(&MaterialValues::alpha));
-    prepared.lets_shadow_rays_through = prepared.transparent && material.transparent_shadows;
     if (value_of(values.subsurface_weight) > 0 || has_slope(values.subsurface_weight) ||
         material.map_of(material_field(&MaterialValues::subsurface_weight)))
       prepare_inside(*scene.geometry, index);

@@ -54,7 +54,6 @@ struct PreparedMaterial : PreparedMedium<L> {
   /// ray pass, and every light is outside of the boxes around its objects.
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
-  bool lets_shadow_rays_through = false;  ///< likewise
   bool emissive = false;     ///< light sampling picks points on it
   const std::vector<FieldMap>* maps = nullptr;
   const FieldMap* base_color_map = nullptr;  ///< of an unknown base colour

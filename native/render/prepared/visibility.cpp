@@ -6,26 +6,26 @@
 namespace selenite {
 
 Visibility::Visibility(const Scene& scene, const std::vector<bool>& transparent) {
-  const auto look = [this](RayKinds kinds, RayKinds among) {
+  const auto add = [this](RayKinds kinds, RayKinds among) {
     by_kind = by_kind || !all_or_none(kinds, kScatteredRays);
     uneven = uneven || (kinds & among) != among;
   };
   constexpr int kNoLimit = std::numeric_limits<int>::max();
   const auto& [materials, lights, world] = scene.appearance;
   for (const Instance& object : scene.geometry->instances()) {
-    look(object.visible_to, kScatteredRays | kShadowRay);
+    add(object.visible_to, kScatteredRays | kShadowRay);
     uneven = uneven || !object.links.are_all();
     hidden_media = hidden_media || !(object.visible_to & kShadowRay);
     holdouts = holdouts || object.holdout;
   }
   for (const Light& light : lights) {
-    look(light.visible_to, kScatteredRays);
-    uneven = uneven || !light.casts_shadows || !light.met_by_rays ||
-             light.max_bounces < kNoLimit || !light.links.are_all();
+    add(light.visible_to, kScatteredRays);
+    uneven = uneven || !light.casts_shadows || !light.met_by_rays || light.max_bounces < kNoLimit ||
+             !light.links.are_all();
     shadow_links = shadow_links || light.links.shading != LinkedSets::kAll;
     seen_lamps = seen_lamps || (light.visible_to & kCameraRay);
   }
-  look(world.visible_to, kScatteredRays);
+  add(world.visible_to, kScatteredRays);
   uneven = uneven || world.max_bounces < kNoLimit;
   film_through_glass = world.transparent_film && world.film_roughness >= 0;
   for (std::size_t m = 0; m < materials.size(); ++m)

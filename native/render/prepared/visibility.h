@@ -19,10 +19,10 @@ struct Visibility {
   /// Shadow rays and scattered rays meet different things, so that what is rendered depends on how
   /// much of the light comes by either: they are weighted by the densities of Cycles.
   bool uneven = false;
-  bool shadow_links = false;   ///< of lamps
-  bool hidden_media = false;   ///< an object is hidden from shadow rays, and with it its medium
+  bool shadow_links = false;  ///< of lamps
+  bool hidden_media = false;  ///< an object is hidden from shadow rays, and with it its medium
   bool holdouts = false;
-  bool seen_lamps = false;     ///< by the camera
+  bool seen_lamps = false;  ///< by the camera
   bool film_through_glass = false;
 
   /// What the lanes do not know of; empty if there is nothing.
