@@ -58,11 +58,13 @@ def _linked(*names):
     return collection
 
 
-def _hide_lamp(kind, **values):
+def _hide_lamp(kind, alone=False, **values):
     _scene("lamp", **values)
+    setattr(_lamp(), f"visible_{kind}", False)
+    if alone:
+        return
     fill = made.light("Fill", "SUN", energy=0.5, angle=0.1)
     fill.rotation_euler = (0.4, -0.9, 0.0)
-    setattr(_lamp(), f"visible_{kind}", False)
 
 
 def _hide_world(kind, **values):
@@ -185,7 +187,10 @@ CASES = {
     "lamp without glossy rays": lambda: _hide_lamp("glossy", roughness=0.2),
     "lamp without glossy rays, metal": lambda: _hide_lamp("glossy", metallic=1.0, roughness=0.3),
     "lamp without transmission rays": lambda: _hide_lamp(
-        "transmission", transmission=1.0, roughness=0.3
+        "transmission", alone=True, transmission=1.0, roughness=0.3
+    ),
+    "lamp without glossy rays, glass": lambda: _hide_lamp(
+        "glossy", alone=True, transmission=1.0, roughness=0.3
     ),
     "lamp seen by the camera": _show_lamp,
     "world without camera rays": lambda: _hide_world("camera"),
