@@ -66,6 +66,18 @@ class PrincipledBsdf {
     evaluate<true, true>(wo, {}, f, p);
   }
 
+  /// What light that is seen by these kinds of rays alone finds of it. Shares of samples stay those of
+  /// the whole.
+  PrincipledBsdf seen_by(RayKinds kinds) const requires(!kIsLanes<T>) {
+    PrincipledBsdf left = *this;
+    left.layers_.keep(kinds);
+    const auto has = [&left](Lobe lobe) { return left.layers_.has(lobe); };
+    left.base_.spreads = base_.spreads && (has(kSpecular) || has(kMetal) || has(kGlass));
+    left.through_.spreads = through_.spreads && has(kGlass);
+    left.coat_.spreads = coat_.spreads && has(kCoat);
+    return left;
+  }
+
   /// Draws a direction from three uniform numbers; empty if the light is absorbed.
   std::optional<BsdfSample<T>> sample(S u_lobe, S u1, S u2) const requires(!kIsLanes<T>) {
     const BsdfSample<T> s = draw(u_lobe, u1, u2);
@@ -215,7 +227,7 @@ class PrincipledBsdf {
     const Vec3<S> sum = wi_ + o * eta;
     // Straight through an interface that bends nothing: the half vector is rounding noise.
     mask_t<S> reached = where & (dot(sum, sum) > S(1e-12));
-    if (!unphysical_ && !all(drawn.known)) reached &= drawn.known | reachable(sum, o, eta);
+    if (!unphysical_ && !all(drawn.known)) reached &= drawn.known | refracts_into(wi_, o, sum, eta);
     if (!active_.some(reached)) return;
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     if constexpr (kValue) {
@@ -239,13 +251,6 @@ class PrincipledBsdf {
                         refracted_flow(g, through_.width2, eta) / (1 + through_.lambda_i);
       p += select(reached, density, S(0));
     }
-  }
-
-  /// Whether a visible micronormal refracts wi to o; sum = wi + eta o.
-  mask_t<S> reachable(const Vec3<S>& sum, const Vec3<S>& o, R eta) const {
-    if (bends_nothing(eta)) return false;
-    const S up = select(sum.z < S(0), S(-1), S(1));
-    return (up * dot(sum, wi_) > S(0)) & (up * dot(sum, o) < S(0));
   }
 
   // Sampling: bsdf_sampling.h

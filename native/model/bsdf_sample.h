@@ -3,6 +3,7 @@
 
 #include "math/color.h"
 #include "math/vec.h"
+#include "model/ray_kind.h"
 
 namespace selenite {
 
@@ -21,6 +22,10 @@ struct BsdfSample {
   /// of the lobe without its colour.
   Mask enters = false;
   Mask exists = true;  ///< the light is not absorbed; else nothing else here counts
+
+  RayKind kind() const requires(!kIsLanes<T>) {
+    return transmits ? kTransmissionRay : diffuse ? kDiffuseRay : kGlossyRay;
+  }
 };
 
 }  // namespace selenite

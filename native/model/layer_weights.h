@@ -8,6 +8,7 @@
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
+#include "model/ray_kind.h"
 #include "model/sheen.h"
 
 namespace selenite {
@@ -51,6 +52,23 @@ struct LayerWeights {
   S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
   bool has(Lobe lobe) const { return present[lobe]; }
+  /// Takes away the lobes whose light comes along other kinds of rays. The glass of version 2, which
+  /// reflects and refracts, is one lobe that goes only if both kinds do, as in Cycles.
+  void keep(RayKinds kinds) {
+    const auto drop = [this](Lobe lobe) {
+      present[lobe] = false;
+      pick[lobe] = 0;
+    };
+    const bool reflects = kinds & kGlossyRay, refracts = kinds & kTransmissionRay;
+    if (!(kinds & kDiffuseRay))
+      for (const Lobe lobe : {kDiffuse, kSheen}) drop(lobe);
+    if (!reflects)
+      for (const Lobe lobe : {kSpecular, kMetal, kCoat}) drop(lobe);
+    if (!reflects && !refracts) drop(kGlass);
+    if (!version1) return;
+    if (!reflects) glass.flat = glass.risen = {};
+    if (!refracts) glass_through = {};
+  }
   /// Weighted Fresnel terms of the reflections that share the base roughness.
   Color<T> base_reflectance(S cos_m) const {
     Color<T> sum{};

@@ -66,4 +66,12 @@ struct Refraction {
   }
 };
 
+/// Whether a visible micronormal refracts wi to wo; sum = wi + eta wo.
+template <class S>
+mask_t<S> refracts_into(const Vec3<S>& wi, const Vec3<S>& wo, const Vec3<S>& sum, number_t<S> eta) {
+  if (bends_nothing(eta)) return false;
+  const S up = select(sum.z < S(0), S(-1), S(1));
+  return (up * dot(sum, wi) > S(0)) & (up * dot(sum, wo) < S(0));
+}
+
 }  // namespace selenite

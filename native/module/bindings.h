@@ -9,6 +9,8 @@
 
 namespace selenite {
 
+struct SceneBuilder;
+
 /// A photo's frame as Python gives it: (aspect, width, height).
 using FrameTuple = std::tuple<double, int, int>;
 inline PhotoFrame frame_of(const FrameTuple& t) {
@@ -17,6 +19,8 @@ inline PhotoFrame frame_of(const FrameTuple& t) {
 
 void bind_parameters(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
+/// Objects, and what rays see of them and of lights.
+void bind_visibility(pybind11::class_<SceneBuilder>& builder);
 void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);

@@ -26,7 +26,7 @@ void self_test() {
   instance.materials = {0};
   const Geometry geometry({mesh}, {instance});
   const Vec3f below = Vec3f(Vec3d{0.25, 0.25, -2} - geometry.origin());
-  const auto hit = geometry.intersect({below, {0, 0, 1}, 0, 100}, false);
+  const auto hit = geometry.intersect({below, {0, 0, 1}, 0, 100}, kDiffuseRay);
   if (!hit || std::abs(hit->t - 2) > 1e-5f || std::abs(hit->b1 - 0.25f) > 1e-5f)
     throw py::import_error(
         "selenite._core: Embree gives a wrong answer in this process; another version of it is "

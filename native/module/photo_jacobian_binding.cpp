@@ -78,7 +78,7 @@ py::array_t<int> first_hits(const Scene& scene, const Array<double>& starts,
                             " are not two different finite points");
     const Ray ray{Vec3f(from[i] - scene.geometry->origin()), Vec3f(way / distance), 0,
                   static_cast<float>(distance)};
-    const std::optional<Hit> hit = scene.geometry->intersect(ray, true);
+    const std::optional<Hit> hit = scene.geometry->intersect(ray, kCameraRay);
     found.mutable_at(static_cast<py::ssize_t>(i)) = hit ? hit->instance : -1;
   }
   return found;

@@ -121,12 +121,14 @@ int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pi
 
 int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
                  const std::string& flavour, const std::string& subsurface,
-                 bool physical_refraction, const std::map<std::string, py::dict>& maps,
+                 bool physical_refraction, bool transparent_shadows,
+                 const std::map<std::string, py::dict>& maps,
                  const std::map<std::string, py::dict>& grids) {
   Material material;
   material.name = name;
   material.flavour = make_flavour(multi_ggx, flavour, subsurface);
   material.flavour.evaluate_unphysical_refraction = !physical_refraction;
+  material.transparent_shadows = transparent_shadows;
   set_values(material, values);
   for (const auto& [parameter, value] : maps)
     material.maps.push_back(field_map(b, name, parameter, value));
@@ -239,11 +241,13 @@ std::vector<std::string> names_of(const List& list) {
 }
 
 void bind_builder(py::module_& m) {
-  py::class_<SceneBuilder>(m, "SceneBuilder", "Collects a scene in Blender's units; see `build`.")
-      .def(py::init<>())
+  py::class_<SceneBuilder> builder(m, "SceneBuilder",
+                                   "Collects a scene in Blender's units; see `build`.");
+  bind_visibility(builder);
+  builder.def(py::init<>())
       .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
            "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK", "physical_refraction"_a = false,
-           "maps"_a = std::map<std::string, py::dict>{},
+           "transparent_shadows"_a = true, "maps"_a = std::map<std::string, py::dict>{},
            "grids"_a = std::map<std::string, py::dict>{},
            "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
            "node's defaults. `maps`: parameter name to {texture: index or None for the colour "
@@ -262,15 +266,6 @@ void bind_builder(py::module_& m) {
            "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
            "and linear colour attributes [(name, (3m,3))], the active ones first; object space.")
-      .def(
-          "add_object",
-          [](SceneBuilder& b, const std::string& name, int mesh, const Array<double>& matrix,
-             std::vector<int> materials, bool visible_to_camera) {
-            return b.add_object({name, mesh, transform_of(matrix, "Object '" + name + "': matrix"),
-                                 std::move(materials), visible_to_camera});
-          },
-          "name"_a, "mesh"_a, "matrix"_a, "materials"_a, py::kw_only(),
-          "visible_to_camera"_a = true, "An instance of a mesh; materials[i] for material slot i.")
       .def(
           "add_point_light",
           [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,

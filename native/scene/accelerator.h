@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "math/error.h"
+#include "model/ray_kind.h"
 #include "scene/camera.h"
 #include "scene/packet.h"
 
@@ -50,26 +51,26 @@ class Accelerator {
 
   /// Triangles in world space, seen by rays as one item.
   void add_mesh(std::span<const Vec3f> positions, std::span<const std::array<int, 3>> triangles,
-                bool visible_to_camera) {
+                RayKinds visible_to) {
     RTCGeometry geometry = new_triangles(positions, triangles);
-    attach(scene_, geometry, visible_to_camera);
+    attach(scene_, geometry, visible_to);
     ++count_;
   }
   /// Triangles in their own space, to be placed by `add_instance`.
   int add_prototype(std::span<const Vec3f> positions,
                     std::span<const std::array<int, 3>> triangles) {
     RTCScene child = new_scene();
-    attach(child, new_triangles(positions, triangles), true);
+    attach(child, new_triangles(positions, triangles), kAllRays);
     rtcCommitScene(child);
     children_.push_back(child);
     return static_cast<int>(children_.size()) - 1;
   }
   /// `matrix`: 3x4, column-major.
-  void add_instance(int prototype, const std::array<float, 12>& matrix, bool visible_to_camera) {
+  void add_instance(int prototype, const std::array<float, 12>& matrix, RayKinds visible_to) {
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
     rtcSetGeometryInstancedScene(geometry, children_[prototype]);
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, matrix.data());
-    attach(scene_, geometry, visible_to_camera);
+    attach(scene_, geometry, visible_to);
     ++count_;
   }
   void build() {
@@ -85,8 +86,8 @@ class Accelerator {
     alone_[item] = scene;
   }
 
-  std::optional<Found> intersect(const Ray& ray, bool camera_ray) const {
-    return intersect(scene_, ray, camera_ray);
+  std::optional<Found> intersect(const Ray& ray, RayKind kind) const {
+    return intersect(scene_, ray, kind);
   }
   /// Eight rays, of which those with a bit in `lanes` count. Camera rays that run close together share
   /// their way down the hierarchy, which takes a third of the time.
@@ -95,7 +96,7 @@ class Accelerator {
       for (int i = 0; i < kPacket; ++i) {
         hits.instance[i] = -1;
         if (!(lanes >> i & 1)) continue;
-        if (const auto found = intersect(ray_of(rays, i), camera_rays))
+        if (const auto found = intersect(scene_, ray_of(rays, i), kinds_of(camera_rays)))
           hits.instance[i] = found->item, hits.triangle[i] = found->triangle,
           hits.b1[i] = found->b1, hits.b2[i] = found->b2, hits.t[i] = found->t;
       }
@@ -103,7 +104,7 @@ class Accelerator {
     }
     RTCRayHit8 query;
     alignas(32) std::array<int, kPacket> valid;
-    set(query.ray, valid.data(), rays, lanes, camera_rays);
+    set(query.ray, valid.data(), rays, lanes, kinds_of(camera_rays));
     for (int i = 0; i < kPacket; ++i)
       query.hit.geomID[i] = query.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
@@ -133,7 +134,7 @@ class Accelerator {
     }
     RTCRay8 query;
     alignas(32) std::array<int, kPacket> valid;
-    set(query, valid.data(), rays, lanes, false);
+    set(query, valid.data(), rays, lanes, kShadowRay);
 #if RTC_VERSION_MAJOR >= 4
     rtcOccluded8(valid.data(), scene_, &query);
 #else
@@ -147,13 +148,13 @@ class Accelerator {
   }
   /// As `intersect`, as if there were no other item; needs `build_item`.
   std::optional<Found> intersect_item(int item, const Ray& ray) const {
-    auto found = intersect(alone_[item], ray, false);
+    auto found = intersect(alone_[item], ray, kAllRays);
     if (found) found->item = item;
     return found;
   }
   bool occluded(const Ray& ray) const {
     RTCRay query;
-    set(query, ray, false);
+    set(query, ray, kShadowRay);
 #if RTC_VERSION_MAJOR >= 4
     rtcOccluded1(scene_, &query);
 #else
@@ -165,11 +166,14 @@ class Accelerator {
   }
 
  private:
-  static constexpr unsigned kCameraMask = 1, kOtherMask = 2;
+  /// Packets of other rays are traced only where objects do not tell these apart.
+  static RayKinds kinds_of(bool camera_rays) {
+    return camera_rays ? RayKinds{kCameraRay} : kScatteredRays;
+  }
 
-  static std::optional<Found> intersect(RTCScene scene, const Ray& ray, bool camera_ray) {
+  static std::optional<Found> intersect(RTCScene scene, const Ray& ray, RayKinds kinds) {
     RTCRayHit query;
-    set(query.ray, ray, camera_ray);
+    set(query.ray, ray, kinds);
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
 #if RTC_VERSION_MAJOR >= 4
@@ -190,7 +194,7 @@ class Accelerator {
   }
 
   static void set(RTCRay8& query, int* valid, const RayPacket& rays, unsigned lanes,
-                  bool camera_rays) {
+                  RayKinds kinds) {
     for (int i = 0; i < kPacket; ++i) {
       valid[i] = -static_cast<int>(lanes >> i & 1);
       query.org_x[i] = rays.origin[0][i], query.org_y[i] = rays.origin[1][i];
@@ -198,7 +202,7 @@ class Accelerator {
       query.dir_x[i] = rays.direction[0][i], query.dir_y[i] = rays.direction[1][i];
       query.dir_z[i] = rays.direction[2][i], query.time[i] = 0;
       query.tfar[i] = rays.t_max[i];
-      query.mask[i] = camera_rays ? kCameraMask : kOtherMask;
+      query.mask[i] = kinds;
       query.id[i] = query.flags[i] = 0;
     }
   }
@@ -233,18 +237,18 @@ class Accelerator {
       for (int corner : triangle) *indices++ = static_cast<unsigned>(corner);
     return geometry;
   }
-  static void attach(RTCScene scene, RTCGeometry geometry, bool visible_to_camera) {
-    rtcSetGeometryMask(geometry, visible_to_camera ? kCameraMask | kOtherMask : kOtherMask);
+  static void attach(RTCScene scene, RTCGeometry geometry, RayKinds visible_to) {
+    rtcSetGeometryMask(geometry, visible_to);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
   }
   /// By sixteen bytes, as Embree reads them: numbers stored one by one would keep it waiting.
-  static void set(RTCRay& query, const Ray& ray, bool camera_ray) {
+  static void set(RTCRay& query, const Ray& ray, RayKinds kinds) {
     store(&query.org_x, ray.origin.x, ray.origin.y, ray.origin.z, ray.t_min);
     store(&query.dir_x, ray.direction.x, ray.direction.y, ray.direction.z, 0);
     query.tfar = ray.t_max;
-    query.mask = camera_ray ? kCameraMask : kOtherMask;
+    query.mask = kinds;
     query.id = query.flags = 0;
   }
   static void store(float* to, float a, float b, float c, float d) {

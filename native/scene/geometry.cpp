@@ -155,7 +155,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
     if (uses[instance.mesh] == 1) {
       to_world_space(mesh, instance.to_world);
       in_world_space_[i] = 1;
-      accelerator_->add_mesh(mesh.positions, mesh.triangles, instance.visible_to_camera);
+      accelerator_->add_mesh(mesh.positions, mesh.triangles, instance.visible_to);
       continue;
     }
     int& prototype = prototypes[instance.mesh];
@@ -168,7 +168,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
     for (int column = 0; column < 4; ++column)
       for (int row = 0; row < 3; ++row)
         matrix[3 * column + row] = static_cast<float>(instance.to_world.m[row][column]);
-    accelerator_->add_instance(prototype, matrix, instance.visible_to_camera);
+    accelerator_->add_instance(prototype, matrix, instance.visible_to);
   }
   accelerator_->build();
   for (const Mesh& mesh : meshes_) faces_.push_back(faces_of(mesh));
@@ -189,8 +189,8 @@ long Geometry::triangle_count() const {
   return count;
 }
 
-std::optional<Hit> Geometry::intersect(const Ray& ray, bool camera_ray) const {
-  const auto found = accelerator_->intersect(ray, camera_ray);
+std::optional<Hit> Geometry::intersect(const Ray& ray, RayKind kind) const {
+  const auto found = accelerator_->intersect(ray, kind);
   if (!found) return std::nullopt;
   prefetch(faces_[instances_[found->item].mesh][found->triangle]);
   return Hit{found->item, found->triangle, found->b1, found->b2, found->t};

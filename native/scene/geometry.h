@@ -11,7 +11,9 @@
 
 #include "math/box.h"
 #include "math/color.h"
+#include "model/ray_kind.h"
 #include "scene/camera.h"
+#include "scene/light_link.h"
 #include "scene/packet.h"
 #include "scene/transform.h"
 
@@ -39,7 +41,10 @@ struct Instance {
   int mesh = 0;
   Transform to_world;
   std::vector<int> materials;  ///< scene material of each slot
-  bool visible_to_camera = true;
+  RayKinds visible_to = kAllRays;
+  bool holdout = false;             ///< black, and cut out of the picture, where the camera sees it
+  int lit_set = 0, shadow_set = 0;  ///< the sets of LinkedSets that it belongs to
+  LinkedSets links;                 ///< of the light that it emits
 };
 
 struct Hit {
@@ -78,13 +83,14 @@ class Geometry {
   Geometry(const Geometry&) = delete;
   Geometry& operator=(const Geometry&) = delete;
 
-  std::optional<Hit> intersect(const Ray& ray, bool camera_ray) const;
+  std::optional<Hit> intersect(const Ray& ray, RayKind kind) const;
   /// The same for camera rays that run close together, kTogether at most.
   static constexpr int kTogether = 8;
   void intersect_camera_rays(std::span<const Ray> rays, std::optional<Hit>* hits) const;
+  /// By what shadow rays see.
   bool occluded(const Ray& ray) const;
   /// The same of eight rays; only those with a bit in `lanes` count. Camera rays should run close
-  /// together.
+  /// together; other rays meet what any of them sees.
   void intersect(const RayPacket& rays, unsigned lanes, bool camera_rays, HitPacket& hits) const;
   unsigned occluded(const RayPacket& rays, unsigned lanes) const;
   /// The first hit with one instance, as if it were alone in the scene: for walks inside it. Needs a

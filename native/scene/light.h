@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 
 #include "math/box.h"
 #include "math/color.h"
 #include "model/parameter.h"
+#include "model/ray_kind.h"
+#include "scene/light_link.h"
 #include "scene/transform.h"
 
 namespace selenite {
@@ -77,6 +80,11 @@ struct Light {
   bool ellipse = false;  ///< area
   double size_x = 1, size_y = 1;
   double spread = kPi<double>;
+  RayKinds visible_to = kScatteredRays;  ///< shadow rays tell nothing of a lamp
+  bool casts_shadows = true;
+  bool met_by_rays = true;  ///< else only light sampling finds it, and mirrors do not show it
+  int max_bounces = std::numeric_limits<int>::max();  ///< light sampling after more passes it over
+  LinkedSets links;
 
   // Worked out by `prepare`.
   Vec3f position, axis;  ///< axis: the direction of emission, local -Z

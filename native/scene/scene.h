@@ -58,9 +58,10 @@ struct Material {
   std::string name;
   MaterialValues values;
   Flavour flavour;
-  std::vector<FieldMap> maps;  ///< parameters with a texture or vertex colours
-  PlacedGrid albedo_grid;      ///< of the medium, in place of `albedo`; values at most 1
-  PlacedGrid density_grid;     ///< numbers by which the medium's `extinction` is multiplied
+  std::vector<FieldMap> maps;       ///< parameters with a texture or vertex colours
+  PlacedGrid albedo_grid;           ///< of the medium, in place of `albedo`; values at most 1
+  PlacedGrid density_grid;          ///< numbers by which the medium's `extinction` is multiplied
+  bool transparent_shadows = true;  ///< shadow rays pass straight through where others do (alpha)
 
   const PlacedGrid& grid(GridKind kind) const;
   PlacedGrid& grid(GridKind kind);

@@ -77,6 +77,10 @@ int SceneBuilder::add_object(Instance instance) {
     if (slot < 0 || slot >= static_cast<int>(instance.materials.size()))
       throw InvalidArgument(who + "a face uses material slot " + std::to_string(slot) + " of " +
                             count_of(instance.materials.size()));
+  for (const int set : {instance.lit_set, instance.shadow_set})
+    if (set < 0 || set >= LinkedSets::kMost)
+      throw InvalidArgument(who + "light linking set " + std::to_string(set) +
+                            " lies outside [0, " + std::to_string(LinkedSets::kMost) + ")");
   const Vec3d at = instance.to_world.translation();
   if (!std::isfinite(at.x) || !std::isfinite(at.y) || !std::isfinite(at.z))
     throw InvalidArgument(who + "its location is not finite; give it a finite location");

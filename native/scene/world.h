@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <vector>
 
 #include "math/color.h"
 #include "math/vec.h"
 #include "model/parameter.h"
+#include "model/ray_kind.h"
 
 namespace selenite {
 
@@ -81,6 +83,13 @@ struct World {
   WorldParameters values;
   std::shared_ptr<const EnvironmentMap> map;
   std::array<Vec3f, 3> to_map{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< rows; orthonormal
+  RayKinds visible_to = kAllRays;
+  int max_bounces = std::numeric_limits<int>::max();  ///< light sampling after more passes it over
+  /// The camera sees nothing where it sees no object; see `film_roughness`.
+  bool transparent_film = false;
+  /// With a transparent film the world is not seen either through glass that is at most that rough.
+  /// Negative: it is.
+  double film_roughness = -1;
 
   void check() const;
   /// Radiance at colour 1 and strength 1.

@@ -230,7 +230,7 @@ TEST(KnownScene, CameraDoesNotSeeWhatIsHiddenFromItButItsShadow) {
   SceneBuilder builder = plane(matte("Floor", 0.5));
   const int sheet =
       place(builder, quad_mesh(6), builder.add_material(matte("Sheet", 0)), translation({0, 0, 1}));
-  builder.instances[sheet].visible_to_camera = false;
+  builder.instances[sheet].visible_to = kAllRays & ~kCameraRay;
   set_sky(builder, 1);
   const Film film = render_view(builder.build(), settings_of(8, 400));
   const Estimate light = mean_of(film);

@@ -26,7 +26,7 @@ std::unique_ptr<Geometry> geometry_of(const Mesh& mesh, const std::vector<Transf
     instance.name = "Object";
     instance.to_world = t;
     instance.materials = {0, 1};
-    instance.visible_to_camera = visible;
+    instance.visible_to = visible ? kAllRays : kAllRays & ~kCameraRay;
     instances.push_back(instance);
   }
   return std::make_unique<Geometry>(std::vector<Mesh>{mesh}, instances);
@@ -67,7 +67,7 @@ TEST_P(Placed, OnceOrTwiceIsHitAlike) {
     const Vec3d centre{0.3, -0.2, 0.4};
     const Ray a{Vec3f(from + centre - baked->origin()), direction, 0, kFar};
     const Ray b{Vec3f(from + centre - instanced->origin()), direction, 0, kFar};
-    const auto ha = baked->intersect(a, false), hb = instanced->intersect(b, false);
+    const auto ha = baked->intersect(a, kDiffuseRay), hb = instanced->intersect(b, false);
     ASSERT_EQ(ha.has_value(), hb.has_value());
     EXPECT_EQ(baked->occluded(a), ha.has_value());
     if (!ha || ha->triangle != hb->triangle) continue;  // rays through an edge
@@ -108,7 +108,7 @@ TEST(Geometry, FlatUvsAndBarycentricsAreThoseOfTheCorners) {
   const auto geometry = geometry_of(quad_mesh(1), {translation({5, 6, 7})});
   for (const float x : {-0.75f, 0.1f, 0.6f})
     for (const float y : {-0.5f, 0.3f, 0.9f}) {
-      const auto hit = geometry->intersect({{x, y, 2}, {0, 0, -1}, 0, kFar}, true);
+      const auto hit = geometry->intersect({{x, y, 2}, {0, 0, -1}, 0, kFar}, kCameraRay);
       ASSERT_TRUE(hit);
       EXPECT_FLOAT_EQ(hit->t, 2);
       const Surface s = geometry->surface(*hit);
@@ -117,8 +117,9 @@ TEST(Geometry, FlatUvsAndBarycentricsAreThoseOfTheCorners) {
       EXPECT_NEAR(geometry->uv(*hit, "").y, (y + 1) / 2, 1e-6);
     }
   EXPECT_EQ(geometry->origin().x, 5);
-  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 0, 1.5f}, true));     // ends before
-  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 2.5f, kFar}, true));  // starts behind
+  EXPECT_FALSE(geometry->intersect({{0, 0, 2}, {0, 0, -1}, 0, 1.5f}, kCameraRay));  // ends before
+  EXPECT_FALSE(
+      geometry->intersect({{0, 0, 2}, {0, 0, -1}, 2.5f, kFar}, kCameraRay));  // starts behind
 }
 
 TEST(Geometry, ObjectsHiddenFromTheCameraAreSeenByOtherRays) {
@@ -127,8 +128,8 @@ TEST(Geometry, ObjectsHiddenFromTheCameraAreSeenByOtherRays) {
     if (copies > 1) places[1].translate({0, 0, -100});
     const auto geometry = geometry_of(quad_mesh(1), places, false);
     const Vec3f above = Vec3f(Vec3d{0.2, 0.1, 1} - geometry->origin());
-    EXPECT_FALSE(geometry->intersect({above, {0, 0, -1}, 0, kFar}, true));
-    EXPECT_TRUE(geometry->intersect({above, {0, 0, -1}, 0, kFar}, false));
+    EXPECT_FALSE(geometry->intersect({above, {0, 0, -1}, 0, kFar}, kCameraRay));
+    EXPECT_TRUE(geometry->intersect({above, {0, 0, -1}, 0, kFar}, kDiffuseRay));
     EXPECT_TRUE(geometry->occluded({above, {0, 0, -1}, 0, kFar}));
   }
 }
@@ -147,7 +148,7 @@ TEST(Geometry, DropsTrianglesWithoutAreaOrWithBadCornersAndCountsThem) {
   EXPECT_EQ(geometry->triangle_count(), 1);
   EXPECT_TRUE(std::isfinite(geometry->radius()));
   const Vec3f at = Vec3f(Vec3d{0.25, 0.25, 1} - geometry->origin());
-  const auto hit = geometry->intersect({at, {0, 0, -1}, 0, kFar}, true);
+  const auto hit = geometry->intersect({at, {0, 0, -1}, 0, kFar}, kCameraRay);
   ASSERT_TRUE(hit);
   EXPECT_EQ(geometry->surface(*hit).material, 1);  // slots moved up with the triangles
 }
@@ -158,7 +159,7 @@ TEST(Geometry, UnusableNormalsBecomeTheFaces) {
   mesh.corner_normals[1] = {std::numeric_limits<float>::quiet_NaN(), 0, 1};
   const auto geometry = geometry_of(mesh, {Transform{}});
   for (const float x : {-0.5f, 0.5f}) {
-    const auto hit = geometry->intersect({{x, 0.1f, 1}, {0, 0, -1}, 0, kFar}, true);
+    const auto hit = geometry->intersect({{x, 0.1f, 1}, {0, 0, -1}, 0, kFar}, kCameraRay);
     ASSERT_TRUE(hit);
     EXPECT_LT(length(geometry->surface(*hit).n - Vec3f{0, 0, 1}), 1e-6);
   }
@@ -166,7 +167,7 @@ TEST(Geometry, UnusableNormalsBecomeTheFaces) {
 
 TEST(Geometry, EmptyScenesHaveNothingToHit) {
   const Geometry geometry({}, {});
-  EXPECT_FALSE(geometry.intersect({{0, 0, 0}, {0, 0, 1}, 0, kFar}, true));
+  EXPECT_FALSE(geometry.intersect({{0, 0, 0}, {0, 0, 1}, 0, kFar}, kCameraRay));
   EXPECT_EQ(geometry.radius(), 0);
 }
 
@@ -207,14 +208,14 @@ TEST_P(Watertight, RaysNeitherMeetTheirOwnSurfaceNorLeaveAClosedObject) {
   for (std::uint32_t i = 0; i < 60000; ++i) {
     random.start_bounce(i);
     const Vec3f direction = uniform_direction(random.uniform(0), random.uniform(1));
-    const auto hit = geometry->intersect({Vec3f(middle), direction, 0, kFar}, false);
+    const auto hit = geometry->intersect({Vec3f(middle), direction, 0, kFar}, kDiffuseRay);
     ASSERT_TRUE(hit);  // from the middle of a closed object
     const Surface s = geometry->surface(*hit);
     for (std::uint32_t k = 0; k < 4; ++k) {
       const Vec3f wo = uniform_direction(random.uniform(2 + 2 * k), random.uniform(3 + 2 * k));
       // Directions within rounding of the surface's plane are on neither side.
       if (std::abs(dot(wo, s.ng)) < 1e-3f) continue;
-      const auto next = geometry->intersect({s.leave(wo), wo, 0, kFar}, false);
+      const auto next = geometry->intersect({s.leave(wo), wo, 0, kFar}, kDiffuseRay);
       ++rays;
       if (next && next->instance == hit->instance && next->triangle == hit->triangle) ++again;
       if (dot(wo, s.ng) < 0 && !next) ++leaks;

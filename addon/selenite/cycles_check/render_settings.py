@@ -235,7 +235,6 @@ SETTINGS = (
     # Blue noise, the factory setting of 4.5, makes the errors of neighbours depend on each other.
     Setting("", "cycles.sampling_pattern", "TABULATED_SOBOL"),
     Setting("", "cycles.use_layer_samples", "IGNORE"),
-    Setting("", "render.film_transparent", False),
     Setting("", "render.dither_intensity", 0.0),
     Setting("", "render.resolution_percentage", 100),
     Setting("", "render.use_border", False),

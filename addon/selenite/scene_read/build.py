@@ -26,6 +26,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             flavour=item.flavour,
             subsurface=item.subsurface,
             physical_refraction=values.physical_refraction,
+            transparent_shadows=item.transparent_shadows,
             maps={name: _native_map(builder, textures, found) for name, found in item.maps.items()},
             grids={use: vars(grid) for use, grid in item.grids.items()},
         )
@@ -52,12 +53,22 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             meshes[item.mesh],
             item.matrix,
             [materials[name] for name in item.materials],
-            visible_to_camera=item.visible_to_camera,
+            visible_to=item.visible_to,
+            holdout=item.holdout,
+            lit_set=item.lit_set,
+            shadow_set=item.shadow_set,
+            lit=item.lit,
         )
     for light in values.lights:
         _add_light(builder, light)
     world = values.world
     builder.set_world(world.color, world.strength, world.image, world.to_map)
+    builder.set_world_visibility(
+        world.visible_to,
+        max_bounces=world.max_bounces,
+        transparent_film=world.transparent_film,
+        film_roughness=world.film_roughness,
+    )
     for camera in values.cameras:
         builder.add_camera(
             camera.name,
@@ -113,7 +124,7 @@ def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
         "SPOT": builder.add_spot_light,
         "AREA": builder.add_area_light,
     }[light.kind]
-    add(
+    index = add(
         light.name,
         light.matrix,
         light.power,
@@ -121,4 +132,13 @@ def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
         **light.shape,
         light_units=light.light_units,
         radiance_scale=light.radiance_scale,
+    )
+    builder.set_light_visibility(
+        index,
+        light.visible_to,
+        casts_shadows=light.casts_shadows,
+        met_by_rays=light.met_by_rays,
+        max_bounces=light.max_bounces,
+        lit=light.lit,
+        shading=light.shading,
     )

@@ -65,6 +65,13 @@ def casts_shadow(light: bpy.types.Light) -> bool:
     return bool(getattr(light, "use_shadow", True))
 
 
+def transparent_shadows(material: bpy.types.Material) -> bool:
+    """Whether shadow rays of Cycles see what is transparent of a material."""
+    if hasattr(material, "use_transparent_shadow"):  # 4.2 on
+        return bool(material.use_transparent_shadow)
+    return bool(material.cycles.use_transparent_shadow)
+
+
 def is_linear(image: bpy.types.Image) -> bool:
     """Whether `image.pixels` of a float image or of data are linear Rec. 709 numbers."""
     return image.colorspace_settings.name in _LINEAR_NAMES

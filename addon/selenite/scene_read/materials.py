@@ -65,13 +65,15 @@ def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups]
     return source.node, source.groups
 
 
+def _has_volume(material: bpy.types.Material) -> bool:
+    """Whether Cycles takes it for a volume; then its transparent shadows cannot be switched off."""
+    output = material.node_tree.get_output_node("CYCLES")
+    return output is not None and nodes.source_of(output.inputs["Volume"]).node is not None
+
+
 def _is_volume_alone(material: bpy.types.Material) -> bool:
     output = material.node_tree.get_output_node("CYCLES")
-    return (
-        output is not None
-        and nodes.source_of(output.inputs["Surface"]).node is None
-        and nodes.source_of(output.inputs["Volume"]).node is not None
-    )
+    return _has_volume(material) and nodes.source_of(output.inputs["Surface"]).node is None
 
 
 def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, str]:
@@ -124,6 +126,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
             multi_ggx=node.distribution == "MULTI_GGX",
             flavour=hosts.flavour(),
             subsurface=hosts.subsurface_method(node),
+            transparent_shadows=_has_volume(material) or hosts.transparent_shadows(material),
         ),
         Owner(name, "material", material.name, library, {}, {}),
         _other_outputs(material, title),

@@ -17,12 +17,12 @@ from .values import MeshValues, SceneValues
 class Instance:
     """One object that Cycles would render. `object` is evaluated and valid in this step only.
 
-    `parent`: the original object that makes the instance; for any other, the object itself.
+    `instancer`: the original object that shows it; itself where nothing else does.
     """
 
     object: bpy.types.Object
     original: bpy.types.Object
-    parent: bpy.types.Object
+    instancer: bpy.types.Object
     matrix: np.ndarray
     is_instance: bool
 
@@ -37,19 +37,16 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
             not_rendered.judge_hair(evaluated, read)
         if not item.show_self or not not_rendered.is_read(evaluated, original, read):
             continue
-        parent = item.parent.original if item.is_instance else original
+        instancer = item.parent.original if item.is_instance else original
         matrix = np.array(item.matrix_world, np.float64)
-        yield Instance(evaluated, original, parent, matrix, item.is_instance)
+        yield Instance(evaluated, original, instancer, matrix, item.is_instance)
 
 
 def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:
     """Notes what Selenite renders differently from Cycles for this object."""
     title = f"Object '{original.name}'"
-    for flag in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
-        if not getattr(original, f"visible_{flag}", True):
-            read.warn(f"{title}: its ray visibility '{flag}' is not modelled; rendered as visible")
-    if original.is_holdout or original.is_shadow_catcher:
-        read.warn(f"{title}: holdout and shadow catcher are not modelled")
+    if original.is_shadow_catcher:
+        read.warn(f"{title}: shadow catchers are not modelled; it is rendered as an object")
 
 
 def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | None:

@@ -3,17 +3,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
 from ..problems import BadInput, Problem
 from . import camera as cameras
-from . import lights, materials, mesh, not_rendered, volume_objects, world
+from . import (
+    lights,
+    linking,
+    materials,
+    mesh,
+    not_rendered,
+    view_layers,
+    visibility,
+    volume_objects,
+    world,
+)
 from .bodies import judge_bodies
 from .nodes import Unreadable
-from .render_depsgraph import read_as_rendered, remarks
+from .render_depsgraph import read_as_rendered, remarks, view_layer_of
 from .textures import TextureRoom
-from .values import MeshValues, ObjectValues, SceneValues
+from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 
 def open_blend(path: str) -> bpy.types.Scene:
@@ -40,7 +52,7 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     )
     if problem is not None:
         read.problems.append(problem)
-    _note(read, [], list(remarks(scene)))
+    _note(read, [], [*remarks(scene), *view_layers.warnings(scene, view_layer_of(scene))])
     return read
 
 
@@ -52,27 +64,28 @@ def _read(
 ) -> None:
     _read_cameras(scene, found_cameras, depsgraph, read)
     # Lamps come last: where names clash, the material keeps the plain name.
-    lamps: list[tuple[bpy.types.Light, np.ndarray]] = []
+    lamps: list[mesh.Instance] = []
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
     room = TextureRoom()
     instancers: set[bpy.types.Object] = set()
     faceless: list[bpy.types.Object] = []
+    layer = scene.view_layers.get(depsgraph.view_layer.name) or scene.view_layers[0]
+    evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
+    links = linking.light_and_shadow_linking(evaluated, read.problems)
     for instance in mesh.rendered_instances(depsgraph, read):
         if instance.is_instance:
-            instancers.add(instance.parent)
+            instancers.add(instance.instancer)
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
-            if instance.original.visible_camera:
-                read.warn(f"Light '{instance.original.name}': the camera does not see lamps")
-            lamps.append((data, instance.matrix))
+            lamps.append(instance)
             continue
         mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":
-            if not _read_object(instance, meshes, names, room, read):
+            if not _read_object(instance, layer, links, meshes, names, room, read):
                 faceless.append(instance.original)
         elif instance.object.type == "VOLUME":
-            _read_volume(instance, read)
+            _read_volume(instance, layer, links, read)
     for item in faceless:
         if item not in instancers:
             read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
@@ -83,13 +96,14 @@ def _read(
         read.problems.append(
             Problem(f"Scene '{scene.name}'", "nothing with faces is rendered", cure)
         )
-    world_values, owner, problems, warnings = world.read_world(scene.world)
-    read.world = world_values
+    rendered_world = view_layers.world_of(scene, layer)
+    world_values, owner, problems, warnings = world.read_world(rendered_world)
+    read.world = visibility.of_world(world_values, rendered_world, scene)
     _note(read, problems, warnings)
     if owner is not None:
         read.owners[owner.name] = owner
-    for light, matrix in lamps:
-        _read_lamp(light, matrix, read)
+    for lamp in lamps:
+        _read_lamp(lamp, layer, links, read)
     _warn_of_render_settings(scene, read)
 
 
@@ -134,6 +148,8 @@ def _read_cameras(
 
 def _read_object(
     instance: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
     meshes: dict[int, int | None],
     names: dict[tuple[str, str], str],
     room: TextureRoom,
@@ -156,30 +172,73 @@ def _read_object(
         return True
     used = set(np.unique(read.meshes[index].material_slots).tolist())
     slots = [slot.material for slot in evaluated.material_slots] or [None]
-    visible = instance.original.visible_camera
+    if layer.material_override is not None:
+        slots = [layer.material_override] * len(slots)
     found = tuple(
         _material_name(material if slot in used else None, names, room, read)
         for slot, material in enumerate(slots)
     )
     for name in {found[slot] for slot in used}:
         _judge_attributes(title, read.meshes[index], name, read)
-    read.objects.append(
-        ObjectValues(
-            name=instance.original.name,
-            mesh=index,
-            matrix=instance.matrix,
-            materials=found,
-            visible_to_camera=bool(visible),
-        )
-    )
+    _add_object(instance, layer, links, index, found, read)
     return True
 
 
-def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
+def _add_object(
+    instance: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
+    index: int,
+    found: tuple[str, ...],
+    read: SceneValues,
+) -> None:
+    """An object with the mesh and the materials that were read, unless no ray sees it."""
+    item, instancer = instance.original, instance.instancer
+    visible_to = visibility.rays_that_see(item, instancer, layer)
+    if not visible_to:
+        return
+    light, shadow = links
+    if shadow.bits_of(item) != ALL_SETS and _shines(found, read):
+        read.warn(
+            f"Object '{item.name}': its blocker collection is not modelled, since a surface emits "
+            "the light and no lamp; everything casts its shadows: clear the collection"
+        )
+    read.objects.append(
+        ObjectValues(
+            name=item.name,
+            mesh=index,
+            matrix=instance.matrix,
+            materials=found,
+            visible_to=visible_to,
+            holdout=visibility.is_holdout(instancer, layer),
+            lit_set=light.set_of(item, instancer),
+            shadow_set=shadow.set_of(item, instancer),
+            lit=light.bits_of(item),
+        )
+    )
+
+
+def _shines(names: tuple[str, ...], read: SceneValues) -> bool:
+    """Whether one of these materials emits light."""
+    return any(
+        "emission_strength" in item.maps or any(item.values.get("emission_strength", ()))
+        for item in read.materials
+        if item.name in names
+    )
+
+
+def _read_volume(
+    instance: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
+    read: SceneValues,
+) -> None:
     """A Volume object: a box of its own, and a material of its own, since grids have a place."""
     item = instance.original
     title = f"Object '{item.name}'"
-    slot = next((slot.material for slot in instance.object.material_slots if slot.material), None)
+    slot = layer.material_override or next(
+        (slot.material for slot in instance.object.material_slots if slot.material), None
+    )
     if slot is None:
         read.warn(f"{title} has no material and is left out")
         return
@@ -197,8 +256,7 @@ def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
     read.meshes.append(found.mesh)
     read.materials.append(found.material)
     read.owners[name] = found.owner
-    index, visible = len(read.meshes) - 1, bool(item.visible_camera)
-    read.objects.append(ObjectValues(item.name, index, instance.matrix, (name,), visible))
+    _add_object(instance, layer, links, len(read.meshes) - 1, (name,), read)
 
 
 def _judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:
@@ -247,15 +305,25 @@ def _material_name(
     return names[key]
 
 
-def _read_lamp(light: bpy.types.Light, matrix: np.ndarray, read: SceneValues) -> None:
+def _read_lamp(
+    lamp: mesh.Instance,
+    layer: bpy.types.ViewLayer,
+    links: tuple[linking.Linking, linking.Linking],
+    read: SceneValues,
+) -> None:
+    light = lamp.original.data
+    assert isinstance(light, bpy.types.Light), light
     if lights.is_portal(light):
         read.warn(f"Light '{light.name}' is a portal, which is not needed")
         return
     name = _free_name(light.name, "light", read)
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
-    values, owner, problems, warnings = lights.read_light(light, matrix, name)
-    read.lights.append(values)
+    values, owner, problems, warnings = lights.read_light(light, lamp.matrix, name)
+    rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
+    values = visibility.of_lamp(values, light, rays)
+    lit, shading = (kind.bits_of(lamp.original) for kind in links)
+    read.lights.append(replace(values, lit=lit, shading=shading))
     read.owners[name] = owner
     _note(read, problems, warnings)
 

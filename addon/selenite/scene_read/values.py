@@ -94,15 +94,34 @@ class MeshValues:
     other_attributes: tuple[str, ...] = ()
 
 
+SCATTERED_RAYS = ("diffuse", "glossy", "transmission", "volume_scatter")
+ALL_RAYS = ("camera", *SCATTERED_RAYS, "shadow")
+ALL_SETS = 2**64 - 1
+NO_LIMIT = 2**31 - 1
+
+
 @dataclass(frozen=True)
 class ObjectValues:
-    """One mesh at one place; `materials[i]` is the name of the material of slot i."""
+    """One mesh at one place; `materials[i]` is the name of the material of slot i.
+
+    `visible_to`: the kinds of rays that see it, of ALL_RAYS. `lit_set`, `shadow_set`: its sets of
+    light and shadow linking; `lit`: bits of the lit_sets that its own emission shines on.
+    """
 
     name: str
     mesh: int
     matrix: np.ndarray
     materials: tuple[str, ...]
-    visible_to_camera: bool
+    visible_to: tuple[str, ...] = ALL_RAYS
+    holdout: bool = False
+    lit_set: int = 0
+    shadow_set: int = 0
+    lit: int = ALL_SETS
+
+    @property
+    def visible_to_camera(self) -> bool:
+        """Whether photos show it, as it is."""
+        return "camera" in self.visible_to and not self.holdout
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,11 +176,17 @@ class MaterialValues:
     subsurface: str = "RANDOM_WALK"
     maps: dict[str, MapValues] = field(default_factory=dict)
     grids: dict[str, GridValues] = field(default_factory=dict)
+    transparent_shadows: bool = True
 
 
 @dataclass(frozen=True)
 class LightValues:
-    """A lamp. `shape` holds the arguments that only this kind of lamp has."""
+    """A lamp. `shape` holds the arguments that only this kind of lamp has.
+
+    `visible_to`: the kinds of rays that see it. `met_by_rays`: not only light sampling finds it.
+    `max_bounces`: after more of them light sampling passes it over. `lit`, `shading`: bits of the
+    lit_sets that it shines on, and of the shadow_sets that cast its shadows.
+    """
 
     name: str
     kind: str
@@ -171,16 +196,30 @@ class LightValues:
     radiance_scale: float
     light_units: str
     shape: dict[str, float | bool | str]
+    visible_to: tuple[str, ...] = SCATTERED_RAYS
+    casts_shadows: bool = True
+    met_by_rays: bool = True
+    max_bounces: int = NO_LIMIT
+    lit: int = ALL_SETS
+    shading: int = ALL_SETS
 
 
 @dataclass(frozen=True)
 class WorldValues:
-    """Background: colour (a tint if there is an image) times strength."""
+    """Background: colour (a tint if there is an image) times strength.
+
+    `visible_to`, `max_bounces`: as of a lamp. `transparent_film`: the camera does not see it, nor
+    through glass up to `film_roughness`, unless that is negative.
+    """
 
     color: Values = (0.0, 0.0, 0.0)
     strength: float = 0.0
     image: np.ndarray | None = None
     to_map: np.ndarray = field(default_factory=lambda: np.eye(3))
+    visible_to: tuple[str, ...] = ALL_RAYS
+    max_bounces: int = NO_LIMIT
+    transparent_film: bool = False
+    film_roughness: float = -1.0
 
 
 @dataclass(frozen=True)

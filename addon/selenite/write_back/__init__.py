@@ -12,7 +12,7 @@ import bpy
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import BadInput, Problem
-from ..scene_read import lights, materials, volumes, world
+from ..scene_read import lights, materials, view_layers, volumes, world
 from ..scene_read.nodes import Source
 from ..scene_read.values import Owner
 
@@ -93,9 +93,10 @@ def _target(
             return None, "the light is gone: undo its removal"
         reason = lights.why_fixed(light, parameter.name)
         return (None, reason) if reason else (_light_target(light, parameter), "")
-    if scene.world is None or scene.world.name != owner.datablock:
+    rendered = datablock(view_layers.worlds(scene), owner)
+    if rendered is None:
         return None, "the world is gone: choose it again"
-    return _socket_target(*world.find_source(scene.world, parameter))
+    return _socket_target(*world.find_source(rendered, parameter))
 
 
 def datablock(blocks: Iterable[Block], owner: Owner) -> Block | None:

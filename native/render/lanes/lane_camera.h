@@ -30,7 +30,7 @@ inline void store(const Vec3<Lanes>& v, Packet<float>* to) {
 struct LaneCameraRays {
   LaneRandom random;
   Vec3<Lanes> origin, direction;
-  Lanes t_max;
+  Lanes t_min, t_max;
   HitPacket hits;
 };
 
@@ -85,12 +85,11 @@ class LaneCamera {
       if (++next_number_ == settings_.spp) next_number_ = 0, ++next_pixel_;
     }
     if (count_ == 0) return;
-    auto& [random, origin, direction, t_max, hits] = rays_;
+    auto& [random, origin, direction, t_min, t_max, hits] = rays_;
     random.start(settings_.seed, pixel_of_picture, number);
     Vec2<Lanes> at{x + random.uniform(0), y + random.uniform(1)};
     if (camera_.cuts_photo())
       at = camera_.in_photo(at.x, at.y, random.uniform(2), random.uniform(3));
-    Lanes t_min;
     camera_.ray<LaneDoubles>(at.x, at.y, origin, direction, t_min, t_max);
     // Before the near clip plane there is no medium either, as in Cycles.
     if (any_medium_) {

@@ -23,6 +23,8 @@ class LaneLights {
     emitted_.push_back(p_.emitted.world({1, 1, 1}));
     for (int i = 0; i <= p_.lights.world_source(); ++i)
       if (p_.lights.probability(i) == 1) only_ = i;
+    const World& world = p_.scene.appearance.world;
+    camera_sees_world_ = (world.visible_to & kCameraRay) && !world.transparent_film;
   }
   /// By a lamp (its index) or the world, for a shape of 1.
   const Factor<L>& emitted(int source) const { return emitted_[source]; }
@@ -53,7 +55,27 @@ class LaneLights {
     }
   }
 
-  void add_world(const LaneMask& missed, Paths& paths) const {
+  /// Radiance of lamps that the camera ray in lane `from`, whose path is in `lane`, meets before
+  /// anything else.
+  void add_seen_lamps(int lane, const LaneCameraRays& rays, int from, Paths& paths) const {
+    const auto& lights = p_.scene.appearance.lights;
+    const bool hit = rays.hits.instance[from] >= 0 && rays.hits.t[from] <= rays.t_max[from];
+    LaneMask met(false);
+    met.set(lane, true);
+    for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
+      if (!(lights[i].visible_to & kCameraRay)) continue;
+      const float end = hit                     ? rays.hits.t[from]
+                        : lights[i].has_place() ? rays.t_max[from]
+                                                : kInfinity;
+      const auto seen = lights[i].intersect(at(rays.origin, from), at(rays.direction, from),
+                                            rays.t_min[from], end);
+      if (seen && seen->factor > 0) add(met, i, Color<Lanes>(Lanes(seen->factor)), Lanes(0), paths);
+    }
+  }
+
+  void add_world(LaneMask missed, Paths& paths) const {
+    if (!camera_sees_world_) missed &= !paths.camera;
+    if (!any(missed)) return;
     const World& world = p_.scene.appearance.world;
     Color<Lanes> shape(Lanes(1));
     Lanes light(0);
@@ -167,6 +189,7 @@ class LaneLights {
 
   const Prepared<L>& p_;
   std::vector<Factor<L>> emitted_;
+  bool camera_sees_world_ = true;
   int only_ = -1;  ///< the one that is looked for, if there is one
 };
 

@@ -17,7 +17,7 @@ struct LanePaths {
   Lanes t_max;
   Lanes density;  ///< of the direction, per solid angle
   Lanes beside;   ///< from the surface that the ray has left to its origin, along the ray
-  LaneMask camera, refracted, sealed;  ///< as camera_ray, refracted and sealed of Path
+  LaneMask camera, refracted, sealed;  ///< as from_camera(), refracted and sealed of Path
   LaneMask inside;                     ///< of the medium
   LaneMask truncated;                  ///< see PathTracer
   LaneInts vertex, scatterings, surfaces;

@@ -45,6 +45,8 @@ class LaneTracer {
       inside = !media.empty();
     }
     packets_[packet].start(lane, camera, from, inside);
+    if (p_.visibility.seen_lamps && !inside)
+      lights_.add_seen_lamps(lane, camera, from, packets_[packet]);
   }
 
   const LanePaths<L>& packet(int i) const { return packets_[i]; }

@@ -34,6 +34,7 @@ bool has_lanes() {
 
 template <int L>
 std::string lanes_obstacle(const Prepared<L>& prepared) {
+  if (std::string hidden = prepared.visibility.lanes_obstacle(); !hidden.empty()) return hidden;
   const auto& materials = prepared.materials;
   for (std::size_t i = 0; i < materials.size(); ++i)
     if (const char* what = obstacle(materials[i]))

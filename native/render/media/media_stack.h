@@ -35,7 +35,7 @@ class MediaStack {
     int entered_count = 0;
     Ray ray{point, direction, 0, std::numeric_limits<float>::infinity()};
     for (int i = 0; i < kMostSurfaces; ++i) {
-      const auto hit = p_->geometry.intersect(ray, false);
+      const auto hit = p_->geometry.intersect(ray, kCameraRay);
       if (!hit) return;
       const Surface s = p_->geometry.surface(*hit);
       if (p_->materials[s.material].has_medium) {
@@ -65,6 +65,16 @@ class MediaStack {
     const auto end = entries_.begin() + count_;
     if (const auto at = std::find(entries_.begin(), end, entry); at != end)
       *at = entries_[--count_];
+  }
+
+  /// The object whose medium was entered first; -1: none.
+  int object() const { return count_ > 0 ? entries_[0].instance : -1; }
+  /// Leaves the media of objects that shadow rays do not see.
+  void hide_from_shadow_rays() {
+    const auto& instances = p_->geometry.instances();
+    for (int i = count_; i-- > 0;)
+      if (!(instances[entries_[i].instance].visible_to & kShadowRay))
+        entries_[i] = entries_[--count_];
   }
 
   /// What passes a length of the ray without being met. `dimension` of the random numbers is used

@@ -16,6 +16,7 @@ struct SurfaceScatterer {
   const PreparedMaterial<L>& material;
   const PrincipledBsdf<X>& bsdf;
 
+  int object() const { return hit.instance; }
   Vec3f origin(const Vec3f& direction) const { return surface.leave(direction); }
   void cross(MediaStack<L>& media, const Vec3f& direction) const {
     media.cross(hit, surface, direction);
@@ -26,8 +27,12 @@ struct SurfaceScatterer {
   }
   bool refracts(const Vec3f& direction) const { return bsdf.transmits(direction); }
   float share(const Light&) const { return 1; }
-  void evaluate(const Vec3f& direction, Color<X>& value, float& density) const {
+  /// Of light that these kinds of rays see.
+  void evaluate(const Vec3f& direction, RayKinds visible_to, Color<X>& value,
+                float& density) const {
     bsdf.value_and_density(direction, value, density);
+    if ((visible_to & kScatteredRays) != kScatteredRays)
+      value = bsdf.seen_by(visible_to).value(direction);
   }
   /// The radiance takes the light that has come along `through` and is scattered by `value`.
   void bring(const Geometry& geometry, const Color<X>& value, const Factor<L>& emitted,
@@ -51,7 +56,9 @@ struct PhaseScatterer {
   const Ray* ray;  ///< the position was drawn on it by a free flight
   float reach;     ///< how far a flight could have gone
   typename MediaStack<L>::Flight flight;
+  int medium;  ///< the object that it fills
 
+  int object() const { return medium; }
   Vec3f origin(const Vec3f&) const { return position; }
   void cross(MediaStack<L>&, const Vec3f&) const {}
   bool seals(const Vec3f&) const { return false; }
@@ -62,7 +69,9 @@ struct PhaseScatterer {
     const Equiangular along(ray->origin, ray->direction, reach, lamp.position);
     return power_heuristic(flight.density, along.density(flight.length));
   }
-  void evaluate(const Vec3f& direction, Color<Scalar>& value, float& density) const {
+  void evaluate(const Vec3f& direction, RayKinds visible_to, Color<Scalar>& value,
+                float& density) const {
+    if (!(visible_to & kScatterRay)) return;
     const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
     value = Color<Scalar>(p);
     density = value_of(p);

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "model/ray_kind.h"
 #include "scene/camera.h"
 
 namespace selenite {
@@ -13,7 +14,7 @@ struct Path {
   static constexpr float kSingular = std::numeric_limits<float>::infinity();
 
   Ray ray;
-  bool camera_ray = true;
+  RayKind kind = kCameraRay;
   float density = kSingular;  ///< of the ray's direction, per solid angle
   bool refracted = false;     ///< the direction leads through a surface
   Vec3f from{};               ///< where that density was taken
@@ -21,6 +22,10 @@ struct Path {
   int scatterings = 0;
   bool after_diffuse = false;
   bool sealed = false;  ///< the ray starts inside a body from where no light is seen
+  int receiver = -1;    ///< the object that has scattered the light last; -1: none yet
+  bool on_film = true;  ///< what is met belongs to the film: straight from the camera, or see World
+
+  bool from_camera() const { return kind == kCameraRay; }
 };
 
 }  // namespace selenite

@@ -66,6 +66,13 @@ void find_sealed(const Scene& scene, std::vector<PreparedMaterial<L>>& materials
   }
 }
 
+template <int L>
+std::vector<bool> transparency_of(const std::vector<PreparedMaterial<L>>& materials) {
+  std::vector<bool> found;
+  for (const PreparedMaterial<L>& material : materials) found.push_back(material.transparent);
+  return found;
+}
+
 /// All lights of the scene.
 template <int L>
 LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted,
@@ -92,6 +99,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     : scene(s),
       geometry(*s.geometry),
       materials(prepare_materials<L>(s, layout, fields)),
+      visibility(s, transparency_of(materials)),
       exit(white_material<L>()),
       emitted(s.appearance, layout),
       lights(s, lights_of(s.appearance, emitted, materials)),
@@ -105,7 +113,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     any_medium = any_medium || material.has_medium;
     if (L > 0) prepare_plain(s.appearance.materials[m], material);
   }
-  find_sealed(s, materials);
+  if (!visibility.by_kind && !visibility.uneven) find_sealed(s, materials);
   for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
     const auto& own = geometry.instances()[i].materials;
     if (std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))

@@ -8,6 +8,7 @@
 #include "render/prepared/light_sampler.h"
 #include "render/prepared/media_bounds.h"
 #include "render/prepared/prepared_material.h"
+#include "render/prepared/visibility.h"
 
 namespace selenite {
 
@@ -21,6 +22,7 @@ struct Prepared {
   const Scene& scene;
   const Geometry& geometry;
   std::vector<PreparedMaterial<L>> materials;
+  Visibility visibility;
   PreparedMaterial<L>
       exit;  ///< white and Lambertian: where light leaves after subsurface scattering
   LightRadiance<L> emitted;  ///< by lamps and the world

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the view layer puts into a render."""
+
+from __future__ import annotations
+
+import bpy
+
+
+def world_of(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> bpy.types.World | None:
+    """The world that a view layer renders: its override, or none where it leaves the sky out."""
+    if not layer.use_sky:
+        return None
+    return getattr(layer, "world_override", None) or scene.world
+
+
+def worlds(scene: bpy.types.Scene) -> list[bpy.types.World]:
+    """Those that a view layer of the scene may render."""
+    found = [getattr(layer, "world_override", None) for layer in scene.view_layers]
+    return [item for item in (scene.world, *found) if item is not None]
+
+
+def warnings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> list[str]:
+    """What of the view layers is rendered otherwise than Cycles does."""
+    title = f"Scene '{scene.name}'"
+    found = []
+    used = [item.name for item in scene.view_layers if item.use]
+    if used != [layer.name] and not scene.render.use_single_layer:
+        listed = ", ".join(f"'{name}'" for name in used) or "none"
+        found.append(
+            f"{title}: view layer '{layer.name}' is read; a render shows {listed}: switch on "
+            "Use for Rendering of that layer alone"
+        )
+    for flag, what in (("use_solid", "surfaces"), ("use_volumes", "volumes")):
+        if not getattr(layer, flag, True):
+            found.append(f"{title}: view layer '{layer.name}' leaves out {what}; they are rendered")
+    return found
