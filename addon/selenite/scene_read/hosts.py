@@ -57,14 +57,6 @@ def temperature_color(light: bpy.types.Light) -> tuple[float, float, float] | No
     return float(color[0]), float(color[1]), float(color[2])
 
 
-def casts_shadow(light: bpy.types.Light) -> bool:
-    """Whether Cycles lets the lamp cast shadows."""
-    cycles = getattr(light, "cycles", None)
-    if cycles is not None and hasattr(cycles, "cast_shadow"):
-        return bool(cycles.cast_shadow)
-    return bool(getattr(light, "use_shadow", True))
-
-
 def is_linear(image: bpy.types.Image) -> bool:
     """Whether `image.pixels` of a float image or of data are linear Rec. 709 numbers."""
     return image.colorspace_settings.name in _LINEAR_NAMES

@@ -17,8 +17,8 @@ from .values import LightValues, Owner
 
 def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
-) -> tuple[LightValues, Owner, list[Problem], list[str]]:
-    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems, warnings."""
+) -> tuple[LightValues, Owner, list[Problem]]:
+    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems."""
     title = f"Light '{light.name}'"
     library = light.library.filepath if light.library is not None else ""
     scale = hosts.light_scale(light)
@@ -46,7 +46,7 @@ def read_light(
         reason = why_fixed(light, parameter.name)
         if reason:
             owner.fixed[parameter.name] = reason
-    return values, owner, problems, _warnings(light, title)
+    return values, owner, problems
 
 
 def is_portal(light: bpy.types.Light) -> bool:
@@ -120,12 +120,3 @@ def _through_nodes(
         return values, [Problem(title, "its Emission node has linked inputs", cure)]
     color = tuple(a * b for a, b in zip(values.color, color, strict=True))
     return replace(values, color=color, radiance_scale=values.radiance_scale * strength[0]), []
-
-
-def _warnings(light: bpy.types.Light, title: str) -> list[str]:
-    warnings = []
-    if not hosts.casts_shadow(light):
-        warnings.append(f"{title}: rendered with shadows, which are switched off in Blender")
-    if getattr(light.cycles, "max_bounces", 1024) < 1024:
-        warnings.append(f"{title}: its limit of bounces is not modelled")
-    return warnings

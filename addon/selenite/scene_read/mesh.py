@@ -78,11 +78,6 @@ def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:
             )
     if any(item.settings.type == "HAIR" for item in original.particle_systems):
         read.warn(f"{title}: particle hair is not rendered")
-    for flag in ("diffuse", "glossy", "transmission", "volume_scatter", "shadow"):
-        if not getattr(original, f"visible_{flag}", True):
-            read.warn(f"{title}: its ray visibility '{flag}' is not modelled; rendered as visible")
-    if original.is_holdout or original.is_shadow_catcher:
-        read.warn(f"{title}: holdout and shadow catcher are not modelled")
 
 
 def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | None:

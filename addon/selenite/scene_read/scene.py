@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import bpy
 import numpy as np
 
+from .. import parameters
 from ..problems import BadInput, Problem
 from . import camera as cameras
-from . import lights, materials, mesh, volume_objects, world
+from . import hosts, lights, materials, mesh, properties, volume_objects, world
 from .bodies import judge_bodies
 from .nodes import Unreadable
 from .textures import TextureRoom
@@ -42,7 +45,9 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
     room = TextureRoom()
+    rendered: list[bpy.types.Object] = []
     for instance in mesh.rendered_instances(scene, depsgraph, read):
+        rendered.append(instance.original)
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
             if instance.original.visible_camera:
@@ -68,7 +73,7 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
         read.owners[owner.name] = owner
     for light, matrix in lamps:
         _read_lamp(light, matrix, read)
-    _warn_of_render_settings(scene, read)
+    _judge_properties(scene, depsgraph, rendered, read)
     return read
 
 
@@ -95,8 +100,6 @@ def _read_cameras(
             read.warn(f"Camera '{item.name}' is left out: {reason}")
             continue
         read.cameras.append(cameras.read_camera(item, scene, depsgraph))
-        if item.data.dof.use_dof:
-            read.warn(f"Camera '{item.name}': depth of field is not modelled")
     if not found:
         cure = "add a camera that stands where the photo was taken"
         read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
@@ -232,10 +235,10 @@ def _read_lamp(light: bpy.types.Light, matrix: np.ndarray, read: SceneValues) ->
     name = _free_name(light.name, "light", read)
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
-    values, owner, problems, warnings = lights.read_light(light, matrix, name)
+    values, owner, problems = lights.read_light(light, matrix, name)
     read.lights.append(values)
     read.owners[name] = owner
-    _note(read, problems, warnings)
+    _note(read, problems, [])
 
 
 def _free_name(name: str, distinction: str, read: SceneValues) -> str:
@@ -246,11 +249,33 @@ def _free_name(name: str, distinction: str, read: SceneValues) -> str:
     return next(candidate for candidate in candidates if candidate not in taken)
 
 
-def _warn_of_render_settings(scene: bpy.types.Scene, read: SceneValues) -> None:
-    """Settings with which Cycles renders something else than full, unclamped light transport."""
-    if abs(getattr(scene.cycles, "film_exposure", 1.0) - 1.0) > 1e-6:
-        read.warn(f"Scene '{scene.name}': the film exposure of Cycles is taken as 1")
-    if scene.render.use_motion_blur:
-        read.warn(f"Scene '{scene.name}': motion blur is not modelled")
-    if scene.render.use_border:
-        read.warn(f"Scene '{scene.name}': the render border is ignored")
+def _judge_properties(
+    scene: bpy.types.Scene,
+    depsgraph: bpy.types.Depsgraph,
+    rendered: Iterable[bpy.types.Object],
+    read: SceneValues,
+) -> None:
+    """Names what the table of Blender's properties knows not to be modelled."""
+    objects = tuple(dict.fromkeys(rendered))
+    layer = scene.view_layers.get(depsgraph.view_layer.name, scene.view_layers[0])
+    used = [
+        bpy.data.materials.get((owner.datablock, owner.library or None))
+        for owner in read.owners.values()
+        if owner.kind == "material"
+    ]
+    scope = properties.Scope(
+        scene=scene,
+        view_layer=layer,
+        objects=objects,
+        instancers=properties.instancers_of(layer, objects),
+        cameras=tuple(scene.objects[item.name] for item in read.cameras),
+        materials=tuple(item for item in used if item is not None),
+        world=scene.world,
+    )
+    known = {
+        socket
+        for parameter in parameters.of("material")
+        if hosts.flavour() in parameter.versions
+        for socket in parameter.sockets
+    }
+    _note(read, *properties.judge(scope, frozenset(known)))

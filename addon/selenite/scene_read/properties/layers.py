@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""View layers, their collections, and collections."""
+
+from __future__ import annotations
+
+from . import conditions as when
+from .rows import modelled, no_effect, noise_only, refused, table, warned, warned_by_reader
+
+VIEW_LAYER = table(
+    "ViewLayer",
+    modelled("layer_collection objects depsgraph cycles"),
+    refused(
+        "material_override",
+        None,
+        "its Material Override {value} replaces every material in Cycles, which is not modelled",
+        "clear Override > Material of the view layer",
+    ),
+    refused(
+        "world_override",
+        None,
+        "its World Override {value} replaces the world in Cycles, which is not modelled",
+        "clear Override > World of the view layer",
+    ),
+    refused(
+        "use_sky",
+        True,
+        "Environment is filtered out of its render, which is not modelled",
+        "switch on Filter > Environment of the view layer",
+    ),
+    refused(
+        "use_solid",
+        True,
+        "Surfaces are filtered out of its render, which is not modelled",
+        "switch on Filter > Surfaces of the view layer",
+    ),
+    refused(
+        "use_volumes",
+        True,
+        "Volumes are filtered out of its render, which is not modelled",
+        "switch on Filter > Volumes of the view layer",
+        acts=when.with_media,
+    ),
+    warned(
+        "use",
+        True,
+        "it is read, though Use for Rendering is off and Cycles renders another one",
+        "open the view layer that is rendered, and save the file",
+    ),
+    noise_only("samples"),
+    no_effect("""
+        name pass_alpha_threshold eevee aovs active_aov active_aov_index lightgroups
+        active_lightgroup active_lightgroup_index active_layer_collection
+        use_ao use_strand use_motion_blur use_freestyle freestyle_settings use_grease_pencil
+        has_export_collections use_pass_combined use_pass_z use_pass_vector use_pass_position
+        use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index
+        use_pass_shadow use_pass_ambient_occlusion use_pass_emit use_pass_environment
+        use_pass_diffuse_direct use_pass_diffuse_indirect use_pass_diffuse_color
+        use_pass_glossy_direct use_pass_glossy_indirect use_pass_glossy_color
+        use_pass_transmission_direct use_pass_transmission_indirect use_pass_transmission_color
+        use_pass_subsurface_direct use_pass_subsurface_indirect use_pass_subsurface_color
+        use_pass_cryptomatte_object use_pass_cryptomatte_material use_pass_cryptomatte_asset
+        pass_cryptomatte_depth use_pass_cryptomatte_accurate use_pass_grease_pencil
+    """),
+)
+
+CYCLES_LAYER = table(
+    "CyclesRenderLayerSettings",
+    no_effect("""
+        pass_debug_sample_count use_pass_volume_direct use_pass_volume_indirect
+        use_pass_shadow_catcher use_denoising denoising_store_passes
+    """),
+)
+
+LAYER_COLLECTION = table(
+    "LayerCollection",
+    modelled("collection children exclude"),
+    warned_by_reader("hide_viewport"),
+    refused(
+        "holdout",
+        False,
+        "it is a holdout in the view layer, which is not modelled",
+        "clear Holdout of the collection in the Outliner",
+    ),
+    refused(
+        "indirect_only",
+        False,
+        "it is Indirect Only in the view layer, which is not modelled",
+        "clear Indirect Only of the collection in the Outliner",
+    ),
+    no_effect("name is_visible"),
+)
+
+COLLECTION = table(
+    "Collection",
+    modelled("""
+        instance_offset objects all_objects children collection_objects collection_children
+        hide_render
+    """),
+    warned_by_reader("hide_viewport"),
+    no_effect("""
+        hide_select lineart_usage lineart_use_intersection_mask lineart_intersection_mask
+        lineart_intersection_priority use_lineart_intersection_priority color_tag exporters
+        active_exporter_index
+    """),
+)
+
+TABLES = (VIEW_LAYER, CYCLES_LAYER, LAYER_COLLECTION, COLLECTION)

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Worlds, and what Cycles adds to them."""
+
+from __future__ import annotations
+
+from . import conditions as when
+from .rows import Row, modelled, no_effect, refused, refused_by_reader, table, warned
+
+WORLD = table(
+    "World",
+    modelled("color node_tree use_nodes animation_data cycles cycles_visibility"),
+    # Ambient occlusion belongs to Fast GI, mist to a pass, the sun and the probe to EEVEE.
+    no_effect("""
+        light_settings mist_settings lightgroup use_eevee_finite_volume probe_resolution
+        sun_threshold sun_angle use_sun_shadow sun_shadow_maximum_resolution
+        sun_shadow_filter_radius use_sun_shadow_jitter sun_shadow_jitter_overblur
+    """),
+)
+
+
+def _unseen(name: str, rays: str, condition: str = "") -> Row:
+    return refused(
+        name,
+        True,
+        f"it is invisible to {rays}, which is not modelled",
+        f"switch on World > Settings > Ray Visibility > {condition or name.title()}",
+        acts={
+            "transmission": when.with_transmission,
+            "scatter": when.with_media,
+        }.get(name),
+    )
+
+
+VISIBILITY = table(
+    "CyclesVisibilitySettings",
+    _unseen("camera", "the camera"),
+    _unseen("diffuse", "diffuse rays"),
+    _unseen("glossy", "glossy rays"),
+    _unseen("transmission", "transmitted rays"),
+    _unseen("scatter", "rays scattered in a medium", "Volume Scatter"),
+    no_effect("shadow"),
+)
+
+CYCLES_WORLD = table(
+    "CyclesWorldSettings",
+    warned(
+        "max_bounces",
+        1024,
+        "its light ends after {value} bounces, which is not modelled",
+        "set World > Settings > Max Bounces to 1024",
+    ),
+    warned(
+        "sampling_method",
+        "AUTOMATIC",
+        "Cycles samples it by the method {value}, which changes refraction by rough glass",
+        "set World > Settings > Sampling to Auto",
+        acts=when.with_transmission,
+        covers="sample_map_resolution",
+    ),
+    warned(
+        "is_caustics_light",
+        False,
+        "it makes shadow caustics, which are not modelled",
+        "switch off World > Settings > Shadow Caustics",
+        acts=when.with_caustics,
+    ),
+    # A world that is filled with a volume is refused.
+    refused_by_reader(
+        "homogeneous_volume volume_sampling volume_interpolation volume_step_size"
+    ),
+)
+
+TABLES = (WORLD, VISIBILITY, CYCLES_WORLD)
