@@ -52,7 +52,13 @@ def environment(host, python, numpy):
     inside = place / "bin" / "python"
     if not (place / "complete").exists():
         subprocess.run([python, "-m", "venv", "--clear", str(place)], check=True)
-        quiet = ["--disable-pip-version-check", "--no-input", "--quiet", "--no-deps"]
+        quiet = [
+            "--disable-pip-version-check",
+            "--no-input",
+            "--quiet",
+            "--no-deps",
+            "--no-compile",
+        ]
         packages = [f"bpy=={host}", f"numpy=={numpy}"]
         subprocess.run([str(inside), "-m", "pip", "install", *quiet, *packages], check=True)
         (place / "complete").touch()

@@ -34,7 +34,7 @@ LEFT_ALONE = {
 
 
 def rendered(samples, seed):
-    """(32, 32, 3), linear."""
+    """The picture, linear."""
     scene = bpy.context.scene
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.exr"
@@ -86,6 +86,8 @@ def candidates(effect):
 def differences(effect, options):
     """(identifier, noise, relative change of the mean, share of the pixels that changed)."""
     made.scene_in_view()
+    render = bpy.context.scene.render
+    render.resolution_x = render.resolution_y = options.size
     todo = list(candidates(effect))
     base = rendered(options.samples, 1)
     assert np.array_equal(base, rendered(options.samples, 1)), "Cycles does not repeat itself"
@@ -120,8 +122,9 @@ def main():
     names = {effect.value.split()[0]: effect for effect in Effect}
     parser.add_argument("--class", dest="effect", choices=names, default="no")
     parser.add_argument("--only", nargs="*", default=[], help="parts of TYPE.PROPERTY")
-    parser.add_argument("--samples", type=int, default=4)
-    parser.add_argument("--many", type=int, default=256, help="samples, where noise changes")
+    parser.add_argument("--size", type=int, default=16, help="pixels of a side")
+    parser.add_argument("--samples", type=int, default=2)
+    parser.add_argument("--many", type=int, default=64, help="samples, where noise changes")
     options = parser.parse_args()
     wrong = tried = 0
     for key, noise, shift, changed in differences(names[options.effect], options):

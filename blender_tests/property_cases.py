@@ -24,6 +24,7 @@ from selenite.scene_read.properties.tables import (
     chain_of,
     default_of,
     own_properties,
+    struct_of,
     unknown_properties,
 )
 
@@ -86,7 +87,12 @@ def scene_in_view() -> None:
     bpy.data.metaballs["Drop"].elements.new().radius = 0.8
     scene.objects["Words"].location, scene.objects["Drop"].location = (-1, 1, 0.2), (0.2, -0.4, 0.5)
     bpy.data.objects.remove(scene.objects["Cloud"])
-    places_of_lamps = {"Point": (2, 1, 2), "Spot": (-1, -1, 3), "Area": (0, 2, 2.5), "Sun": (0, 0, 4)}
+    places_of_lamps = {
+        "Point": (2, 1, 2),
+        "Spot": (-1, -1, 3),
+        "Area": (0, 2, 2.5),
+        "Sun": (0, 0, 4),
+    }
     for name, place in places_of_lamps.items():
         lamp = scene.objects[name]
         lamp.location, lamp.visible_camera = place, False
@@ -98,6 +104,7 @@ def scene_in_view() -> None:
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.pixel_filter_type = "BOX"
     scene.render.threads_mode, scene.render.threads = "FIXED", 2
+    bpy.context.view_layer.update()
 
 
 def scope() -> properties.Scope:
@@ -153,8 +160,8 @@ def cases() -> list[Case]:
 
 
 def _has(type_name: str, name: str) -> bool:
-    struct = getattr(bpy.types, type_name, None)
-    return struct is not None and name in struct.bl_rna.properties
+    struct = struct_of(type_name)
+    return struct is not None and name in struct.properties
 
 
 def found_by(case: Case) -> tuple[Place, list[Finding]]:
@@ -198,7 +205,8 @@ def _change(block: Any, case: Case) -> None:  # noqa: ANN401
     elif getattr(shown, "array_length", 0):
         value = [number + 0.5 for number in old]
     else:
-        value = old + 2 if old + 2 <= shown.hard_max else old - 2
+        step = 2 if shown.hard_max >= old + 2 or shown.hard_min <= old - 2 else 0.5
+        value = old + step if old + step <= shown.hard_max else old - step
     setattr(block, case.name, value)
 
 
@@ -217,7 +225,8 @@ def _change_input(node: bpy.types.Node, name: str) -> None:
         tree = node.id_data
         tree.links.new(tree.nodes.new("ShaderNodeNormalMap").outputs[0], node.inputs[name])
     else:
-        node.inputs[name].default_value = 0.5
+        value = node.inputs[name].default_value
+        node.inputs[name].default_value = True if isinstance(value, bool) else 0.5
 
 
 def _nothing() -> None:
@@ -291,6 +300,7 @@ def _smoke(modifier: Any, _: Case) -> None:  # noqa: ANN401
 #: What has to be so besides, for the property to act
 PREPARE: dict[str, Callable[[], None]] = {
     "CyclesRenderSettings.texture_limit_render": _simplify,
+    "CyclesRenderSettings.texture_resolution_render": _simplify,
     "CyclesObjectSettings.use_camera_cull": _cull("use_camera_cull"),
     "CyclesObjectSettings.use_distance_cull": _cull("use_distance_cull"),
     "CyclesObjectSettings.use_adaptive_subdivision": _experimental,
@@ -338,9 +348,9 @@ def unknown() -> list[str]:
     """What this Blender has and the table lacks: properties, inputs of nodes, types."""
     found = []
     for name in TABLES:
-        struct = getattr(bpy.types, name, None)
+        struct = struct_of(name)
         if struct is not None:
-            items = unknown_properties(struct.bl_rna)
+            items = unknown_properties(struct)
             found += [f"{name}.{item.identifier} ({item.name})" for item in items]
     tree = bpy.data.materials.new("Probe")
     tree.use_nodes = True
@@ -366,9 +376,9 @@ def unknown_values() -> list[str]:
     """Values of modelled enumerations that the table lacks."""
     found = []
     for name, item in TABLES.items():
-        struct = getattr(bpy.types, name, None)
+        struct = struct_of(name)
         for row in item.named if struct is not None else ():
-            shown = struct.bl_rna.properties.get(row.names[0])
+            shown = struct.properties.get(row.names[0])
             if row.effect is Effect.MODELLED and shown is not None:
                 known = row.neutral.values
                 values = (value.identifier for value in shown.enum_items)
@@ -395,15 +405,21 @@ def different_defaults() -> list[str]:
     return list(found.values())
 
 
+if (
+    "shadow_terminator_shading_offset" in bpy.types.Object.bl_rna.properties
+):  # that of Cycles is left over
+    COVERED.add("CyclesObjectSettings.shadow_terminator_offset")
+
+
 def counts() -> dict[str, dict[str, int]]:
     """Type -> class -> number of properties that this Blender has."""
     found: dict[str, dict[str, int]] = {}
     for name, item in TABLES.items():
-        struct = getattr(bpy.types, name, None)
+        struct = struct_of(name)
         if struct is None:
             continue
-        inherited = set(struct.bl_rna.base.properties.keys()) if struct.bl_rna.base else set()
-        own = set(struct.bl_rna.properties.keys()) - inherited
+        inherited = set(struct.base.properties.keys()) if struct.base else set()
+        own = set(struct.properties.keys()) - inherited
         for key in own & item.by_name.keys():
             row = found.setdefault(name, {})
             effect = item.by_name[key].effect.value
@@ -414,7 +430,6 @@ def counts() -> dict[str, dict[str, int]]:
 def absent_rows() -> Iterator[str]:
     """Rows of the table that this Blender lacks."""
     for name, item in TABLES.items():
-        struct = getattr(bpy.types, name, None)
-        known = struct.bl_rna.properties.keys() if struct is not None else ()
+        struct = struct_of(name)
+        known = struct.properties.keys() if struct is not None else ()
         yield from (f"{name}.{key}" for key in item.by_name if key not in known)
-

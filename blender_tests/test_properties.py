@@ -41,10 +41,10 @@ def test_a_property_of_a_newer_blender_is_named_where_it_is_set(monkeypatch):
     monkeypatch.setitem(TABLES, "Object", table("Object", *rows))
     assert not lines(made.read())
     bpy.data.objects["Body"].pass_index = 3
-    assert [
+    assert made.read().warnings == [
         "Object 'Body': 'Pass Index' (pass_index) is 3, and this version of Selenite does not know "
         "what it does; set it to 0, or compare a render with Cycles"
-    ] == made.read().warnings
+    ]
 
 
 def test_the_scene_that_blender_starts_with_gives_no_message():
@@ -107,4 +107,3 @@ def test_remarks_on_render_settings_are_those_of_the_table():
     }
     judged = {row.path for row in render_settings.SETTINGS if row.spoils is not None}
     assert left == judged
-

@@ -11,8 +11,8 @@ _PANORAMA = """
     fisheye_polynomial_k4
 """
 _CYLINDER = """
-    central_cylindrical_range_u_min central_cylindrical_range_u_max
-    central_cylindrical_range_v_min central_cylindrical_range_v_max central_cylindrical_radius
+    central_cylindrical_range_u_min central_cylindrical_range_u_max central_cylindrical_range_v_min
+    central_cylindrical_range_v_max central_cylindrical_radius
 """
 _CUSTOM = """
     custom_filepath custom_shader custom_mode custom_bytecode custom_bytecode_hash cycles_custom
@@ -21,8 +21,8 @@ _CUSTOM = """
 CAMERA = table(
     "Camera",
     modelled("""
-        sensor_width sensor_height lens angle angle_x angle_y clip_start clip_end
-        ortho_scale shift_x shift_y dof animation_data
+        sensor_width sensor_height lens angle angle_x angle_y clip_start clip_end ortho_scale
+        shift_x shift_y dof animation_data
     """),
     modelled_values("sensor_fit", "AUTO HORIZONTAL VERTICAL"),
     # Panoramas and cameras of a shader's own are left out, with the reason.

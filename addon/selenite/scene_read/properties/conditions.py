@@ -105,7 +105,9 @@ def compositor_acts(scene: Block, _: Scope) -> bool:
     tree = (
         scene.compositing_node_group
         if hasattr(scene, "compositing_node_group")  # since 5.0
-        else scene.node_tree if scene.use_nodes else None
+        else scene.node_tree
+        if scene.use_nodes
+        else None
     )
     return bool(
         scene.render.use_compositing
@@ -168,7 +170,7 @@ def with_caustics(_: Block, scope: Scope) -> bool:
 
 def lets_light_through(material: Block, _: Scope) -> bool:
     """Whether shadows of the material depend on its alpha."""
-    return any(uses(node, ("Alpha",), neutral=1.0) for node in _nodes(material))
+    return any(uses(node, ("Alpha",), neutral=1.0) for node in _nodes(material.id_data))
 
 
 def scatters_below_surface(node: Block, _: Scope) -> bool:

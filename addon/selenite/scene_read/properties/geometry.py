@@ -7,7 +7,7 @@ from . import conditions as when
 from .rows import modelled, modelled_values, no_effect, refused_by_reader, table, warned
 
 _TEXSPACE = """
-    use_auto_texspace auto_texspace texspace_location texspace_size
+    use_auto_texspace texspace_location texspace_size
 """
 
 # Texture spaces and other meshes give coordinates that materials with textures may not use here.
@@ -21,17 +21,17 @@ MESH = table(
     """),
     no_effect(
         """
-        texture_mesh texco_mesh uv_layer_clone uv_layer_clone_index uv_layer_stencil
+        auto_texspace texture_mesh texco_mesh uv_layer_clone uv_layer_clone_index uv_layer_stencil
         uv_layer_stencil_index sculpt_vertex_colors vertex_layers_float vertex_layers_int
         vertex_layers_string polygon_layers_float polygon_layers_int polygon_layers_string
-        face_maps skin_vertices vertex_creases edge_creases vertex_paint_masks
+        face_maps skin_vertices vertex_creases edge_creases vertex_paint_masks radial_symmetry
         remesh_voxel_size remesh_voxel_adaptivity use_remesh_fix_poles use_remesh_preserve_volume
         use_remesh_preserve_paint_mask use_remesh_preserve_sculpt_face_sets
-        use_remesh_preserve_vertex_colors use_remesh_preserve_attributes remesh_mode
-        use_mirror_x use_mirror_y use_mirror_z use_mirror_vertex_groups use_mirror_topology
+        use_remesh_preserve_vertex_colors use_remesh_preserve_attributes remesh_mode use_mirror_x
+        use_mirror_y use_mirror_z use_mirror_vertex_groups use_mirror_topology
         has_bevel_weight_edge has_bevel_weight_vertex has_crease_edge has_crease_vertex
-        use_paint_mask use_paint_mask_vertex use_paint_bone_selection
-        total_vert_sel total_edge_sel total_face_sel is_editmode
+        use_paint_mask use_paint_mask_vertex use_paint_bone_selection total_vert_sel total_edge_sel
+        total_face_sel is_editmode
         """
         + _TEXSPACE
     ),
@@ -44,9 +44,9 @@ CURVE = table(
         shape_keys splines path_duration use_path use_path_follow use_path_clamp use_stretch
         use_deform_bounds use_radius bevel_mode bevel_profile bevel_resolution offset extrude
         bevel_depth resolution_u resolution_v eval_time bevel_object taper_object dimensions
-        fill_mode twist_mode taper_radius_mode bevel_factor_mapping_start bevel_factor_mapping_end
-        twist_smooth use_fill_caps use_map_taper materials bevel_factor_start bevel_factor_end
-        animation_data cycles
+        fill_mode fill_solver fill_rule twist_mode taper_radius_mode bevel_factor_mapping_start
+        bevel_factor_mapping_end twist_smooth use_fill_caps use_map_taper materials
+        bevel_factor_start bevel_factor_end animation_data cycles
     """),
     warned(
         "render_resolution_u",

@@ -19,7 +19,7 @@ IMAGE = table(
     modelled("""
         filepath filepath_raw packed_file packed_files generated_type generated_width
         generated_height use_generated_float generated_color size pixels channels is_float
-        colorspace_settings has_data animation_data
+        colorspace_settings has_data
     """),
     refused_by_reader("source type alpha_mode", covers="tiles frame_duration use_deinterlace"),
     warned_by_reader("is_dirty"),
@@ -47,7 +47,7 @@ IMAGE_USER = table(
 
 COLORSPACE = table(
     "ColorManagedInputColorspaceSettings",
-    modelled("is_data is_scene_linear"),
+    modelled("is_data interop_id"),
     refused_by_reader("name"),
 )
 
@@ -78,7 +78,8 @@ TEXTURE_MAPPING = table(
 COLOR_MAPPING = table(
     "ColorMapping",
     no_effect("""
-        use_color_ramp color_ramp brightness contrast saturation blend_type blend_color blend_factor
+        use_color_ramp color_ramp brightness contrast saturation blend_type blend_color
+        blend_factor
     """),
 )
 

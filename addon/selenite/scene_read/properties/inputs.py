@@ -69,6 +69,9 @@ _PRINCIPLED = Table(
         _not_modelled("Clearcoat", covers="Clearcoat Roughness"),
         _not_modelled("Thin Film Thickness", covers="Thin Film IOR"),
         _not_modelled("Thin Wall"),
+        _not_modelled(
+            "Transmission Dispersion Scale", covers="Transmission Dispersion Abbe Number"
+        ),
         *(_direction(name) for name in LINKED_ONLY),
         _no_effect("Weight"),
     ),
@@ -89,9 +92,7 @@ INPUTS = {
                 _no_effect("Thickness"),
             ),
         ),
-        Table(
-            "ShaderNodeOutputWorld", (_modelled("Surface"), _refused_by_reader("Volume"))
-        ),
+        Table("ShaderNodeOutputWorld", (_modelled("Surface"), _refused_by_reader("Volume"))),
         Table("ShaderNodeOutputLight", (_modelled("Surface"),)),
         Table("ShaderNodeTexImage", (_modelled("Vector"),)),
         Table("ShaderNodeTexEnvironment", (_modelled("Vector"),)),
@@ -111,9 +112,7 @@ INPUTS = {
                 _no_effect("Weight"),
             ),
         ),
-        Table(
-            "ShaderNodeVolumeAbsorption", (_modelled("Color, Density"), _no_effect("Weight"))
-        ),
+        Table("ShaderNodeVolumeAbsorption", (_modelled("Color, Density"), _no_effect("Weight"))),
         # The phase functions with further inputs are refused.
         Table(
             "ShaderNodeVolumeScatter",

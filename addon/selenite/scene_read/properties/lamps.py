@@ -14,8 +14,8 @@ _SHADOWLESS = (
 LIGHT = table(
     "Light",
     modelled("""
-        color node_tree use_nodes animation_data cycles
-        use_temperature temperature temperature_color exposure normalize
+        color node_tree use_nodes animation_data cycles use_temperature temperature
+        temperature_color exposure normalize
     """),
     modelled_values("type", "POINT SUN SPOT AREA"),
     refused("use_shadow", True, *_SHADOWLESS),
@@ -30,7 +30,7 @@ _SHADOW_MAPS = """
     shadow_buffer_size shadow_buffer_clip_start shadow_buffer_bias shadow_buffer_samples
     shadow_color use_contact_shadow contact_shadow_distance contact_shadow_bias
     contact_shadow_thickness shadow_filter_radius shadow_maximum_resolution use_shadow_jitter
-    shadow_jitter_overblur use_absolute_resolution
+    shadow_jitter_overblur
 """
 _FALLOFF = """
     falloff_type falloff_curve linear_attenuation quadratic_attenuation constant_coefficient
@@ -40,12 +40,12 @@ _FALLOFF = """
 POINT = table(
     "PointLight",
     modelled("energy shadow_soft_size use_soft_falloff"),
-    no_effect("use_shadow" + _SHADOW_MAPS + _FALLOFF),
+    no_effect("use_shadow use_absolute_resolution" + _SHADOW_MAPS + _FALLOFF),
 )
 SPOT = table(
     "SpotLight",
     modelled("energy shadow_soft_size use_soft_falloff spot_size spot_blend"),
-    no_effect("use_shadow use_square show_cone" + _SHADOW_MAPS + _FALLOFF),
+    no_effect("use_shadow use_absolute_resolution use_square show_cone" + _SHADOW_MAPS + _FALLOFF),
 )
 SUN = table(
     "SunLight",
@@ -62,7 +62,7 @@ AREA = table(
     "AreaLight",
     modelled("energy size size_y spread"),
     modelled_values("shape", "SQUARE RECTANGLE DISK ELLIPSE"),
-    no_effect("use_shadow shadow_soft_size" + _SHADOW_MAPS + _FALLOFF),
+    no_effect("use_shadow use_absolute_resolution shadow_soft_size" + _SHADOW_MAPS + _FALLOFF),
 )
 
 CYCLES_LIGHT = table(

@@ -49,17 +49,17 @@ VIEW_LAYER = table(
     noise_only("samples"),
     no_effect("""
         name pass_alpha_threshold eevee aovs active_aov active_aov_index lightgroups
-        active_lightgroup active_lightgroup_index active_layer_collection
-        use_ao use_strand use_motion_blur use_freestyle freestyle_settings use_grease_pencil
-        has_export_collections use_pass_combined use_pass_z use_pass_vector use_pass_position
-        use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index
-        use_pass_shadow use_pass_ambient_occlusion use_pass_emit use_pass_environment
-        use_pass_diffuse_direct use_pass_diffuse_indirect use_pass_diffuse_color
-        use_pass_glossy_direct use_pass_glossy_indirect use_pass_glossy_color
-        use_pass_transmission_direct use_pass_transmission_indirect use_pass_transmission_color
-        use_pass_subsurface_direct use_pass_subsurface_indirect use_pass_subsurface_color
-        use_pass_cryptomatte_object use_pass_cryptomatte_material use_pass_cryptomatte_asset
-        pass_cryptomatte_depth use_pass_cryptomatte_accurate use_pass_grease_pencil
+        active_lightgroup active_lightgroup_index active_layer_collection use_ao use_strand
+        use_motion_blur use_freestyle freestyle_settings use_grease_pencil has_export_collections
+        use_pass_combined use_pass_z use_pass_vector use_pass_position use_pass_normal use_pass_uv
+        use_pass_mist use_pass_object_index use_pass_material_index use_pass_shadow
+        use_pass_ambient_occlusion use_pass_emit use_pass_environment use_pass_diffuse_direct
+        use_pass_diffuse_indirect use_pass_diffuse_color use_pass_glossy_direct
+        use_pass_glossy_indirect use_pass_glossy_color use_pass_transmission_direct
+        use_pass_transmission_indirect use_pass_transmission_color use_pass_subsurface_direct
+        use_pass_subsurface_indirect use_pass_subsurface_color use_pass_cryptomatte_object
+        use_pass_cryptomatte_material use_pass_cryptomatte_asset pass_cryptomatte_depth
+        use_pass_cryptomatte_accurate use_pass_grease_pencil
     """),
 )
 
@@ -67,7 +67,9 @@ CYCLES_LAYER = table(
     "CyclesRenderLayerSettings",
     no_effect("""
         pass_debug_sample_count use_pass_volume_direct use_pass_volume_indirect
-        use_pass_shadow_catcher use_denoising denoising_store_passes
+        use_pass_shadow_catcher use_denoising denoising_store_passes denoising_store_motion_passes
+        denoising_pass_follow_reflections denoising_pass_use_albedo_roughness_weighting
+        pass_render_time use_pass_volume_scatter use_pass_volume_transmit use_pass_volume_majorant
     """),
 )
 
@@ -99,8 +101,8 @@ COLLECTION = table(
     warned_by_reader("hide_viewport"),
     no_effect("""
         hide_select lineart_usage lineart_use_intersection_mask lineart_intersection_mask
-        lineart_intersection_priority use_lineart_intersection_priority color_tag exporters
-        active_exporter_index
+        lineart_intersection_priority use_lineart_intersection_priority color_tag importer
+        exporters active_exporter_index
     """),
 )
 

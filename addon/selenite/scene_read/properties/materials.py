@@ -7,17 +7,14 @@ from . import conditions as when
 from .rows import modelled, no_effect, noise_only, refused, refused_by_reader, table, warned
 
 _NO_TRANSPARENT_SHADOW = (
-    "its shadows are opaque whatever its alpha (Transparent Shadows is off), "
-    "which is not modelled",
+    "its shadows are opaque whatever its alpha (Transparent Shadows is off), which is not modelled",
     "switch on Settings > Transparent Shadows of the material",
 )
 
 MATERIAL = table(
     "Material",
     modelled("node_tree use_nodes diffuse_color animation_data cycles"),
-    refused(
-        "use_transparent_shadow", True, *_NO_TRANSPARENT_SHADOW, acts=when.lets_light_through
-    ),
+    refused("use_transparent_shadow", True, *_NO_TRANSPARENT_SHADOW, acts=when.lets_light_through),
     # A linked Displacement is refused, whatever is done with it.
     refused_by_reader("displacement_method", covers="max_vertex_displacement"),
     no_effect("""
@@ -34,9 +31,7 @@ MATERIAL = table(
 
 CYCLES_MATERIAL = table(
     "CyclesMaterialSettings",
-    refused(
-        "use_transparent_shadow", True, *_NO_TRANSPARENT_SHADOW, acts=when.lets_light_through
-    ),
+    refused("use_transparent_shadow", True, *_NO_TRANSPARENT_SHADOW, acts=when.lets_light_through),
     warned(
         "homogeneous_volume",
         False,

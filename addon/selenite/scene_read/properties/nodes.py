@@ -20,17 +20,18 @@ NODE = table(
     modelled("inputs outputs mute internal_links bl_idname"),
     no_effect("""
         type location location_absolute width width_hidden height dimensions name label parent
-        use_custom_color color select show_options show_preview hide show_texture
-        bl_label bl_description bl_icon bl_static_type bl_width_default bl_width_min bl_width_max
-        bl_height_default bl_height_min bl_height_max warning_propagation color_tag
+        use_custom_color color select show_options show_preview hide show_texture bl_label
+        bl_description bl_icon bl_static_type bl_width_default bl_width_min bl_width_max
+        bl_height_default bl_height_min bl_height_max warning_propagation color_tag panel_states
     """),
 )
 NODE_TREE = table(
     "NodeTree",
     modelled("nodes links inputs outputs interface animation_data"),
     no_effect("""
-        view_center grease_pencil type active_input active_output bl_idname bl_label bl_description
-        bl_icon color_tag default_group_node_width description bl_use_group_interface
+        view_center grease_pencil annotation type active_input active_output bl_idname bl_label
+        bl_description bl_icon color_tag default_group_node_width description
+        bl_use_group_interface
     """),
 )
 
@@ -61,9 +62,16 @@ TABLES = (
     PRINCIPLED,
     *(
         table(f"ShaderNode{name}")
-        for name in (
-            "AddShader Background Emission NewGeometry RGB Value VolumeAbsorption VolumePrincipled"
-        ).split()
+        for name in [
+            "AddShader",
+            "Background",
+            "Emission",
+            "NewGeometry",
+            "RGB",
+            "Value",
+            "VolumeAbsorption",
+            "VolumePrincipled",
+        ]
     ),
     table("NodeInternal"),
     table("ShaderNode"),
@@ -88,9 +96,7 @@ TABLES = (
         warned_by_reader("interpolation"),
     ),
     table("ShaderNodeVertexColor", modelled("layer_name")),
-    table(
-        "ShaderNodeAttribute", modelled("attribute_name"), refused_by_reader("attribute_type")
-    ),
+    table("ShaderNodeAttribute", modelled("attribute_name"), refused_by_reader("attribute_type")),
     table("ShaderNodeMapping", refused_by_reader("vector_type")),
     table("ShaderNodeTexCoord", refused_by_reader("object from_instancer")),
     table("ShaderNodeUVMap", modelled("uv_map"), refused_by_reader("from_instancer")),

@@ -51,23 +51,22 @@ _RAYS: tuple[Row, ...] = (
 OBJECT = table(
     "Object",
     modelled("""
-        data parent parent_type parent_vertices parent_bone use_parent_final_indices
-        track_axis up_axis material_slots
-        location rotation_quaternion rotation_axis_angle rotation_euler rotation_mode scale
-        delta_location delta_rotation_euler delta_rotation_quaternion delta_scale
-        matrix_world matrix_local matrix_basis matrix_parent_inverse dimensions
-        modifiers constraints vertex_groups face_maps add_rest_position_attribute
-        field collision soft_body rigid_body rigid_body_constraint use_simulation_cache
-        show_only_shape_key use_shape_key_edit_mode active_shape_key active_shape_key_index
-        hide_render show_instancer_for_render
-        instance_type use_instance_vertices_rotation use_instance_faces_scale
-        instance_faces_scale instance_collection animation_data cycles
+        data parent parent_type parent_vertices parent_bone parent_bone_head_tail_factor
+        use_parent_final_indices track_axis up_axis material_slots location rotation_quaternion
+        rotation_axis_angle rotation_euler rotation_mode scale delta_location delta_rotation_euler
+        delta_rotation_quaternion delta_scale matrix_world matrix_local matrix_basis
+        matrix_parent_inverse dimensions modifiers constraints vertex_groups face_maps
+        add_rest_position_attribute field collision soft_body rigid_body rigid_body_constraint
+        use_simulation_cache show_only_shape_key use_shape_key_edit_mode active_shape_key
+        active_shape_key_index hide_render show_instancer_for_render instance_type
+        use_instance_vertices_rotation use_instance_faces_scale instance_faces_scale
+        instance_collection animation_data cycles
     """),
     modelled_values(
         "type",
         """
-        MESH CURVE SURFACE META FONT CURVES POINTCLOUD VOLUME GPENCIL GREASEPENCIL
-        ARMATURE LATTICE EMPTY LIGHT LIGHT_PROBE CAMERA SPEAKER
+        MESH CURVE SURFACE META FONT CURVES POINTCLOUD VOLUME GPENCIL GREASEPENCIL ARMATURE LATTICE
+        EMPTY LIGHT LIGHT_PROBE CAMERA SPEAKER
         """,
     ),
     *_RAYS,
@@ -106,30 +105,25 @@ OBJECT = table(
     # A lamp is not shown to the camera; any other object that it does not see is modelled.
     warned_by_reader("visible_camera hide_viewport particle_systems"),
     no_effect("""
-        mode bound_box use_camera_lock_parent active_material active_material_index
-        lock_location lock_rotation lock_rotation_w lock_rotations_4d lock_scale
-        grease_pencil_modifiers shader_effects
-        empty_display_type empty_display_size empty_image_offset image_user empty_image_depth
-        show_empty_image_perspective show_empty_image_orthographic
-        show_empty_image_only_axis_aligned use_empty_image_alpha empty_image_side
-        pass_index color hide_select show_instancer_for_viewport
-        is_instancer display_type display_bounds_type display show_bounds show_name show_axis
-        show_texture_space show_wire show_all_edges use_grease_pencil_lights show_transparent
-        show_in_front pose pose_library proxy proxy_collection
-        use_dynamic_topology_sculpting is_from_instancer is_from_set lineart
-        use_mesh_mirror_x use_mesh_mirror_y use_mesh_mirror_z lightgroup
-        animation_visualization motion_path
+        mode bound_box use_camera_lock_parent active_material active_material_index lock_location
+        lock_rotation lock_rotation_w lock_rotations_4d lock_scale grease_pencil_modifiers
+        shader_effects empty_display_type empty_display_size empty_image_offset image_user
+        empty_image_depth show_empty_image_perspective show_empty_image_orthographic
+        show_empty_image_only_axis_aligned use_empty_image_alpha empty_image_side pass_index color
+        hide_select show_instancer_for_viewport is_instancer display_type display_bounds_type
+        display show_bounds show_name show_axis show_texture_space show_wire show_all_edges
+        use_grease_pencil_lights show_transparent show_in_front pose pose_library
+        use_dynamic_topology_sculpting is_from_instancer is_from_set lineart use_mesh_mirror_x
+        use_mesh_mirror_y use_mesh_mirror_z lightgroup animation_visualization motion_path
         hide_probe_volume hide_probe_sphere hide_probe_plane shadow_terminator_normal_offset
-        hide_surface_pick
+        hide_surface_pick visible_raycast
     """),
 )
 
 LIGHT_LINKING = table(
     "ObjectLightLinking",
     # Object.light_linking names them.
-    refused(
-        "receiver_collection", None, acts=lambda *_: False, covers="blocker_collection"
-    ),
+    refused("receiver_collection", None, acts=lambda *_: False, covers="blocker_collection"),
 )
 
 CYCLES_OBJECT = table(
@@ -137,8 +131,7 @@ CYCLES_OBJECT = table(
     refused(
         "use_adaptive_subdivision",
         False,
-        "Adaptive Subdivision subdivides it as finely as the camera sees it, "
-        "which is not modelled",
+        "Adaptive Subdivision subdivides it as finely as the camera sees it, which is not modelled",
         "switch it off in the Subdivision Surface modifier, and use fixed levels",
         acts=lambda item, scope: scope.scene.cycles.feature_set == "EXPERIMENTAL",
         covers="dicing_rate",
@@ -164,12 +157,12 @@ CYCLES_OBJECT = table(
         0.0,
         "its Shadow Terminator > Shading Offset is {value}, which is not modelled",
         "set it to 0 (Object > Shading)",
+        acts=lambda cycles, _: not hasattr(cycles.id_data, "shadow_terminator_shading_offset"),
     ),
     # A lamp that makes them is named.
     no_effect("is_caustics_caster is_caustics_receiver"),
     # With motion blur and Fast GI, which are named.
     no_effect("use_motion_blur use_deform_motion motion_steps ao_distance"),
-    no_effect("is_shadow_catcher"),
 )
 
 MODIFIER = table(
@@ -184,9 +177,27 @@ MODIFIER = table(
     ),
     warned_by_reader("show_render show_viewport"),
     no_effect("""
-        name show_in_editmode show_on_cage show_expanded is_active is_override_data
-        execution_time persistent_uid
+        name show_in_editmode show_on_cage show_expanded is_active is_override_data execution_time
+        persistent_uid
     """),
 )
 
-TABLES = (OBJECT, LIGHT_LINKING, CYCLES_OBJECT, MODIFIER)
+# The one modifier that has something which only Cycles evaluates.
+SUBDIVISION = table(
+    "SubsurfModifier",
+    modelled("""
+        uv_smooth quality boundary_smooth subdivision_type levels render_levels use_creases
+        use_custom_normals use_limit_surface
+    """),
+    refused(
+        "use_adaptive_subdivision",
+        False,
+        "modifier '{part}' subdivides it as finely as the camera sees it (Adaptive Subdivision), "
+        "which is not modelled",
+        "switch off Adaptive Subdivision, and use fixed levels",
+        covers="adaptive_space adaptive_pixel_size adaptive_object_edge_length",
+    ),
+    no_effect("show_only_control_edges open_adaptive_subdivision_panel open_advanced_panel"),
+)
+
+TABLES = (OBJECT, LIGHT_LINKING, CYCLES_OBJECT, MODIFIER, SUBDIVISION)

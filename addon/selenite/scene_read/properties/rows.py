@@ -92,11 +92,7 @@ class Table:
     @cached_property
     def named(self) -> tuple[Row, ...]:
         """The rows for which this package has to read values."""
-        return tuple(
-            row
-            for row in self.rows
-            if row.cause and row.by is not By.READER
-        )
+        return tuple(row for row in self.rows if row.cause and row.by is not By.READER)
 
 
 def table(type_name: str, *rows: Row) -> Table:
@@ -164,9 +160,7 @@ def warned(
 
 def refused_by_reader(names: str, covers: str = "") -> Row:
     """A reader refuses values that it does not model, where the property is used."""
-    return Row(
-        tuple(names.split()), Effect.REFUSED, covers=tuple(covers.split()), by=By.READER
-    )
+    return Row(tuple(names.split()), Effect.REFUSED, covers=tuple(covers.split()), by=By.READER)
 
 
 def warned_by_reader(names: str, covers: str = "") -> Row:

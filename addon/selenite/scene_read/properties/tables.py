@@ -6,6 +6,8 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+import bpy
+
 from . import cameras, geometry, images, lamps, layers, materials, nodes, objects, render, worlds
 from .rows import Row, Table, modelled, no_effect, table
 
@@ -14,7 +16,8 @@ ID = table(
     modelled("library library_weak_reference override_library original is_evaluated is_missing"),
     no_effect("""
         name name_full id_type session_uid users use_fake_user use_extra_user is_embedded_data tag
-        is_library_indirect is_runtime_data is_editable asset_data preview
+        is_library_indirect is_linked_packed deep_hash is_runtime_data is_editable asset_data
+        preview
     """),
 )
 
@@ -34,6 +37,22 @@ TABLES: dict[str, Table] = {
         *nodes.TABLES,
     )
 }
+
+
+def struct_of(name: str) -> Any:  # noqa: ANN401 - a bpy_struct of RNA
+    """The RNA type of that name, None if this Blender has none.
+
+    `bpy.types` lacks the groups that Cycles registers: a pointer to them leads there.
+    """
+    found = getattr(bpy.types, name, None)
+    if found is not None:
+        return found.bl_rna
+    for owner in ("Scene", "ViewLayer", "Object", "Light", "World", "Material", "Camera", "Mesh"):
+        for item in getattr(bpy.types, owner).bl_rna.properties:
+            if item.type == "POINTER" and item.fixed_type.identifier == name:
+                return item.fixed_type
+    return None
+
 
 #: Types whose properties are registered by Cycles itself when Blender starts.
 CYCLES_GROUPS = tuple(name for name in TABLES if name.startswith("Cycles"))
@@ -61,11 +80,7 @@ def own_properties(struct: Any) -> list[Any]:  # noqa: ANN401
         for item in struct.properties
         if item.identifier not in inherited
         and item.identifier != "rna_type"
-        and (
-            not item.is_runtime
-            or item.identifier in known
-            or struct.identifier in CYCLES_GROUPS
-        )
+        and (not item.is_runtime or item.identifier in known or struct.identifier in CYCLES_GROUPS)
     ]
 
 
@@ -88,9 +103,7 @@ def default_of(item: Any) -> Any:  # noqa: ANN401
 
 @cache
 def _rows_of(identifiers: tuple[str, ...]) -> tuple[Row, ...]:
-    return tuple(
-        row for name in identifiers if name in TABLES for row in TABLES[name].named
-    )
+    return tuple(row for name in identifiers if name in TABLES for row in TABLES[name].named)
 
 
 def rows_of(block: Any) -> tuple[Row, ...]:  # noqa: ANN401

@@ -49,6 +49,12 @@ CYCLES_WORLD = table(
         "its light ends after {value} bounces, which is not modelled",
         "set World > Settings > Max Bounces to 1024",
     ),
+    refused(
+        "use_shadows",
+        True,
+        "its light passes through objects (Shadows is off), which is not modelled",
+        "switch on World > Settings > Shadows",
+    ),
     warned(
         "sampling_method",
         "AUTOMATIC",
@@ -65,9 +71,7 @@ CYCLES_WORLD = table(
         acts=when.with_caustics,
     ),
     # A world that is filled with a volume is refused.
-    refused_by_reader(
-        "homogeneous_volume volume_sampling volume_interpolation volume_step_size"
-    ),
+    refused_by_reader("homogeneous_volume volume_sampling volume_interpolation volume_step_size"),
 )
 
 TABLES = (WORLD, VISIBILITY, CYCLES_WORLD)
