@@ -17,7 +17,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
 
 import bpy  # noqa: E402
 import numpy as np  # noqa: E402
-import property_cases as made  # noqa: E402
+import property_scenes as made  # noqa: E402
 
 from selenite import native  # noqa: E402
 from selenite.cycles_check.render import without_words  # noqa: E402

@@ -13,7 +13,9 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
 
 import bpy  # noqa: E402
+import known_properties as known  # noqa: E402
 import property_cases as made  # noqa: E402
+from property_scenes import scope  # noqa: E402
 
 from selenite.scene_read.properties import judge  # noqa: E402
 
@@ -22,7 +24,7 @@ def factory_messages():
     """What is said of the scene that Blender starts with, rendered by Cycles."""
     bpy.ops.wm.read_factory_settings(use_empty=False)
     bpy.context.scene.render.engine = "CYCLES"
-    problems, warnings = judge(made.scope())
+    problems, warnings = judge(scope())
     return [item.line() for item in problems] + warnings
 
 
@@ -44,13 +46,13 @@ def main():
     report = {
         "version": bpy.app.version_string,
         "python": ".".join(map(str, sys.version_info[:2])),
-        "counts": made.counts(),
-        "unknown": made.unknown(),
-        "absent": list(made.absent_rows()),
+        "counts": known.counts(),
+        "unknown": known.unknown(),
+        "absent": list(known.absent_rows()),
         "factory": factory_messages(),
         "cases": len(made.cases()),
         "unnamed": unnamed(),
-        "defaults": made.different_defaults(),
+        "defaults": known.different_defaults(),
     }
     Path(sys.argv[-1]).write_text(json.dumps(report, indent=1))
     sys.stdout.flush()

@@ -268,7 +268,11 @@ def _judge_properties(
         view_layer=layer,
         objects=objects,
         instancers=properties.instancers_of(layer, objects),
-        cameras=tuple(scene.objects[item.name] for item in read.cameras),
+        cameras=tuple(
+            item
+            for item in scene.objects
+            if item.type == "CAMERA" and item.name not in read.unusable_cameras
+        ),
         materials=tuple(item for item in used if item is not None),
         world=scene.world,
     )
