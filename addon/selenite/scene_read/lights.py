@@ -17,8 +17,8 @@ from .values import LightValues, Owner
 
 def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
-) -> tuple[LightValues, Owner, list[Problem], list[str]]:
-    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems, warnings."""
+) -> tuple[LightValues, Owner, list[Problem]]:
+    """Reads an original lamp standing at `matrix` (4, 4): values, owner, problems."""
     title = f"Light '{light.name}'"
     library = light.library.filepath if light.library is not None else ""
     scale = hosts.light_scale(light)
@@ -46,7 +46,7 @@ def read_light(
         reason = why_fixed(light, parameter.name)
         if reason:
             owner.fixed[parameter.name] = reason
-    return values, owner, problems, []
+    return values, owner, problems
 
 
 def is_portal(light: bpy.types.Light) -> bool:

@@ -18,22 +18,6 @@ from .values import MaterialValues, Owner
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 NO_MATERIAL = "(no material)"
 
-# Inputs that change the picture unless they are 0 and that the table may lack. A row of the native
-# table that names one of them takes it over.
-_WEIGHTS = (
-    "Subsurface Weight",
-    "Subsurface",
-    "Anisotropic",
-    "Sheen Weight",
-    "Sheen",
-    "Clearcoat",
-    "Coat Weight",
-    "Thin Film Thickness",
-    "Thin Wall",
-    "Transmission Roughness",
-)
-_DIRECTIONS = ("Normal", "Coat Normal", "Clearcoat Normal")
-
 
 @dataclass
 class MaterialRead:
@@ -138,23 +122,6 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
             _read_parameter(material, node, groups, parameter, title, read)
     _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
-    known = {
-        socket
-        for parameter in table
-        if hosts.flavour() in parameter.versions
-        for socket in parameter.sockets
-    }
-    _judge_other_inputs(node, groups, known, title, read)
-    if node.subsurface_method == "BURLEY" and any(read.values.values.get("subsurface_weight", ())):
-        read.warnings.append(
-            f"{title}: the subsurface method Christensen-Burley is rendered as Random Walk; set it "
-            "to Random Walk so that Cycles shows the same"
-        )
-    if hosts.is_version_3() and read.values.multi_ggx:
-        read.warnings.append(
-            f"{title}: the distribution Multiscatter GGX of Blender 3 is rendered as GGX; set it "
-            "to GGX so that Cycles shows the same"
-        )
     return read
 
 
@@ -233,32 +200,6 @@ def _read_map(
     excess = textures.excess(parameter, found)
     if excess:
         read.warnings.append(f"{title}: input '{label}': {excess}")
-
-
-def _judge_other_inputs(
-    node: bpy.types.Node, groups: Groups, known: set[str], title: str, read: MaterialRead
-) -> None:
-    """Inputs that the model lacks: a warning if they act, a problem if they bend the normal."""
-    for name in _WEIGHTS:
-        if name in known or name not in node.inputs:
-            continue
-        source = nodes.source_of(node.inputs[name], groups)
-        value = nodes.constant(source)
-        if value is None or any(value):
-            read.warnings.append(f"{title}: '{name}' is not modelled; rendered as 0")
-    for name in _DIRECTIONS:
-        if name not in node.inputs:
-            continue
-        source = nodes.source_of(node.inputs[name], groups)
-        if source.node is not None:
-            read.problems.append(
-                Problem(
-                    title,
-                    f"input '{name}' is linked to {nodes.describe(source.node)}, "
-                    "which cannot be evaluated",
-                    "unlink it, or apply the relief to the mesh",
-                )
-            )
 
 
 def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -> None:

@@ -42,13 +42,6 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
         yield Instance(evaluated, original, instancer, matrix, item.is_instance)
 
 
-def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:
-    """Notes what Selenite renders differently from Cycles for this object."""
-    title = f"Object '{original.name}'"
-    if original.is_shadow_catcher:
-        read.warn(f"{title}: shadow catchers are not modelled; it is rendered as an object")
-
-
 def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | None:
     """Triangles of an evaluated mesh object, None if it has none.
 

@@ -3,19 +3,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import bpy
 import numpy as np
 
+from .. import parameters
 from ..problems import BadInput, Problem
 from . import camera as cameras
 from . import (
+    hosts,
     lights,
     linking,
     materials,
     mesh,
     not_rendered,
+    properties,
     view_layers,
     visibility,
     volume_objects,
@@ -23,7 +27,7 @@ from . import (
 )
 from .bodies import judge_bodies
 from .nodes import Unreadable
-from .render_depsgraph import read_as_rendered, remarks, view_layer_of
+from .render_depsgraph import read_as_rendered, remarks
 from .textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
@@ -52,7 +56,7 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     )
     if problem is not None:
         read.problems.append(problem)
-    _note(read, [], [*remarks(scene), *view_layers.warnings(scene, view_layer_of(scene))])
+    _note(read, [], list(remarks(scene)))
     return read
 
 
@@ -73,14 +77,15 @@ def _read(
     layer = scene.view_layers.get(depsgraph.view_layer.name) or scene.view_layers[0]
     evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
     links = linking.light_and_shadow_linking(evaluated, read.problems)
+    rendered: list[bpy.types.Object] = []
     for instance in mesh.rendered_instances(depsgraph, read):
+        rendered.append(instance.original)
         if instance.is_instance:
             instancers.add(instance.instancer)
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
             lamps.append(instance)
             continue
-        mesh.warn_of_object(instance.original, read)
         if instance.object.type == "MESH":
             if not _read_object(instance, layer, links, meshes, names, room, read):
                 faceless.append(instance.original)
@@ -104,7 +109,7 @@ def _read(
         read.owners[owner.name] = owner
     for lamp in lamps:
         _read_lamp(lamp, layer, links, read)
-    _warn_of_render_settings(scene, read)
+    _judge_properties(scene, layer, rendered, read)
 
 
 def _millimetres(scene: bpy.types.Scene) -> float | None:
@@ -133,8 +138,6 @@ def _read_cameras(
             read.warn(f"Camera '{name}' is left out: {reason}")
             continue
         read.cameras.append(cameras.read_camera(evaluated, name, scene))
-        if item.data.dof.use_dof:
-            read.warn(f"Camera '{name}': depth of field is not modelled")
     if not found:
         cure = "add a camera that stands where the photo was taken"
         read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
@@ -319,13 +322,13 @@ def _read_lamp(
     name = _free_name(light.name, "light", read)
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
-    values, owner, problems, warnings = lights.read_light(light, lamp.matrix, name)
+    values, owner, problems = lights.read_light(light, lamp.matrix, name)
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
     values = visibility.of_lamp(values, light, rays)
     lit, shading = (kind.bits_of(lamp.original) for kind in links)
     read.lights.append(replace(values, lit=lit, shading=shading))
     read.owners[name] = owner
-    _note(read, problems, warnings)
+    _note(read, problems, [])
 
 
 def _free_name(name: str, distinction: str, read: SceneValues) -> str:
@@ -336,11 +339,36 @@ def _free_name(name: str, distinction: str, read: SceneValues) -> str:
     return next(candidate for candidate in candidates if candidate not in taken)
 
 
-def _warn_of_render_settings(scene: bpy.types.Scene, read: SceneValues) -> None:
-    """Settings with which Cycles renders something else than full, unclamped light transport."""
-    if abs(getattr(scene.cycles, "film_exposure", 1.0) - 1.0) > 1e-6:
-        read.warn(f"Scene '{scene.name}': the film exposure of Cycles is taken as 1")
-    if scene.render.use_motion_blur:
-        read.warn(f"Scene '{scene.name}': motion blur is not modelled")
-    if scene.render.use_border:
-        read.warn(f"Scene '{scene.name}': the render border is ignored")
+def _judge_properties(
+    scene: bpy.types.Scene,
+    layer: bpy.types.ViewLayer,
+    rendered: Iterable[bpy.types.Object],
+    read: SceneValues,
+) -> None:
+    """Names what the table of Blender's properties knows not to be modelled."""
+    objects = tuple(dict.fromkeys(rendered))
+    used = [
+        bpy.data.materials.get((owner.datablock, owner.library or None))
+        for owner in read.owners.values()
+        if owner.kind == "material"
+    ]
+    scope = properties.Scope(
+        scene=scene,
+        view_layer=layer,
+        objects=objects,
+        instancers=properties.instancers_of(layer, objects),
+        cameras=tuple(
+            item
+            for name, item in cameras.named_cameras(scene).items()
+            if name not in read.unusable_cameras
+        ),
+        materials=tuple(item for item in used if item is not None),
+        world=view_layers.world_of(scene, layer),
+    )
+    known = {
+        socket
+        for parameter in parameters.of("material")
+        if hosts.flavour() in parameter.versions
+        for socket in parameter.sockets
+    }
+    _note(read, *properties.judge(scope, frozenset(known)))

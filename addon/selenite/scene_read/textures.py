@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -55,9 +54,6 @@ class TextureRoom:
         if node.projection != "FLAT":
             cause = f"{nodes.describe(node)} is projected as {node.projection.lower()}"
             raise Unreadable(title, cause, "use the projection Flat and a UV map")
-        if _has_texture_mapping(node):
-            cause = f"the Texture Mapping in the sidebar of {nodes.describe(node)} is not neutral"
-            raise Unreadable(title, cause, "reset it and use a Mapping node")
         coordinates = read_coordinates(node, source.groups, title)
         texture = self._texture(
             node.image,
@@ -131,15 +127,3 @@ def excess(parameter: Parameter, found: MapValues) -> str:
     if high <= max(parameter.upper, 1.0):
         return ""
     return f"values of image '{found.texture.name}' above {parameter.upper:g} are cut off"
-
-
-def _has_texture_mapping(node: bpy.types.ShaderNodeTexImage) -> bool:
-    mapping = cast(Any, node.texture_mapping)  # the stubs do not know that vectors are iterable
-    return (
-        any(mapping.translation)
-        or any(mapping.rotation)
-        or any(side != 1 for side in mapping.scale)
-        or (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z")
-        or mapping.use_min
-        or mapping.use_max
-    )

@@ -17,20 +17,3 @@ def worlds(scene: bpy.types.Scene) -> list[bpy.types.World]:
     """Those that a view layer of the scene may render."""
     found = [getattr(layer, "world_override", None) for layer in scene.view_layers]
     return [item for item in (scene.world, *found) if item is not None]
-
-
-def warnings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> list[str]:
-    """What of the view layers is rendered otherwise than Cycles does."""
-    title = f"Scene '{scene.name}'"
-    found = []
-    used = [item.name for item in scene.view_layers if item.use]
-    if used != [layer.name] and not scene.render.use_single_layer:
-        listed = ", ".join(f"'{name}'" for name in used) or "none"
-        found.append(
-            f"{title}: view layer '{layer.name}' is read; a render shows {listed}: switch on "
-            "Use for Rendering of that layer alone"
-        )
-    for flag, what in (("use_solid", "surfaces"), ("use_volumes", "volumes")):
-        if not getattr(layer, flag, True):
-            found.append(f"{title}: view layer '{layer.name}' leaves out {what}; they are rendered")
-    return found
