@@ -27,7 +27,7 @@ from . import (
 )
 from .bodies import judge_bodies
 from .nodes import Unreadable
-from .render_depsgraph import read_as_rendered, remarks
+from .render_depsgraph import read_as_rendered, remarks, view_layer_of
 from .textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
@@ -51,11 +51,16 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     """
     read = SceneValues(millimetres=_millimetres(scene))
     found = cameras.named_cameras(scene)
+    rendered: list[bpy.types.Object] = []
     problem = read_as_rendered(
-        scene, list(found.values()), lambda depsgraph: _read(scene, found, depsgraph, read)
+        scene,
+        list(found.values()),
+        lambda depsgraph: rendered.extend(_read(scene, found, depsgraph, read)),
     )
     if problem is not None:
         read.problems.append(problem)
+    # Settings of the scene are its own again.
+    _judge_properties(scene, view_layer_of(scene), rendered, read)
     _note(read, [], list(remarks(scene)))
     return read
 
@@ -65,7 +70,8 @@ def _read(
     found_cameras: dict[str, bpy.types.Object],
     depsgraph: bpy.types.Depsgraph,
     read: SceneValues,
-) -> None:
+) -> list[bpy.types.Object]:
+    """Fills `read`; returns the original objects that render."""
     _read_cameras(scene, found_cameras, depsgraph, read)
     # Lamps come last: where names clash, the material keeps the plain name.
     lamps: list[mesh.Instance] = []
@@ -74,7 +80,7 @@ def _read(
     room = TextureRoom()
     instancers: set[bpy.types.Object] = set()
     faceless: list[bpy.types.Object] = []
-    layer = scene.view_layers.get(depsgraph.view_layer.name) or scene.view_layers[0]
+    layer = view_layer_of(scene)
     evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
     links = linking.light_and_shadow_linking(evaluated, read.problems)
     rendered: list[bpy.types.Object] = []
@@ -109,7 +115,7 @@ def _read(
         read.owners[owner.name] = owner
     for lamp in lamps:
         _read_lamp(lamp, layer, links, read)
-    _judge_properties(scene, layer, rendered, read)
+    return rendered
 
 
 def _millimetres(scene: bpy.types.Scene) -> float | None:
