@@ -51,22 +51,24 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     """
     read = SceneValues(millimetres=_millimetres(scene))
     found = cameras.named_cameras(scene)
+    layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
     problem = read_as_rendered(
         scene,
         list(found.values()),
-        lambda depsgraph: rendered.extend(_read(scene, found, depsgraph, read)),
+        lambda depsgraph: rendered.extend(_read(scene, layer, found, depsgraph, read)),
     )
     if problem is not None:
         read.problems.append(problem)
     # Settings of the scene are its own again.
-    _judge_properties(scene, view_layer_of(scene), rendered, read)
+    _judge_properties(scene, layer, rendered, read)
     _note(read, [], list(remarks(scene)))
     return read
 
 
 def _read(
     scene: bpy.types.Scene,
+    layer: bpy.types.ViewLayer,
     found_cameras: dict[str, bpy.types.Object],
     depsgraph: bpy.types.Depsgraph,
     read: SceneValues,
@@ -80,7 +82,6 @@ def _read(
     room = TextureRoom()
     instancers: set[bpy.types.Object] = set()
     faceless: list[bpy.types.Object] = []
-    layer = view_layer_of(scene)
     evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
     links = linking.light_and_shadow_linking(evaluated, read.problems)
     rendered: list[bpy.types.Object] = []
