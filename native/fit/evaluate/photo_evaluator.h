@@ -73,7 +73,12 @@ class PhotoEvaluator final : public Evaluator {
                                const std::vector<float>& weights, int cell, const Evaluation& how);
 
  private:
+  /// What the photo shows.
+  Scene scene_of(const Photo& photo, const Point& point) const {
+    return photo.appearance(model_.scene_at(point));
+  }
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
+  Colorf gain_of(const Photo& photo, const Point& point) const;
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);
 
