@@ -15,8 +15,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 MISSING = "it does not exist"
-#: Bytes of a stem in the name of a file: file systems permit 255, and endings follow.
-_LONGEST_STEM = 150
+#: Bytes of a file's name that file systems permit, and of a stem: endings follow it.
+_LONGEST_NAME, _LONGEST_STEM = 255, 150
 
 
 def absolute(text: str | Path) -> Path:
@@ -50,7 +50,9 @@ def why_not_folder(path: Path, needed: int = 0) -> str:
     try:
         while not os.path.lexists(path):
             if path == path.parent:
-                return "it does not exist"
+                return MISSING
+            if len(os.fsencode(path.name)) > _LONGEST_NAME:
+                return "its name is too long"
             path = path.parent
         if not path.is_dir():
             return f"'{path}' is not a folder"

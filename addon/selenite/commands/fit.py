@@ -180,7 +180,8 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[
         if resumed or any(part["iterations"] for part in job.parts()):
             raise
         recorder.finished()
-        raise BadInput(problems_of(error, "Fit", "change the photos or the settings")) from error
+        said = ValueError(str(error).removeprefix("Iteration 0: "))
+        raise BadInput(problems_of(said, "Fit", "change the photos or the settings")) from error
     finally:
         job.join()
     recorder.update(job, now=True)
