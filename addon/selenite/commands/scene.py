@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -16,6 +18,8 @@ from ..scene_read.values import CameraValues, Owner, SceneValues
 from .arguments import input_file, stop_if
 from .terminal import say
 
+#: A pixel while it is rendered and handed on: its mean, half of it and its error, each twice.
+_BYTES_OF_PIXEL = 72
 #: What a render that the native module refuses is told as, beside its own words.
 RENDER = ("Render", "change the size or the samples")
 
@@ -78,11 +82,20 @@ def picture_size(
         height = max(1, round(width / camera.aspect))
     elif width is None:
         width = max(1, round(height * camera.aspect))
-    most = ranges["pixels"][1]
+    most = min(ranges["pixels"][1], native.image().largest_picture, _pixels_in_memory())
     if width * height > most:
         cause = f"{width} x {height} are {width * height} pixels"
-        problems.append(Problem("Picture", cause, f"give sizes of at most {number(most)} pixels"))
+        cure = f"give sizes of at most {number(most)} pixels, for which there is room"
+        problems.append(Problem("Picture", cause, cure))
     return width, height
+
+
+def _pixels_in_memory() -> float:
+    """Pixels of a render that this computer's memory holds."""
+    names = ("SC_PHYS_PAGES", "SC_PAGE_SIZE")
+    if not all(name in getattr(os, "sysconf_names", ()) for name in names):
+        return math.inf
+    return math.prod(map(os.sysconf, names)) // _BYTES_OF_PIXEL
 
 
 def picture_frame(

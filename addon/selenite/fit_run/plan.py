@@ -67,8 +67,9 @@ def prepare(
         if captures_at is not None:
             return captures_at(height)
         good = [item for item in request.captures if not _not_files(item)]
-        if request.captures and not good:
-            return []
+        sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
+        if (request.captures and not good) or min(sizes, default=1) < 1:
+            return []  # it has been told why
         return read_captures(values, good, height, problems, warn, packed or {})
 
     for item in request.captures:
