@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Folders that cannot be written and disks that are full: told before a fit where that can be known;
-a fit that runs goes on, and its values come out."""
+"""Folders that cannot be written and disks that are full: told before a fit where that can be
+known; a fit that runs goes on, and its values come out."""
 
 import errno
 import json

@@ -162,6 +162,7 @@ def test_cameras_of_photos_count_and_nothing_else_of_them(lit_ball, tmp_path, ca
 
 def test_a_fit_that_fails_is_told_and_the_others_go_on(lit_ball, tmp_path, capsys, monkeypatch):
     from selenite.fit_run.job import FitFailed
+
     class Fragile(measure.FitJob):
         def progress(self):
             if self.plan.request.settings.iterations == PRESETS["draft"].iterations:

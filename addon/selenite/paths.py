@@ -19,6 +19,16 @@ MISSING = "it does not exist"
 _LONGEST_NAME, _LONGEST_STEM = 255, 150
 
 
+def is_folder(path: Path) -> bool:
+    """As Path.is_dir, which raises for some names."""
+    return os.path.isdir(path)
+
+
+def is_there(path: Path) -> bool:
+    """As Path.exists, which raises for some names."""
+    return os.path.exists(path)
+
+
 def absolute(text: str | Path) -> Path:
     """`text` with the home folder filled in and links followed, as far as that goes."""
     expanded = os.path.expanduser(str(text))
@@ -54,7 +64,7 @@ def why_not_folder(path: Path, needed: int = 0) -> str:
             if len(os.fsencode(path.name)) > _LONGEST_NAME:
                 return "its name is too long"
             path = path.parent
-        if not path.is_dir():
+        if not is_folder(path):
             return f"'{path}' is not a folder"
         with tempfile.TemporaryFile(dir=path):  # rights, and whether it can be written at all
             pass
@@ -68,10 +78,12 @@ def why_not_folder(path: Path, needed: int = 0) -> str:
 
 def why_not_output(path: Path) -> str:
     """Why the file `path` cannot be written, in a folder that exists; empty if it can."""
-    if path.is_dir():
+    if is_folder(path):
         return "it is a folder"
-    if not path.parent.is_dir():
+    if not is_folder(path.parent):
         return "its folder does not exist"
+    if len(os.fsencode(path.name)) > _LONGEST_NAME:
+        return "its name is too long"
     if os.path.lexists(path):
         if why := why_not_file(path):
             return why

@@ -100,7 +100,7 @@ def test_a_fault_of_ours_is_named_as_one_and_its_traceback_is_kept(
 
 
 def test_a_log_on_a_full_disk_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    with open("/dev/full", "w", encoding="utf-8") as full:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
         monkeypatch.setattr(sys, "stderr", full)
         terminal.say("x" * 100_000)
         monkeypatch.setattr(sys, "stderr", None)

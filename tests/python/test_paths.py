@@ -25,7 +25,8 @@ NOT_UTF8 = os.fsdecode(b"caf\xe9")
 def test_names_without_need_stay_and_the_others_get_numbers() -> None:
     names = ["a b", "Front#2", "a/b", "a_b", "Key Light"]
     assert paths.file_stems(names) == {
-        "a b": "a_b-2", "Front#2": "Front#2", "a/b": "a_b-3", "a_b": "a_b", "Key Light": "Key_Light",
+        "a b": "a_b-2", "Front#2": "Front#2", "a/b": "a_b-3", "a_b": "a_b",
+        "Key Light": "Key_Light",
     }  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from .. import native, parameters
 from ..fit_run.settings import number
 from ..fit_run.staging.request import AUTO, PRESETS, StageRequest, read_stages
 from ..parameters import Values
-from ..paths import absolute, why_not_file, why_not_folder, why_not_output
+from ..paths import absolute, is_folder, is_there, why_not_file, why_not_folder, why_not_output
 from ..problems import BadInput, Problem
 
 Key = tuple[str, str]  # owner, parameter
@@ -132,7 +132,7 @@ def output_file(text: str, suffixes: Sequence[str], problems: list[Problem]) -> 
 def output_folder(text: str, problems: list[Problem], needed: int = 0) -> Path:
     """A folder that may have to be made. needed: bytes that will be written into it."""
     path = absolute(text)
-    if path.exists() and not path.is_dir():
+    if is_there(path) and not is_folder(path):
         problems.append(Problem(f"Folder '{text}'", "it is a file", "give the name of a folder"))
     elif why := why_not_folder(path, needed):
         problems.append(Problem(f"Folder '{text}'", why, OTHER_FOLDER))

@@ -82,7 +82,9 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     if args.scene is None:
         problems.append(Problem("Fit", "there is no scene", "give SCENE.blend, or --resume DIR"))
         raise BadInput(problems)
-    base = read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    base = (
+        read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    )
     scene, values = open_scene(base.scene)
 
     from ..scene_read.photos import captures_of, packed_photos

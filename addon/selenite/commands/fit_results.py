@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What becomes of a fit that has ended: result folder, saved scene, check in Cycles. The values come
-out whatever of these fails."""
+"""What becomes of a fit that has ended: result folder, saved scene, check in Cycles. The values
+come out whatever of these fails."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from ..json_text import read_json
 from ..next_camera import report
 from ..next_camera.suggestion import Suggestion, suggestion_of
 from ..parameters import Values, join_name
-from ..paths import absolute
+from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from . import arguments
@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
     """What was asked for, and the values that were found, none for a scene. Raises BadInput."""
-    if path.is_dir():
+    if is_folder(path):
         path = path / "run.json"
     if path.suffix != ".json":
         return RunRequest(str(path)), {}

@@ -26,7 +26,7 @@ from .. import __version__
 from ..atomic_files import write_bytes, write_json
 from ..json_text import read_json
 from ..parameters import join_name
-from ..paths import why_not_file
+from ..paths import MISSING, is_folder, is_there, why_not_file
 from ..problems import BadInput, Problem
 from .inputs import Inputs
 from .job import SavedState
@@ -149,8 +149,8 @@ class Recorder:
     def _note(self, error: OSError) -> None:
         why = error.strerror or str(error)
         self.trouble = (
-            f"The run is not kept in '{self.folder}' ({why}); the fit goes on, but cannot be resumed "
-            "if it is interrupted: make room or set the folder's rights"
+            f"The run is not kept in '{self.folder}' ({why}); the fit goes on, but cannot be "
+            "resumed if it is interrupted: make room or set the folder's rights"
         )
         if self.trouble not in self._troubles:
             self._troubles.append(self.trouble)
@@ -189,8 +189,8 @@ def save(folder: Path, parts: Parts, optimiser: Mapping[str, Any] | None = None)
 def load(folder: Path) -> Unfinished:
     """What was asked for, and what was found so far. Raises BadInput."""
     title = f"Folder '{folder}'"
-    if not folder.is_dir():
-        cause = "it is a file" if folder.exists() else "it does not exist"
+    if not is_folder(folder):
+        cause = "it is a file" if is_there(folder) else MISSING
         raise BadInput(Problem(title, cause, "give the folder of a run"))
     if (folder / "result.json").is_file():
         cause, cure = "this run is finished", "nothing is left to resume; start a new one"

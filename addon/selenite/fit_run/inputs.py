@@ -91,7 +91,7 @@ def changes(before: Inputs, now: Inputs, scene: str) -> list[Problem]:
 
 
 def _of_file(name: str, packed: Mapping[str, bytes]) -> str:
-    """"" where there is nothing to read: who reads it says so."""
+    """ "" where there is nothing to read: who reads it says so."""
     if name.startswith(PACKED):
         return hashlib.sha256(packed[name]).hexdigest() if name in packed else ""
     if why_not_file(name):

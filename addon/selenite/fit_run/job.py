@@ -208,7 +208,9 @@ def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a 
 
 def _in_words(error: str) -> str:
     if "bad_alloc" in error:
-        return "the computer's memory does not suffice; lower the height or fit fewer photos at once"
+        return (
+            "the computer's memory does not suffice; lower the height or fit fewer photos at once"
+        )
     return error
 
 

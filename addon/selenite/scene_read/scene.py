@@ -18,7 +18,7 @@ from .values import MeshValues, ObjectValues, SceneValues
 def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
     """Opens a .blend file in this process and returns its scene. Raises BadInput.
 
-    scripts: whether its Python runs (drivers, registered texts): only for a copy of what runs it."""
+    scripts: whether its Python runs (drivers, texts): only for a copy of a file whose runs."""
     cure = "give the path of a .blend file that this Blender can read"
     title = f"File '{path}'"
     try:
@@ -39,8 +39,8 @@ def warnings_of_file() -> list[str]:
         return []
     newer, own = (".".join(map(str, version[:2])) for version in (saved, bpy.app.version))
     return [
-        f"File '{bpy.data.filepath}': Blender {newer} has saved it and this is {own}, which may read "
-        f"it in part only; use Blender {newer}"
+        f"File '{bpy.data.filepath}': Blender {newer} has saved it and this is {own}, which may "
+        f"read it in part only; use Blender {newer}"
     ]
 
 
