@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from test_bad_input import _files, _good, _good_photo, _more
 
+from selenite import native
 from selenite.cli import main
 
 pytestmark = pytest.mark.blender
@@ -82,7 +83,9 @@ def _nan_sky(folder):
     arguments = _good(folder)
     pixels = np.full((4, 8, 3), 0.5, np.float32)
     pixels[1, 1] = math.nan
-    texture = made.environment(bpy.context.scene.world, pixels)
+    native.image().write_exr(str(folder / "sky.exr"), pixels)
+    texture = made.environment(bpy.context.scene.world, np.ones((4, 8, 3), np.float32))
+    texture.image = bpy.data.images.load(str(folder / "sky.exr"))
     texture.image.colorspace_settings.name = "sRGB"
     return arguments
 
@@ -127,7 +130,7 @@ CASES = {
         "texels along each side",
     ),
     "NaN world": (_nan_world, "World 'Studio': strength: nan is not a finite number"),
-    "NaN sky": (_nan_sky, "Image 'sky': it contains NaN or infinite pixels"),
+    "NaN sky": (_nan_sky, "Image 'sky.exr': it contains NaN or infinite pixels"),
     "NaN colours": (_nan_colours, "Mesh 'Body': its colour attribute 'Paint' has numbers"),
     "NaN matrix": (_nan_matrix, "Object 'Body': its matrix holds an infinite number"),
     "NaN shift": (_nan_lens, "Camera 'Camera': its shift x has a number"),

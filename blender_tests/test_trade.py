@@ -142,7 +142,7 @@ def test_without_matplotlib_there_is_a_table_and_a_word(lit_ball, tmp_path, caps
         return plain(name, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    words = ("--fit=Body:base_color", "--budget=500", f"--out={tmp_path / 'out'}")
+    words = ("--fit=Body:base_color", "--budget=2000", f"--out={tmp_path / 'out'}")
     status, content, printed = command(capsys, "trade", lit_ball, *words)
     assert status == 0, printed
     assert content["files"]["plot"] is None
@@ -152,7 +152,7 @@ def test_without_matplotlib_there_is_a_table_and_a_word(lit_ball, tmp_path, caps
 
 def test_cameras_of_photos_count_and_nothing_else_of_them(lit_ball, tmp_path, capsys):
     photo = made.photo(tmp_path / "grey.png", size=(16, 12))
-    words = ("--fit=Body:base_color", "--budget=200", f"--photo=Camera={photo}")
+    words = ("--fit=Body:base_color", "--budget=700", f"--photo=Camera={photo}")
     out = f"--out={tmp_path / 'out'}"
     status, content, _ = command(capsys, "trade", lit_ball, *words, out)
     assert status == 0
@@ -170,7 +170,7 @@ def test_a_fit_that_fails_is_told_and_the_others_go_on(lit_ball, tmp_path, capsy
             return super().progress()
 
     monkeypatch.setattr(measure, "FitJob", Fragile)
-    words = ("--fit=Body:base_color", "--budget=700", f"--out={tmp_path / 'out'}")
+    words = ("--fit=Body:base_color", "--budget=4000", f"--out={tmp_path / 'out'}")
     status, content, printed = command(capsys, "trade", lit_ball, *words)
     assert status == 0
     assert content["presets"]["draft"]["failure"] == "the derivative is not finite"
@@ -247,7 +247,7 @@ def test_the_panel_measures_the_ticked_parameters(tmp_path):
     from selenite.interface import panels, state
 
     _, settings = prepare_fit(tmp_path)
-    settings.trade_budget, settings.output = 500.0, str(tmp_path / "fits")
+    settings.trade_budget, settings.output = 3000.0, str(tmp_path / "fits")
     assert "selenite.trade" in draw(panels.SELENITE_PT_advanced)
     assert bpy.ops.selenite.trade() == {"FINISHED"}
     (folder,) = (tmp_path / "fits").iterdir()

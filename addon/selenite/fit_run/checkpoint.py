@@ -53,6 +53,7 @@ _SCALARS = (
     "iterations", "best_iteration", "best_validation", "best_validation_standard_error", "samples",
     "seconds", "cpu_seconds", "dropped", "stopped_because", "optimiser",
 )  # fmt: skip
+_WORDS = ("stopped_because", "optimiser")
 
 Parts = Sequence[Mapping[str, Any]]  # native results, one for each stage that has begun
 
@@ -301,6 +302,12 @@ def _part(item: Mapping[str, Any]) -> dict[str, Any]:
         else:
             history[key] = np.asarray(value, int if key == "iteration" else float)
     scalars = {key: math.nan if item[key] is None else item[key] for key in _SCALARS}
+    for key, value in scalars.items():
+        if isinstance(value, bool) or not isinstance(value, str if key in _WORDS else (int, float)):
+            raise ValueError(f"its '{key}' is {value!r}")
+    for key in ("search", "report"):
+        if not isinstance(item.get(key), (dict, type(None))):
+            raise ValueError(f"its '{key}' is {item[key]!r}")
     return {
         **scalars,
         "error": "",

@@ -32,7 +32,7 @@ def make_job(
     try:
         job = StagedJob(plan, before, state)
         job.so_far()  # joins their histories, as the end of the run will
-    except (ValueError, KeyError, TypeError, IndexError, OverflowError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, OverflowError) as error:
         cause = f"its results so far do not belong to its stages ({error!r})"
         cure = "delete its state.json: the run then begins anew"
         raise BadInput(Problem("Run", cause, cure)) from error
