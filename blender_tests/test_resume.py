@@ -286,6 +286,7 @@ def test_what_cannot_be_resumed_is_named(words, tmp_path, capsys):
         report["folder"]: "this run is finished",
         str(tmp_path / "nowhere"): "it does not exist",
         str(tmp_path): "cannot be read",
+        str(tmp_path / "photo.exr"): "it is a file",
     }
     for folder, text in cases.items():
         status, found, _ = command(capsys, "fit", "--resume", folder)

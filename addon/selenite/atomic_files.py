@@ -3,16 +3,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-
-def safe_name(text: str) -> str:
-    """A name of the scene's as part of a file's."""
-    return "".join(c if c.isalnum() or c in "-_.#" else "_" for c in text)
+from .json_text import json_text
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -29,6 +25,5 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def write_json(path: Path, data: Mapping[str, Any]) -> None:
-    """The same for one JSON object. Raises OSError, and ValueError where a number is not finite."""
-    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    write_bytes(path, (text + "\n").encode())
+    """The same for one JSON object; see `json_text`. Raises OSError."""
+    write_bytes(path, (json_text(data, indent=1) + "\n").encode())

@@ -1,25 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line: `selenite`, `python -m selenite`, `blender --command selenite`.
 
-Exit status: 0 done; 2 bad input (one line per problem on stderr, nothing written); 1 failure.
-With --json stdout holds one JSON object; everything else goes to stderr.
+Exit status: 0 done; 2 bad input (one line per problem on stderr, nothing written); 1 failure, in a
+sentence. With --json stdout holds one JSON object; everything else goes to stderr.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
-import json
 import os
 import sys
+import tempfile
 import traceback
 from collections.abc import Callable, Sequence
-from typing import TextIO
+from contextlib import suppress
+from typing import Any, NoReturn, TextIO
 
 from . import __version__
 from .commands.terminal import say
+from .json_text import json_text
 from .native import NativeUnavailable
-from .problems import BadInput, Problem
+from .problems import BadInput, Failed, Problem
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -36,48 +38,111 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def run_as_process(argv: Sequence[str]) -> int:
     """Runs one command with file descriptor 1 reserved for the JSON object from now on."""
-    with os.fdopen(os.dup(1), "w", encoding="utf-8") as json_out:
+    try:
+        number = os.dup(1)
+    except OSError:  # closed: nobody wants the object
+        number = os.open(os.devnull, os.O_WRONLY)
+    json_out = os.fdopen(number, "w", encoding="utf-8")
+    with suppress(OSError, AttributeError):  # a closed stream is None
         sys.stdout.flush()
         os.dup2(2, 1)
-        status = _run(argv, json_out)
-    sys.stdout.flush()
-    sys.stderr.flush()
+    status = _run(argv, json_out)
+    for stream in (json_out, sys.stdout, sys.stderr):
+        with suppress(OSError, AttributeError):
+            stream.flush()
+    with suppress(OSError):
+        json_out.close()
     return status
 
 
 def _run(argv: Sequence[str], json_out: TextIO) -> int:
-    parser = build_parser()
     try:
-        args = parser.parse_args(argv)
-    except SystemExit as stop:  # argparse has written its message
+        args = build_parser().parse_args(argv)
+    except SystemExit as stop:  # --help or --version
         return int(stop.code or 0)
-    args.parser = parser
-    try:
-        report, status = importlib.import_module(args.module, __package__).run(args), 0
     except BadInput as error:
-        report, status = {"problems": [problem.as_json() for problem in error.problems]}, 2
-    except NativeUnavailable as error:
-        say(f"{args.command}: {error}")
-        report, status = {"error": str(error)}, 1
+        json_asked = any(len(word) > 2 and "--json".startswith(word) for word in argv)
+        name = "selenite"
+        return _report(name, {"problems": _as_json(error)}, json_out if json_asked else None)
+    return _report(args.command, _done(args), json_out if args.json else None)
+
+
+def _done(args: argparse.Namespace) -> dict[str, Any]:
+    """What the command reports; of one that fails the key "problems" or "error"."""
+    args.parser = build_parser()
+    try:
+        return dict(importlib.import_module(args.module, __package__).run(args))
+    except BadInput as error:
+        return {"problems": _as_json(error)}
+    except (NativeUnavailable, Failed) as error:
+        return {"error": str(error)}
     except KeyboardInterrupt:
-        say(f"{args.command}: interrupted")
-        report, status = {"error": "interrupted"}, 1
-    except Exception as error:  # the contract's exit status 1
-        say(traceback.format_exc())
-        report, status = {"error": f"{type(error).__name__}: {error}"}, 1
+        return {"error": "interrupted"}
+    except MemoryError:
+        cure = "give smaller sizes, fewer photos or smaller grids, or close other programs"
+        return {"error": f"the computer's memory does not suffice; {cure}"}
+    except OSError as error:
+        if error.strerror is None:  # the native module's own sentence
+            return {"error": str(error)}
+        name = f"File '{error.filename}': " if error.filename else ""
+        cure = "see that it is there, may be used, and that its disk has room"
+        return {"error": f"{name}{error.strerror.lower()}; {cure}"}
+    except Exception as error:  # the last net: no input should come this far
+        return {"error": _internal(error)}
+
+
+def _internal(error: Exception) -> str:
+    """A fault of ours as a sentence; the traceback goes into a file, or else to stderr."""
+    text = traceback.format_exc()
+    kind = f"{type(error).__name__}: {error}"
+    try:
+        number, path = tempfile.mkstemp(prefix="selenite-error-", suffix=".txt")
+        with os.fdopen(number, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(f"Selenite {__version__}, Python {sys.version}\n{sys.argv}\n\n{text}")
+    except OSError:
+        say(text)
+        path = "the lines above"
+    return f"internal error ({kind}); this is a fault of Selenite: please report it with {path}"
+
+
+def _as_json(error: BadInput) -> list[dict[str, str]]:
+    return [problem.as_json() for problem in error.problems]
+
+
+def _report(command: str, report: dict[str, Any], json_out: TextIO | None) -> int:
+    """Says what is wrong, writes the object where one is asked for; returns the exit status."""
+    status = 0
+    if "error" in report:
+        say(f"{command}: {' '.join(str(report['error']).split())}")
+        status = 1
     for problem in report.get("problems", ()):  # `check` reports them with all the rest
-        say(f"{args.command}: {Problem(**problem).line()}")
+        say(f"{command}: {Problem(**problem).line()}")
         status = 2
-    if args.json:
-        json.dump(report, json_out, ensure_ascii=False)
-        json_out.write("\n")
-        json_out.flush()
+    if json_out is not None:
+        try:
+            json_out.write(json_text(report) + "\n")
+            json_out.flush()
+        except (OSError, TypeError, ValueError) as error:  # a full disk, or nobody reads any more
+            say(f"{command}: the JSON object cannot be written: {error}")
+            status = status or 1
     return status
+
+
+class Parser(argparse.ArgumentParser):
+    """What is wrong with the words is a Problem, as everything else that is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """Raises BadInput."""
+        name, colon, cause = message.partition(": ")
+        if not (colon and name.startswith("argument ")):
+            name, cause = "Command line", message
+        cure = f"see {self.prog} --help"
+        raise BadInput(Problem(name[0].upper() + name[1:], cause, cure))
 
 
 def build_parser() -> argparse.ArgumentParser:
     """All commands; importing neither bpy nor the native modules."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="selenite",
         description="Finds the material parameters that make a render match photos.",
     )

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from . import native
+from .commands.arguments import output_folder, stop_if
 from .commands.terminal import say, table
 from .problems import BadInput, Problem
 
@@ -34,8 +35,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Fits the demo scene, writes everything to --out, returns the report."""
     from .commands import fit
 
+    problems: list[Problem] = []
+    out = output_folder(args.out, problems)
+    stop_if(problems)
     scene, truth = _scene()
-    out = Path(args.out).resolve()
     out.mkdir(parents=True, exist_ok=True)
     start_file, fitted_file = out / "start.blend", out / "fitted.blend"
     say("building the scene with its dark opaque start")
@@ -45,6 +48,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]
     command += [f"--out={out}", f"--save={fitted_file}", "--check-in-cycles"]
     report = fit.run(args.parser.parse_args(command))
+    if "error" in report:
+        return {"good": False, "fit": report, "error": report["error"]}
 
     rows = _rows(report, truth)
     sheet = out / "contact_sheet.png"

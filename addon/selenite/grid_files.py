@@ -12,16 +12,23 @@ from __future__ import annotations
 
 import os
 import struct
+import tokenize
 from pathlib import Path
 
 import numpy as np
 
+from .paths import why_not_file
 from .problems import BadInput, Problem
 
 #: As the native module has it.
 MOST_PER_AXIS = 4096
 MOST_NUMBERS = 1 << 28
 _HEADER = struct.Struct("<3sB5i6f")
+#: What reading a damaged or hostile file raises: the header of a .npy is text in Python's syntax.
+_DAMAGED = (
+    OSError, EOFError, ValueError, TypeError, KeyError, SyntaxError, OverflowError, RecursionError,
+    MemoryError, struct.error, tokenize.TokenError,
+)  # fmt: skip
 _CURE = "give a whole .npy or .vol file of float numbers with 1 or 3 channels"
 
 
@@ -34,9 +41,11 @@ def read(path: str) -> np.ndarray:
     if reader is None:
         cause = f"its ending '{Path(path).suffix}' is not known"
         raise BadInput(Problem(title, cause, "give a .npy or .vol file"))
+    if why := why_not_file(path):
+        raise BadInput(Problem(title, f"cannot be read ({why})", _CURE))
     try:
         return reader(Path(path))
-    except (OSError, ValueError, struct.error) as error:
+    except _DAMAGED as error:
         raise BadInput(Problem(title, f"cannot be read ({error})", _CURE)) from error
 
 
@@ -57,7 +66,7 @@ def write_vol(path: Path, values: np.ndarray, low: np.ndarray, high: np.ndarray)
 
 def _read_npy(path: Path) -> np.ndarray:
     # Mapped, not read: a header that lies about the size costs no memory.
-    mapped = np.load(path, mmap_mode="r", allow_pickle=False)
+    mapped = np.lib.format.open_memmap(path, mode="r")
     if mapped.dtype.kind != "f":
         raise ValueError(f"its numbers are of type {mapped.dtype}, not float")
     if mapped.ndim not in (3, 4):

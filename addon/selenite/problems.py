@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 
 
@@ -34,6 +35,33 @@ class BadInput(Exception):
         super().__init__("\n".join(problem.line() for problem in self.problems))
 
 
+class Failed(RuntimeError):
+    """Work that came to no end, for a reason that is a sentence for the user. Exit status 1."""
+
+
 def listed(names: Iterable[str]) -> str:
     """Names for a message: 'A', 'B' or "none"."""
     return ", ".join(f"'{name}'" for name in names) or "none"
+
+
+def problems_of(error: Exception, title: str, cure: str) -> list[Problem]:
+    """What the native module refuses, a problem for each line of it, read as "object: cause; cure";
+    `title` and `cure` stand in for what a line does not say."""
+    text = str(error.args[0]) if error.args else type(error).__name__
+    found = []
+    for line in text.splitlines():
+        name, colon, rest = line.partition(": ")
+        if not colon or ";" in name:
+            name, rest = title, line
+        cause, _, own = rest.partition("; ")
+        found.append(Problem(name, cause, own or cure))
+    return found or [Problem(title, "it is refused", cure)]
+
+
+@contextmanager
+def refused(title: str, cure: str) -> Iterator[None]:
+    """What the native module refuses inside becomes BadInput; see `problems_of`."""
+    try:
+        yield
+    except (ValueError, KeyError) as error:
+        raise BadInput(problems_of(error, title, cure)) from error

@@ -7,6 +7,7 @@
 #include "image/resize.h"
 #include "image/write.h"
 #include "math/srgb.h"
+#include "module/file_path.h"
 #include "module/float_array.h"
 
 namespace py = pybind11;
@@ -22,11 +23,11 @@ py::dict info_dict(const PictureInfo& info) {
                   "grey"_a = info.grey, "cmyk"_a = info.cmyk, "warnings"_a = info.warnings);
 }
 
-py::dict probe(const std::string& path) {
+py::dict probe(const FilePath& path) {
   PictureInfo info;
   {
     py::gil_scoped_release release;
-    info = probe_photo(path);
+    info = probe_photo(path.text);
   }
   return info_dict(info);
 }
@@ -37,11 +38,11 @@ py::array_t<bool> mask_array(const std::vector<std::uint8_t>& mask, py::ssize_t 
   return array;
 }
 
-py::tuple read_file(const std::string& path, bool as_linear) {
+py::tuple read_file(const FilePath& path, bool as_linear) {
   Photo photo;
   {
     py::gil_scoped_release release;
-    photo = read_photo(path, as_linear);
+    photo = read_photo(path.text, as_linear);
   }
   const py::ssize_t w = photo.info.width, h = photo.info.height;
   py::dict info = info_dict(photo.info);
@@ -82,22 +83,22 @@ py::array resized(const py::object& object, int width, int height) {
   return to_array(std::move(result), std::move(size));
 }
 
-void save_exr(const std::string& path, const py::object& object,
+void save_exr(const FilePath& path, const py::object& object,
               const std::optional<std::vector<std::string>>& names) {
   const FloatArray pixels = float_array(object, "pixels");
   const Shape shape = picture_shape(pixels);
   const float* data = pixels.data();
   py::gil_scoped_release release;
-  write_exr(path, data, shape.width, shape.height, shape.channels,
+  write_exr(path.text, data, shape.width, shape.height, shape.channels,
             names.value_or(std::vector<std::string>{}));
 }
 
-void save_png(const std::string& path, const py::object& object, int bit_depth) {
+void save_png(const FilePath& path, const py::object& object, int bit_depth) {
   const FloatArray pixels = float_array(object, "pixels");
   const Shape shape = picture_shape(pixels);
   const float* data = pixels.data();
   py::gil_scoped_release release;
-  write_png(path, data, shape.width, shape.height, shape.channels, bit_depth);
+  write_png(path.text, data, shape.width, shape.height, shape.channels, bit_depth);
 }
 
 /// Applies a curve to every element; the shape stays.
@@ -117,12 +118,13 @@ PYBIND11_MODULE(_image, m) {
   m.doc() =
       "Reads, resizes and writes pictures. Arrays are float32, row 0 at the top, linear light.";
   m.attr("__version__") = SELENITE_VERSION;
+  m.attr("largest_picture") = kLargestPicture;  // pixels
   // NOLINTNEXTLINE(performance-unnecessary-value-param): pybind11 fixes the signature
   py::register_local_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) std::rethrow_exception(pointer);
     } catch (const FileError& error) {
-      PyErr_SetString(PyExc_OSError, error.what());
+      raise_os_error(error.what());
     }
   });
 

@@ -28,6 +28,13 @@ py::list schedule_list(const Scene& scene,
   return plan;
 }
 
+py::dict ranges_dict(std::span<const SettingRange> ranges) {
+  py::dict rows;
+  for (const SettingRange& range : ranges)
+    rows[py::str(range.name)] = py::make_tuple(range.lowest, range.highest);
+  return rows;
+}
+
 }  // namespace
 
 void bind_schedule(py::module_& m) {
@@ -39,6 +46,14 @@ void bind_schedule(py::module_& m) {
       "refinement_spp",
       [](const py::dict& settings) { return settings_of(settings).chosen_refinement_spp(); },
       "settings"_a, "Samples of a pixel in the last refinement pass of a fit.");
+  m.def(
+      "setting_ranges",
+      [] {
+        return py::dict("fit"_a = ranges_dict(fit_ranges()),
+                        "render"_a = ranges_dict(render_ranges()));
+      },
+      R"(What the settings of a fit and of a render may be: dict {"fit", "render"} of dict by name of
+(lowest, highest). "pixels" of a render is width times height.)");
   m.attr("few_unknowns") = kFewUnknowns;
 }
 

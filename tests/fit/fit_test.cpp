@@ -287,12 +287,50 @@ INSTANTIATE_TEST_SUITE_P(
                    "tolerance = nan"},
         BadSetting{"depth", [](FitSettings& s) { s.depth = -1; }, "depth = -1"},
         BadSetting{"threads", [](FitSettings& s) { s.threads = -1; }, "threads = -1"},
+        BadSetting{"many_threads", [](FitSettings& s) { s.threads = 1025; }, "threads = 1025 must"},
         BadSetting{"interval", [](FitSettings& s) { s.validation_interval = 0; }, "interval = 0"},
         BadSetting{"validation_spp", [](FitSettings& s) { s.validation_spp = 1; },
                    "must lie in [2"},
         BadSetting{"loss", [](FitSettings& s) { s.loss = "L2"; }, "dual-buffer"},
         BadSetting{"optimiser", [](FitSettings& s) { s.optimiser = "sgd"; }, "auto, adam"}),
     [](const auto& info) { return info.param.name; });
+
+TEST(FitSettings, EveryThingThatIsAcceptedCanBeRendered) {
+  for (const SettingRange& range : fit_ranges())
+    for (const SettingRange& of_render : render_ranges())
+      if (std::string(range.name) == of_render.name) {
+        EXPECT_GE(range.lowest, of_render.lowest) << range.name;
+        EXPECT_LE(range.highest, of_render.highest) << range.name;
+      }
+  FitSettings settings = synthetic_settings();
+  settings.iterations = static_cast<int>(range_of(fit_ranges(), "iterations").highest);
+  settings.spp = static_cast<int>(range_of(fit_ranges(), "spp").highest);
+  settings.check();
+  RenderSettings pass;
+  pass.spp = 4 * settings.chosen_refinement_spp();  // of the informative pixels beside fields
+  EXPECT_NO_THROW(pass.check());
+  pass.spp = settings.chosen_validation_spp();
+  EXPECT_NO_THROW(pass.check());
+  settings.iterations = 30;
+  settings.spp = 5;
+  EXPECT_EQ(settings.chosen_refinement_spp(), 150);
+}
+
+TEST(Fit, RefusesABlackPhotoBeforeItStartsWhereTheLossDividesByItsMean) {
+  FitSettings settings = synthetic_settings();
+  const Scene scene = synthetic_scene();
+  std::vector<Photo> photos = {synthetic_capture(scene, "Left")};
+  for (Colorf& pixel : photos[0].reference) pixel = Colorf(0.f);
+  EXPECT_NO_THROW(Fit(scene, photos, synthetic_unknowns(), settings));
+  settings.loss = "brightness-independent-mse";
+  try {
+    Fit(scene, photos, synthetic_unknowns(), settings);
+    FAIL() << "accepted";
+  } catch (const InvalidArgument& error) {
+    EXPECT_NE(std::string(error.what()).find("Photo 'Left': it is black"), std::string::npos)
+        << error.what();
+  }
+}
 
 TEST(Fit, ReportsBadPhotosUnknownsAndSettingsTogether) {
   FitSettings settings = synthetic_settings();

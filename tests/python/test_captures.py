@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ids of photos, and of what no file can be given twice."""
+"""Ids of photos, and cameras with several."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.atomic_files import safe_name  # noqa: E402
 from selenite.commands import arguments  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
 from selenite.scene_read.values import CaptureRequest, with_ids  # noqa: E402
@@ -44,11 +43,6 @@ def test_given_ids_stay_and_are_not_given_again() -> None:
 
 def test_a_photo_without_a_camera_has_no_id() -> None:
     assert ids(("", ""), ("Front", "")) == ["", "Front"]
-
-
-def test_ids_are_names_of_files() -> None:
-    assert safe_name("Front#2") == "Front#2"
-    assert safe_name("a/b c#2") == "a_b_c#2"
 
 
 def test_a_camera_may_be_given_several_photos() -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import sys
 from pathlib import Path
@@ -109,3 +110,48 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         grid_files.read(str(tmp_path / "grid.txt"))
     with pytest.raises(BadInput, match="cannot be read"):
         grid_files.read(str(tmp_path / "missing.vol"))
+
+
+def npy(header: str, version: bytes = b"\x01\x00") -> bytes:
+    """A .npy with that header and no numbers."""
+    text = header.encode()
+    return b"\x93NUMPY" + version + struct.pack("<H", len(text)) + text
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\x93NUMPY",
+        b"\x80\x04K\x01.",  # a pickle
+        b"PK\x03\x04" + bytes(100),  # an archive: a .npz under another name
+        npy("{'descr': '<f4', 'fortran_order': False, 'shape': (2, 2, 2)}"),
+        npy("{'descr': '|O', 'fortran_order': False, 'shape': (1, 1, 1)}"),
+        npy("{'descr': '<f4', 'fortran_order': False, 'shape': (-1, 1, 1)}"),
+        npy("{'descr': '<f4', 'fortran_order': False, 'shape': (99999999999999999999, 1, 1)}"),
+        npy("{'descr': 7, 'fortran_order': False, 'shape': (1, 1, 1)}"),
+        npy("{'descr': [('a', '<f4')], 'fortran_order': False, 'shape': (1, 1, 1)}"),
+        npy("{" * 500),
+        npy("(" * 5000),
+        npy("{'descr'"),
+        npy("\x00"),
+        npy("{'descr': '<f4', 'fortran_order': False, 'shape': (0, 2, 2)}"),
+        b"\x93NUMPY\x09\x00" + bytes(100),
+    ],
+)
+def test_what_is_no_npy_is_refused(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "grid.npy").write_bytes(content)
+    with pytest.raises(BadInput, match=r"grid\.npy': cannot be read"):
+        grid_files.read(str(tmp_path / "grid.npy"))
+
+
+@pytest.mark.parametrize("ending", ["npy", "vol"])
+def test_folders_and_pipes_are_no_grids(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"grid.{ending}"
+    path.mkdir()
+    with pytest.raises(BadInput, match="it is a folder"):
+        grid_files.read(str(path))
+    path.rmdir()
+    os.mkfifo(path)
+    with pytest.raises(BadInput, match="it is a pipe"):
+        grid_files.read(str(path))

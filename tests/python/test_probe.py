@@ -198,7 +198,9 @@ def test_files_are_checked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     table = write(tmp_path / "in.csv", [default_row("v2")])
     before = table.read_bytes()
     for arguments, message in (
-        (["nowhere.csv", "--out", str(tmp_path / "out.csv")], "cannot be read"),
+        (["nowhere.csv", "--out", str(tmp_path / "out.csv")], "it does not exist"),
+        ([str(tmp_path), "--out", str(tmp_path / "out.csv")], "it is a folder"),
+        (["/dev/zero", "--out", str(tmp_path / "out.csv")], "it is a pipe or a device"),
         ([str(table), "--out", str(table)], "it is the table that is read"),
         ([str(table), "--out", str(tmp_path / "none" / "out.csv")], "its folder does not exist"),
         ([str(table), "--out", str(tmp_path / "out.exr")], "its ending '.exr' is not known"),

@@ -258,6 +258,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadSettings{"depth", [](RenderSettings& s) { s.depth = -1; }},
         BadSettings{"size of the mask",
                     [](RenderSettings& s) { s.pixels = std::make_shared<const PixelMask>(7, 1); }},
+        BadSettings{"depth", [](RenderSettings& s) { s.depth = 2'000'000; }},
+        BadSettings{"threads", [](RenderSettings& s) { s.threads = 1025; }},
         BadSettings{"threads", [](RenderSettings& s) { s.threads = -1; }}));
 
 }  // namespace

@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from .. import parameters
+from .. import native, parameters
+from ..fit_run.settings import number
 from ..fit_run.staging.request import AUTO, PRESETS, StageRequest, read_stages
 from ..parameters import Values
+from ..paths import absolute, is_folder, is_there, why_not_file, why_not_folder, why_not_output
 from ..problems import BadInput, Problem
 
 Key = tuple[str, str]  # owner, parameter
+OTHER_FOLDER = "give another folder, or make room and set its rights"
 
 
 def names(texts: Sequence[str], problems: list[Problem]) -> list[Key]:
@@ -75,7 +79,7 @@ def words(
 def grids(texts: Sequence[str], problems: list[Problem]) -> dict[Key, str]:
     """["Body:albedo_grid=16", "Fog:albedo_grid=fog.vol"] -> number or absolute path by name."""
     return {
-        key: word if word.isdecimal() else str(Path(word).expanduser().resolve())
+        key: word if word.isdecimal() else str(absolute(word))
         for key, word in words(texts, "--grid", "N or =FILE", problems).items()
     }
 
@@ -85,7 +89,7 @@ def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...
     if text is None or text in (*PRESETS, AUTO):
         return ()
     try:
-        return read_stages(Path(text).expanduser())
+        return read_stages(absolute(text))
     except BadInput as error:
         problems += error.problems
         return ()
@@ -97,31 +101,53 @@ def files(texts: Sequence[str], problems: list[Problem]) -> list[tuple[str, str]
     for text in texts:
         name, equals, path = text.partition("=")
         if name and equals and path:
-            found.append((name, str(Path(path).expanduser().resolve())))
+            found.append((name, str(absolute(path))))
         else:
             cure = "write CAMERA=FILE"
             problems.append(Problem(f"Argument '{text}'", "it is not CAMERA=FILE", cure))
     return found
 
 
+def input_file(text: str, problems: list[Problem], cure: str) -> Path:
+    """A file to be read; `cure`: which one to give."""
+    path = absolute(text)
+    if why := why_not_file(path):
+        cause = why if why.startswith("it ") else f"cannot be read ({why})"
+        problems.append(Problem(f"File '{text}'", cause, cure))
+    return path
+
+
 def output_file(text: str, suffixes: Sequence[str], problems: list[Problem]) -> Path:
     """A file to be written; its folder must exist."""
-    path = Path(text).expanduser().resolve()
+    path = absolute(text)
     if path.suffix.lower() not in suffixes:
         cause = f"its ending '{path.suffix}' is not known"
         problems.append(Problem(f"File '{text}'", cause, f"end it in {' or '.join(suffixes)}"))
-    if path.is_dir() or not path.parent.is_dir():
-        cause = "it is a folder" if path.is_dir() else "its folder does not exist"
-        problems.append(Problem(f"File '{text}'", cause, "give a file in an existing folder"))
+    if why := why_not_output(path):
+        cure = "give a file in an existing folder that can be written"
+        problems.append(Problem(f"File '{text}'", why, cure))
     return path
 
 
-def output_folder(text: str, problems: list[Problem]) -> Path:
-    """A folder that may have to be made."""
-    path = Path(text).expanduser().resolve()
-    if path.exists() and not path.is_dir():
+def output_folder(text: str, problems: list[Problem], needed: int = 0) -> Path:
+    """A folder that may have to be made. needed: bytes that will be written into it."""
+    path = absolute(text)
+    if is_there(path) and not is_folder(path):
         problems.append(Problem(f"Folder '{text}'", "it is a file", "give the name of a folder"))
+    elif why := why_not_folder(path, needed):
+        problems.append(Problem(f"Folder '{text}'", why, OTHER_FOLDER))
     return path
+
+
+def render_numbers(args: argparse.Namespace, problems: list[Problem]) -> None:
+    """--spp, --depth, --threads and --seed of a render, by the native module's ranges."""
+    ranges = native.core().setting_ranges()["render"] | {"seed": (0, 2**64 - 1)}
+    for name in ("spp", "depth", "threads", "seed"):
+        low, high = ranges[name]
+        value = getattr(args, name)
+        if not low <= value <= high:
+            cause = f"{value} lies outside [{number(low)}, {number(high)}]"
+            problems.append(Problem(f"Argument --{name}", cause, "give a value inside"))
 
 
 def stop_if(problems: list[Problem]) -> None:

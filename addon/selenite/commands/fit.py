@@ -8,16 +8,14 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
-from ..fit_run.fields import ImageUnknown, fitted_grids
-from ..fit_run.job import DESCENT, FitJob, fitted_values
+from ..fit_run.inputs import changes, inputs_of
+from ..fit_run.job import DESCENT, FitFailed, FitJob
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.results import finished, new_folder, result_json, summary, write_results
+from ..fit_run.results import new_folder, size_of
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name
@@ -25,9 +23,11 @@ from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
 from ..fit_run.unknowns import usual_requests
 from ..information.conditioning import StageChoice
 from ..parameters import join_name
-from ..problems import BadInput, Problem
+from ..paths import absolute, why_not_folder
+from ..problems import BadInput, Problem, problems_of
 from ..scene_read.values import CaptureRequest, SceneValues, with_ids
 from . import arguments
+from .fit_results import deliver
 from .scene import open_scene
 from .terminal import bar, say
 
@@ -40,7 +40,10 @@ _SETTINGS = tuple(field.name for field in fields(FitSettings))
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
-    out = arguments.output_folder(args.out or DEFAULT_OUT, problems)
+    unfinished = absolute(args.resume) if args.resume else None
+    out = arguments.output_folder(
+        args.out or (str(unfinished.parent) if unfinished else DEFAULT_OUT), problems
+    )
     save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
     if args.set_cycles and save is None:
         cause, cure = "there is no file to set it in", "add --save OUT.blend"
@@ -60,96 +63,15 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     say(f"model {plan.model}")
     if plan.request.staging:
         say(f"stages: {plan.request.staging}")
-    if args.resume:
-        unfinished = Path(args.resume).expanduser().resolve()
-        out = out if args.out else unfinished.parent
-    else:
-        unfinished = new_folder(out, SUFFIX)
+    if why := why_not_folder(out, size_of(plan)):
+        raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
+    unfinished = unfinished or new_folder(out, SUFFIX)
     job = make_job(plan, run.parts, run.state)
     if args.resume:
         say(f"going on after {job.progress().iteration} iterations")
-    recorder = Recorder(unfinished, plan.request)
-    result = _fit(job, recorder)
-
-    import bpy
-
-    with bar("writing") as shown:
-
-        def note_progress(text: str, fraction: float) -> None:
-            shown.update(fraction, note=text)
-
-        result = finished(plan, result, note_progress)
-        folder = write_results(plan, result, out, bpy.app.version_string, note_progress)
-    recorder.finished()
-    for line in summary(plan, result):
-        say(line)
-    say(f"stopped because: {result['stopped_because']}; results in {folder}")
-    report = result_json(plan, result, bpy.app.version_string) | {"folder": str(folder)}
-    if save is not None:
-        from .. import write_back
-        from ..cycles_check import render_settings
-
-        write_back.write(scene, values.owners, fitted_values(plan, result))
-        report["shown"] = _show(scene, values, plan, result, folder)
-        if args.set_cycles:
-            changed = render_settings.set_for_fit(scene)
-            say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
-            report["set_for_cycles"] = changed
-        write_back.save_copy(str(save))
-        _hide(scene, plan)
-        report["saved"] = str(save)
-        say(f"wrote {save}")
-    if checks:  # last, so that a check that fails costs nothing but itself
-        report["cycles"] = _check(scene, plan, result, folder)
-    return report
-
-
-def _show(
-    scene: Any, values: SceneValues, plan: FitPlan, result: dict[str, Any], folder: Path
-) -> list[str]:
-    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes; what
-    was done, line by line."""
-    if not plan.fields:
-        return []
-    from ..write_back import grids as grid_objects
-    from ..write_back import images as image_nodes
-
-    lines = []
-    grids = fitted_grids(plan.fields, result["fields_best"])
-    shows = [
-        *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
-        *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
-    ]
-    for show in shows:
-        try:
-            lines.append(show())
-        except BadInput as error:
-            lines += [f"not shown in the scene: {item.line()}" for item in error.problems]
-    for line in lines:
-        say(line)
-    return lines
-
-
-def _hide(scene: Any, plan: FitPlan) -> None:
-    """Undoes `_show` in the open scene, so that the check finds what was fitted."""
-    if plan.fields:
-        from ..write_back import grids as grid_objects
-        from ..write_back import images as image_nodes
-
-        for item in plan.fields:
-            if item.kind.is_image:
-                image_nodes.restore(item.owner)
-            else:
-                grid_objects.restore(scene, item.owner)
-
-
-def _images(plan: FitPlan, folder: Path) -> dict[str, str]:
-    """Material -> file of its fitted image."""
-    return {
-        item.owner: str(folder / item.files[0])
-        for item in plan.fields
-        if isinstance(item, ImageUnknown)
-    }
+    recorder = Recorder(unfinished, plan.request, run.inputs)
+    result = _fit(job, recorder, resumed=bool(args.resume))
+    return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 
 Planned = tuple[Any, SceneValues, FitPlan, Unfinished]  # bpy scene, its values
@@ -160,7 +82,9 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     if args.scene is None:
         problems.append(Problem("Fit", "there is no scene", "give SCENE.blend, or --resume DIR"))
         raise BadInput(problems)
-    base = read_run(Path(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    base = (
+        read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
+    )
     scene, values = open_scene(base.scene)
 
     from ..scene_read.photos import captures_of, packed_photos
@@ -170,7 +94,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     unknowns = unknowns_of(args, base, values, stages, problems)
     names = [join_name(item.owner, item.parameter) for item in unknowns]
     request = RunRequest(
-        scene=str(Path(base.scene).expanduser().resolve()),
+        scene=str(absolute(base.scene)),
         unknowns=unknowns,
         captures=captures_from(args, base.captures or captures_of(scene), values, problems),
         settings=settings,
@@ -186,7 +110,8 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     arguments.stop_if(problems)
     if args.stages == AUTO:
         plan = _choose_stages(plan, lambda chosen: prepare(values, chosen, packed))
-    return scene, values, plan, Unfinished(plan.request, [])
+    inputs = inputs_of(values, plan.request, packed)
+    return scene, values, plan, Unfinished(plan.request, [], None, inputs)
 
 
 def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> FitPlan:
@@ -207,7 +132,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         if name != "threads" and getattr(args, name):
             cause, cure = "the run has its own", "leave it out, or start a new run"
             problems.append(Problem(f"Argument --{name.replace('_', '-')}", cause, cure))
-    run = going_on(load(Path(args.resume).expanduser()))
+    run = going_on(load(absolute(args.resume)))
     request = replace(
         run.request,
         scene=args.scene or run.request.scene,
@@ -217,45 +142,23 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
 
     from ..scene_read.photos import packed_photos
 
+    packed = packed_photos()
     try:
-        plan = prepare(values, request, packed_photos())
+        plan = prepare(values, request, packed)
     except BadInput as error:
         problems += error.problems
+    now = inputs_of(values, request, packed)
+    if run.inputs is not None:
+        problems += changes(run.inputs, now, request.scene)
     arguments.stop_if(problems)
-    return scene, values, plan, run
+    return scene, values, plan, replace(run, inputs=run.inputs or now)
 
 
-def _check(scene: Any, plan: FitPlan, result: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
-    from ..cycles_check.job import CheckJob, lines
-    from ..cycles_check.render_settings import Remark
-
-    grids = fitted_grids(plan.fields, result["fields_best"])
-    images = _images(plan, folder)
-    job = CheckJob(scene, plan.request, fitted_values(plan, result), grids, images)
-    try:
-        job.start()
-        with bar("Cycles") as shown:
-            while (state := job.progress()).running:
-                shown.update(state.fraction, note=state.text)
-                time.sleep(0.1)
-        report = job.result()
-        sheet = job.keep(report, folder)
-    finally:
-        job.close()
-    for text in lines(report):
-        say(text)
-    for remark in report["render_settings"]:
-        if remark["spoils"]:
-            say(f"this scene's own renders differ: {Remark(**remark).line()}")
-    say(f"wrote {sheet}")
-    return report
-
-
-def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
-    """Runs to the end; Ctrl+C stops and keeps the best values so far."""
+def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[str, Any]:
+    """Runs to the end; Ctrl+C stops and keeps the best values so far. Of a fit that fails before
+    its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
-    stage = ""
+    stage, trouble = "", ""
     reported: set[str] = set()
     try:
         with bar("fitting") as shown:
@@ -270,16 +173,33 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder) -> dict[str, Any]:
                 _warn(state.notes, reported)
                 shown.update(state.fraction, state.seconds_left, note)
                 recorder.update(job)
+                trouble = _say_trouble(recorder, trouble)
                 time.sleep(0.05)
     except KeyboardInterrupt:
         say("stopping; the best values so far are kept")
         job.cancel()
+    except FitFailed as error:
+        if resumed or any(part["iterations"] for part in job.parts()):
+            raise
+        recorder.finished()
+        said = ValueError(str(error).removeprefix("Iteration 0: "))
+        raise BadInput(problems_of(said, "Fit", "change the photos or the settings")) from error
     finally:
         job.join()
     recorder.update(job, now=True)
+    _say_trouble(recorder, trouble)
     result = job.result()
     _warn(result["notes"], reported)
-    return result
+    return result | {"notes": (*result["notes"], *recorder.notes())}
+
+
+def _say_trouble(recorder: Recorder, said: str) -> str:
+    """Says what has changed about whether the run is kept on disk; returns what is known now."""
+    if recorder.trouble and recorder.trouble != said:
+        say(f"warning: {recorder.trouble}")
+    elif said and not recorder.trouble:
+        say(f"the run is kept in '{recorder.folder}' again")
+    return recorder.trouble
 
 
 def _warn(notes: Sequence[str], reported: set[str]) -> None:

@@ -12,11 +12,19 @@ from typing import Any
 import numpy as np
 
 from .. import native, parameters
-from ..atomic_files import safe_name
-from ..problems import BadInput, Problem, listed
+from ..paths import file_stems
+from ..problems import BadInput, Problem, listed, refused
 from ..scene_read.values import SceneValues
 from . import arguments
-from .scene import camera_of, find_constant, native_scene, open_scene, picture_frame, picture_size
+from .scene import (
+    RENDER,
+    camera_of,
+    find_constant,
+    native_scene,
+    open_scene,
+    picture_frame,
+    picture_size,
+)
 from .terminal import bar, say
 
 #: A base colour's image, by whose texels the derivative is taken.
@@ -31,6 +39,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     changes = arguments.assignments(args.set, problems)
     folder = arguments.output_folder(args.out_dir, problems) if args.out_dir else None
     _, values = open_scene(args.scene)
+    arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
     textured = _textured(values, keys, problems)
     found = [find_constant(values, *key, problems) for key in keys if key[1] != TEXTURE]
@@ -46,15 +55,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     usual = {"depth": args.depth, "threads": args.threads, "frame": frame}
 
     def by_texels(seed: int, reference: np.ndarray | None = None) -> Any:  # noqa: ANN401
-        try:
+        with refused(*RENDER):
             return core.texture_gradient(*view, textured, reference=reference, seed=seed, **usual)
-        except ValueError as error:
-            title, _, rest = str(error).partition(": ")
-            cause, _, cure = rest.partition("; ")
-            raise BadInput(Problem(title, cause, cure)) from error
 
     def render(seed: int) -> Any:  # noqa: ANN401 - a native Film has no Python type
-        return core.render(*view, seed=seed, parameters=wanted, lanes=args.lanes, **usual)
+        with refused(*RENDER):
+            return core.render(*view, seed=seed, parameters=wanted, lanes=args.lanes, **usual)
 
     film, texels = by_texels(args.seed) if textured else (render(args.seed), None)
     iteration = (
@@ -85,7 +91,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if folder is not None:
         report["files"] = _write(film, folder)
         if texels is not None:
-            name = f"{safe_name(str(textured))}_{TEXTURE}_texels.exr"
+            name = f"{file_stems([str(textured)])[str(textured)]}_{TEXTURE}_texels.exr"
             native.image().write_exr(str(folder / name), texels.astype(np.float32))
             report["files"].append(name)
     report["seconds"] = time.perf_counter() - started
@@ -159,9 +165,11 @@ def _write(film: Any, folder: Path) -> list[str]:  # noqa: ANN401
     pictures = {"image": (film.image, film.standard_error)}
     for index, (owner, parameter, component) in enumerate(film.unknowns):
         rows = (film.jacobian[index], film.jacobian_standard_error[index])
-        pictures[f"{safe_name(owner)}_{parameter}_{component}"] = rows
+        pictures[f"{owner}_{parameter}_{component}"] = rows
+    stems = file_stems(pictures)
     names = []
-    for name, (value, error) in pictures.items():
+    for title, (value, error) in pictures.items():
+        name = stems[title]
         for suffix, pixels in (("", value), ("_sem", error)):
             path = folder / f"{name}{suffix}.exr"
             native.image().write_exr(str(path), np.ascontiguousarray(pixels, np.float32))

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import argparse
-import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,11 @@ from ..fit_run.captures import LEFT_OUT
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import FitSettings, with_overrides
+from ..json_text import read_json
 from ..next_camera import report
 from ..next_camera.suggestion import Suggestion, suggestion_of
 from ..parameters import Values, join_name
+from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from . import arguments
@@ -31,7 +33,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
     save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
-    base, fitted = _asked(Path(args.scene).expanduser())
+    base, fitted = _asked(absolute(args.scene))
     settings = FitSettings()
     try:
         settings = with_overrides(base.settings, {name: getattr(args, name) for name in _SETTINGS})
@@ -44,7 +46,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     unknowns = unknowns_of(args, base, values, (), problems)
     changes = _changes(args, values, problems)
     request = RunRequest(
-        scene=str(Path(base.scene).expanduser().resolve()),
+        scene=str(absolute(base.scene)),
         unknowns=tuple(_at(item, {**fitted, **changes}) for item in unknowns),
         captures=captures_from(args, base.captures or captures_of(scene), values, problems),
         settings=settings,
@@ -67,13 +69,16 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for line in content["advice"]:
         say(line)
     if save is not None:
-        content["saved"] = _save(scene, found, str(save))
+        try:
+            content["saved"] = _save(scene, found, str(save))
+        except BadInput as error:  # the table stands
+            content["error"] = str(error)
     return content
 
 
 def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
     """What was asked for, and the values that were found, none for a scene. Raises BadInput."""
-    if path.is_dir():
+    if is_folder(path):
         path = path / "run.json"
     if path.suffix != ".json":
         return RunRequest(str(path)), {}
@@ -82,13 +87,15 @@ def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
     if not result.is_file():
         return request, {}
     try:
-        rows = renamed(json.loads(result.read_text(encoding="utf-8")))["parameters"]
+        rows = renamed(read_json(result))["parameters"]
         found = {}
         for item in request.unknowns:
             value = rows[join_name(item.owner, item.parameter)]["value"]
             numbers = value if isinstance(value, list) else [value]
             found[item.owner, item.parameter] = tuple(float(x) for x in numbers)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+            if not all(map(math.isfinite, found[item.owner, item.parameter])):
+                raise ValueError(f"{item.owner}:{item.parameter} is {value}")
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         title, cause = f"File '{result}'", f"it has no fitted values ({error!r})"
         cure = "give the folder of a fit that has ended, or the scene with --set"
         raise BadInput(Problem(title, cause, cure)) from error

@@ -7,7 +7,6 @@ import argparse
 import csv
 import os
 import time
-from pathlib import Path
 from typing import Any, TextIO
 
 import numpy as np
@@ -25,20 +24,14 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Evaluates each row of FILE.csv and writes --out, or nothing if any row is wrong."""
     started = time.perf_counter()
     problems: list[Problem] = []
-    source = Path(args.file).expanduser().resolve()
+    source = arguments.input_file(args.file, problems, "give a CSV file")
     out = arguments.output_file(args.out, (".csv",), problems)
     if out == source:
         cause = "it is the table that is read"
         problems.append(Problem(f"File '{args.out}'", cause, "give another name to --out"))
-    try:
-        file = source.open(encoding="utf-8-sig", newline="")
-    except OSError as error:
-        cause = f"cannot be read ({error.strerror})"
-        problems.append(Problem(f"File '{args.file}'", cause, "give a CSV file"))
-        raise BadInput(problems) from error
+    arguments.stop_if(problems)
     partial = out.with_name(f".{out.name}.{os.getpid()}.partial")
-    with file:
-        arguments.stop_if(problems)
+    with source.open(encoding="utf-8-sig", newline="") as file:
         reader = TableReader(source, file)
         try:
             with partial.open("w", encoding="utf-8", newline="") as to:

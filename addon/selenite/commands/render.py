@@ -7,9 +7,9 @@ import argparse
 from typing import Any
 
 from .. import native
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Problem, refused
 from . import arguments
-from .scene import camera_of, native_scene, open_scene, picture_frame, picture_size
+from .scene import RENDER, camera_of, native_scene, open_scene, picture_frame, picture_size
 from .terminal import say
 
 
@@ -19,7 +19,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     out = arguments.output_file(args.out, (".exr", ".png"), problems)
     sem = arguments.output_file(args.sem, (".exr",), problems) if args.sem else None
     changes = arguments.assignments(args.set, problems)
+    if sem is not None and sem == out:
+        cause, cure = "the picture goes there", "give another name to --sem"
+        problems.append(Problem(f"File '{args.sem}'", cause, cure))
     _, values = open_scene(args.scene)
+    arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
     camera = camera_of(values, args.camera, problems)
     width, height = picture_size(camera, args.width, args.height, problems)
@@ -27,18 +31,19 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if camera is None:  # cannot be: native_scene raises the problem that camera_of has found
         raise BadInput(problems)
     say(f"rendering {width} x {height}, {args.spp} samples per pixel")
-    film = native.core().render(
-        scene,
-        camera.name,
-        width,
-        height,
-        args.spp,
-        seed=args.seed,
-        depth=args.depth,
-        threads=args.threads,
-        lanes=args.lanes,
-        frame=picture_frame(camera, args.width, args.height),
-    )
+    with refused(*RENDER):
+        film = native.core().render(
+            scene,
+            camera.name,
+            width,
+            height,
+            args.spp,
+            seed=args.seed,
+            depth=args.depth,
+            threads=args.threads,
+            lanes=args.lanes,
+            frame=picture_frame(camera, args.width, args.height),
+        )
     image = native.image()
     (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), film.image)
     if sem is not None:

@@ -3,32 +3,44 @@
 
 from __future__ import annotations
 
+import math
+import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
+from .. import native
 from ..fit_run.plan import build_scene
+from ..fit_run.settings import number
 from ..fit_run.unknowns import find_parameter
 from ..parameters import Parameter, Values, join_name
-from ..problems import BadInput, Problem, listed
+from ..problems import BadInput, Problem, listed, refused
 from ..scene_read.values import CameraValues, Owner, SceneValues
+from .arguments import input_file, stop_if
 from .terminal import say
+
+#: A pixel while it is rendered and handed on: its mean, half of it and its error, each twice.
+_BYTES_OF_PIXEL = 72
+#: What a render that the native module refuses is told as, beside its own words.
+RENDER = ("Render", "change the size or the samples")
 
 
 def open_scene(path: str) -> tuple[Any, SceneValues]:
     """(bpy scene, its values). Raises BadInput when the file cannot be opened."""
-    file = Path(path).expanduser()
-    if not file.is_file():
-        raise BadInput(
-            Problem(f"File '{path}'", "it does not exist", "give the path of a .blend file")
-        )
+    problems: list[Problem] = []
+    file = input_file(path, problems, "give the path of a .blend file")
+    stop_if(problems)
     try:
         from ..scene_read import scene as scene_read
     except ImportError as error:
         cure = "install bpy, or use blender --command selenite"
         raise BadInput(Problem("Blender", f"bpy does not load ({error})", cure)) from error
-    scene = scene_read.open_blend(str(file.resolve()))
-    return scene, scene_read.read_scene(scene)
+    from ..scene_read.scripts import blocked_drivers
+
+    scene = scene_read.open_blend(str(file))
+    values = scene_read.read_scene(scene)
+    for text in (*scene_read.warnings_of_file(), *blocked_drivers()):
+        values.warn(text)
+    return scene, values
 
 
 def camera_of(
@@ -54,18 +66,36 @@ def picture_size(
     camera: CameraValues | None, width: int | None, height: int | None, problems: list[Problem]
 ) -> tuple[int, int]:
     """The given size; a side that is not given follows the scene's aspect: see `picture_frame`."""
+    ranges = native.core().setting_ranges()["render"]
     for side, value in (("width", width), ("height", height)):
-        if value is not None and not 1 <= value <= 65536:
-            problems.append(Problem(f"Argument --{side}", f"it is {value}", "give 1 to 65536"))
+        low, high = ranges[side]
+        if value is not None and not low <= value <= high:
+            cure = f"give {number(low)} to {number(high)}"
+            problems.append(Problem(f"Argument --{side}", f"it is {value}", cure))
+            return 1, 1
     if camera is None:
         return 1, 1
-    if height is None:
-        if width is None:
-            return camera.width, camera.height
-        return width, max(1, round(width / camera.aspect))
-    if width is None:
-        return max(1, round(height * camera.aspect)), height
+    if width is None and height is None:
+        width, height = camera.width, camera.height
+    elif height is None:
+        assert width is not None  # noqa: S101 - see above
+        height = max(1, round(width / camera.aspect))
+    elif width is None:
+        width = max(1, round(height * camera.aspect))
+    most = min(ranges["pixels"][1], native.image().largest_picture, _pixels_in_memory())
+    if width * height > most:
+        cause = f"{width} x {height} are {width * height} pixels"
+        cure = f"give sizes of at most {number(most)} pixels, for which there is room"
+        problems.append(Problem("Picture", cause, cure))
     return width, height
+
+
+def _pixels_in_memory() -> float:
+    """Pixels of a render that this computer's memory holds."""
+    names = ("SC_PHYS_PAGES", "SC_PAGE_SIZE")
+    if not all(name in getattr(os, "sysconf_names", ()) for name in names):
+        return math.inf
+    return math.prod(map(os.sysconf, names)) // _BYTES_OF_PIXEL
 
 
 def picture_frame(
@@ -117,4 +147,5 @@ def native_scene(
     scene = build_scene(values)
     for text in values.warnings:
         say(f"warning: {text}")
-    return scene.with_values(checked) if checked else scene
+    with refused("Scene", "change the values"):
+        return scene.with_values(checked) if checked else scene

@@ -7,13 +7,14 @@ import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 
 def say(text: str) -> None:
-    """One line on stderr."""
-    sys.stderr.write(text + "\n")
-    sys.stderr.flush()
+    """One line on stderr. Where nobody reads it any more, or its disk is full, the work goes on."""
+    with suppress(OSError, AttributeError):  # closed: None
+        sys.stderr.write(text + "\n")
+        sys.stderr.flush()
 
 
 def table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

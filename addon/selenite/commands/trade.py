@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import argparse
 import math
-from pathlib import Path
 from typing import Any
 
 from ..fit_run.plan import FitPlan
 from ..fit_run.request import RunRequest
 from ..fit_run.settings import FitSettings, with_overrides
+from ..paths import absolute
 from ..problems import BadInput, Problem
 from ..trade import report
 from ..trade.expected import Estimate
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     from ..scene_read.photos import captures_of, packed_photos
 
     request = RunRequest(
-        scene=str(Path(args.scene).expanduser().resolve()),
+        scene=str(absolute(args.scene)),
         unknowns=unknowns_of(args, RunRequest(args.scene), values, (), problems),
         captures=captures_from(args, captures_of(scene), values, problems),
         settings=settings,
@@ -66,10 +66,14 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         say(f"warning: {text}")
     _measure(trade)
     content = report.report(trade)
-    files = report.write(content, out)
-    if files["plot"] is None:
-        say(f"warning: {report.NO_PLOT}")
     _show(content, plan)
+    try:
+        files = report.write(content, out)
+    except OSError as error:
+        cause = f"Folder '{out}': the table cannot be written ({error})"
+        return content | {"folder": None, "error": f"{cause}; make room or choose another --out"}
+    if why := report.why_no_plot(content):
+        say(f"warning: {why}")
     say(f"wrote {', '.join(path for path in files.values() if path)}")
     return content | {"folder": str(out), "files": files}
 

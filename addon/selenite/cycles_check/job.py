@@ -23,14 +23,14 @@ from .. import grid_files, parameters, write_back
 from ..atomic_files import write_json
 from ..fit_run.request import RunRequest
 from ..parameters import Values
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Failed, Problem
 from ..scene_read.values import GridValues
 from . import compare
 
 WORKER = Path(__file__).with_name("worker.py")
 
 
-class CheckFailed(RuntimeError):
+class CheckFailed(Failed):
     """The other process met an error, or ended without a word."""
 
 
@@ -70,6 +70,7 @@ class CheckJob:
             write_back.save_copy(str(self.folder / "scene.blend"))
             text = json.dumps({
                 "scene": scene.name,
+                "scripts": _runs_scripts(),
                 "run": request.as_json(),
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
@@ -163,11 +164,15 @@ def _blender() -> list[str]:
     """This Blender without a window, or this Python with its module bpy, up to the folder."""
     if not bpy.app.binary_path:
         return [sys.executable, "-P", str(WORKER)]
-    # Scripts of the file (drivers) run there only if they may run here.
-    trusted = bpy.context.preferences.filepaths.use_scripts_auto_execute
-    trust = "-y" if trusted and not bpy.app.autoexec_fail else "-Y"
+    trust = "-y" if _runs_scripts() else "-Y"
     words = [bpy.app.binary_path, "-b", "--factory-startup", trust, "-noaudio"]
     return [*words, "--python-exit-code", "1", "--python", str(WORKER), "--"]
+
+
+def _runs_scripts() -> bool:
+    """Whether scripts of the file (drivers) run here: only then they run there."""
+    trusted = bpy.context.preferences.filepaths.use_scripts_auto_execute
+    return bool(bpy.app.binary_path and trusted and not bpy.app.autoexec_fail)
 
 
 def _unsaved_pictures() -> list[Problem]:

@@ -32,13 +32,14 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.fit_run.fields import with_grids
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
+    from selenite.paths import file_stems
     from selenite.problems import BadInput
     from selenite.scene_read.photos import packed_photos
     from selenite.scene_read.scene import open_blend, read_scene
     from selenite.write_back import grids as grid_objects
     from selenite.write_back import images as image_nodes
 
-    open_blend(str(folder / "scene.blend"))
+    open_blend(str(folder / "scene.blend"), scripts=request["scripts"])
     scene = bpy.data.scenes[request["scene"]]
     if bpy.context.window is not None:
         bpy.context.window.scene = scene
@@ -62,6 +63,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     shown += [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
+    stems = file_stems(item.id for item in captures)
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
 
@@ -70,7 +72,15 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
 
         pixel_aspect = capture.pixel_aspect(cameras[capture.camera])
         rows[capture.id], pictures[capture.id] = _check(
-            folder, scene, native_scene, capture, pixel_aspect, wanted.settings, samples, note
+            folder,
+            scene,
+            native_scene,
+            capture,
+            stems[capture.id],
+            pixel_aspect,
+            wanted.settings,
+            samples,
+            note,
         )
     sheet.write(folder / "out" / "cycles_check.png", pictures, LARGEST_ERROR)
     return {
@@ -109,16 +119,16 @@ def _check(
     scene: Any,
     native_scene: Any,
     capture: Any,
+    stem: str,
     pixel_aspect: float,
     settings: Any,
     samples: int,
     note: Callable[[str, float], None],
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """(numbers of one photo, its tiles for the sheet); writes its pictures."""
+    """(numbers of one photo, its tiles for the sheet); writes its pictures, named by `stem`."""
     import numpy as np
 
     from selenite import native
-    from selenite.atomic_files import safe_name
     from selenite.cycles_check.compare import Estimate, misfit
     from selenite.cycles_check.render import estimate
 
@@ -149,7 +159,6 @@ def _check(
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted
-    stem = safe_name(capture.id)
     for name, pixels in (
         ("native", ours.mean),
         ("native_sem", np.sqrt(ours.variance)),

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run that is not finished, on disk: what it has found so far, and how it goes on.
 
-The folder `<date>_<time>.unfinished` holds run.json (the request), state.json (every iteration of
-every stage, and the best values), with grids one file of them, and now and then the whole state of
-the native fit, from which it goes on to the same bits. Each file is replaced as a whole.
+The folder `<date>_<time>.unfinished` holds run.json (the request), inputs.json (digests of what it
+was given), state.json (every iteration of every stage, and the best values), with grids one file of
+them, and now and then the whole state of the native fit, from which it goes on to the same bits.
+Each file is replaced as a whole.
 """
 
 from __future__ import annotations
 
 import io
-import json
 import math
 import shutil
 import time
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -22,8 +24,11 @@ import numpy as np
 
 from .. import __version__
 from ..atomic_files import write_bytes, write_json
+from ..json_text import read_json
 from ..parameters import join_name
+from ..paths import MISSING, is_folder, is_there, why_not_file
 from ..problems import BadInput, Problem
+from .inputs import Inputs
 from .job import SavedState
 from .old_names import renamed
 from .request import RunRequest, read_run
@@ -31,6 +36,13 @@ from .staging.request import StageRequest
 
 SCHEMA = 1
 SUFFIX = ".unfinished"
+INPUTS = "inputs.json"
+_LARGEST_STATE = 1 << 30  # bytes
+#: What reading a file raises that is not what it should be.
+UNREADABLE = (
+    OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError,
+    RecursionError, MemoryError, zipfile.BadZipFile, zlib.error,
+)  # fmt: skip
 #: Seconds between two updates, between two whole states, and how often the time that one took fits
 #: between it and the next: at most so small a share of a run goes into its record.
 _EVERY, _STATE_EVERY, _TIMES = 2.0, 15.0, 30.0
@@ -41,6 +53,7 @@ _SCALARS = (
     "iterations", "best_iteration", "best_validation", "best_validation_standard_error", "samples",
     "seconds", "cpu_seconds", "dropped", "stopped_because", "optimiser",
 )  # fmt: skip
+_WORDS = ("stopped_because", "optimiser")
 
 Parts = Sequence[Mapping[str, Any]]  # native results, one for each stage that has begun
 
@@ -48,24 +61,36 @@ Parts = Sequence[Mapping[str, Any]]  # native results, one for each stage that h
 @dataclass(frozen=True)
 class Unfinished:
     """A run on disk. parts: native results of the stages that had begun; state: the whole state of
-    the newest of them, if there is one."""
+    the newest of them, inputs: what it was given, where these are known."""
 
     request: RunRequest
     parts: list[dict[str, Any]]
     state: SavedState | None = None
+    inputs: Inputs | None = None
 
 
 class Recorder:
-    """Keeps a folder up to date while a job runs."""
+    """Keeps a folder up to date while a job runs. What cannot be written is tried again later: a
+    full disk ends no fit. `trouble`: why the newest state is not on disk, "" if it is."""
 
-    def __init__(self, folder: Path, request: RunRequest) -> None:
-        """Makes the folder if there is none. Raises OSError."""
+    def __init__(self, folder: Path, request: RunRequest, inputs: Inputs | None = None) -> None:
+        """Makes the folder if there is none."""
         self.folder = folder
+        self.trouble = ""
+        self._request, self._inputs = request, inputs
+        self._begun = False
+        self._troubles: list[str] = []
         self._next = self._next_state = 0.0
         self._seen: tuple[int, int] = (0, -1)
         self._state: dict[str, Any] | None = None
-        folder.mkdir(parents=True, exist_ok=True)
-        write_json(folder / "run.json", request.as_json())
+        try:
+            self._begin()
+        except OSError as error:
+            self._note(error)
+
+    def notes(self) -> tuple[str, ...]:
+        """Sentences for the result: what could not be kept while the fit ran."""
+        return tuple(self._troubles)
 
     def update(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
         """Writes what `job.parts()` has found, at most every two seconds unless `now`, and less
@@ -73,6 +98,35 @@ class Recorder:
         if not now and time.monotonic() < self._next:
             return
         begin = time.monotonic()
+        try:
+            if not self._begun:
+                self._begin()
+            self._update(job)
+            self.trouble = ""
+        except OSError as error:
+            self._note(error)
+            self._seen = (0, -1)
+            job.request_state()  # the one that was to be written is lost
+        took = time.monotonic() - begin
+        self._next = time.monotonic() + max(_EVERY, _TIMES * took)
+
+    def finished(self) -> str:
+        """The results stand elsewhere: the folder goes. Returns why it does not, "" if it does."""
+        try:
+            if self.folder.exists():
+                shutil.rmtree(self.folder)
+        except OSError as error:
+            return f"Folder '{self.folder}' is not needed any more, and cannot be removed ({error})"
+        return ""
+
+    def _begin(self) -> None:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_json(self.folder / "run.json", self._request.as_json())
+        if self._inputs is not None:
+            write_json(self.folder / INPUTS, self._inputs.as_json())
+        self._begun = True
+
+    def _update(self, job: Any) -> None:  # noqa: ANN401 - FitJob or StagedJob
         data = job.take_state()
         parts = job.parts()
         if data is not None:
@@ -83,8 +137,6 @@ class Recorder:
             self._seen = seen
         if time.monotonic() >= self._next_state:
             job.request_state()
-        took = time.monotonic() - begin
-        self._next = time.monotonic() + max(_EVERY, _TIMES * took)
 
     def _write_state(self, data: bytes, parts: Parts) -> None:
         begin = time.monotonic()
@@ -95,9 +147,14 @@ class Recorder:
         took = time.monotonic() - begin
         self._next_state = time.monotonic() + max(_STATE_EVERY, _TIMES * took)
 
-    def finished(self) -> None:
-        """The results stand elsewhere: the folder goes."""
-        shutil.rmtree(self.folder)
+    def _note(self, error: OSError) -> None:
+        why = error.strerror or str(error)
+        self.trouble = (
+            f"The run is not kept in '{self.folder}' ({why}); the fit goes on, but cannot be "
+            "resumed if it is interrupted: make room or set the folder's rights"
+        )
+        if self.trouble not in self._troubles:
+            self._troubles.append(self.trouble)
 
 
 def save(folder: Path, parts: Parts, optimiser: Mapping[str, Any] | None = None) -> None:
@@ -133,29 +190,46 @@ def save(folder: Path, parts: Parts, optimiser: Mapping[str, Any] | None = None)
 def load(folder: Path) -> Unfinished:
     """What was asked for, and what was found so far. Raises BadInput."""
     title = f"Folder '{folder}'"
-    if not folder.is_dir():
-        raise BadInput(Problem(title, "it does not exist", "give the folder of a run"))
+    if not is_folder(folder):
+        cause = "it is a file" if is_there(folder) else MISSING
+        raise BadInput(Problem(title, cause, "give the folder of a run"))
     if (folder / "result.json").is_file():
         cause, cure = "this run is finished", "nothing is left to resume; start a new one"
         raise BadInput(Problem(title, cause, cure))
     request = read_run(folder / "run.json")
-    if not (folder / "state.json").is_file():
-        return Unfinished(request, [])  # it was stopped before its first iteration
     try:
-        state = renamed(json.loads((folder / "state.json").read_text(encoding="utf-8")))
+        inputs = _inputs(folder)
+        if not (folder / "state.json").exists():
+            return Unfinished(request, [], None, inputs)  # stopped before its first iteration
+        state = renamed(read_json(folder / "state.json", _LARGEST_STATE))
         if state.get("schema") != SCHEMA:
             raise ValueError(f"its schema is {state.get('schema')!r}")
         parts = [_part(item) for item in state["parts"]]
         if state["grids"]:
-            with np.load(folder / state["grids"], allow_pickle=False) as grids:
+            with np.load(_own_file(folder, state["grids"]), allow_pickle=False) as grids:
                 for key in grids.files:
                     index, which, name = key.split("|", 2)
                     parts[int(index)][which][name] = grids[key]
         saved = _optimiser(folder, state.get("optimiser"), len(parts))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except UNREADABLE as error:
         cause = f"its state cannot be read ({error})"
         raise BadInput(Problem(title, cause, "start the run anew with its run.json")) from error
-    return Unfinished(request, parts, saved)
+    return Unfinished(request, parts, saved, inputs)
+
+
+def _inputs(folder: Path) -> Inputs | None:
+    """None of a run of an earlier version. Raises ValueError."""
+    path = folder / INPUTS
+    return Inputs.from_json(read_json(path)) if path.exists() else None
+
+
+def _own_file(folder: Path, name: object) -> Path:
+    """A file that state.json names: one of the folder's own. Raises ValueError."""
+    if not isinstance(name, str) or Path(name).name != name:
+        raise ValueError(f"it names the file {name!r}")
+    if why := why_not_file(folder / name):
+        raise ValueError(f"file '{name}': {why}")
+    return folder / name
 
 
 def going_on(run: Unfinished) -> Unfinished:
@@ -168,8 +242,12 @@ def going_on(run: Unfinished) -> Unfinished:
     names = tuple(join_name(item.owner, item.parameter) for item in request.unknowns)
     stages = request.stages or (StageRequest("everything", names),)
     parts = [part for part in parts if part["iterations"]]
+    if len(parts) > len(stages):
+        cause = f"its state has {len(parts)} stages, its run.json {len(stages)}"
+        cure = "delete its state.json: the run then begins anew"
+        raise BadInput(Problem("Run", cause, cure))
     if not parts:
-        return Unfinished(request, [])
+        return Unfinished(request, [], None, run.inputs)
     last = len(parts) - 1
     stage, part = stages[last], parts[-1]
     wanted = request.settings.iterations if stage.iterations is None else stage.iterations
@@ -177,7 +255,7 @@ def going_on(run: Unfinished) -> Unfinished:
     ended = part["stopped_because"] not in ("", "cancelled")
     # At the last iteration its refinement may be left; beyond it run.json asks for less by now.
     if not ended and run.state is not None and done <= wanted:
-        return Unfinished(request, parts[:-1], run.state)
+        return Unfinished(request, parts[:-1], run.state, run.inputs)
     if not ended and done >= wanted:
         parts[-1] = part | {"stopped_because": "all iterations done"}
     elif not ended:
@@ -188,14 +266,14 @@ def going_on(run: Unfinished) -> Unfinished:
             number += 1
         left = replace(stage, name=name, iterations=max(wanted - done, _FEWEST))
         stages = (*stages[:last], replace(stage, iterations=done), left, *stages[last + 1 :])
-    return Unfinished(replace(request, stages=stages), parts)
+    return Unfinished(replace(request, stages=stages), parts, None, run.inputs)
 
 
 def _optimiser(folder: Path, about: Mapping[str, Any] | None, parts: int) -> SavedState | None:
     """The whole state of the newest part; None if there is none of it."""
-    if about is None or about["part"] != parts or not (folder / about["file"]).is_file():
+    if about is None or about["part"] != parts or not (folder / str(about["file"])).exists():
         return None
-    path = folder / str(about["file"])
+    path = _own_file(folder, about["file"])
     return SavedState(str(path), path.read_bytes(), float(about["seconds"]))
 
 
@@ -224,6 +302,12 @@ def _part(item: Mapping[str, Any]) -> dict[str, Any]:
         else:
             history[key] = np.asarray(value, int if key == "iteration" else float)
     scalars = {key: math.nan if item[key] is None else item[key] for key in _SCALARS}
+    for key, value in scalars.items():
+        if isinstance(value, bool) or not isinstance(value, str if key in _WORDS else (int, float)):
+            raise ValueError(f"its '{key}' is {value!r}")
+    for key in ("search", "report"):
+        if not isinstance(item.get(key), (dict, type(None))):
+            raise ValueError(f"its '{key}' is {item[key]!r}")
     return {
         **scalars,
         "error": "",

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from .. import native
-from ..problems import BadInput, Problem
+from ..problems import BadInput, problems_of
 from .captures import Capture
 from .job import FitJob
 from .plan import FitPlan
@@ -58,7 +58,7 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
         )
     except (ValueError, KeyError) as error:
         cure = "change the settings or the bounds"
-        raise BadInput(Problem("Fit", str(error.args[0]), cure)) from error
+        raise BadInput(problems_of(error, "Fit", cure)) from error
     return sum(
         row["pixels"] * row["spp"] * row["renders"] * _PATH[row["derivatives"]] for row in planned
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Failed, Problem, problems_of
 from . import trust
 from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
@@ -21,7 +21,7 @@ _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 MULTI_START, DESCENT = "multi-start", "descent"
 
 
-class FitFailed(RuntimeError):
+class FitFailed(Failed):
     """The native fit stopped with an error."""
 
 
@@ -98,7 +98,7 @@ class FitJob:
             )
         except (ValueError, KeyError) as error:
             cure = "change the settings or the bounds"
-            raise BadInput(Problem("Fit", _text(error), cure)) from error
+            raise BadInput(problems_of(error, "Fit", cure)) from error
         if state is not None:
             self._restore(state)
 
@@ -117,7 +117,7 @@ class FitJob:
         """Cheap, at any time. Raises FitFailed when the thread met an error."""
         state = self._fit.state()
         if state["error"]:
-            raise FitFailed(state["error"])
+            raise FitFailed(_in_words(state["error"]))
         if state["running"] and time.monotonic() >= self._next_diagnosis:
             self._notes = self.notes()
             self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
@@ -204,6 +204,14 @@ def scene_at(plan: FitPlan, result: dict[str, Any]) -> Any:  # noqa: ANN401 - a 
     for item in plan.fields:
         scene = item.placed(scene, result["fields_best"][item.name])
     return scene
+
+
+def _in_words(error: str) -> str:
+    if "bad_alloc" in error:
+        return (
+            "the computer's memory does not suffice; lower the height or fit fewer photos at once"
+        )
+    return error
 
 
 def _text(error: Exception) -> str:

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from .. import native
-from ..problems import BadInput, Problem
+from ..paths import MISSING, why_not_file
+from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
-from ..scene_read.values import SceneValues, with_ids
+from ..scene_read.finite import not_finite
+from ..scene_read.values import PACKED, CaptureRequest, SceneValues, with_ids
 from . import fields as all_fields
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
@@ -64,7 +66,14 @@ def prepare(
     def photos(height: int, warn: list[str]) -> list[Capture]:
         if captures_at is not None:
             return captures_at(height)
-        return read_captures(values, request.captures, height, problems, warn, packed or {})
+        good = [item for item in request.captures if not _not_files(item)]
+        sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
+        if (request.captures and not good) or min(sizes, default=1) < 1:
+            return []  # it has been told why
+        return read_captures(values, good, height, problems, warn, packed or {})
+
+    for item in request.captures:
+        problems += _not_files(item)
 
     captures = photos(request.settings.height, warnings)
     if problems:
@@ -100,16 +109,37 @@ def prepare(
     )
 
 
+def _not_files(capture: CaptureRequest) -> list[Problem]:
+    """Folders, pipes and names that no file can have; what merely does not exist is told by who
+    reads it."""
+    names = {f"Photo '{capture.photo}'": capture.photo, f"Mask '{capture.mask}'": capture.mask}
+    found = []
+    for title, name in names.items():
+        why = "" if not name or name.startswith(PACKED) else why_not_file(name)
+        if why and why != MISSING:
+            found.append(Problem(title, f"cannot be read ({why})", "give a picture"))
+    return found
+
+
 def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
     """Builds the native scene; what the native side refuses becomes a Problem."""
-    if values.problems:
-        raise BadInput(values.problems)
-    try:
+    problems = [*values.problems, *not_finite(values)]
+    if problems:
+        raise BadInput(problems)
+    with refused("Scene", "correct the scene"):
         scene = build(values)
-    except ValueError as error:
-        raise BadInput(Problem("Scene", str(error), "correct the scene")) from error
+    triangles: dict[str, int] = {}
+    for mesh in values.meshes:
+        triangles[mesh.name] = triangles.get(mesh.name, 0) + len(mesh.triangles)
     for name, count in scene.dropped_triangles.items():
-        values.warn(f"Mesh '{name}': {count} degenerate triangles are left out")
+        if count >= triangles.get(name, 0):
+            cause = f"none of its {count} triangles has an area"
+            cure = "scale its faces up, hide it from renders or delete it"
+            problems.append(Problem(f"Mesh '{name}'", cause, cure))
+        else:
+            values.warn(f"Mesh '{name}': {count} degenerate triangles are left out")
+    if problems:
+        raise BadInput(problems)
     return scene
 
 

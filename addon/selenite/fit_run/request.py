@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from .. import __version__
+from ..json_text import read_json
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.values import CaptureRequest
@@ -16,6 +16,8 @@ from .settings import FitSettings
 from .staging.request import StageRequest, stages_from_json
 
 SCHEMA = 1
+#: Beyond any number of a request.
+LARGEST = 1e300
 
 
 @dataclass(frozen=True)
@@ -73,23 +75,23 @@ class RunRequest:
             raise BadInput(Problem(title, cause, "give a run.json of this version"))
         try:
             return RunRequest(
-                scene=str(data["scene"]),
-                unknowns=tuple(_unknown(item) for item in data["unknowns"]),
-                captures=tuple(CaptureRequest(**item) for item in data["captures"]),
-                settings=FitSettings.from_json(data["settings"]),
+                scene=_text(data, "scene"),
+                unknowns=tuple(_unknown(item) for item in _objects(data, "unknowns")),
+                captures=tuple(_capture(item) for item in _objects(data, "captures")),
+                settings=FitSettings.from_json(data.get("settings", {})),
                 stages=_stages(data.get("stages"), title),
-                staging=str(data.get("staging", "")),
+                staging=_text(data, "staging", ""),
             )
-        except (KeyError, TypeError, ValueError) as error:
-            cause = f"it is incomplete or has a wrong entry ({error})"
-            raise BadInput(Problem(title, cause, "give a run.json as Selenite wrote it")) from error
+        except ValueError as error:
+            cure = "give a run.json as Selenite wrote it"
+            raise BadInput(Problem(title, str(error), cure)) from error
 
 
 def read_run(path: Path) -> RunRequest:
     """Reads a run.json. Raises BadInput."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        data = read_json(path)
+    except ValueError as error:
         cause = f"cannot be read ({error})"
         raise BadInput(Problem(f"File '{path}'", cause, "give a run.json of Selenite")) from error
     return RunRequest.from_json(data)
@@ -99,8 +101,55 @@ def _stages(items: object, title: str) -> tuple[StageRequest, ...]:
     return stages_from_json({"stages": items}, title) if items else ()
 
 
+def _objects(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
+    """A list of objects. Raises ValueError."""
+    items = data.get(key)
+    if not isinstance(items, list) or not all(isinstance(item, dict) for item in items):
+        raise ValueError(f"its '{key}' are no list of objects")
+    return items
+
+
+def _text(data: dict[str, Any], key: str, default: str | None = None) -> str:
+    value = data.get(key, default)
+    if not isinstance(value, str) or "\0" in value:
+        raise ValueError(f"its '{key}' is {value!r}, not text")
+    return value
+
+
+def _number(data: dict[str, Any], key: str) -> float | None:
+    value = data.get(key)
+    if value is None:
+        return None
+    if type(value) not in (int, float) or not abs(value) <= LARGEST:
+        raise ValueError(f"its '{key}' is {value!r}, not a finite number")
+    return float(value)
+
+
+def _capture(item: dict[str, Any]) -> CaptureRequest:
+    known = {entry.name for entry in fields(CaptureRequest)}
+    for key in item:
+        if key not in known:
+            raise ValueError(f"a photo of it has the key '{key}', which is not known")
+    camera, photo = _text(item, "camera"), _text(item, "photo")
+    return CaptureRequest(camera, photo, _text(item, "mask", ""), _text(item, "id", ""))
+
+
 def _unknown(item: dict[str, Any]) -> UnknownRequest:
-    known = {entry.name for entry in fields(UnknownRequest)}
     start = item.get("start")
-    values = {key: value for key, value in item.items() if key in known}
-    return UnknownRequest(**values | {"start": None if start is None else tuple(map(float, start))})
+    if start is not None:
+        if not isinstance(start, list) or len(start) not in (1, 3):
+            raise ValueError(f"its 'start' is {start!r}, not a list of 1 or 3 numbers")
+        numbers = [_number({"start": value}, "start") for value in start]
+        if None in numbers:
+            raise ValueError(f"its 'start' is {start!r}, not a list of 1 or 3 numbers")
+        start = tuple(float(value) for value in numbers if value is not None)
+    return UnknownRequest(
+        _text(item, "owner"),
+        _text(item, "parameter"),
+        start,
+        _number(item, "minimum"),
+        _number(item, "maximum"),
+        _number(item, "learning_rate"),
+        _text(item, "grid", ""),
+        _text(item, "unseen", ""),
+    )

@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from .. import __version__, mean_free_path, native
-from ..atomic_files import safe_name, write_json
+from ..atomic_files import write_json
 from ..parameters import Values
+from ..paths import file_stems
 from . import trust
 from .captures import Capture
 from .fields import FieldUnknown, images
@@ -26,6 +27,8 @@ from .plan import FitPlan, paths_traced
 from .unknowns import Unknown
 
 SCHEMA = 1
+#: A pixel of a photo in its eight pictures, well compressed.
+_BYTES_OF_PIXEL = 30
 
 
 def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, Any]:
@@ -82,6 +85,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "cpu_seconds": result["cpu_seconds"],
         "dropped": result["dropped"],
         "model": plan.model,
+        "pictures": file_stems(item.id for item in plan.captures),
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
 
@@ -128,14 +132,21 @@ def write_results(
         for field in plan.fields:
             coverage = result.get("coverage", {}).get(field.name)
             field.write(partial, result["fields_best"][field.name], coverage)
-        (partial / "log.txt").write_text(_log(plan, report, result), encoding="utf-8")
+        log = _log(plan, report, result).encode(errors="backslashreplace")
+        (partial / "log.txt").write_bytes(log)
         if pictures:
             _write_pictures(plan, result, partial, progress)
         partial.rename(final)
     finally:
         if partial.exists():
-            shutil.rmtree(partial)
+            shutil.rmtree(partial, ignore_errors=True)
     return final
+
+
+def size_of(plan: FitPlan) -> int:
+    """Bytes that `write_results` takes at least, about."""
+    pixels = sum(item.weight.size for item in plan.captures)
+    return pixels * _BYTES_OF_PIXEL + sum(item.values.nbytes for item in plan.fields)
 
 
 def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
@@ -170,9 +181,10 @@ def _write_pictures(
     """Per photo: initial, optimised, reference, error (absolute difference, black where the photo
     does not count). Both renders use the same seed, so that their difference is the fit's."""
     optimised = scene_at(plan, result)
+    stems = file_stems(item.id for item in plan.captures)
     steps = 2 * len(plan.captures)
     for index, capture in enumerate(plan.captures):
-        stem = safe_name(capture.id)
+        stem = stems[capture.id]
         progress(f"initial picture of {capture.id}", 2 * index / steps)
         initial = _render(plan, plan.scene, capture)
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
@@ -225,7 +237,7 @@ def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> No
             columns.append((f"{name} mean", column[:, 0]))
         else:
             columns += [(f"{name} mean.{c}", column[:, i]) for i, c in enumerate("rgb")]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
         writer = csv.writer(file)
         writer.writerow([name for name, _ in columns])
         for row in range(len(bias)):

@@ -40,10 +40,10 @@ class FitSettings:
     def problems(self) -> list[Problem]:
         """What is out of range. Losses and optimisers are listed natively."""
         found = []
-        for name, low, high in _RANGES:
+        for name, (low, high) in ranges().items():
             value = getattr(self, name)
-            if not (math.isfinite(value) and low <= value <= high):
-                cause = f"{value} lies outside [{low:g}, {high:g}]"
+            if not low <= value <= high:  # NaN is not
+                cause = f"{value} lies outside [{number(low)}, {number(high)}]"
                 found.append(Problem(f"Setting '{name}'", cause, "give a value inside"))
         core = native.core()
         losses = {row["name"]: row for row in core.losses()}
@@ -69,6 +69,9 @@ class FitSettings:
     @staticmethod
     def from_json(data: dict[str, Any]) -> FitSettings:
         """The inverse of `as_json`; keys left out take their default. Raises BadInput."""
+        if not isinstance(data, dict):
+            cure = "write an object, as run.json has it"
+            raise BadInput(Problem("Settings", f"they are {data!r}", cure))
         kinds = {field.name: type(field.default) for field in fields(FitSettings)}
         found: list[Problem] = []
         values: dict[str, Any] = {}
@@ -78,7 +81,7 @@ class FitSettings:
                 cure = f"use one of {', '.join(kinds)}"
                 found.append(Problem(f"Setting '{name}'", "it does not exist", cure))
             elif kind is float and type(value) is int:
-                values[name] = float(value)
+                values[name] = float(value) if abs(value) <= 2**1000 else math.inf
             elif type(value) is not kind:
                 cure = f"give a value of type {kind.__name__}"
                 found.append(Problem(f"Setting '{name}'", f"{value!r} is of another type", cure))
@@ -97,17 +100,23 @@ class FitSettings:
 
 
 SEARCHES = ("auto", "on", "off")
-_RANGES = (
-    ("iterations", 1, 1_000_000),
-    ("spp", 1, 65536),
-    ("learning_rate", 1e-6, 1),
-    ("tolerance", 0, 1e9),
-    ("height", 1, 16384),
-    ("seed", 0, 2**31 - 1),
-    ("depth", 0, 1_000_000),
-    ("threads", 0, 4096),
-    ("picture_spp", 1, 1_000_000),
-)
+#: Ranges of what the native fit does not know. A seed fits into a property of Blender's.
+_OWN = {"learning_rate": (1e-6, 1.0), "seed": (0.0, 2.0**31 - 1)}
+
+
+def ranges() -> dict[str, tuple[float, float]]:
+    """(lowest, highest) of every setting that is a number, as the native module has them."""
+    tables = native.core().setting_ranges()
+    fit, render = tables["fit"], tables["render"]
+    names = ("iterations", "spp", "tolerance", "depth", "threads")
+    of_render = {"height": render["height"], "picture_spp": render["spp"]}
+    return {name: fit[name] for name in names} | of_render | _OWN
+
+
+def number(value: float) -> str:
+    """For a message: 1048576, not 1.04858e+06."""
+    return f"{value:.0f}" if value == int(value) else f"{value:g}"
+
 
 PRESETS = {
     "draft": FitSettings(iterations=25, height=128, picture_spp=32),

@@ -14,6 +14,7 @@ from .. import mean_free_path
 from ..cycles_check.render_settings import contents_of
 from ..fit_run import trust
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
+from ..fit_run.inputs import Inputs, changes, inputs_of
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import prepare
 from ..fit_run.results import finished, new_folder, write_results
@@ -46,6 +47,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     )
 
     _owners: dict[str, Owner]  # of the scene as it was read
+    _inputs: Inputs  # what the run is given
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Starts the native thread; a timer polls it."""
@@ -76,13 +78,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return {"PASS_THROUGH"}
         try:
             RUN.progress = RUN.job.progress()
-            if RUN.recorder is not None:
-                RUN.recorder.update(RUN.job)
+            if trouble := RUN.record():
+                self.report({"WARNING"}, trouble)
         except FitFailed:
             return self._finish(context)
-        except OSError as error:
-            RUN.recorder = None
-            self.report({"WARNING"}, f"The run is no longer kept on disk: {error}")
         redraw(context)
         return {"PASS_THROUGH"} if RUN.progress.running else self._finish(context)
 
@@ -99,7 +98,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if isinstance(made, StageChoice):
             STAGES.start(BackgroundJob(made), context.scene.name)
             return True
-        return _begin(self, context.scene, made, self._owners, resume)
+        return _begin(self, context.scene, made, resume)
 
     def _made(self, context: bpy.types.Context, resume: str) -> FitJob | StagedJob | StageChoice:
         """The fit, or the work that chooses its stages first."""
@@ -112,6 +111,12 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         packed = packed_photos()
         plan = prepare(values, run.request, packed)
         self._owners = values.owners
+        self._inputs = inputs_of(values, plan.request, packed)
+        if run.inputs is not None:
+            changed = changes(run.inputs, self._inputs, bpy.data.filepath)
+            if changed:
+                raise BadInput(changed)
+            self._inputs = run.inputs
         if context.scene.selenite.stage_mode == AUTO and not resume:
             return StageChoice(plan, lambda chosen: prepare(values, chosen, packed))
         return make_job(plan, run.parts, run.state)
@@ -146,13 +151,13 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, f"No stages are chosen: {error}")
             return False
-        return _begin(self, scene, job, self._owners)
+        return _begin(self, scene, job)
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
         job, RUN.job = RUN.job, None
         job.join()
-        RUN.close_record()
+        troubles = RUN.close_record()
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         try:
             result = job.result()
@@ -166,6 +171,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return {"CANCELLED"}
         with _shown_progress(context) as note_progress:
             RUN.result = finished(RUN.plan, result, note_progress)
+        RUN.result["notes"] = (*RUN.result["notes"], *troubles)
         RUN.message = f"Stopped because: {result['stopped_because']}"
         _keep_result(scene)
         try:
@@ -280,35 +286,29 @@ def _shown_progress(context: bpy.types.Context) -> Iterator[Callable[[str, float
 
 
 def _begin(
-    operator: bpy.types.Operator,
-    scene: bpy.types.Scene,
-    job: FitJob | StagedJob,
-    owners: dict[str, Owner],
-    resume: str = "",
+    operator: SELENITE_OT_start, scene: bpy.types.Scene, job: FitJob | StagedJob, resume: str = ""
 ) -> bool:
     """Starts the native thread and the record on disk."""
     for text in job.plan.warnings:
         operator.report({"WARNING"}, text)
     CHECK.contents[scene.name] = contents_of(scene)
-    RUN.start(job, scene.name, owners)
-    try:
-        RUN.recorder = _recorder(scene, resume)
-    except OSError as error:
-        text = f"The run is not kept on disk: {error}; choose another folder"
-        operator.report({"WARNING"}, text)
+    RUN.start(job, scene.name, operator._owners)
+    RUN.recorder = _recorder(scene, resume, operator._inputs)
+    if RUN.recorder is not None and RUN.recorder.trouble:
+        operator.report({"WARNING"}, RUN.recorder.trouble)
     return True
 
 
-def _recorder(scene: bpy.types.Scene, resumed: str) -> Recorder | None:
+def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> Recorder | None:
     """Keeps the run on disk, where it was or in the folder of results; None where there is none,
     because the file has no place yet."""
     if resumed:
-        return Recorder(Path(bpy.path.abspath(resumed)), RUN.plan.request)
+        return Recorder(Path(bpy.path.abspath(resumed)), RUN.plan.request, inputs)
     output = scene.selenite.output
     if output.startswith("//") and not bpy.data.filepath:
         return None
     folder = new_folder(Path(bpy.path.abspath(output)), SUFFIX)
-    return Recorder(folder, RUN.plan.request)
+    return Recorder(folder, RUN.plan.request, inputs)
 
 
 def _keep_result(scene: bpy.types.Scene) -> None:

@@ -181,6 +181,8 @@ class SELENITE_PT_fit(bpy.types.Panel):
             for name, value in progress.values.items():
                 layout.label(text=f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
             _notes(layout, progress.notes)
+        if state.RUN.recorder is not None and state.RUN.recorder.trouble:
+            _notes(layout, [state.RUN.recorder.trouble])
         row = layout.row(align=True)
         row.operator("selenite.stop", text="Stop", icon="CHECKMARK")
         row.operator("selenite.cancel", icon="X")

@@ -46,11 +46,23 @@ class Run:
         self.recorder = None
         job.start()
 
-    def close_record(self) -> None:
-        """The run has ended in this session: nothing is left to resume."""
-        if self.recorder is not None:
-            self.recorder.finished()
-        self.recorder = None
+    def record(self) -> str:
+        """Keeps the run on disk; returns why that has failed since the last time, "" if it has
+        not."""
+        if self.recorder is None or self.job is None:
+            return ""
+        before = self.recorder.trouble
+        self.recorder.update(self.job)
+        return self.recorder.trouble if self.recorder.trouble != before else ""
+
+    def close_record(self) -> tuple[str, ...]:
+        """The run has ended in this session: nothing is left to resume. Returns what went wrong
+        with the record."""
+        recorder, self.recorder = self.recorder, None
+        if recorder is None:
+            return ()
+        left = recorder.finished()
+        return (*recorder.notes(), *((left,) if left else ()))
 
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""

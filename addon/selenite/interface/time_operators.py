@@ -109,16 +109,17 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
         self._remove_timer(context)
         trade = TRADE.trade
         TRADE.stop()
+        TRADE.lines = _lines(trade)
         parent = Path(bpy.path.abspath(context.scene.selenite.output))
         try:
             folder = new_folder(parent, "-trade")
-            files = report.write(report.report(trade), folder)
+            content = report.report(trade)
+            report.write(content, folder)
         except OSError as error:
             self.report({"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
             return {"CANCELLED"}
-        TRADE.lines = _lines(trade)
-        if files["plot"] is None:
-            self.report({"WARNING"}, f"{report.NO_PLOT}; the table is there")
+        if why := report.why_no_plot(content):
+            self.report({"WARNING"}, f"{why}; the table is there")
         self.report({"INFO"}, f"Wrote {folder}")
         redraw(context)
         return {"FINISHED"}

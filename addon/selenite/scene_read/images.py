@@ -66,6 +66,13 @@ def read_pixels(image: bpy.types.Image) -> Pixels:
         if encoded:
             factor = np.where(associated & (alpha != 0), alpha, np.float32(1))[..., None]
             color = _encode(color / factor) * factor
+            if not np.isfinite(color).all():
+                cause = (
+                    "some of its pixels have no sRGB code value (its colours or alpha are extreme)"
+                )
+                raise Unreadable(
+                    title, cause, "set its colour space to Linear, or repair the image"
+                )
     return Pixels(
         np.ascontiguousarray(color, np.float32),
         np.ascontiguousarray(alpha, np.float32),

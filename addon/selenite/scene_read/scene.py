@@ -32,15 +32,33 @@ from .textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 
-def open_blend(path: str) -> bpy.types.Scene:
-    """Opens a .blend file in this process and returns its scene. Raises BadInput."""
+def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
+    """Opens a .blend file in this process and returns its scene. Raises BadInput.
+
+    scripts: whether its Python runs (drivers, texts): only for a copy of a file whose runs."""
     cure = "give the path of a .blend file that this Blender can read"
+    title = f"File '{path}'"
     try:
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False)
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=scripts)
     except RuntimeError as error:
         cause = str(error).removeprefix("Error: ").strip()
-        raise BadInput(Problem(f"File '{path}'", f"cannot be opened ({cause})", cure)) from error
-    return bpy.context.scene
+        raise BadInput(Problem(title, f"cannot be opened ({cause})", cure)) from error
+    scene: bpy.types.Scene | None = bpy.context.scene
+    if scene is None or bpy.context.view_layer is None:
+        raise BadInput(Problem(title, "it has no scene", cure))
+    return scene
+
+
+def warnings_of_file() -> list[str]:
+    """What is to be known of the open file as a whole."""
+    saved = tuple(bpy.data.version)
+    if saved[:2] <= bpy.app.version[:2]:
+        return []
+    newer, own = (".".join(map(str, version[:2])) for version in (saved, bpy.app.version))
+    return [
+        f"File '{bpy.data.filepath}': Blender {newer} has saved it and this is {own}, which may "
+        f"read it in part only; use Blender {newer}"
+    ]
 
 
 def read_scene(scene: bpy.types.Scene) -> SceneValues:
@@ -144,7 +162,14 @@ def _read_cameras(
             read.unusable_cameras[name] = reason
             read.warn(f"Camera '{name}' is left out: {reason}")
             continue
-        read.cameras.append(cameras.read_camera(evaluated, name, scene))
+        values = cameras.read_camera(evaluated, name, scene)
+        if min(values.width, values.height) < 1:
+            cause = f"a render has {values.width} x {values.height} pixels"
+            cure = "raise the resolution or its percentage"
+            problem = Problem(f"Scene '{scene.name}'", cause, cure)
+            if problem not in read.problems:
+                read.problems.append(problem)
+        read.cameras.append(values)
     if not found:
         cure = "add a camera that stands where the photo was taken"
         read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
@@ -177,7 +202,11 @@ def _read_object(
     index = meshes[key]
     if index is None:
         return not_rendered.is_wire(evaluated)
-    if not np.isfinite(instance.matrix).all() or np.linalg.det(instance.matrix[:3, :3]) == 0:
+    if not np.isfinite(instance.matrix).all():
+        cause, cure = "its matrix holds an infinite number or none", "clear its transformation"
+        read.problems.append(Problem(title, cause, cure))
+        return True
+    if np.linalg.det(instance.matrix[:3, :3]) == 0:
         read.warn(f"{title} is flattened to nothing by its scale and left out")
         return True
     used = set(np.unique(read.meshes[index].material_slots).tolist())

@@ -74,8 +74,8 @@ class CameraValues:
 
     @property
     def aspect(self) -> float:
-        """Width over height."""
-        return self.width / self.height
+        """Width over height; of no pixels, which is a problem of the scene, 1."""
+        return self.width / self.height if self.width > 0 and self.height > 0 else 1.0
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,10 @@ def _environment_image(
         warnings.append(f"{title}: sRGB environment, decoded before it is interpolated")
     if node.interpolation != "Linear":
         warnings.append(f"{title}: interpolated linearly, not by {node.interpolation}")
-    return np.ascontiguousarray(pixels.decoded(), np.float32)
+    color = np.ascontiguousarray(pixels.decoded(), np.float32)
+    if not np.isfinite(color).all():
+        raise Unreadable(title, "its pixels are infinite once they are decoded", "repair the image")
+    return color
 
 
 def _rotation(node: bpy.types.ShaderNodeTexEnvironment, groups: Groups, title: str) -> np.ndarray:

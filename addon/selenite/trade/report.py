@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from .. import __version__
 from ..atomic_files import write_bytes
+from ..json_text import json_text
 from . import choices
 from .measure import Row, Trade
 
@@ -24,8 +24,8 @@ ERROR_IS = (
     "root mean square over parameters and runs of fitted minus true value; of parameters with a "
     "wide range (power, strength, extinction) of the logarithm of their ratio"
 )
-#: Why there is a table but no plot.
-NO_PLOT = (
+_NOTHING = "no fit ended within the budget, so there is no plot; give more seconds"
+_NO_MATPLOTLIB = (
     "matplotlib is not installed, so there is no plot; install it with: pip install matplotlib"
 )
 
@@ -60,7 +60,7 @@ def report(trade: Trade) -> dict[str, Any]:
 def write(content: Mapping[str, Any], folder: Path) -> dict[str, str | None]:
     """trade.csv, trade.json and trade.png; each appears whole or not at all. Raises OSError.
 
-    Returns {"csv", "json", "plot"}: paths; the plot's is None without matplotlib.
+    Returns {"csv", "json", "plot"}: paths; the plot's is None where there is none.
     """
     folder.mkdir(parents=True, exist_ok=True)
     text = io.StringIO(newline="")
@@ -72,7 +72,7 @@ def write(content: Mapping[str, Any], folder: Path) -> dict[str, str | None]:
     files: dict[str, str | None] = {"csv": None, "json": None, "plot": None}
     pieces = {
         "csv": ("trade.csv", text.getvalue().encode()),
-        "json": ("trade.json", (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()),
+        "json": ("trade.json", (json_text(content, indent=1) + "\n").encode()),
         "plot": ("trade.png", picture),
     }
     for key, (name, data) in pieces.items():
@@ -82,22 +82,41 @@ def write(content: Mapping[str, Any], folder: Path) -> dict[str, str | None]:
     return files
 
 
-def plot(content: Mapping[str, Any]) -> bytes | None:
-    """A PNG of error over seconds with the front and the presets; None without matplotlib."""
+def why_no_plot(content: Mapping[str, Any]) -> str:
+    """Why there is a table but no plot; "" if there is one."""
+    if not any(row["runs"] for row in content["settings"]):
+        return _NOTHING
+    return "" if _plotting() else _NO_MATPLOTLIB
+
+
+def _plotting() -> tuple[type, type] | None:
+    """matplotlib's canvas and figure; None where it is not installed."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
         return None
-    figure = Figure(figsize=(9, 6), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.add_subplot()
+    return FigureCanvasAgg, Figure
+
+
+def plot(content: Mapping[str, Any]) -> bytes | None:
+    """A PNG of error over seconds with the front and the presets; None: see `why_no_plot`."""
+    found = _plotting()
     rows = [row for row in content["settings"] if row["runs"]]
+    if found is None or not rows:
+        return None
+    canvas, figure_type = found
+    figure = figure_type(figsize=(9, 6), dpi=110, layout="constrained")
+    canvas(figure)
+    axes = figure.add_subplot()
     rows.sort(key=lambda row: row["seconds"])
     for index, row in enumerate(rows):
         name = row["preset"].capitalize() if row["preset"] else row["name"]
         colour = "#b3401f" if row["preset"] else "#3b5b7a"
-        spread = [[row["error"] - row["lowest_error"]], [row["highest_error"] - row["error"]]]
+        spread = [  # rounding may put a mean outside
+            [max(0.0, row["error"] - row["lowest_error"])],
+            [max(0.0, row["highest_error"] - row["error"])],
+        ]
         axes.errorbar(
             row["seconds"], row["error"], yerr=spread, color=colour,
             marker="D" if row["preset"] else "o", markersize=9 if row["on_front"] else 5,
@@ -112,10 +131,13 @@ def plot(content: Mapping[str, Any]) -> bytes | None:
     axes.plot(*zip(*best, strict=True), color="#888888", linewidth=1, zorder=0) if best else None
     axes.margins(x=0.15, y=0.1)
     axes.set_xscale("log")
-    axes.set_yscale("log")
+    if all(row["lowest_error"] > 0 for row in rows):  # 0 has no place on a log axis
+        axes.set_yscale("log")
     axes.set_xlabel("seconds of a fit on this machine")
     axes.set_ylabel("error of the fitted values")
-    axes.set_title(f"{Path(content['scene']).name}: filled is on the front, bars are all runs")
+    name = Path(content["scene"]).name.encode(errors="replace").decode()
+    title = f"{name}: filled is on the front, bars are all runs"
+    axes.set_title(title, parse_math=False)
     axes.grid(True, which="both", color="#e5e5e5", linewidth=0.6)
     image = io.BytesIO()
     figure.savefig(image, format="png")

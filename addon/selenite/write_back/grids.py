@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 
 from .. import parameters
-from ..atomic_files import safe_name
+from ..paths import file_stems
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, nodes, openvdb_files, volume_objects, volumes
 from ..scene_read.nodes import Unreadable
@@ -62,7 +62,7 @@ def show(
     if missing:
         cause, _, cure = missing.partition(": ")
         raise BadInput(Problem(title, cause, cure))
-    path = str(folder / f"{safe_name(name)}.vdb")
+    path = str(folder / f"{file_stems(values.owners)[name]}.vdb")
     own = [
         item
         for item in scene.objects

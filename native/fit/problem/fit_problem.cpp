@@ -15,6 +15,9 @@ Scene checked(Scene scene, std::vector<Photo>& photos,
   problems.collect([&] { (void)Fields(scene, unknowns); });
   problems.collect([&] { settings.check(); });
   problems.raise();
+  if (const Loss& loss = find_loss(settings.loss); loss.check)
+    for (const Photo& photo : photos) problems.collect([&] { loss.check(photo); });
+  problems.raise();
   return scene;
 }
 

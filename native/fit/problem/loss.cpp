@@ -98,12 +98,17 @@ double mean_of(const Picture& picture, const Photo& photo) {
   return sum;
 }
 
+void require_brightness(const Photo& photo) {
+  if (!(mean_of(photo.reference, photo) > 0))
+    throw InvalidArgument("Photo '" + photo.id +
+                          "': it is black, and brightness-independent-mse divides by its mean; "
+                          "choose loss = 'dual-buffer' or a brighter photo");
+}
+
 LossResult brightness_independent_mse(const Film& film, const Photo& photo) {
+  require_brightness(photo);
   const double render_mean = mean_of(film.mean, photo);
   const double photo_mean = mean_of(photo.reference, photo);
-  if (!(photo_mean > 0))
-    throw InvalidArgument("Photo '" + photo.id +
-                          "' is black; brightness-independent-mse needs a mean above 0");
   // A black render has no brightness to divide by. The floor keeps the slope finite and pointing
   // up.
   const double mean = std::max(render_mean, 1e-6 * photo_mean);
@@ -149,7 +154,7 @@ constexpr std::array kLosses{
     Loss{"brightness-independent-mse", "Brightness Independent",
          "Mean squared error after each image is divided by its own mean; the render's mean is "
          "differentiated too. Bias of noise is removed up to the noise of that mean",
-         1, false, false, brightness_independent_mse},
+         1, false, false, brightness_independent_mse, require_brightness},
     Loss{"mae", "Mean Absolute Error",
          "Mean absolute error: less drawn by outliers, such as misaligned edges. Biased by noise, "
          "as "

@@ -36,6 +36,8 @@ struct Loss {
   bool least_squares;  ///< its expectation is a weighted sum of squared residuals
   bool per_pixel;      ///< a sum over pixels: the slope of one needs no other
   LossResult (*evaluate)(const Film& film, const Photo& photo);
+  /// InvalidArgument where a photo cannot be compared by this loss; null: every photo can.
+  void (*check)(const Photo& photo) = nullptr;
 };
 
 std::span<const Loss> losses();

@@ -2,6 +2,7 @@
 #include "fit/problem/settings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,6 +10,27 @@
 #include "fit/problem/problem_list.h"
 
 namespace selenite {
+namespace {
+
+constexpr double kMostSpp = 65536, kMostIterations = 1'000'000;
+
+const auto& ranges() {
+  static const std::array table{
+      SettingRange{"iterations", "iterations", 1, kMostIterations},
+      SettingRange{"spp", "samples per pixel", 1, kMostSpp},
+      SettingRange{"tolerance", "tolerance", 0, 1e9},
+      range_of(render_ranges(), "depth"),
+      range_of(render_ranges(), "threads"),
+      SettingRange{"validation_interval", "iterations between validations", 1, kMostIterations},
+      SettingRange{"validation_spp", "samples per pixel of a validation", 0, kMostSpp},  // 1 is refused: see `check`
+      SettingRange{"refinement_spp", "samples per pixel of a refinement pass", 0, kMostSpp},  // the same
+  };
+  return table;
+}
+
+}  // namespace
+
+std::span<const SettingRange> fit_ranges() { return ranges(); }
 
 int FitSettings::chosen_validation_spp() const {
   constexpr int kLeast = 16, kTimes = 2;
@@ -16,8 +38,12 @@ int FitSettings::chosen_validation_spp() const {
 }
 
 int FitSettings::chosen_refinement_spp() const {
-  constexpr int kLeast = 64;
-  return refinement_spp > 0 ? refinement_spp : std::max(kLeast, iterations * spp);
+  constexpr std::int64_t kLeast = 64;
+  // A pass over informative pixels takes up to four times as many, and a render only so many.
+  constexpr int kTimes = 4;
+  if (refinement_spp > 0) return refinement_spp;
+  const auto most = static_cast<std::int64_t>(range_of(render_ranges(), "spp").highest) / kTimes;
+  return static_cast<int>(std::clamp(std::int64_t{iterations} * spp, kLeast, most));
 }
 
 void FitSettings::check() const {
@@ -26,16 +52,20 @@ void FitSettings::check() const {
     if (value >= lowest && value <= highest) return;  // false for NaN
     problems.add(name, " = ", value, " must lie in [", lowest, ", ", highest, "]");
   };
-  require("iterations", iterations, 1, 1e6);
-  require("spp", spp, 1, 65536);
-  require("tolerance", tolerance, 0, 1e9);
-  require("depth", depth, 0, 1e6);
-  require("threads", threads, 0, 4096);
-  require("validation_interval", validation_interval, 1, 1e6);
-  require("validation_spp", validation_spp, 0, 65536);
-  if (validation_spp == 1) require("validation_spp", validation_spp, 2, 65536);
-  require("refinement_spp", refinement_spp, 0, 65536);
-  if (refinement_spp == 1) require("refinement_spp", refinement_spp, 2, 65536);
+  const auto in_range = [&](const char* name, double value) {
+    const SettingRange& range = range_of(fit_ranges(), name);
+    require(name, value, range.lowest, range.highest);
+  };
+  in_range("iterations", iterations);
+  in_range("spp", spp);
+  in_range("tolerance", tolerance);
+  in_range("depth", depth);
+  in_range("threads", threads);
+  in_range("validation_interval", validation_interval);
+  in_range("validation_spp", validation_spp);
+  if (validation_spp == 1) require("validation_spp", validation_spp, 2, kMostSpp);
+  in_range("refinement_spp", refinement_spp);
+  if (refinement_spp == 1) require("refinement_spp", refinement_spp, 2, kMostSpp);
   for (const auto& [name, value] :
        {std::pair{"search", search}, std::pair{"refinement", refinement}})
     if (value != "on" && value != "off" && value != "auto")

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "render/driver/render.h"
+#include "render/film/setting_range.h"
 
 namespace selenite {
 
@@ -42,5 +43,8 @@ struct FitSettings {
   /// InvalidArgument names every setting that is out of range.
   void check() const;
 };
+
+/// Of a fit. Depth and threads are a render's.
+std::span<const SettingRange> fit_ranges();
 
 }  // namespace selenite

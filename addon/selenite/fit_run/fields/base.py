@@ -32,6 +32,8 @@ class FieldUnknown(ABC):
     learning_rate: float
     scale: float
     request: UnknownRequest
+    #: Of its files' names; see `paths.file_stems`.
+    stem: str
 
     @property
     def name(self) -> str:
@@ -132,3 +134,10 @@ def share_bounds(request: UnknownRequest, title: str) -> tuple[float, float]:
 def is_share(fill: Values) -> bool:
     """Whether these are 1 or 3 numbers in [0, 1]."""
     return len(fill) in (1, 3) and all(math.isfinite(x) and 0 <= x <= 1 for x in fill)
+
+
+def whole_number(text: str, usual: int) -> int:
+    """What the decimal digits of a request say; one of many digits is more than any limit."""
+    if not text:
+        return usual
+    return int(text) if len(text) < 10 else 10**9

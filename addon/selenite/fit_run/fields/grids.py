@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from ... import grid_files
-from ...atomic_files import safe_name
 from ...parameters import Values
+from ...paths import file_stems
 from ...problems import BadInput, Problem
 from ...scene_read.values import GridValues, Owner, SceneValues
 from ..field_kinds import KINDS, FieldKind
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
-from .base import FieldUnknown, is_share, material_of, rate_of, share_bounds
+from .base import FieldUnknown, is_share, material_of, rate_of, share_bounds, whole_number
 
 #: Largest density by default, in largest densities of the start.
 DENSITY_RANGE = 10.0
@@ -60,7 +60,7 @@ class GridUnknown(FieldUnknown):
     @property
     def files(self) -> list[str]:
         """NumPy's and Mitsuba's format."""
-        stem = f"{safe_name(self.owner)}_{self.kind.use}"
+        stem = f"{self.stem}_{self.kind.use}"
         return [f"{stem}.npy", f"{stem}.vol"]
 
     def write(self, folder: Path, values: np.ndarray, coverage: np.ndarray | None) -> None:
@@ -126,7 +126,8 @@ def grid_unknown(
     rate = rate_of(request, settings, title)
     clamped = replace(start, values=np.clip(start.values, np.float32(low), np.float32(high)))
     filled = replace(request, owner=owner.name, minimum=low, maximum=high, learning_rate=rate)
-    return GridUnknown(owner.name, kind, low, high, rate, scale, filled, clamped)
+    stem = file_stems(scene.owners)[owner.name]
+    return GridUnknown(owner.name, kind, low, high, rate, scale, filled, stem, clamped)
 
 
 def _bounds(
@@ -164,7 +165,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
             return own
         colour = np.asarray(fill if own.values.shape[3] == 3 else fill[:1], np.float32)
         return replace(own, values=np.broadcast_to(colour, own.values.shape).copy())
-    number = int(request.grid or USUAL_SIZE)
+    number = whole_number(request.grid, USUAL_SIZE)
     if not 1 <= number <= MOST_BY_NUMBER:
         cause = f"its grid has {number} voxels along the longest side"
         raise BadInput(Problem(title, cause, f"give 1 to {MOST_BY_NUMBER}, or a file"))

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from ... import native
-from ...atomic_files import safe_name
 from ...parameters import Values
+from ...paths import file_stems, why_not_file
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
 from ..captures import Capture
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
-from .base import FieldUnknown, is_share, material_of, means, rate_of, share_bounds
+from .base import FieldUnknown, is_share, material_of, means, rate_of, share_bounds, whole_number
 
 #: Texels along each side where the request names none, and at most.
 USUAL_TEXELS, MOST_TEXELS = 256, 8192
@@ -80,7 +80,7 @@ class ImageUnknown(FieldUnknown):
     @property
     def files(self) -> list[str]:
         """The image, and a picture of what the photos see of it."""
-        stem = f"{safe_name(self.owner)}_{self.kind.use}"
+        stem = f"{self.stem}_{self.kind.use}"
         return [f"{stem}{'.png' if self.texture.encoded else '.exr'}", f"{stem}_coverage.png"]
 
     def write(self, folder: Path, values: np.ndarray, coverage: np.ndarray | None) -> None:
@@ -126,7 +126,7 @@ def image_unknown(
         unseen=request.unseen or ("keep" if known and request.start is None else "fill"),
     )
     return ImageUnknown(
-        owner.name, kind, low, high, rate, 1.0, filled,
+        owner.name, kind, low, high, rate, 1.0, filled, file_stems(scene.owners)[owner.name],
         replace(start, texture=replace(start.texture, pixels=pixels)), filled.unseen,
     )  # fmt: skip
 
@@ -248,7 +248,7 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
             return own
         shape = texture.pixels.shape
     else:
-        number = int(request.grid or USUAL_TEXELS)
+        number = whole_number(request.grid, USUAL_TEXELS)
         if not 1 <= number <= MOST_TEXELS:
             cause = f"its image has {number} texels along each side"
             raise BadInput(Problem(title, cause, f"give 1 to {MOST_TEXELS}, or a file"))
@@ -276,11 +276,14 @@ def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
 
 def _from_file(path: str, like: TextureValues, title: str) -> TextureValues:
     """A picture in place of another: floats are linear, all else is sRGB."""
+    cure = "give a PNG, JPEG, TIFF, HDR or EXR file"
+    if why := why_not_file(path):
+        raise BadInput(Problem(title, f"image '{path}' cannot be read ({why})", cure))
     try:
         pixels, _, about = native.image().read(path)
-    except OSError as error:
-        cause = f"image '{path}' cannot be read ({error})"
-        raise BadInput(Problem(title, cause, "give a PNG, JPEG, TIFF, HDR or EXR file")) from error
+    except (OSError, ValueError, MemoryError) as error:
+        cause = f"image '{path}' cannot be read ({error or 'memory does not suffice'})"
+        raise BadInput(Problem(title, cause, cure)) from error
     encoded = not about["float"]
     stored = native.image().srgb_encode(pixels) if encoded else pixels
     return replace(like, name=Path(path).name, pixels=stored, encoded=encoded)

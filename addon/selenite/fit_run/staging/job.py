@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...problems import BadInput, Problem
 from ..job import FitJob, Progress, SavedState
 from ..plan import FitPlan
 from . import plan as stage_plan
@@ -24,7 +25,18 @@ def make_job(
     plan: FitPlan, before: Sequence[dict[str, Any]] = (), state: SavedState | None = None
 ) -> FitJob | StagedJob:
     """The job that a plan asks for; before and state: see StagedJob. Raises BadInput."""
-    return StagedJob(plan, before, state) if plan.stages else FitJob(plan, state=state)
+    if not plan.stages:
+        return FitJob(plan, state=state)
+    if not before:
+        return StagedJob(plan, before, state)
+    try:
+        job = StagedJob(plan, before, state)
+        job.so_far()  # joins their histories, as the end of the run will
+    except (ValueError, LookupError, TypeError, AttributeError, OverflowError) as error:
+        cause = f"its results so far do not belong to its stages ({error!r})"
+        cure = "delete its state.json: the run then begins anew"
+        raise BadInput(Problem("Run", cause, cure)) from error
+    return job
 
 
 class Ended:

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from ... import parameters
+from ...json_text import read_json
 from ...problems import BadInput, Problem, listed
 from ..field_kinds import IN_PLACE_OF
 
@@ -55,8 +55,8 @@ def read_stages(path: Path) -> tuple[StageRequest, ...]:
     """Reads a file of stages. Raises BadInput with one problem for each fault."""
     title = f"File '{path}'"
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        data = read_json(path)
+    except ValueError as error:
         cause, cure = f"cannot be read ({error})", f"give a JSON file or {listed((*PRESETS, AUTO))}"
         raise BadInput(Problem(title, cause, cure)) from error
     return stages_from_json(data, title)

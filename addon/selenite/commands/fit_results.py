@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What becomes of a fit that has ended: result folder, saved scene, check in Cycles. The values
+come out whatever of these fails."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ..fit_run.checkpoint import Recorder
+from ..fit_run.fields import ImageUnknown, fitted_grids
+from ..fit_run.job import fitted_values
+from ..fit_run.plan import FitPlan
+from ..fit_run.results import finished, result_json, summary, write_results
+from ..problems import BadInput
+from ..scene_read.values import SceneValues
+from .terminal import bar, say
+
+
+def deliver(
+    args: argparse.Namespace,
+    scene: Any,  # noqa: ANN401 - a bpy scene
+    values: SceneValues,
+    plan: FitPlan,
+    result: dict[str, Any],
+    out: Path,
+    save: Path | None,
+    recorder: Recorder,
+    checks: bool,
+) -> dict[str, Any]:
+    """The report of the command: values first, then what was written. Its key `error` says what
+    could not be."""
+    import bpy
+
+    errors: list[str] = []
+    with bar("writing") as shown:
+
+        def note_progress(text: str, fraction: float) -> None:
+            shown.update(fraction, note=text)
+
+        result = finished(plan, result, note_progress)
+        folder = _written(plan, result, out, bpy.app.version_string, note_progress, errors)
+    if folder is not None and (trouble := recorder.finished()):
+        say(f"warning: {trouble}")
+    for line in summary(plan, result):
+        say(line)
+    place = "no result folder is written" if folder is None else f"results in {folder}"
+    say(f"stopped because: {result['stopped_because']}; {place}")
+    report = result_json(plan, result, bpy.app.version_string)
+    report["folder"] = None if folder is None else str(folder)
+    if errors and not recorder.trouble:
+        errors[-1] += f"; or write them later by --resume {recorder.folder} --out DIR"
+    if save is not None:
+        _save(args, scene, values, plan, result, folder, save, report, errors)
+    if checks:  # last, so that a check that fails costs nothing but itself
+        _check(scene, plan, result, folder, report, errors)
+    return report | ({"error": "; ".join(errors)} if errors else {})
+
+
+def _written(
+    plan: FitPlan,
+    result: dict[str, Any],
+    out: Path,
+    host: str,
+    note_progress: Any,  # noqa: ANN401 - a function
+    errors: list[str],
+) -> Path | None:
+    """The result folder; None where it could not be written."""
+    try:
+        return write_results(plan, result, out, host, note_progress)
+    except OSError as error:
+        errors.append(
+            f"Folder '{out}': the results cannot be written ({error}); the values are printed here "
+            "and by --json; make room or choose another --out"
+        )
+    return None
+
+
+def _save(
+    args: argparse.Namespace,
+    scene: Any,  # noqa: ANN401
+    values: SceneValues,
+    plan: FitPlan,
+    result: dict[str, Any],
+    folder: Path | None,
+    save: Path,
+    report: dict[str, Any],
+    errors: list[str],
+) -> None:
+    """--save and --set-cycles. The open scene keeps the values for the check, not the fields."""
+    from .. import write_back
+    from ..cycles_check import render_settings
+
+    try:
+        write_back.write(scene, values.owners, fitted_values(plan, result))
+        report["shown"] = [] if folder is None else _show(scene, values, plan, result, folder)
+        if args.set_cycles:
+            changed = render_settings.set_for_fit(scene)
+            say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
+            report["set_for_cycles"] = changed
+        write_back.save_copy(str(save))
+        _hide(scene, plan)
+    except BadInput as error:
+        errors += [problem.line() for problem in error.problems]
+        return
+    report["saved"] = str(save)
+    say(f"wrote {save}")
+
+
+def _show(
+    scene: Any,  # noqa: ANN401
+    values: SceneValues,
+    plan: FitPlan,
+    result: dict[str, Any],
+    folder: Path,
+) -> list[str]:
+    """Fitted grids as Volume objects, where that is possible, fitted images as image nodes; what
+    was done, line by line."""
+    if not plan.fields:
+        return []
+    from ..write_back import grids as grid_objects
+    from ..write_back import images as image_nodes
+
+    lines = []
+    grids = fitted_grids(plan.fields, result["fields_best"])
+    shows = [
+        *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
+        *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
+    ]
+    for show in shows:
+        try:
+            lines.append(show())
+        except BadInput as error:
+            lines += [f"not shown in the scene: {item.line()}" for item in error.problems]
+    for line in lines:
+        say(line)
+    return lines
+
+
+def _hide(scene: Any, plan: FitPlan) -> None:  # noqa: ANN401
+    """Undoes `_show` in the open scene, so that the check finds what was fitted."""
+    if plan.fields:
+        from ..write_back import grids as grid_objects
+        from ..write_back import images as image_nodes
+
+        for item in plan.fields:
+            if item.kind.is_image:
+                image_nodes.restore(item.owner)
+            else:
+                grid_objects.restore(scene, item.owner)
+
+
+def _images(plan: FitPlan, folder: Path) -> dict[str, str]:
+    """Material -> file of its fitted image."""
+    return {
+        item.owner: str(folder / item.files[0])
+        for item in plan.fields
+        if isinstance(item, ImageUnknown)
+    }
+
+
+def _check(
+    scene: Any,  # noqa: ANN401
+    plan: FitPlan,
+    result: dict[str, Any],
+    folder: Path | None,
+    report: dict[str, Any],
+    errors: list[str],
+) -> None:
+    """Renders the fitted values with Cycles; pictures and numbers go into the result folder."""
+    from ..cycles_check.job import CheckFailed, CheckJob, lines
+    from ..cycles_check.render_settings import Remark
+
+    if folder is None:
+        errors.append("The check in Cycles is left out, as its pictures have no folder")
+        return
+    grids = fitted_grids(plan.fields, result["fields_best"])
+    try:
+        images = _images(plan, folder)
+        job = CheckJob(scene, plan.request, fitted_values(plan, result), grids, images)
+        try:
+            job.start()
+            with bar("Cycles") as shown:
+                while (state := job.progress()).running:
+                    shown.update(state.fraction, note=state.text)
+                    time.sleep(0.1)
+            found = job.result()
+            sheet = job.keep(found, folder)
+        finally:
+            job.close()
+    except (BadInput, CheckFailed, OSError) as error:
+        errors.append(f"The check in Cycles failed: {error}")
+        return
+    report["cycles"] = found
+    for text in lines(found):
+        say(text)
+    for remark in found["render_settings"]:
+        if remark["spoils"]:
+            say(f"this scene's own renders differ: {Remark(**remark).line()}")
+    say(f"wrote {sheet}")

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the command line says of wrong words, of failures and of its own faults. Without Blender."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "addon"))
+
+from selenite import cli  # noqa: E402
+from selenite.commands import probe, terminal  # noqa: E402
+from selenite.fit_run.request import read_run  # noqa: E402
+from selenite.fit_run.staging.request import read_stages  # noqa: E402
+from selenite.problems import BadInput, Failed, Problem, problems_of  # noqa: E402
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "cause"),
+    [
+        (["fit", "--spp=x"], "Argument --spp", "invalid int value: 'x'"),
+        (["render", "s.blend", "--out=o.exr", "--spp=0"], "Argument --spp", "0 is less than 1"),
+        (["render", "s.blend"], "Command line", "arguments are required: --out"),
+        (["fit", "s.blend", "--preset=best"], "Argument --preset", "invalid choice: 'best'"),
+        (["fit", "s.blend", "--nothing"], "Command line", "unrecognized arguments: --nothing"),
+        (["paint"], "Argument COMMAND", "invalid choice: 'paint'"),
+        ([], "Command line", "required: COMMAND"),
+        (["fit", "--iterations", "9" * 5000], "Argument --iterations", "invalid int value"),
+    ],
+)
+def test_wrong_words_are_problems_in_json_too(
+    words: list[str], name: str, cause: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([*words, "--json"]) == 2
+    printed = capsys.readouterr()
+    (problem,) = json.loads(printed.out)["problems"]
+    assert problem["object"] == name
+    assert cause in problem["cause"]
+    assert "--help" in problem["cure"]
+    assert f"{name}: " in printed.err and "Traceback" not in printed.err
+    assert cli.main(words) == 2
+    assert capsys.readouterr().out == ""
+
+
+def raising(error: BaseException) -> Any:  # noqa: ANN401
+    def run(_args: argparse.Namespace) -> dict[str, Any]:
+        raise error
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "words"),
+    [
+        (Failed("the derivative is not finite"), 1, "the derivative is not finite"),
+        (MemoryError(), 1, "memory does not suffice"),
+        (OSError(28, "No space left on device", "/x/y"), 1, "File '/x/y': no space left on device"),
+        (OSError("'a.exr' cannot be written: x; make room"), 1, "'a.exr' cannot be written: x"),
+        (KeyboardInterrupt(), 1, "interrupted"),
+        (BadInput(Problem("A\nB", "is bad", "mend it")), 2, "A B: is bad; mend it"),
+    ],
+)
+def test_failures_are_sentences(
+    error: BaseException,
+    status: int,
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(probe, "run", raising(error))
+    assert cli.main(["probe", "a.csv", "--out=b.csv", "--json"]) == status
+    printed = capsys.readouterr()
+    assert words in printed.err and "Traceback" not in printed.err
+    assert set(json.loads(printed.out)) == {"problems" if status == 2 else "error"}
+
+
+def test_a_fault_of_ours_is_named_as_one_and_its_traceback_is_kept(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setattr(cli.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(probe, "run", raising(ZeroDivisionError("division by zero")))
+    assert cli.main(["probe", "a.csv", "--out=b.csv"]) == 1
+    said = capsys.readouterr().err
+    assert "internal error (ZeroDivisionError: division by zero)" in said
+    assert "Traceback" not in said
+    (path,) = tmp_path.iterdir()
+    assert str(path) in said
+    text = path.read_text(encoding="utf-8")
+    assert "Traceback" in text and "ZeroDivisionError" in text
+    monkeypatch.setattr(cli.tempfile, "tempdir", str(tmp_path / "nowhere"))
+    assert cli.main(["probe", "a.csv", "--out=b.csv"]) == 1
+    assert "Traceback" in capsys.readouterr().err  # nowhere else to keep it
+
+
+def test_a_log_on_a_full_disk_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        monkeypatch.setattr(sys, "stderr", full)
+        terminal.say("x" * 100_000)
+        monkeypatch.setattr(sys, "stderr", None)
+        terminal.say("closed")
+        monkeypatch.undo()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), full.fileno())  # so that it can be closed
+
+
+def test_words_of_the_native_module_become_problems() -> None:
+    error = ValueError(
+        "Photo 'a': it is black; choose another\nspp = 0 must lie in [1, 65536]\n"
+        "Camera 'x; y': it is odd"
+    )
+    assert problems_of(error, "Fit", "change it") == [
+        Problem("Photo 'a'", "it is black", "choose another"),
+        Problem("Fit", "spp = 0 must lie in [1, 65536]", "change it"),
+        Problem("Fit", "Camera 'x", "y': it is odd"),
+    ]
+
+
+RUN: dict[str, Any] = {
+    "schema": 1,
+    "scene": "/scenes/one.blend",
+    "unknowns": [{"owner": "Body", "parameter": "ior", "start": [1.4], "minimum": 1}],
+    "captures": [{"camera": "Camera", "photo": "/photos/Camera.png"}],
+    "settings": {},
+}
+
+
+def test_a_plain_run_file_is_read(tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(json.dumps(RUN), encoding="utf-8")
+    (unknown,) = read_run(tmp_path / "run.json").unknowns
+    assert (unknown.start, unknown.minimum, unknown.maximum) == ((1.4,), 1.0, None)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"scene": None}, "'scene' is None"),
+        ({"scene": ["a"]}, "'scene' is"),
+        ({"scene": "a\0b"}, "'scene' is"),
+        ({"unknowns": {}}, "'unknowns' are no list of objects"),
+        ({"unknowns": [1]}, "'unknowns' are no list of objects"),
+        ({"unknowns": [{"owner": 5, "parameter": "ior"}]}, "'owner' is 5"),
+        ({"unknowns": [{"owner": "Body"}]}, "'parameter' is None"),
+        ({"unknowns": [{"owner": "B", "parameter": "ior", "start": 1.4}]}, "'start' is 1.4"),
+        ({"unknowns": [{"owner": "B", "parameter": "ior", "start": ["1"]}]}, "'start' is '1'"),
+        ({"unknowns": [{"owner": "B", "parameter": "ior", "start": [None]}]}, "'start' is"),
+        ({"unknowns": [{"owner": "B", "parameter": "ior", "minimum": float("nan")}]}, "'minimum'"),
+        ({"unknowns": [{"owner": "B", "parameter": "ior", "maximum": 10**400}]}, "'maximum'"),
+        ({"unknowns": [{"owner": "B", "parameter": "ior", "maximum": True}]}, "'maximum'"),
+        ({"unknowns": [{"owner": "B", "parameter": "x", "grid": 7}]}, "'grid' is 7"),
+        ({"captures": "photo.png"}, "'captures' are no list"),
+        ({"captures": [{"camera": "Camera"}]}, "'photo' is None"),
+        ({"captures": [{"camera": "C", "photo": "p", "masks": ""}]}, "'masks', which is not known"),
+        ({"settings": []}, "they are []"),
+        ({"settings": {"spp": "4"}}, "'4' is of another type"),
+        ({"settings": {"tolerance": 10**400}}, "lies outside"),
+        ({"settings": {"iterations": 10**400}}, "lies outside"),
+        ({"settings": {"learning_rate": float("nan")}}, "nan lies outside"),
+        ({"stages": [{"parameters": [1]}]}, "its parameters are [1]"),
+        ({"stages": 5}, "no list of stages"),
+        ({"schema": 2}, "its schema is 2"),
+    ],
+)
+def test_a_run_file_with_a_wrong_entry_is_refused(
+    change: dict[str, Any], words: str, tmp_path: Path
+) -> None:
+    (tmp_path / "run.json").write_text(json.dumps(RUN | change), encoding="utf-8")
+    with pytest.raises(BadInput) as found:
+        read_run(tmp_path / "run.json")
+    assert words in str(found.value)
+
+
+@pytest.mark.parametrize("content", ["[" * 100_000, "null", '"a"', "[]", '{"stages": {}}'])
+def test_a_hostile_list_of_stages_is_refused(content: str, tmp_path: Path) -> None:
+    (tmp_path / "stages.json").write_text(content, encoding="utf-8")
+    with pytest.raises(BadInput):
+        read_stages(tmp_path / "stages.json")
+    for path in (tmp_path, Path("/dev/zero")):
+        with pytest.raises(BadInput):
+            read_stages(path)
