@@ -14,8 +14,9 @@ from selenite import native, parameters
 from selenite.cycles_check.compare import Estimate, Verdict, judge
 from selenite.cycles_check.render import render
 from selenite.problems import BadInput
+from selenite.scene_read.blend_file import open_blend
 from selenite.scene_read.build import build
-from selenite.scene_read.scene import open_blend, read_scene
+from selenite.scene_read.scene import read_scene
 
 CHECK_SCENES = Path(__file__).resolve().parents[2] / "shared" / "check" / "cycles"
 ORANGE, TEAL, WHITE, BLACK = (0.8, 0.5, 0.3), (0.2, 0.6, 0.7), (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)

@@ -35,7 +35,8 @@ SHAPE = {
 @pytest.fixture
 def read(request):
     """(values, expected JSON) of one scene."""
-    from selenite.scene_read.scene import open_blend, read_scene
+    from selenite.scene_read.blend_file import open_blend
+    from selenite.scene_read.scene import read_scene
 
     path = FOLDER / f"{request.param}.blend"
     if not path.is_file():

@@ -11,8 +11,8 @@ from selenite import native
 from selenite.fit_run import fields
 from selenite.fit_run.request import UnknownRequest
 from selenite.fit_run.settings import FitSettings
+from selenite.scene_read.blend_file import open_blend
 from selenite.scene_read.build import build
-from selenite.scene_read.scene import open_blend
 
 pytestmark = pytest.mark.blender
 

@@ -258,7 +258,8 @@ def test_values_that_are_cut_off_and_unsaved_changes_are_warned_of(tmp_path):
 
 def test_relative_path(tmp_path):
     """Also after the file is opened from somewhere else."""
-    from selenite.scene_read.scene import open_blend, read_scene
+    from selenite.scene_read.blend_file import open_blend
+    from selenite.scene_read.scene import read_scene
 
     material = made.material()
     picture = textured(material, tmp_path, "file8").image

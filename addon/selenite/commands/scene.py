@@ -30,15 +30,15 @@ def open_scene(path: str) -> tuple[Any, SceneValues]:
     file = input_file(path, problems, "give the path of a .blend file")
     stop_if(problems)
     try:
-        from ..scene_read import scene as scene_read
+        from ..scene_read import blend_file
     except ImportError as error:
         cure = "install bpy, or use blender --command selenite"
         raise BadInput(Problem("Blender", f"bpy does not load ({error})", cure)) from error
-    from ..scene_read.scripts import blocked_drivers
+    from ..scene_read.scene import read_scene
 
-    scene = scene_read.open_blend(str(file))
-    values = scene_read.read_scene(scene)
-    for text in (*scene_read.warnings_of_file(), *blocked_drivers()):
+    scene = blend_file.open_blend(str(file))
+    values = read_scene(scene)
+    for text in (*blend_file.warnings_of_file(), *blend_file.blocked_drivers()):
         values.warn(text)
     return scene, values
 

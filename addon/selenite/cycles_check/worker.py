@@ -34,8 +34,9 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.fit_run.request import RunRequest
     from selenite.paths import file_stems
     from selenite.problems import BadInput
+    from selenite.scene_read.blend_file import open_blend
     from selenite.scene_read.photos import packed_photos
-    from selenite.scene_read.scene import open_blend, read_scene
+    from selenite.scene_read.scene import read_scene
     from selenite.write_back import grids as grid_objects
     from selenite.write_back import images as image_nodes
 

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from .. import parameters
-from ..problems import BadInput, Problem
+from ..problems import Problem
 from . import camera as cameras
 from . import (
     hosts,
@@ -30,35 +30,6 @@ from .nodes import Unreadable
 from .render_depsgraph import read_as_rendered, remarks, view_layer_of
 from .textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
-
-
-def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
-    """Opens a .blend file in this process and returns its scene. Raises BadInput.
-
-    scripts: whether its Python runs (drivers, texts): only for a copy of a file whose runs."""
-    cure = "give the path of a .blend file that this Blender can read"
-    title = f"File '{path}'"
-    try:
-        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=scripts)
-    except RuntimeError as error:
-        cause = str(error).removeprefix("Error: ").strip()
-        raise BadInput(Problem(title, f"cannot be opened ({cause})", cure)) from error
-    scene: bpy.types.Scene | None = bpy.context.scene
-    if scene is None or bpy.context.view_layer is None:
-        raise BadInput(Problem(title, "it has no scene", cure))
-    return scene
-
-
-def warnings_of_file() -> list[str]:
-    """What is to be known of the open file as a whole."""
-    saved = tuple(bpy.data.version)
-    if saved[:2] <= bpy.app.version[:2]:
-        return []
-    newer, own = (".".join(map(str, version[:2])) for version in (saved, bpy.app.version))
-    return [
-        f"File '{bpy.data.filepath}': Blender {newer} has saved it and this is {own}, which may "
-        f"read it in part only; use Blender {newer}"
-    ]
 
 
 def read_scene(scene: bpy.types.Scene) -> SceneValues:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a file's scripts would have done: the command line opens files without running any."""
+"""Opening a .blend file, and what is to be known of it as a whole."""
 
 from __future__ import annotations
 
@@ -7,7 +7,38 @@ from collections.abc import Iterator
 
 import bpy
 
+from ..problems import BadInput, Problem
+
 _CURE = "bake it to keyframes, or write an expression of numbers and variables alone"
+
+
+def open_blend(path: str, *, scripts: bool = False) -> bpy.types.Scene:
+    """Opens a .blend file in this process and returns its scene. Raises BadInput.
+
+    scripts: whether its Python runs (drivers, texts): only for a copy of a file whose runs."""
+    cure = "give the path of a .blend file that this Blender can read"
+    title = f"File '{path}'"
+    try:
+        bpy.ops.wm.open_mainfile(filepath=path, load_ui=False, use_scripts=scripts)
+    except RuntimeError as error:
+        cause = str(error).removeprefix("Error: ").strip()
+        raise BadInput(Problem(title, f"cannot be opened ({cause})", cure)) from error
+    scene: bpy.types.Scene | None = bpy.context.scene
+    if scene is None or bpy.context.view_layer is None:
+        raise BadInput(Problem(title, "it has no scene", cure))
+    return scene
+
+
+def warnings_of_file() -> list[str]:
+    """What is to be known of the open file as a whole."""
+    saved = tuple(bpy.data.version)
+    if saved[:2] <= bpy.app.version[:2]:
+        return []
+    newer, own = (".".join(map(str, version[:2])) for version in (saved, bpy.app.version))
+    return [
+        f"File '{bpy.data.filepath}': Blender {newer} has saved it and this is {own}, which may "
+        f"read it in part only; use Blender {newer}"
+    ]
 
 
 def blocked_drivers() -> list[str]:
