@@ -47,7 +47,8 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     room = TextureRoom()
     rendered: list[bpy.types.Object] = []
     for instance in mesh.rendered_instances(scene, depsgraph, read):
-        rendered.append(instance.original)
+        if isinstance(instance.object.data, (bpy.types.Light, bpy.types.Mesh, bpy.types.Volume)):
+            rendered.append(instance.original)  # and no curve without a surface
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
             if instance.original.visible_camera:
