@@ -10,6 +10,7 @@ nothing there may be classed too severely. Status 1 if a property without effect
 import argparse
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -83,38 +84,92 @@ def candidates(effect):
                 yield key, row, index, item
 
 
-def differences(effect, options):
-    """(identifier, noise, relative change of the mean, share of the pixels that changed)."""
-    made.scene_in_view()
-    render = bpy.context.scene.render
-    render.resolution_x = render.resolution_y = options.size
-    todo = list(candidates(effect))
-    base = rendered(options.samples, 1)
-    assert np.array_equal(base, rendered(options.samples, 1)), "Cycles does not repeat itself"
-    means = [rendered(options.many, seed).mean() for seed in (3, 4, 5, 6)]
-    spread = float(np.std(means, ddof=1))
-    for key, row, index, item in todo:
-        if options.only and not any(word in key for word in options.only):
-            continue
-        block = list(places(made.scope()))[index].block
-        value, old = another(block, item), getattr(block, item.identifier)
+@dataclass
+class Trial:
+    """A property at another value: whether that changes only noise, and what came of it."""
+
+    key: str
+    noise: bool
+    index: int
+    name: str
+    shift: float = 0.0  # of the mean, relative
+    share: float = 0.0  # of the pixels that changed
+
+
+class Comparison:
+    """Renders with properties at other values, against renders of the scene as it is."""
+
+    def __init__(self, options):
+        made.scene_in_view()
+        render = bpy.context.scene.render
+        render.resolution_x = render.resolution_y = options.size
+        self.options = options
+        self.base = rendered(options.samples, 1)
+        assert np.array_equal(self.base, rendered(options.samples, 1)), "Cycles does not repeat"
+        means = [rendered(options.many, seed).mean() for seed in (3, 4, 5, 6)]
+        self.mean, self.spread = np.mean(means), np.std(means, ddof=1)
+
+    def changes(self, trials):
+        """Whether the picture is another one with all of these at once; notes by how much."""
+        before = [self._set(trial) for trial in trials]
+        noise = trials[0].noise
+        if noise:
+            shift = rendered(self.options.many, 7).mean() / self.mean - 1
+            share = float(abs(shift) * self.mean > 4 * self.spread)
+        else:
+            picture = rendered(self.options.samples, 1)
+            share = float((picture != self.base).any(axis=2).mean())
+            shift = picture.mean() / self.base.mean() - 1
+        for trial, old in reversed(list(zip(trials, before, strict=True))):
+            if old is not None:
+                setattr(self._block(trial), trial.name, old)
+        for trial in trials:
+            trial.shift, trial.share = shift, share
+        return share > 0
+
+    def _block(self, trial):
+        return list(places(made.scope()))[trial.index].block
+
+    def _set(self, trial):
+        """Returns what stood there, None if nothing was changed."""
+        block = self._block(trial)
+        value, old = another(block, block.bl_rna.properties[trial.name]), getattr(block, trial.name)
         if value is None:
-            continue
+            return None
         old = old if isinstance(old, (bool, int, float, str)) else list(old)
         try:
-            setattr(block, item.identifier, value)
+            setattr(block, trial.name, value)
         except (TypeError, AttributeError, ValueError):
-            continue
-        picture = rendered(options.samples, 1)
-        changed = float((picture != base).any(axis=2).mean())
-        shift = picture.mean() / base.mean() - 1
-        if row.noise and changed:
-            mean = np.mean([rendered(options.many, seed).mean() for seed in (7, 8)])
-            shift = mean / np.mean(means) - 1
-            changed *= abs(shift) * np.mean(means) > 4 * spread
-        block = list(places(made.scope()))[index].block
-        setattr(block, item.identifier, old)
-        yield key, row.noise, shift, changed
+            return None
+        return old
+
+    def culprits(self, trials):
+        """Those of several that change the picture, by halves."""
+        if not trials or not self.changes(trials):
+            return
+        if len(trials) == 1:
+            yield trials[0]
+            return
+        half = len(trials) // 2
+        yield from self.culprits(trials[:half])
+        yield from self.culprits(trials[half:])
+
+
+def tried(effect, options):
+    """All trials of a class, and those that change the picture."""
+    comparison = Comparison(options)
+    trials = [
+        Trial(key, row.noise, index, item.identifier)
+        for key, row, index, item in candidates(effect)
+        if not options.only or any(word in key for word in options.only)
+    ]
+    if effect is not Effect.NO_EFFECT:  # most of them do, one by one
+        return trials, [trial for trial in trials if comparison.changes([trial])]
+    found = []
+    for place in dict.fromkeys((trial.key.partition(".")[0], trial.noise) for trial in trials):
+        group = [t for t in trials if (t.key.partition(".")[0], t.noise) == place]
+        found += comparison.culprits(group)
+    return trials, found
 
 
 def main():
@@ -126,17 +181,16 @@ def main():
     parser.add_argument("--samples", type=int, default=2)
     parser.add_argument("--many", type=int, default=64, help="samples, where noise changes")
     options = parser.parse_args()
-    wrong = tried = 0
-    for key, noise, shift, changed in differences(names[options.effect], options):
-        tried += 1
-        if bool(changed) == (options.effect == "no"):
-            wrong += 1
-            what = "noise" if noise else "picture"
-            print(f"{key}: {what}: mean {100 * shift:+.2f} %, {100 * changed:.0f} % of the pixels")
-            sys.stdout.flush()
-    end = "change the picture" if options.effect == "no" else "do not change it"
-    print(f"bpy {bpy.app.version_string}: {tried} properties tried, {wrong} {end}")
-    return int(options.effect == "no" and wrong > 0)
+    trials, found = tried(names[options.effect], options)
+    harmless = options.effect == "no"
+    for trial in found if harmless else [trial for trial in trials if trial not in found]:
+        what = "noise" if trial.noise else "picture"
+        numbers = f"mean {100 * trial.shift:+.2f} %, {100 * trial.share:.0f} % of the pixels"
+        print(f"{trial.key}: {what}: {numbers}", flush=True)
+    print(
+        f"bpy {bpy.app.version_string}: {len(trials)} properties, {len(found)} change the picture"
+    )
+    return int(harmless and bool(found))
 
 
 if __name__ == "__main__":

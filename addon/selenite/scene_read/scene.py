@@ -75,7 +75,8 @@ def _read(
     links = linking.light_and_shadow_linking(evaluated, read.problems)
     rendered: list[bpy.types.Object] = []
     for instance in mesh.rendered_instances(depsgraph, read):
-        rendered.append(instance.original)
+        if isinstance(instance.object.data, (bpy.types.Light, bpy.types.Mesh, bpy.types.Volume)):
+            rendered.append(instance.original)  # and no curve without a surface
         if instance.is_instance:
             instancers.add(instance.instancer)
         data = instance.original.data

@@ -71,8 +71,14 @@ def instancers_of(
 
 def findings(scope: Scope, modelled_inputs: frozenset[str] = frozenset()) -> Iterator[Finding]:
     """Everything that is not modelled, in the order of the walk; some of it more than once."""
+    unknown: dict[str, list[Any]] = {}
     for place in places(scope):
         yield from _of_block(place, scope)
+        for struct in chain_of(place.block.bl_rna):
+            if struct.identifier not in unknown:
+                unknown[struct.identifier] = unknown_properties(struct)
+            for item in unknown[struct.identifier]:
+                yield from _of_unknown(place, item)
         if isinstance(place.block, bpy.types.Node):
             yield from _of_inputs(place, modelled_inputs)
 
@@ -96,7 +102,8 @@ def places(scope: Scope) -> Iterator[Place]:
     scene, layer = scope.scene, scope.view_layer
     for block in (scene, scene.render, scene.cycles, scene.unit_settings):
         yield Place("Scene", scene.name, block)
-    yield Place("View layer", layer.name, layer)
+    for block in (layer, layer.cycles):
+        yield Place("View layer", layer.name, block)
     yield from _collections(layer.layer_collection)
     for item in (*scope.objects, *scope.instancers):
         yield from _of_object(item)
@@ -133,10 +140,11 @@ def _of_object(item: bpy.types.Object) -> Iterator[Place]:
         yield Place("Light", data.name, data)
         yield Place("Light", data.name, data.cycles)
         yield from _of_nodes("Light", data)
-    elif isinstance(data, bpy.types.Volume):
-        yield Place("Object", item.name, data.render)
-    elif data is not None and not isinstance(data, bpy.types.Mesh):
+        return
+    if data is not None:
         yield Place("Object", item.name, data)
+    if isinstance(data, bpy.types.Volume):
+        yield Place("Object", item.name, data.render)
 
 
 def _of_nodes(kind: str, owner: Any) -> Iterator[Place]:  # noqa: ANN401 - material, world or lamp
@@ -191,9 +199,6 @@ def _of_block(place: Place, scope: Scope) -> Iterator[Finding]:
             shown = block.bl_rna.properties[name]
             text, usual = (_shown(shown, item) for item in (value, _usual(row)))
             yield _finding(row, place, shown.name, text, usual)
-    for struct in chain_of(block.bl_rna):
-        for item in unknown_properties(struct):
-            yield from _of_unknown(place, item)
 
 
 def _of_unknown(place: Place, item: Any) -> Iterator[Finding]:  # noqa: ANN401 - an RNA property
