@@ -64,10 +64,22 @@ class Named {
 
 Photo photo_of(const py::handle& object, std::size_t index) {
   const std::string what = "photos[" + std::to_string(index) + "]";
-  const Named named(object, what, {"id", "camera", "reference", "weight", "frame"});
+  std::vector<const char*> keys{"id", "camera", "reference", "weight", "frame"};
+  for (const Parameter& parameter : photo_parameter_table().rows)
+    keys.push_back(parameter.name.data());
+  const Named named(object, what, std::move(keys));
   Photo photo;
   photo.camera = named.as<std::string>("camera");
   named.take("id", photo.id);
+  visit_fields(photo.values, [&](const Parameter& parameter, double* first, int width) {
+    const char* key = parameter.name.data();  // of a literal: it ends with 0
+    if (!named.has(key)) return;
+    const auto numbers = named.as<std::vector<double>>(key);
+    if (std::ssize(numbers) != width)
+      throw py::value_error(what + ": " + key + " has " + std::to_string(numbers.size()) +
+                            " values; it takes " + std::to_string(width));
+    std::ranges::copy(numbers, first);
+  });
   if (named.has("frame")) photo.frame = frame_of(named.as<FrameTuple>("frame"));
   const FloatArray reference = float_array(named.get("reference"), what + ": reference");
   if (reference.ndim() != 3 || reference.shape(2) != 3)

@@ -13,7 +13,7 @@
 // wrong; `index` is for that.
 namespace selenite {
 
-/// {id, camera, reference, weight, frame}
+/// {id, camera, reference, weight, frame}, and by name the parameters of a photo
 Photo photo_of(const pybind11::handle& object, std::size_t index);
 /// {owner, parameter, start, minimum, maximum, learning_rate}
 UnknownParameter unknown_of(const pybind11::handle& object, std::size_t index);

@@ -52,8 +52,10 @@ PhotoJacobian photo_jacobian_of(const Scene& scene, const std::vector<Asked>& as
                                 Progress* progress) {
   const Unknowns unknowns = unknowns_of(scene, asked);
   const RenderSettings settings{width, height, spp, seed, depth, threads, frame_of(frame)};
+  Photo photo;
+  photo.camera = camera;
   const py::gil_scoped_release release;
-  return photo_jacobian(scene, unknowns, camera, settings, progress);
+  return photo_jacobian(scene, unknowns, photo, settings, progress);
 }
 
 py::array_t<float> variance_array(const PhotoJacobian& seen) {

@@ -6,40 +6,17 @@
 #include <sstream>
 
 #include "math/error.h"
+#include "scene/parameter_table.h"
 
 namespace selenite {
 namespace {
 
-struct Table {
-  std::vector<Parameter> rows;
-  std::vector<int> widths;
-};
-
-template <class Owner>
-Table table_of() {
-  Table table;
-  Owner owner;
-  struct Collect {
-    Table& table;
-    void operator()(const Parameter& p, double&) const {
-      table.rows.push_back(p);
-      table.widths.push_back(1);
-    }
-    void operator()(const Parameter& p, Color<double>&) const {
-      table.rows.push_back(p);
-      table.widths.push_back(3);
-    }
-  };
-  Owner::fields(owner, Collect{table});
-  return table;
-}
-
 constexpr const char* kNoSuchKind = "There is no such kind of owner or grid in a scene";
 
-const Table& table(OwnerKind kind) {
-  static const Table material = table_of<MaterialValues>();
-  static const Table light = table_of<LightParameters>();
-  static const Table world = table_of<WorldParameters>();
+const ParameterTable& table(OwnerKind kind) {
+  static const auto material = ParameterTable::of<MaterialValues>();
+  static const auto light = ParameterTable::of<LightParameters>();
+  static const auto world = ParameterTable::of<WorldParameters>();
   switch (kind) {
     case OwnerKind::kMaterial:
       return material;
@@ -49,21 +26,6 @@ const Table& table(OwnerKind kind) {
       return world;
   }
   throw InvalidArgument(kNoSuchKind);
-}
-
-/// Calls `action(double*, count)` with the storage of one field of its owner.
-template <class Owner, class Action>
-void visit_field(Owner& owner, int field, Action&& action) {
-  int index = 0;
-  const auto on_field = [&](double* first, int count) {
-    if (index++ == field) action(first, count);
-  };
-  struct Visit {
-    decltype(on_field)& at;
-    void operator()(const Parameter&, double& x) const { at(&x, 1); }
-    void operator()(const Parameter&, Color<double>& c) const { at(&c.r, 3); }
-  };
-  Owner::fields(owner, Visit{on_field});
 }
 
 template <class Action>
@@ -144,12 +106,11 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
         "'" + std::string(owner) + "' is no material or light of the scene; materials: " +
         listed(appearance.materials, [](const Material& m) { return m.name; }) + "; lights: " +
         listed(appearance.lights, [](const Light& l) { return l.name; }) + "; or 'World'");
-  const auto& rows = parameter_table(ref.kind);
-  for (std::size_t i = 0; i < rows.size(); ++i)
-    if (rows[i].name == parameter) ref.field = static_cast<int>(i);
+  ref.field = table(ref.kind).find(parameter);
   if (ref.field < 0)
     throw UnknownName("'" + std::string(owner) + "' has no parameter '" + std::string(parameter) +
-                      "'; it has: " + listed(rows, [](const Parameter& p) { return p.name; }));
+                      "'; it has: " +
+                      listed(parameter_table(ref.kind), [](const Parameter& p) { return p.name; }));
   return ref;
 }
 

@@ -15,7 +15,7 @@ struct Setting {
   std::vector<Photo> photos;
   Problem problem{unknowns, layout, photos, losses()[0], 100};
   explicit Setting(const std::vector<UnknownParameter>& wanted)
-      : unknowns(scene, wanted), layout(scene, unknowns.parameters()) {}
+      : unknowns(scene, wanted), layout(unknowns.layout(scene)) {}
 };
 
 /// loss = 1/2 sum a_k (x_k - t_k)^2

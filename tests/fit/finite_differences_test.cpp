@@ -14,7 +14,7 @@ constexpr Eigen::Index kRoughness = 3, kTransmission = 4, kIor = 5;
 struct Setting {
   Scene scene;
   Unknowns unknowns;
-  SlotLayout layout{scene, unknowns.parameters()};
+  SlotLayout layout{unknowns.layout(scene)};
   std::vector<Photo> photos{synthetic_capture(scene, "Left")};
   Vector x{{0.25, 0.3, 0.5, 0.25, 0.7, 1.35}};
   const Loss& loss = find_loss("dual-buffer");
@@ -42,8 +42,8 @@ struct Setting {
   }
   Film with_differences(const SyntheticRenderer& renderer, int spp, std::uint64_t seed,
                         Purpose purpose = Purpose::kGradient, Differences which = {}) const {
-    return render_derivatives(problem, &reparametrization, unknowns.scene_with(scene, x), x,
-                              purpose, which,
+    return render_derivatives(problem, &reparametrization, unknowns.scene_with(scene, x), photos[0],
+                              x, purpose, which,
                               [&](const Vector& at, const SlotLayout& slots, Paths paths) {
                                 const std::uint64_t other = paths == Paths::kOther ? 1000000 : 0;
                                 return film(at, renderer, spp, seed + other, slots);
@@ -86,8 +86,8 @@ TEST(FiniteDifferences, ATexturedRoughnessMayBeSharp) {
   Scene scene = s.scene;
   const auto pictures = [&] {
     int count = 0;
-    (void)render_derivatives(s.problem, &s.reparametrization, scene, s.unknowns.start(),
-                             Purpose::kGradient, {},
+    (void)render_derivatives(s.problem, &s.reparametrization, scene, s.photos[0],
+                             s.unknowns.start(), Purpose::kGradient, {},
                              [&](const Vector& at, const SlotLayout& layout, Paths) {
                                ++count;
                                return s.film(at, {0.5, 0.5}, 4, 1, layout);
@@ -111,7 +111,7 @@ TEST(FiniteDifferences, WhatIsHeldAgainstTheFilmIsRenderedLikeIt) {
   const auto asked = [&](Purpose purpose, Side side) {
     std::vector<std::size_t> slots;
     (void)render_derivatives(s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.x),
-                             s.x, purpose, {side},
+                             s.photos[0], s.x, purpose, {side},
                              [&](const Vector& at, const SlotLayout& layout, Paths) {
                                slots.push_back(layout.slots.size());
                                return s.film(at, {0.5, 0.5}, 4, 1, layout);
@@ -179,13 +179,13 @@ TEST(FiniteDifferences, DifferencesAloneNeedNoPictureBetween) {
   const auto all = synthetic_unknowns();
   const auto rendered = [](const Setting& s, Differences which, Film* film = nullptr) {
     std::vector<double> iors;
-    const Film found = render_derivatives(s.problem, &s.reparametrization,
-                                          s.unknowns.scene_with(s.scene, s.unknowns.start()),
-                                          s.unknowns.start(), Purpose::kInstrumental, which,
-                                          [&](const Vector& at, const SlotLayout& layout, Paths) {
-                                            iors.push_back(at[at.size() - 1]);
-                                            return s.film(at, {0.5, 0.5}, 4, 1, layout);
-                                          });
+    const Film found = render_derivatives(
+        s.problem, &s.reparametrization, s.unknowns.scene_with(s.scene, s.unknowns.start()),
+        s.photos[0], s.unknowns.start(), Purpose::kInstrumental, which,
+        [&](const Vector& at, const SlotLayout& layout, Paths) {
+          iors.push_back(at[at.size() - 1]);
+          return s.film(at, {0.5, 0.5}, 4, 1, layout);
+        });
     if (film) *film = found;
     return iors;
   };
@@ -260,16 +260,16 @@ TEST(FiniteDifferences, EveryDerivativeIsInItsSlot) {
                               slot.component);
   };
   int passes = 0;
-  const Film film =
-      render_derivatives(s.problem, nullptr, s.scene, s.unknowns.start(), Purpose::kInstrumental,
-                         {Side::kUp}, [&](const Vector&, const SlotLayout& layout, Paths) {
-                           ++passes;
-                           EXPECT_LE(layout.slots.size(), static_cast<std::size_t>(kMaxSlots));
-                           Film part(1, 1, 2, static_cast<int>(layout.slots.size()));
-                           for (std::size_t i = 0; i < layout.slots.size(); ++i)
-                             part.slots[i].mean[0].r = name(layout.slots[i]);
-                           return part;
-                         });
+  const Film film = render_derivatives(
+      s.problem, nullptr, s.scene, s.photos[0], s.unknowns.start(), Purpose::kInstrumental,
+      {Side::kUp}, [&](const Vector&, const SlotLayout& layout, Paths) {
+        ++passes;
+        EXPECT_LE(layout.slots.size(), static_cast<std::size_t>(kMaxSlots));
+        Film part(1, 1, 2, static_cast<int>(layout.slots.size()));
+        for (std::size_t i = 0; i < layout.slots.size(); ++i)
+          part.slots[i].mean[0].r = name(layout.slots[i]);
+        return part;
+      });
   EXPECT_GT(passes, 1);
   ASSERT_EQ(film.slots.size(), s.layout.slots.size());
   for (std::size_t i = 0; i < film.slots.size(); ++i)

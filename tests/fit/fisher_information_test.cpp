@@ -163,7 +163,7 @@ struct OnPaper {
 
   explicit OnPaper(double variance = 0.5) {
     seen.width = seen.height = kSide;
-    seen.layout = SlotLayout(scene, unknowns.parameters());
+    seen.layout = unknowns.layout(scene);
     const Eigen::Index rows = 3 * kSide * kSide;
     seen.variance = Eigen::VectorXf::Constant(rows, static_cast<float>(variance));
     photo.reference.assign(photo.size(), Colorf(1));
@@ -272,7 +272,8 @@ TEST(FisherInformation, RendersInPortionsAsARefinementDoes) {
         RenderSettings settings;
         settings.width = settings.height = 4;
         settings.spp = kLeastJacobianSpp - 1;
-        (void)photo_jacobian(scene, Unknowns(scene, roughness_from(0.5)), "Left", settings);
+        (void)photo_jacobian(scene, Unknowns(scene, roughness_from(0.5)), grey_capture(4),
+                             settings);
       },
       InvalidArgument);
 }

@@ -152,7 +152,7 @@ TEST(GaussNewton, ChannelsOfAnExtinctionAreAlikeWhereNothingElseIsSeen) {
 struct OnePhoto {
   Scene scene = synthetic_scene();
   Unknowns unknowns;
-  SlotLayout layout{scene, unknowns.parameters()};
+  SlotLayout layout{unknowns.layout(scene)};
   std::vector<Photo> photos;
   Problem problem{unknowns, layout, photos, losses()[0], 10};
 

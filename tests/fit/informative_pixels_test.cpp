@@ -25,7 +25,7 @@ struct Made {
   Scene scene = synthetic_scene();
   std::vector<Photo> photos = grey_photos(scene);
   Unknowns unknowns{scene, {synthetic_unknowns()[1], synthetic_unknowns()[3]}};
-  SlotLayout layout{scene, unknowns.parameters()};
+  SlotLayout layout{unknowns.layout(scene)};
   Problem problem{unknowns, layout, photos, find_loss("dual-buffer"), 10};
   GaussNewton evidence{problem};
   InformativePixels informative{problem};

@@ -14,7 +14,7 @@ class EveryLoss : public ::testing::TestWithParam<std::string> {};
 struct Setting {
   Scene scene = synthetic_scene();
   Unknowns unknowns{scene, synthetic_unknowns()};
-  SlotLayout layout{scene, unknowns.parameters()};
+  SlotLayout layout{unknowns.layout(scene)};
   std::vector<Photo> photos{synthetic_capture(scene, "Left")};
   Vector x = Vector{{0.25, 0.3, 0.5, 0.5, 0.4, 1.35}};
 

@@ -119,7 +119,7 @@ int stands(Rare rare, double difference) {
   std::vector<Photo> photos{grey_capture(32)};
   check_photos(scene, photos);
   const Unknowns unknowns(scene, roughness_from(kOne));
-  const SlotLayout layout(scene, unknowns.parameters());
+  const SlotLayout layout = unknowns.layout(scene);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   GivenEvaluator render([&](const Vector& x, const Photo& photo, int spp, std::uint64_t seed,
                             std::optional<Differences>) {

@@ -25,7 +25,7 @@ struct TwoPhotos {
   Scene scene = synthetic_scene();
   std::vector<Photo> photos{synthetic_capture(scene, "Left"), synthetic_capture(scene, "Right")};
   Unknowns unknowns{scene, synthetic_unknowns()};
-  SlotLayout layout{scene, unknowns.parameters()};
+  SlotLayout layout{unknowns.layout(scene)};
   Problem problem{unknowns, layout, photos, losses()[0], 20};
 
   TwoPhotos() { check_photos(scene, photos); }
@@ -253,8 +253,8 @@ TEST(Options, DifferencesAreAsLong) {
   const auto length = [&](const FiniteDifferenceOptions& options) {
     double longest = 0;
     (void)render_derivatives(
-        photos.problem, &reparametrization, photos.unknowns.scene_with(photos.scene, x), x,
-        Purpose::kInstrumental, {Side::kUp},
+        photos.problem, &reparametrization, photos.unknowns.scene_with(photos.scene, x),
+        photos.photos[0], x, Purpose::kInstrumental, {Side::kUp},
         [&](const Vector& at, const SlotLayout& layout, Paths) {
           const Vector to = reparametrization.from_values(at) - reparametrization.from_values(x);
           longest = std::max(longest, std::abs(to[3]));

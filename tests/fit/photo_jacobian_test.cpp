@@ -29,7 +29,7 @@ PhotoJacobian look_at_matte(const Scene& scene, int spp) {
   settings.width = settings.height = 16;
   settings.spp = spp;
   settings.seed = 3;
-  return photo_jacobian(scene, unknowns, "Camera 0", settings);
+  return photo_jacobian(scene, unknowns, of_camera("Camera 0"), settings);
 }
 
 // Means over 256 pixels of 32 samples, whose deviation is below 1: 5 standard errors are 0.08.
@@ -65,7 +65,7 @@ TEST(PhotoJacobian, PictureAndVarianceAreThoseOfAllPortions) {
   const Scene scene = smoke(std::vector<float>(8, 0.5f));
   const Unknowns unknowns(scene, {{"World", "strength", {0.3}, 0.01, 100, 0.03}});
   const auto seen = [&](int spp) {
-    return photo_jacobian(scene, unknowns, "Camera 0", square_settings(24, spp, 3));
+    return photo_jacobian(scene, unknowns, of_camera("Camera 0"), square_settings(24, spp, 3));
   };
   const PhotoJacobian few = seen(30), many = seen(256);
   ASSERT_EQ(few.portions.size(), 4u);
@@ -90,7 +90,7 @@ TEST(PhotoJacobian, PortionsHoldTheDerivativesThatARenderCarries) {
   const Scene scene = smoke(std::vector<float>(8, 0.5f));
   const Unknowns unknowns(scene, {{"World", "strength", {0.3}, 0.01, 100, 0.03}});
   const RenderSettings settings = square_settings(16, 64, 3);
-  const PhotoJacobian seen = photo_jacobian(scene, unknowns, "Camera 0", settings);
+  const PhotoJacobian seen = photo_jacobian(scene, unknowns, of_camera("Camera 0"), settings);
   const double slope = Reparametrization(unknowns).slope(unknowns.start())[0];
   const Scene here = unknowns.scene_with(scene, unknowns.start());
   ASSERT_EQ(seen.portions.size(), 4u);
@@ -117,7 +117,8 @@ TEST(PhotoJacobian, NeighbouringSeedsShareNoPortion) {
   std::vector<Eigen::VectorXf> pictures;
   for (const std::uint64_t seed : {0, 1, 2, 3})
     for (const PhotoJacobian::Portion& portion :
-         photo_jacobian(scene, unknowns, "Camera 0", square_settings(8, 8, seed)).portions)
+         photo_jacobian(scene, unknowns, of_camera("Camera 0"), square_settings(8, 8, seed))
+             .portions)
       pictures.push_back(portion.halves.residual_a);
   for (std::size_t i = 0; i < pictures.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) EXPECT_NE(pictures[i], pictures[k]) << i << ' ' << k;
@@ -129,7 +130,7 @@ TEST(PhotoJacobian, JoinsTheSamplesOfAnother) {
   const Scene scene = smoke(std::vector<float>(8, 0.5f));
   const Unknowns unknowns(scene, {{"Smoke", "extinction", {2, 2, 2}, 0.1, 20, 0.1}});
   const auto seen = [&](int spp, std::uint64_t seed) {
-    return photo_jacobian(scene, unknowns, "Camera 0", square_settings(16, spp, seed));
+    return photo_jacobian(scene, unknowns, of_camera("Camera 0"), square_settings(16, spp, seed));
   };
   const PhotoJacobian first = seen(24, 1), second = seen(72, 2);
   PhotoJacobian both = first;
@@ -151,8 +152,9 @@ TEST(PhotoJacobian, JoinsTheSamplesOfAnother) {
   };
   EXPECT_LT(uncertainty(both), 0.8 * uncertainty(first));
   PhotoJacobian other = first;
-  EXPECT_THROW(other.join(photo_jacobian(scene, unknowns, "Camera 0", square_settings(8, 24, 1))),
-               InvalidArgument);
+  EXPECT_THROW(
+      other.join(photo_jacobian(scene, unknowns, of_camera("Camera 0"), square_settings(8, 24, 1))),
+      InvalidArgument);
 }
 
 TEST(PhotoJacobian, TooFewSamplesHaveNoSecondHalf) {

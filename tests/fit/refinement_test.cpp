@@ -24,7 +24,7 @@ Refined refine(const Vector& x, std::vector<Photo> photos, std::uint64_t seed,
   const Scene scene = synthetic_scene();
   check_photos(scene, photos);
   const Unknowns unknowns(scene, wanted);
-  const SlotLayout layout(scene, unknowns.parameters());
+  const SlotLayout layout = unknowns.layout(scene);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   const GaussNewton none(problem);
   GivenEvaluator render([&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
@@ -151,7 +151,7 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   constexpr double kStart = 0.45, kTruth = 0.5, kReportedSlope = 0.05;
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(scene, {{"Body", "metallic", {kStart}, 0, 1, 0.03}});
-  const SlotLayout layout(scene, unknowns.parameters());
+  const SlotLayout layout = unknowns.layout(scene);
   std::vector<Photo> photos{grey_capture(kSize)};
   check_photos(scene, photos);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
@@ -191,7 +191,7 @@ RefinedFromZero refine_from_zero(double transmission, double metallic, std::uint
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(
       scene, {{"Body", "transmission", {0}, 0, 1, 0.03}, {"Body", "metallic", {0.5}, 0, 1, 0.03}});
-  const SlotLayout layout(scene, unknowns.parameters());
+  const SlotLayout layout = unknowns.layout(scene);
   const auto rendered = [&](const Vector& at, const SlotLayout& slots, int spp, std::uint64_t key) {
     RenderSettings settings;
     settings.width = settings.height = kSize;

@@ -44,7 +44,7 @@ class Followed {
   SyntheticRenderer renderer_;
   Scene scene_ = synthetic_scene();
   Unknowns unknowns_{scene_, synthetic_unknowns()};
-  SlotLayout layout_{scene_, unknowns_.parameters()};
+  SlotLayout layout_{unknowns_.layout(scene_)};
   std::vector<Photo> photos_;
   Problem problem_{unknowns_, layout_, photos_, losses()[0], 12};
 };

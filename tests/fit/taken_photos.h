@@ -20,6 +20,9 @@ inline RenderSettings square_settings(int size, int spp, std::uint64_t seed) {
   return settings;
 }
 
+/// A photo of which only the camera is known.
+inline Photo of_camera(const char* camera) { return photo_of_size(camera, 0, 0); }
+
 inline std::vector<Photo> taken_photos(const Scene& scene, int size, int spp = 400) {
   std::vector<Photo> photos;
   for (const Camera& camera : scene.cameras) {

@@ -15,12 +15,13 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 TEST(Unknowns, AreInTheOrderOfTheRowsOfTheirSlots) {
   const Scene scene = synthetic_scene();
   const Unknowns unknowns(scene, synthetic_unknowns());
-  const SlotLayout layout(scene, unknowns.parameters());
+  const SlotLayout layout = unknowns.layout(scene);
   ASSERT_EQ(unknowns.components().size(), layout.rows.size());
   for (std::size_t k = 0; k < layout.rows.size(); ++k) {
     const ParameterRef& ref = layout.slots[static_cast<std::size_t>(layout.rows[k].slot)].parameter;
     const Component& component = unknowns.components()[k];
-    EXPECT_EQ(unknowns.parameters()[static_cast<std::size_t>(component.parameter)], ref);
+    EXPECT_EQ(unknowns.parameters()[static_cast<std::size_t>(component.parameter)],
+              UnknownRef(ref));
     EXPECT_EQ(component.index, layout.rows[k].component);
   }
   EXPECT_EQ(unknowns.components()[1].name, "Body:base_color[1]");

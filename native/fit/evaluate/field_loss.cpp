@@ -5,7 +5,7 @@ namespace selenite {
 namespace {
 
 /// The loss of one pixel, where losses of pixels add up.
-PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Photo& photo,
+PixelSlope slope_of_pixel(const FilmLoss& loss, const Film& film, const Photo& photo,
                           std::size_t pixel) {
   Film one;
   one.width = one.height = 1;
@@ -27,7 +27,7 @@ PixelSlope slope_of_pixel(const Loss& loss, const Film& film, const Photo& photo
 }  // namespace
 
 FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, const Fields& fields,
-                                  const Photo& photo, const Loss& loss,
+                                  const Photo& photo, const FilmLoss& loss,
                                   const RenderSettings& settings, Progress* progress) {
   const auto render = [&](const PixelLoss& pixel) {
     return render_field_gradient(scene, camera, fields.refs(), settings, pixel, progress);

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "math/overloaded.h"
+
 namespace selenite {
 namespace {
 
@@ -45,10 +47,12 @@ struct FiniteDifference {
 struct Shares {
   std::vector<FiniteDifference> differences;
   std::vector<ParameterRef> carried;
+  std::vector<std::size_t> unseen;  ///< slots of what the photo does not show
+  bool of_photo = false;            ///< one is of the photo: its derivative is made of the picture
 };
 
-Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bool differences,
-                 const FiniteDifferenceOptions& options) {
+Shares shares_of(const Problem& problem, const Scene& scene, const Photo& photo, Purpose purpose,
+                 bool differences, const FiniteDifferenceOptions& options) {
   const Unknowns& unknowns = problem.unknowns;
   const auto count = unknowns.parameters().size();
   std::vector<std::vector<Eigen::Index>> members(count);
@@ -57,16 +61,26 @@ Shares shares_of(const Problem& problem, const Scene& scene, Purpose purpose, bo
         .push_back(k);
   Shares shares;
   for (std::size_t p = 0; p < count; ++p) {
-    const ParameterRef& ref = unknowns.parameters()[p];
-    const Parameter& description = unknowns.descriptions()[p];
-    // Channels that are diagonal move together: each shows in its own channel of the picture.
-    const bool together = members[p].size() == 1 || description.diagonal;
-    const double step = differences && together ? difference_step(scene, ref, purpose, options) : 0;
-    if (step > 0)
-      shares.differences.push_back(
-          {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options)});
-    else
-      shares.carried.push_back(ref);
+    if (!unknowns.is_seen(p, scene, photo)) {
+      for (const Eigen::Index k : members[p])
+        shares.unseen.push_back(
+            static_cast<std::size_t>(problem.layout.rows[static_cast<std::size_t>(k)].slot));
+      continue;
+    }
+    const auto of_scene = [&](const ParameterRef& ref) {
+      const Parameter& description = unknowns.descriptions()[p];
+      // Channels that are diagonal move together: each shows in its own channel of the picture.
+      const bool together = members[p].size() == 1 || description.diagonal;
+      const double step =
+          differences && together ? difference_step(scene, ref, purpose, options) : 0;
+      if (step > 0)
+        shares.differences.push_back(
+            {std::move(members[p]), step, description, is_sharp_refraction(scene, ref, options)});
+      else
+        shares.carried.push_back(ref);
+    };
+    std::visit(Overloaded{of_scene, [&](const PhotoParameterRef&) { shares.of_photo = true; }},
+               unknowns.parameters()[p]);
   }
   return shares;
 }
@@ -90,7 +104,7 @@ std::vector<SlotLayout> passes_of(const Scene& scene, const std::vector<Paramete
 Film render_passes(const SlotLayout& layout, const std::vector<SlotLayout>& passes, const Vector& x,
                    const PictureAt& render) {
   Film film;
-  std::vector<SlotFilm> slots(layout.slots.size());
+  std::vector<SlotFilm> slots(film_slots(layout));
   for (const SlotLayout& pass : passes) {
     Film part = render(x, pass, Paths::kOfFilm);
     for (std::size_t i = 0; i < pass.slots.size(); ++i) {
@@ -196,12 +210,15 @@ Differences differences_of(Purpose purpose, int iteration, const FiniteDifferenc
 }
 
 Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization,
-                        const Scene& scene, const Vector& x, Purpose purpose, Differences which,
-                        const PictureAt& render, const FiniteDifferenceOptions& options) {
-  const Shares shares = shares_of(problem, scene, purpose, reparametrization != nullptr, options);
+                        const Scene& scene, const Photo& photo, const Vector& x, Purpose purpose,
+                        Differences which, const PictureAt& render,
+                        const FiniteDifferenceOptions& options) {
+  const Shares shares =
+      shares_of(problem, scene, photo, purpose, reparametrization != nullptr, options);
   const std::vector<SlotLayout> passes = passes_of(scene, shares.carried);
   // Where nothing is carried, and differences have two pictures of their own, no other is needed.
-  const bool alone = !which.picture && which.side == Side::kBoth && shares.carried.empty();
+  const bool alone =
+      !which.picture && which.side == Side::kBoth && shares.carried.empty() && !shares.of_photo;
   Film film;
   if (!alone) film = render_passes(problem.layout, passes, x, render);
   const Vector slope = shares.differences.empty() ? Vector() : reparametrization->slope(x);
@@ -222,7 +239,7 @@ Film render_derivatives(const Problem& problem, const Reparametrization* reparam
     if (film.size() == 0) {
       film = Film(high.width, high.height, high.spp);
       film.variance = high.variance;
-      film.slots.resize(problem.layout.slots.size());
+      film.slots.resize(film_slots(problem.layout));
     }
     Colorf scale;
     for (int c = 0; c < 3; ++c) {
@@ -237,7 +254,10 @@ Film render_derivatives(const Problem& problem, const Reparametrization* reparam
         divided_difference(high.size() > 0 ? high : film, low.size() > 0 ? low : film, scale);
     if (!independent && !alone) note_covariance(film, film.slots[slot]);
   }
-  return film.size() > 0 ? film : render_passes(problem.layout, passes, x, render);
+  if (film.size() == 0) film = render_passes(problem.layout, passes, x, render);
+  for (const std::size_t slot : shares.unseen)
+    film.slots[slot] = std::move(Film(film.width, film.height, film.spp, 1).slots.front());
+  return film;
 }
 
 }  // namespace selenite

@@ -68,7 +68,8 @@ Differences differences_of(Purpose purpose, int iteration,
 bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
                          const FiniteDifferenceOptions& options = {});
 
-/// The picture of `scene`, which is that at x, with a derivative picture for every slot of the problem.
+/// The picture of `scene`, which is that of a photo at x, with a derivative picture for every slot of
+/// the problem: 0 for what the photo does not show, empty for its own parameters.
 ///
 /// Paths carry the derivatives along. Where a difference of two pictures with equal seeds is the better
 /// estimate, it stands in their place: instruments take roughness, IOR and extinction so, gradients the
@@ -91,7 +92,8 @@ bool is_sharp_refraction(const Scene& scene, const ParameterRef& ref,
 ///
 /// The slot of a difference has `mean`, `half_a` and `covariance`; its `variance` is 0.
 Film render_derivatives(const Problem& problem, const Reparametrization* reparametrization,
-                        const Scene& scene, const Vector& x, Purpose purpose, Differences which,
-                        const PictureAt& render, const FiniteDifferenceOptions& options = {});
+                        const Scene& scene, const Photo& photo, const Vector& x, Purpose purpose,
+                        Differences which, const PictureAt& render,
+                        const FiniteDifferenceOptions& options = {});
 
 }  // namespace selenite

@@ -66,22 +66,22 @@ Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotL
 }
 
 Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Evaluation& how) {
-  const Scene scene = model_.scene_at(point);
+  const Scene scene = scene_of(photo, point);
   if (!how.derivatives) return picture(scene, photo, SlotLayout(), how.spp, how.seed);
   Point there = point;
   return render_derivatives(
-      model_.problem, model_.differences, scene, point.scalars, how.purpose, *how.derivatives,
-      [&](const Vector& at, const SlotLayout& layout, Paths paths) {
+      model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
+      *how.derivatives, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         there.scalars = at;
         const std::uint64_t seed = paths == Paths::kOfFilm ? how.seed : seed_of(how.seed, 1, 0);
-        return picture(model_.scene_at(there), photo, layout, how.spp, seed);
+        return picture(scene_of(photo, there), photo, layout, how.spp, seed);
       });
 }
 
 FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& photo,
                                              const Fields& fields, const Loss& loss,
                                              const Evaluation& how) {
-  const Scene scene = model_.scene_at(point);
+  const Scene scene = scene_of(photo, point);
   FieldGradient found = loss_field_gradient(scene, scene.camera(photo.camera), fields, photo, loss,
                                             render_settings(photo, how.spp, how.seed), progress_);
   counts_->add(found.film, photo);
@@ -92,7 +92,7 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
                                              const Fields& fields,
                                              const std::vector<float>& weights, int cell,
                                              const Evaluation& how) {
-  const Scene scene = model_.scene_at(point);
+  const Scene scene = scene_of(photo, point);
   FieldJacobian found =
       render_field_jacobian(scene, scene.camera(photo.camera), fields.refs(),
                             render_settings(photo, how.spp, how.seed), weights, cell, progress_);

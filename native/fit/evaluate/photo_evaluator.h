@@ -73,6 +73,10 @@ class PhotoEvaluator final : public Evaluator {
                                const std::vector<float>& weights, int cell, const Evaluation& how);
 
  private:
+  /// What the photo shows.
+  Scene scene_of(const Photo& photo, const Point& point) const {
+    return photo.appearance(model_.scene_at(point));
+  }
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);

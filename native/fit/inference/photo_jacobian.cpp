@@ -3,20 +3,29 @@
 
 #include <algorithm>
 
-#include "fit/evaluate/finite_differences.h"
+#include "fit/evaluate/photo_evaluator.h"
 #include "fit/evaluate/seeds.h"
 #include "math/error.h"
 
 namespace selenite {
 namespace {
 
-Photo black_photo(const std::string& camera, const RenderSettings& settings) {
-  Photo black;
-  black.camera = camera;
-  black.width = settings.width;
-  black.height = settings.height;
-  black.reference.resize(static_cast<std::size_t>(settings.width) * settings.height);
-  return black;
+/// The photo at the size of the settings, without its pixels.
+Photo blank_photo(Photo photo, const RenderSettings& settings) {
+  if (photo.id.empty()) photo.id = photo.camera;
+  photo.width = settings.width;
+  photo.height = settings.height;
+  photo.frame = settings.frame;
+  photo.pixels = settings.pixels;
+  photo.reference.assign(static_cast<std::size_t>(settings.width) * settings.height, Colorf());
+  return photo;
+}
+
+FitSettings evaluator_settings(const RenderSettings& settings) {
+  FitSettings same;
+  same.depth = settings.depth;
+  same.threads = settings.threads;
+  return same;
 }
 
 void note_not_finite(const Unknowns& unknowns, const Halves& halves,
@@ -50,48 +59,50 @@ void PhotoJacobian::join(const PhotoJacobian& other) {
     if (std::ranges::find(not_finite, name) == not_finite.end()) not_finite.push_back(name);
 }
 
-PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns,
-                             const std::string& camera, const RenderSettings& settings,
-                             Progress* progress) {
+PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns, const Photo& photo,
+                             const RenderSettings& settings, Progress* progress) {
   if (settings.spp < kLeastJacobianSpp)
     throw InvalidArgument(
         "Derivatives of " + std::to_string(settings.spp) + " samples a pixel do not suffice for " +
         std::to_string(kJacobianPortions) + " portions of two halves; give spp of at least " +
         std::to_string(kLeastJacobianSpp));
-  const std::vector<Photo> photos{black_photo(camera, settings)};
+  const std::vector<Photo> photos{blank_photo(photo, settings)};
   PhotoJacobian seen;
   seen.width = settings.width;
   seen.height = settings.height;
-  seen.layout = SlotLayout(scene, unknowns.parameters());
+  seen.layout = unknowns.layout(scene);
   seen.mean.resize(photos[0].size());
   seen.variance = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(3 * photos[0].size()));
   const Reparametrization reparametrization(unknowns);
   const Problem problem{unknowns, seen.layout, photos, losses()[0], 1};
-  const Vector& x = unknowns.start();
-  const Scene here = unknowns.scene_with(scene, x);
+  const SceneModel model{problem, &reparametrization,
+                         [&](const Point& at) { return unknowns.scene_with(scene, at.scalars); }};
+  const FitSettings how = evaluator_settings(settings);
+  RenderCounts counts;
+  PhotoEvaluator evaluator(model, how, counts);
+  evaluator.watch(progress);
+  const Point start{unknowns.start()};
   for (int portion = 0; portion < kJacobianPortions; ++portion) {
-    RenderSettings part = settings;
-    part.spp = settings.spp / kJacobianPortions;
-    if (portion < settings.spp % kJacobianPortions) ++part.spp;
-    part.seed = seed_of(mix64(settings.seed), portion, 0);  // seeds 2 and 3 share no portion
-    Observation one{
+    int spp = settings.spp / kJacobianPortions;
+    if (portion < settings.spp % kJacobianPortions) ++spp;
+    const std::uint64_t seed =
+        seed_of(mix64(settings.seed), portion, 0);  // seeds 2 and 3 share no portion
+    const Observation one{
         0,
-        render_derivatives(problem, &reparametrization, here, x, Purpose::kInstrumental,
-                           {.side = alternating_side(portion), .of_roughness = Side::kBoth},
-                           [&](const Vector& at, const SlotLayout& slots, Paths) {
-                             const Scene there = unknowns.scene_with(scene, at);
-                             return render(there, there.camera(camera), slots, part, progress);
-                           }),
+        evaluator.evaluate(
+            start, photos[0],
+            {spp, seed, Differences{.side = alternating_side(portion), .of_roughness = Side::kBoth},
+             Purpose::kInstrumental}),
         {}};
-    Halves halves = split_halves(problem, one, reparametrization.slope(x));
+    Halves halves = split_halves(problem, one, reparametrization.slope(start.scalars));
     note_not_finite(unknowns, halves, seen.not_finite);
-    const float share = static_cast<float>(part.spp) / static_cast<float>(settings.spp);
+    const float share = static_cast<float>(spp) / static_cast<float>(settings.spp);
     for (std::size_t i = 0; i < seen.mean.size(); ++i) seen.mean[i] += one.film.mean[i] * share;
     const Eigen::Map<const Eigen::VectorXf> variance(&one.film.variance.front().r,
                                                      seen.variance.size());
-    seen.variance += variance.cwiseMax(0.f) * (share * static_cast<float>(part.spp));
+    seen.variance += variance.cwiseMax(0.f) * (share * static_cast<float>(spp));
     seen.dropped += one.film.dropped;
-    seen.portions.push_back({std::move(halves), part.spp});
+    seen.portions.push_back({std::move(halves), spp});
   }
   return seen;
 }

@@ -17,7 +17,7 @@ inline constexpr int kJacobianPortions = 4;
 /// A portion has two halves of one sample at least.
 inline constexpr int kLeastJacobianSpp = 2 * kJacobianPortions;
 
-/// What one camera shows of the unknowns at their start values; no photo takes part.
+/// What one photo shows of the unknowns at their start values; its pixels take no part.
 struct PhotoJacobian {
   int width = 0, height = 0;
   SlotLayout layout;
@@ -34,16 +34,15 @@ struct PhotoJacobian {
   std::vector<std::string> not_finite;  ///< components ("Body:ior") whose derivatives are not
 
   int spp() const;
-  /// Adds the samples of another one of the same camera, unknowns and size, with another seed.
+  /// Adds the samples of another one of the same photo, unknowns and size, with another seed.
   /// InvalidArgument where it is of others.
   void join(const PhotoJacobian& other);
 };
 
 /// Renders and takes differences as a refinement pass does: derivatives in four portions of
-/// `settings.spp` samples together. Throws Cancelled, InvalidArgument (fewer than
+/// `settings.spp` samples together. Size and frame are those of the settings. Throws Cancelled, InvalidArgument (fewer than
 /// `kLeastJacobianSpp`; what `render` refuses), UnknownName.
-PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns,
-                             const std::string& camera, const RenderSettings& settings,
-                             Progress* progress = nullptr);
+PhotoJacobian photo_jacobian(const Scene& scene, const Unknowns& unknowns, const Photo& photo,
+                             const RenderSettings& settings, Progress* progress = nullptr);
 
 }  // namespace selenite

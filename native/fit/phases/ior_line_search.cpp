@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/phases/ior_line_search.h"
 
+#include "math/overloaded.h"
 #include "math/parabolic_line_search.h"
 
 namespace selenite {
@@ -12,8 +13,11 @@ std::vector<int> IorLineSearch::components(const Vector& x) const {
   const Scene scene = problem_->scene_at(x);
   for (int k = 0; k < unknowns.size(); ++k) {
     const Component& one = unknowns.components()[static_cast<std::size_t>(k)];
-    const ParameterRef& ref = unknowns.parameters()[static_cast<std::size_t>(one.parameter)];
-    if (is_sharp_refraction(scene, ref)) found.push_back(k);
+    const bool sharp = std::visit(
+        Overloaded{[&](const ParameterRef& ref) { return is_sharp_refraction(scene, ref); },
+                   [](const PhotoParameterRef&) { return false; }},
+        unknowns.parameters()[static_cast<std::size_t>(one.parameter)]);
+    if (sharp) found.push_back(k);
   }
   return found;
 }

@@ -11,7 +11,7 @@ Scene checked(Scene scene, std::vector<Photo>& photos,
               const std::vector<UnknownParameter>& unknowns, const FitSettings& settings) {
   ProblemList problems;
   problems.collect([&] { check_photos(scene, photos); });
-  problems.collect([&] { (void)Unknowns(scene, unknowns); });
+  problems.collect([&] { (void)Unknowns(scene, unknowns, photos); });
   problems.collect([&] { (void)Fields(scene, unknowns); });
   problems.collect([&] { settings.check(); });
   problems.raise();
@@ -25,11 +25,11 @@ FitProblem::FitProblem(Scene scene, std::vector<Photo> photos,
     : scene_(checked(std::move(scene), photos, unknowns, settings)),
       photos_(std::move(photos)),
       wanted_(unknowns),
-      unknowns_(scene_, unknowns),
+      unknowns_(scene_, unknowns, photos_),
       fields_(scene_, unknowns),
       settings_(std::move(settings)),
       loss_(find_loss(settings_.loss)),
-      layout_(scene_, unknowns_.parameters()),
+      layout_(unknowns_.layout(scene_)),
       problem_{unknowns_, layout_, photos_, loss_, settings_.iterations} {
   if (settings_.finite_differences) differences_ = std::make_unique<Reparametrization>(unknowns_);
   if (fields_.empty() || unknowns_.size() > 0) return;

@@ -176,8 +176,8 @@ const Loss& find_loss(std::string_view name) {
 
 Vector loss_gradient(const SlotLayout& layout, const Film& film, const LossResult& loss) {
   // Per slot and channel first: the three rows of a colour share one pass over its picture.
-  std::vector<Color<double>> sums(layout.slots.size());
-  for (std::size_t s = 0; s < layout.slots.size(); ++s) {
+  std::vector<Color<double>> sums(film.slots.size());
+  for (std::size_t s = 0; s < film.slots.size(); ++s) {
     const SlotFilm& slot = film.slots[s];
     for (std::size_t i = 0; i < film.size(); ++i)
       sums[s] += Color<double>(loss.slope[i]) * Color<double>(slot.mean[i]);

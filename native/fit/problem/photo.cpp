@@ -53,11 +53,32 @@ std::string problem_of(Photo& photo) {
   } catch (const InvalidArgument& error) {
     return who + error.what();
   }
+  try {
+    visit_fields(photo.values, [&](const Parameter& parameter, const double* first, int width) {
+      for (int i = 0; i < width; ++i) check_value(photo.id, parameter, first[i]);
+    });
+  } catch (const InvalidArgument& error) {
+    return error.what();
+  }
   photo.total_weight = total;
   return {};
 }
 
 }  // namespace
+
+const ParameterTable& photo_parameter_table() {
+  static const auto table = ParameterTable::of<PhotoParameters>();
+  return table;
+}
+
+Photo photo_of_size(const std::string& camera, int width, int height) {
+  Photo photo;
+  photo.camera = camera;
+  photo.width = width;
+  photo.height = height;
+  photo.reference.resize(static_cast<std::size_t>(width) * height);
+  return photo;
+}
 
 void check_photo(Photo& photo) {
   const std::string problem = problem_of(photo);
@@ -117,6 +138,10 @@ std::uint64_t Photo::fingerprint() const {
         static_cast<std::uint64_t>(frame.width), static_cast<std::uint64_t>(frame.height),
         of_pixels(reference), of_pixels(weight)})
     sum = mix64(sum ^ part);
+  PhotoParameters parameters = values;
+  visit_fields(parameters, [&](const Parameter&, const double* first, int width) {
+    for (int i = 0; i < width; ++i) sum = mix64(sum ^ std::bit_cast<std::uint64_t>(first[i]));
+  });
   return sum;
 }
 

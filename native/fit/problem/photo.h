@@ -8,9 +8,18 @@
 
 #include "render/driver/render.h"
 #include "render/film/film.h"
+#include "scene/parameter_table.h"
 #include "scene/scene.h"
 
 namespace selenite {
+
+/// The parameters of a photo that can be fitted. They are applied to what was rendered: a render does
+/// not know of them.
+struct PhotoParameters {
+  template <class Self, class Visit>
+  static constexpr void fields(Self& /*p*/, Visit&& /*visit*/) {}
+};
+const ParameterTable& photo_parameter_table();
 
 /// A photo at working size. Several photos may be of one camera: under different light, say.
 ///
@@ -24,6 +33,7 @@ struct Photo {
   PhotoFrame frame;           ///< of the photo before it was brought to working size
   Picture reference;          ///< linear radiance, row 0 at the top
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
+  PhotoParameters values{};   ///< what is not unknown of them
 
   /// What is rendered of it; null: all.
   std::shared_ptr<const PixelMask> pixels;
@@ -35,15 +45,22 @@ struct Photo {
   /// A pixel is the mean over those it covers. It has weight 0 where one of them has, since a
   /// render of it shows them all.
   Photo resized(int longest) const;
-  /// Hash of what a fit compares with: id, camera, size, frame, and every pixel and weight.
+  /// A scene as it was when the photo was taken.
+  Scene appearance(Scene scene) const { return scene; }
+  /// Whether a parameter of the scene can show in the photo; else its derivative is 0.
+  bool shows(const Scene& /*scene*/, const ParameterRef& /*ref*/) const { return true; }
+  /// Hash of what a fit compares with: id, camera, size, frame, parameters, and every pixel and weight.
   std::uint64_t fingerprint() const;
 
   double total_weight = 0;  ///< sum of `weight`, set by `check_photos`
 };
 
+/// A photo of which only camera and size are known: black.
+Photo photo_of_size(const std::string& camera, int width, int height);
+
 /// Sets empty ids and empty weights (to 1), and pixels of weight 0 to black, so that no NaN can
 /// leak. Reports all problems at once: InvalidArgument (sizes, NaN or infinite photo pixels,
-/// negative or all-zero weights, an id given twice), UnknownName (no such camera).
+/// negative or all-zero weights, parameters out of range, an id given twice), UnknownName (no such camera).
 void check_photos(const Scene& scene, std::vector<Photo>& photos);
 /// The same for one photo, whatever its camera: InvalidArgument.
 void check_photo(Photo& photo);

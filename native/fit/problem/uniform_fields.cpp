@@ -94,9 +94,9 @@ UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParame
     : fields_(fields),
       colours_(colours_of(scene, fields)),
       scene_(without(scene, fields, colours_)),
-      unknowns_(scene_, few_of(wanted, fields, colours_)),
+      unknowns_(scene_, few_of(wanted, fields, colours_), photos),
       scalars_(unknowns_.size() - 3 * static_cast<Eigen::Index>(colours_.size())),
-      layout_(scene_, unknowns_.parameters()),
+      layout_(unknowns_.layout(scene_)),
       problem_{unknowns_, layout_, photos, loss, iterations},
       reparametrization_(unknowns_) {}
 

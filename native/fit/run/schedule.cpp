@@ -69,8 +69,9 @@ class Planner {
   static Renders renders_of(const SceneModel& model, const Point& point, Purpose purpose,
                             const Differences& which) {
     Renders count;
-    (void)render_derivatives(model.problem, model.differences, model.scene_at(point), point.scalars,
-                             purpose, which, [&](const Vector&, const SlotLayout& layout, Paths) {
+    (void)render_derivatives(model.problem, model.differences, model.scene_at(point),
+                             model.problem.photos.front(), point.scalars, purpose, which,
+                             [&](const Vector&, const SlotLayout& layout, Paths) {
                                ++(layout.slots.empty() ? count.plain : count.carrying);
                                return Film(1, 1, 2, static_cast<int>(layout.slots.size()));
                              });
@@ -248,15 +249,6 @@ const char* carried_text(Carried carried) {
 
 std::vector<PlannedRenders> schedule(const FitProblem& problem, const Strategy& strategy) {
   return Planner(problem, strategy).plan();
-}
-
-Photo photo_of_size(const std::string& camera, int width, int height) {
-  Photo photo;
-  photo.camera = camera;
-  photo.width = width;
-  photo.height = height;
-  photo.reference.resize(static_cast<std::size_t>(width) * height);
-  return photo;
 }
 
 }  // namespace selenite

@@ -55,7 +55,4 @@ struct ExpectedCourse {
 /// settled, passes of a refinement, alternatives to compare.
 std::vector<PlannedRenders> schedule(const FitProblem& problem, const Strategy& strategy);
 
-/// A photo of which only the size is known.
-Photo photo_of_size(const std::string& camera, int width, int height);
-
 }  // namespace selenite
