@@ -25,6 +25,7 @@ class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
+    gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
     """
 
     id: str
@@ -34,6 +35,7 @@ class Capture:
     reference: np.ndarray
     weight: np.ndarray
     aspect: float
+    gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     @property
     def frame(self) -> tuple[float, int, int]:
@@ -53,6 +55,7 @@ class Capture:
             "reference": self.reference,
             "weight": self.weight,
             "frame": self.frame,
+            "gain": self.gain,
         }
 
 

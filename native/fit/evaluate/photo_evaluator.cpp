@@ -5,11 +5,68 @@
 
 #include "fit/evaluate/field_loss.h"
 #include "fit/evaluate/seeds.h"
+#include "model/field_index.h"
 
 namespace selenite {
 namespace {
 
 constexpr double kTooManyDropped = 1e-3;  ///< share of the samples
+constexpr int kGain = field_index<PhotoParameters>(&PhotoParameters::gain);
+
+void scale(Picture& picture, const Colorf& by) {
+  for (Colorf& pixel : picture) pixel *= by;
+}
+
+/// Of what was rendered, what the photo shows, where the film has a derivative by the gain with it.
+void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot = {}) {
+  SlotFilm by_gain;
+  if (slot) {
+    // The film without the gain, and its covariance with the film that has it.
+    by_gain = {film.mean, film.half_a, film.variance, film.variance};
+    scale(by_gain.covariance, gain);
+  }
+  if (gain != Colorf(1)) {
+    const Colorf square = gain * gain;
+    scale(film.mean, gain);
+    scale(film.half_a, gain);
+    scale(film.variance, square);
+    for (SlotFilm& one : film.slots) {
+      scale(one.mean, gain);
+      scale(one.half_a, gain);
+      scale(one.variance, square);
+      scale(one.covariance, square);
+    }
+  }
+  if (slot) film.slots[*slot] = std::move(by_gain);
+}
+
+/// The loss at a photo's gain, differentiated by what was rendered.
+FilmLoss loss_of_rendered(const Loss& loss, const Colorf& gain) {
+  FilmLoss found(loss);
+  if (gain == Colorf(1)) return found;
+  found.evaluate = [&loss, gain](const Film& rendered, const Photo& photo) {
+    Film film = rendered;
+    apply_gain(gain, film);
+    LossResult result = loss.evaluate(film, photo);
+    scale(result.slope, gain);
+    scale(result.curvature, gain * gain);
+    return result;
+  };
+  return found;
+}
+
+/// Numbers of a field belong to channels in turns.
+void apply_gain(const Colorf& gain, const Photo& photo, const Fields& fields,
+                std::vector<CellJacobian>& jacobians) {
+  if (gain == Colorf(1)) return;
+  for (std::size_t f = 0; f < jacobians.size(); ++f) {
+    if (fields.channels(f) != 3)
+      throw InvalidArgument("Photo '" + photo.id + "' has a gain, and " + fields.names()[f] +
+                            " one number for all channels; choose optimiser = 'adam'");
+    for (Eigen::Index k = 0; k < jacobians[f].cols(); ++k)
+      jacobians[f].col(k) *= gain[static_cast<int>(k % 3)];
+  }
+}
 
 }  // namespace
 
@@ -57,6 +114,10 @@ RenderSettings PhotoEvaluator::render_settings(const Photo& photo, int spp,
   return settings;
 }
 
+Colorf PhotoEvaluator::gain_of(const Photo& photo, const Point& point) const {
+  return Colorf(model_.problem.unknowns.photo_values(photo, point.scalars).gain);
+}
+
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,
                              int spp, std::uint64_t seed) {
   Film film = settings_->renderer(scene, scene.camera(photo.camera), layout,
@@ -67,24 +128,37 @@ Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotL
 
 Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Evaluation& how) {
   const Scene scene = scene_of(photo, point);
-  if (!how.derivatives) return picture(scene, photo, SlotLayout(), how.spp, how.seed);
+  const Colorf gain = gain_of(photo, point);
+  if (!how.derivatives) {
+    Film film = picture(scene, photo, SlotLayout(), how.spp, how.seed);
+    apply_gain(gain, film);
+    return film;
+  }
   Point there = point;
-  return render_derivatives(
+  Film film = render_derivatives(
       model_.problem, model_.differences, scene, photo, point.scalars, how.purpose,
       *how.derivatives, [&](const Vector& at, const SlotLayout& layout, Paths paths) {
         there.scalars = at;
         const std::uint64_t seed = paths == Paths::kOfFilm ? how.seed : seed_of(how.seed, 1, 0);
         return picture(scene_of(photo, there), photo, layout, how.spp, seed);
       });
+  std::optional<std::size_t> slot;
+  if (const auto k = model_.problem.unknowns.component_of(PhotoParameterRef{photo.id, kGain}))
+    slot = static_cast<std::size_t>(model_.problem.layout.rows[static_cast<std::size_t>(*k)].slot);
+  apply_gain(gain, film, slot);
+  return film;
 }
 
 FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& photo,
                                              const Fields& fields, const Loss& loss,
                                              const Evaluation& how) {
   const Scene scene = scene_of(photo, point);
-  FieldGradient found = loss_field_gradient(scene, scene.camera(photo.camera), fields, photo, loss,
+  const Colorf gain = gain_of(photo, point);
+  FieldGradient found = loss_field_gradient(scene, scene.camera(photo.camera), fields, photo,
+                                            loss_of_rendered(loss, gain),
                                             render_settings(photo, how.spp, how.seed), progress_);
   counts_->add(found.film, photo);
+  apply_gain(gain, found.film);
   return found;
 }
 
@@ -97,6 +171,9 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
       render_field_jacobian(scene, scene.camera(photo.camera), fields.refs(),
                             render_settings(photo, how.spp, how.seed), weights, cell, progress_);
   counts_->add(found.film, photo);
+  const Colorf gain = gain_of(photo, point);
+  apply_gain(gain, found.film);
+  apply_gain(gain, photo, fields, found.fields);
   return found;
 }
 

@@ -78,6 +78,7 @@ class PhotoEvaluator final : public Evaluator {
     return photo.appearance(model_.scene_at(point));
   }
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
+  Colorf gain_of(const Photo& photo, const Point& point) const;
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);
 

@@ -16,8 +16,24 @@ namespace selenite {
 /// The parameters of a photo that can be fitted. They are applied to what was rendered: a render does
 /// not know of them.
 struct PhotoParameters {
+  Color<double> gain{1, 1, 1};
+
   template <class Self, class Visit>
-  static constexpr void fields(Self& /*p*/, Visit&& /*visit*/) {}
+  static constexpr void fields(Self& p, Visit&& visit) {
+    visit(Parameter{.name = "gain",
+                    .sockets = "",
+                    .unit = "1",
+                    .lower = 0.001,
+                    .upper = 1000,
+                    .fit_lower = 0.1,
+                    .fit_upper = 10,
+                    .initial = 1,
+                    .scale = Scale::kLog,
+                    .effect = Effect::kEmission,
+                    .help = "Factor on what the camera renders for this photo, linear Rec. 709: "
+                            "exposure and white balance"},
+          p.gain);
+  }
 };
 const ParameterTable& photo_parameter_table();
 
