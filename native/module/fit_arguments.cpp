@@ -64,13 +64,14 @@ class Named {
 
 Photo photo_of(const py::handle& object, std::size_t index) {
   const std::string what = "photos[" + std::to_string(index) + "]";
-  std::vector<const char*> keys{"id", "camera", "reference", "weight", "frame"};
+  std::vector<const char*> keys{"id", "camera", "reference", "weight", "frame", "lamps_off"};
   for (const Parameter& parameter : photo_parameter_table().rows)
     keys.push_back(parameter.name.data());
   const Named named(object, what, std::move(keys));
   Photo photo;
   photo.camera = named.as<std::string>("camera");
   named.take("id", photo.id);
+  named.take("lamps_off", photo.lamps_off);
   visit_fields(photo.values, [&](const Parameter& parameter, double* first, int width) {
     const char* key = parameter.name.data();  // of a literal: it ends with 0
     if (!named.has(key)) return;

@@ -26,6 +26,7 @@ class Capture:
     photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
+    lamps_off: names of the lamps that were off when it was taken.
     """
 
     id: str
@@ -36,6 +37,7 @@ class Capture:
     weight: np.ndarray
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    lamps_off: tuple[str, ...] = ()
 
     @property
     def frame(self) -> tuple[float, int, int]:
@@ -56,6 +58,7 @@ class Capture:
             "weight": self.weight,
             "frame": self.frame,
             "gain": self.gain,
+            "lamps_off": list(self.lamps_off),
         }
 
 

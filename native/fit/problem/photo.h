@@ -50,6 +50,7 @@ struct Photo {
   Picture reference;          ///< linear radiance, row 0 at the top
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
   PhotoParameters values{};   ///< what is not unknown of them
+  std::vector<std::string> lamps_off{};  ///< names of the lamps that were off
 
   /// What is rendered of it; null: all.
   std::shared_ptr<const PixelMask> pixels;
@@ -61,11 +62,12 @@ struct Photo {
   /// A pixel is the mean over those it covers. It has weight 0 where one of them has, since a
   /// render of it shows them all.
   Photo resized(int longest) const;
-  /// A scene as it was when the photo was taken.
-  Scene appearance(Scene scene) const { return scene; }
+  /// A scene as it was when the photo was taken: lamps that were off have no power.
+  Scene appearance(Scene scene) const;
   /// Whether a parameter of the scene can show in the photo; else its derivative is 0.
-  bool shows(const Scene& /*scene*/, const ParameterRef& /*ref*/) const { return true; }
-  /// Hash of what a fit compares with: id, camera, size, frame, parameters, and every pixel and weight.
+  bool shows(const Scene& scene, const ParameterRef& ref) const;
+  /// Hash of what a fit compares with: id, camera, size, frame, parameters, lamps that were off, and
+  /// every pixel and weight.
   std::uint64_t fingerprint() const;
 
   double total_weight = 0;  ///< sum of `weight`, set by `check_photos`
@@ -76,7 +78,7 @@ Photo photo_of_size(const std::string& camera, int width, int height);
 
 /// Sets empty ids and empty weights (to 1), and pixels of weight 0 to black, so that no NaN can
 /// leak. Reports all problems at once: InvalidArgument (sizes, NaN or infinite photo pixels,
-/// negative or all-zero weights, parameters out of range, an id given twice), UnknownName (no such camera).
+/// negative or all-zero weights, parameters out of range, an id given twice), UnknownName (no such camera or lamp).
 void check_photos(const Scene& scene, std::vector<Photo>& photos);
 /// The same for one photo, whatever its camera: InvalidArgument.
 void check_photo(Photo& photo);
