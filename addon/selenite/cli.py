@@ -212,7 +212,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     unseen = "texels that no photo sees stay as they were, or are filled from those around them"
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
-    add("--loss", help="dual-buffer, mse, brightness-independent-mse, mae, mean-bias-error")
+    add("--loss", help="what is minimised; default: dual-buffer. An unknown name lists them all")
     add(
         "--optimiser",
         help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool",

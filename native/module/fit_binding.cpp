@@ -161,8 +161,8 @@ py::object preview_array(const FitJob& job, int index) {
 py::list loss_table() {
   py::list rows;
   for (const Loss& loss : losses())
-    rows.append(py::dict("name"_a = std::string(loss.name), "help"_a = std::string(loss.help),
-                         "least_spp"_a = loss.least_spp));
+    rows.append(py::dict("name"_a = std::string(loss.name), "title"_a = std::string(loss.title),
+                         "help"_a = std::string(loss.help), "least_spp"_a = loss.least_spp));
   return rows;
 }
 
@@ -177,7 +177,7 @@ py::list optimiser_table() {
 }  // namespace
 
 void bind_fit(py::module_& m) {
-  m.def("losses", &loss_table, "The losses: list of dict {name, help, least_spp}.");
+  m.def("losses", &loss_table, "The losses: list of dict {name, title, help, least_spp}.");
   m.def("optimisers", &optimiser_table, "The optimisers: list of dict {name, help, least_spp}.");
 
   // The destructor waits for the fit's thread to reach the end of a tile: not with the GIL held.

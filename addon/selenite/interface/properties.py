@@ -13,6 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
+from .. import native
 from ..fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
 from ..fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
 from ..fit_run.settings import PRESETS, FitSettings
@@ -22,14 +23,17 @@ SCHEMA = 1
 
 _DEFAULTS = FitSettings()
 
-# A test compares the names with the native list of losses.
-LOSS_ITEMS = (
-    ("dual-buffer", "Dual Buffer", "Squared error without the bias of noise", 0),
-    ("mse", "Mean Squared Error", "Plain squared error; noise pulls it", 1),
-    ("brightness-independent-mse", "Brightness Independent", "Each picture over its own mean", 2),
-    ("mae", "Mean Absolute Error", "Less drawn by outliers; needs more samples", 3),
-    ("mean-bias-error", "Mean Bias Error", "Overall brightness and colour only", 4),
-)
+
+def _loss_items() -> tuple[tuple[str, str, str, int], ...]:
+    """The native list. Where it does not load, the panel says so and no fit can be started."""
+    try:
+        rows = native.core().losses()
+    except native.NativeUnavailable:
+        return ((_DEFAULTS.loss, _DEFAULTS.loss, "", 0),)
+    return tuple((row["name"], row["title"], row["help"], at) for at, row in enumerate(rows))
+
+
+LOSS_ITEMS = _loss_items()
 PRESET_ITEMS = (
     ("draft", "Draft", "Small pictures, few iterations", 0),
     ("balanced", "Balanced", "The usual choice", 1),
@@ -221,7 +225,7 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     preset: EnumProperty(
         name="Quality", items=PRESET_ITEMS, default="balanced", update=_take_preset
     )
-    loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default="dual-buffer")
+    loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default=_DEFAULTS.loss)
     optimiser: EnumProperty(name="Optimiser", items=OPTIMISER_ITEMS, default="auto")
     accumulate: BoolProperty(
         name="One Step for All Photos",

@@ -136,26 +136,26 @@ LossResult mean_bias_error(const Film& film, const Photo& photo) {
 
 constexpr std::array kLosses{
     Loss{
-        "dual-buffer",
+        "dual-buffer", "Dual Buffer",
         "Mean squared error without the bias of noise: the mean over all pairs of different "
         "samples "
         "of a pixel of (I1 - photo)(I2 - photo). Value and gradient are unbiased; the value may be "
         "below 0. Needs 2 samples",
         2, true, true, dual_buffer},
-    Loss{"mse",
+    Loss{"mse", "Mean Squared Error",
          "Mean squared error. Noise adds its variance to the value and pulls the gradient towards "
          "parameters that render with less noise; use dual-buffer unless samples are many",
          1, true, true, mse},
-    Loss{"brightness-independent-mse",
+    Loss{"brightness-independent-mse", "Brightness Independent",
          "Mean squared error after each image is divided by its own mean; the render's mean is "
          "differentiated too. Bias of noise is removed up to the noise of that mean",
          1, false, false, brightness_independent_mse},
-    Loss{"mae",
+    Loss{"mae", "Mean Absolute Error",
          "Mean absolute error: less drawn by outliers, such as misaligned edges. Biased by noise, "
          "as "
          "no exact correction exists; use 16 samples or more",
          1, false, true, mae},
-    Loss{"mean-bias-error",
+    Loss{"mean-bias-error", "Mean Bias Error",
          "Square of the mean of render minus photo, per channel: matches overall brightness and "
          "colour only. Unbiased from 2 samples on",
          1, false, false, mean_bias_error},

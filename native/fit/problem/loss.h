@@ -26,10 +26,11 @@ struct LossResult {
   Picture curvature;          ///< subtracted times Cov[I, J] in `loss_gradient`; empty: none
 };
 
-/// One loss. A new one is one more entry of the table in loss.cpp; enum, tests, panel and command
-/// line read the list.
+/// One loss. A new one is one more entry at the end of the table in loss.cpp: a .blend file keeps the
+/// number of its entry. Tests, panel and command line read the list.
 struct Loss {
   std::string_view name;
+  std::string_view title;  ///< in the panel's menu
   std::string_view help;
   int least_spp;       ///< fewer samples are refused
   bool least_squares;  ///< its expectation is a weighted sum of squared residuals
