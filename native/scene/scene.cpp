@@ -72,7 +72,9 @@ void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& a
     case OwnerKind::kMaterial:
       return visit_field(appearance.materials.at(ref.owner).values, ref.field, action);
     case OwnerKind::kLight:
-      return visit_field(appearance.lights.at(ref.owner).values, ref.field, action);
+      for (Light& light : appearance.lights)
+        if (light.lamp == ref.owner) visit_field(light.values, ref.field, action);
+      return;
     case OwnerKind::kWorld:
       return visit_field(appearance.world.values, ref.field, action);
   }
@@ -137,7 +139,8 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
       ref = {OwnerKind::kMaterial, static_cast<int>(i), -1};
   if (ref.owner < 0)
     for (std::size_t i = 0; i < appearance.lights.size(); ++i)
-      if (appearance.lights[i].name == owner) ref = {OwnerKind::kLight, static_cast<int>(i), -1};
+      if (appearance.lights[i].name == owner)
+        ref = {OwnerKind::kLight, appearance.lights[i].lamp, -1};
   if (ref.owner < 0 && owner == "World") ref.owner = 0;
   if (ref.owner < 0)
     throw UnknownName(
@@ -240,6 +243,10 @@ const FieldMap& Scene::image(const ImageRef& ref) const {
   if (!image || !image->texture)
     throw InvalidArgument(who +
                           "no image gives the base colour; name base_color, or link an image");
+  if (image->grey != Grey::kNone)
+    throw InvalidArgument(who + "image '" + image->texture->name() +
+                          "' passes a socket that makes it grey; link its Color through sockets of "
+                          "colours only");
   if (image->texture->has_alpha())
     throw InvalidArgument(who + "image '" + image->texture->name() +
                           "' has alpha; set its Alpha to None or Channel Packed");

@@ -94,7 +94,12 @@ def _native_map(
             interpolation=texture.interpolation,
         )
     index = textures[texture] if texture is not None else None
-    return {"texture": index, "attribute": found.attribute, "uv": found.uv}
+    return {
+        "texture": index,
+        "attribute": found.attribute,
+        "uv": found.uv,
+        "grey": found.grey,
+    }
 
 
 def _wanted(

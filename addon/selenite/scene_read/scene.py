@@ -66,8 +66,9 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
     _note(read, problems, warnings)
     if owner is not None:
         read.owners[owner.name] = owner
+    called: dict[tuple[str, str], str] = {}
     for light, matrix in lamps:
-        _read_lamp(light, matrix, read)
+        _read_lamp(light, matrix, called, read)
     _warn_of_render_settings(scene, read)
     return read
 
@@ -225,13 +226,21 @@ def _material_name(
     return names[key]
 
 
-def _read_lamp(light: bpy.types.Light, matrix: np.ndarray, read: SceneValues) -> None:
+def _read_lamp(
+    light: bpy.types.Light,
+    matrix: np.ndarray,
+    called: dict[tuple[str, str], str],
+    read: SceneValues,
+) -> None:
+    """A lamp at one place. One that stands at several is several lights of one owner."""
     if lights.is_portal(light):
         read.warn(f"Light '{light.name}' is a portal, which is not needed")
         return
-    name = _free_name(light.name, "light", read)
+    key = (light.name, light.library.filepath if light.library is not None else "")
+    name = called.get(key) or _free_name(light.name, "light", read)
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
+    called[key] = name
     values, owner, problems, warnings = lights.read_light(light, matrix, name)
     read.lights.append(values)
     read.owners[name] = owner
@@ -252,5 +261,9 @@ def _warn_of_render_settings(scene: bpy.types.Scene, read: SceneValues) -> None:
         read.warn(f"Scene '{scene.name}': the film exposure of Cycles is taken as 1")
     if scene.render.use_motion_blur:
         read.warn(f"Scene '{scene.name}': motion blur is not modelled")
-    if scene.render.use_border:
+    if scene.render.use_border and scene.render.use_crop_to_border:
+        cause = "its pictures are cropped to the render region, which is not modelled"
+        cure = "switch off Crop to Render Region, and give photos of the whole frame"
+        read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
+    elif scene.render.use_border:
         read.warn(f"Scene '{scene.name}': the render border is ignored")

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import bpy
@@ -35,14 +35,22 @@ class TextureRoom:
 
         Raises Unreadable when it is one, but set to what is not modelled.
         """
-        node, output = source.node, source.socket.identifier
-        if node is None or node.mute:
+        found = self._looked_up(source, title)
+        if found is None:
             return None
+        grey = nodes.grey_of(source)
+        if grey is None:
+            cause = f"{nodes.describe(source.node)} passes {source.conversion}, which cuts it off"
+            raise Unreadable(title, cause, "link it through sockets of colours or numbers")
+        return replace(found, grey=grey)
+
+    def _looked_up(self, source: Source, title: str) -> MapValues | None:
+        node, output = source.node, source.socket.identifier
         if isinstance(node, bpy.types.ShaderNodeTexImage):
             return self._image(node, source, title)
         if isinstance(node, bpy.types.ShaderNodeVertexColor) and output == "Color":
             return MapValues(None, node.layer_name)
-        if isinstance(node, bpy.types.ShaderNodeAttribute) and output == "Color":
+        if isinstance(node, bpy.types.ShaderNodeAttribute) and output in {"Color", "Vector"}:
             if node.attribute_type != "GEOMETRY" or not node.attribute_name:
                 cause = f"{nodes.describe(node)} names no attribute of the geometry"
                 raise Unreadable(title, cause, "set its type to Geometry and name an attribute")

@@ -125,12 +125,14 @@ class MapValues:
     """Where a parameter comes from that is not constant: a texture, or a colour attribute if None.
 
     `attribute`: UV map or colour attribute, "" for the one that renders by default. `uv`: (2, 3),
-    applied to (u, v, 1).
+    applied to (u, v, 1). `grey`: "luminance" or "mean", which a socket on the way puts into all
+    channels, or "".
     """
 
     texture: TextureValues | None
     attribute: str
     uv: np.ndarray = field(default_factory=lambda: np.eye(2, 3, dtype=np.float32))
+    grey: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +163,8 @@ class MaterialValues:
 
 @dataclass(frozen=True)
 class LightValues:
-    """A lamp. `shape` holds the arguments that only this kind of lamp has."""
+    """A lamp at one place; one that stands at several is several of these, with one name, power and
+    colour. `shape` holds the arguments that only this kind of lamp has."""
 
     name: str
     kind: str
