@@ -64,7 +64,7 @@ void set_values(Material& material, const py::dict& values) {
   throw UnknownName("Material '" + material.name + "': a value's name is none of" + names);
 }
 
-/// One texture or vertex colour: {texture: index or None, attribute: str, uv: (2,3), grey: str}.
+/// One texture or vertex colour: {texture: index or None, attribute: str, uv: (2,3)}.
 FieldMap field_map(const SceneBuilder& b, const std::string& material, const std::string& parameter,
                    const py::dict& values) {
   const std::string who = "Material '" + material + "': " + parameter;
@@ -83,10 +83,6 @@ FieldMap field_map(const SceneBuilder& b, const std::string& material, const std
     map.texture = b.textures[index];
   }
   map.attribute = values["attribute"].cast<std::string>();
-  if (values.contains("grey"))
-    map.grey = one_of<Grey>(
-        who + ": grey", values["grey"].cast<std::string>(),
-        {{"", Grey::kNone}, {"luminance", Grey::kLuminance}, {"mean", Grey::kMean}});
   if (values.contains("uv")) {
     const auto uv = values["uv"].cast<Array<float>>();
     require_shape(uv, who + ": uv", {2, 3});
@@ -238,8 +234,7 @@ Scene with_values(const Scene& scene,
 template <class List>
 std::vector<std::string> names_of(const List& list) {
   std::vector<std::string> names;
-  for (const auto& item : list)  // a lamp at several places has one name
-    if (std::find(names.begin(), names.end(), item.name) == names.end()) names.push_back(item.name);
+  for (const auto& item : list) names.push_back(item.name);
   return names;
 }
 
@@ -252,8 +247,7 @@ void bind_builder(py::module_& m) {
            "grids"_a = std::map<std::string, py::dict>{},
            "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
            "node's defaults. `maps`: parameter name to {texture: index or None for the colour "
-           "attribute, attribute: UV map or colour attribute ('' for the active one), uv: (2,3), "
-           "grey: 'luminance' or 'mean' of it in all channels, or ''}. "
+           "attribute, attribute: UV map or colour attribute ('' for the active one), uv: (2,3)}. "
            "`grids`: 'albedo' (in place of the medium's, within [0, 1]) or 'density' (times its "
            "extinction) to {name, values: (nz, ny, nx, 1 or 3) float32, to_unit: (4, 4), world to "
            "the unit cube over which the values lie}. "

@@ -62,10 +62,9 @@ struct LightHit {
   float distance;
 };
 
-/// A lamp at one place. Lamps never hide anything: rays see their radiance and go on.
+/// A lamp. Lamps never hide anything: rays see their radiance and go on.
 struct Light {
   std::string name;
-  int lamp = 0;  ///< the scene's first light of this name, whose `values` are those of all of them
   LightKind kind = LightKind::kPoint;
   LightUnits units = LightUnits::kBlender4;
   LightParameters values;

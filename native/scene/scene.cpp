@@ -71,9 +71,10 @@ void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& a
   switch (ref.kind) {
     case OwnerKind::kMaterial:
       return visit_field(appearance.materials.at(ref.owner).values, ref.field, action);
-    case OwnerKind::kLight:
+    case OwnerKind::kLight:  // one lamp may stand at several places
       for (Light& light : appearance.lights)
-        if (light.lamp == ref.owner) visit_field(light.values, ref.field, action);
+        if (light.name == appearance.lights.at(ref.owner).name)
+          visit_field(light.values, ref.field, action);
       return;
     case OwnerKind::kWorld:
       return visit_field(appearance.world.values, ref.field, action);
@@ -138,9 +139,8 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
     if (appearance.materials[i].name == owner)
       ref = {OwnerKind::kMaterial, static_cast<int>(i), -1};
   if (ref.owner < 0)
-    for (std::size_t i = 0; i < appearance.lights.size(); ++i)
-      if (appearance.lights[i].name == owner)
-        ref = {OwnerKind::kLight, appearance.lights[i].lamp, -1};
+    for (std::size_t i = appearance.lights.size(); i-- > 0;)  // the first of a lamp's places
+      if (appearance.lights[i].name == owner) ref = {OwnerKind::kLight, static_cast<int>(i), -1};
   if (ref.owner < 0 && owner == "World") ref.owner = 0;
   if (ref.owner < 0)
     throw UnknownName(
@@ -243,10 +243,6 @@ const FieldMap& Scene::image(const ImageRef& ref) const {
   if (!image || !image->texture)
     throw InvalidArgument(who +
                           "no image gives the base colour; name base_color, or link an image");
-  if (image->grey != Grey::kNone)
-    throw InvalidArgument(who + "image '" + image->texture->name() +
-                          "' passes a socket that makes it grey; link its Color through sockets of "
-                          "colours only");
   if (image->texture->has_alpha())
     throw InvalidArgument(who + "image '" + image->texture->name() +
                           "' has alpha; set its Alpha to None or Channel Packed");

@@ -73,8 +73,7 @@ struct Material {
 /// is none of them: a render never sees it.
 enum class OwnerKind { kMaterial, kLight, kWorld };
 
-/// Where a parameter lives in a scene. `field` counts the owner's `fields` in their order. A lamp may
-/// stand at several places, each of them a light: it goes by the number of its first (`Light::lamp`).
+/// Where a parameter lives in a scene. `field` counts the owner's `fields` in their order.
 struct ParameterRef {
   OwnerKind kind;
   int owner;
@@ -113,8 +112,7 @@ struct Scene {
   /// The grid itself; InvalidArgument when the material has none of this kind.
   const PlacedGrid& grid(const GridRef& ref) const;
   /// The image of a base colour, and how it lies on the surface. InvalidArgument when the material
-  /// has none, or one whose texels' derivatives are not told: grey by a socket, with alpha, or over a
-  /// subsurface.
+  /// has none, or one whose texels' derivatives are not told: with alpha, or over a subsurface.
   const FieldMap& image(const ImageRef& ref) const;
   /// This scene with other values of a grid; InvalidArgument when there is none, or a value is not
   /// finite or out of range: [0, 1] for an albedo, at least 0 for a density.

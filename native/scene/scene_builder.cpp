@@ -22,12 +22,10 @@ int append(List& list, Item&& item) {
   return static_cast<int>(list.size()) - 1;
 }
 
-/// Lights of one name are one lamp at several places: what a fit can change is the same for all.
+/// What a fit can change is the same at all places of a lamp.
 void require_one_lamp(const Light& first, const Light& other) {
   const LightParameters &a = first.values, &b = other.values;
-  const bool equal = a.power == b.power && a.color.r == b.color.r && a.color.g == b.color.g &&
-                     a.color.b == b.color.b;
-  if (!equal || first.kind != other.kind)
+  if (a.power != b.power || !(a.color == b.color) || first.kind != other.kind)
     throw InvalidArgument("Light '" + other.name +
                           "' was added twice with another kind, power or colour; give lights of one "
                           "name the same, or another name");
@@ -99,13 +97,10 @@ int SceneBuilder::add_object(Instance instance) {
 }
 
 int SceneBuilder::add_light(Light light) {
-  auto& lights = appearance.lights;
-  const auto first = std::find_if(lights.begin(), lights.end(),
-                                  [&](const Light& other) { return other.name == light.name; });
-  light.lamp = static_cast<int>(first - lights.begin());
-  if (first != lights.end()) require_one_lamp(*first, light);
+  for (const Light& other : appearance.lights)
+    if (other.name == light.name) require_one_lamp(other, light);
   light.prepare({});  // checks; placed for good by `build`
-  return append(lights, std::move(light));
+  return append(appearance.lights, std::move(light));
 }
 
 int SceneBuilder::add_camera(Camera camera) {

@@ -79,33 +79,13 @@ class Texture {
   Interpolation interpolation_;
 };
 
-/// The number that a socket makes of a colour, in Blender and Cycles.
-inline float socket_luminance(const Colorf& c) {
-  return 0.2126729f * c.r + 0.7151522f * c.g + 0.0721750f * c.b;
-}
-/// What becomes of a colour on its way through a socket that holds one number: a socket of a colour
-/// hands on its luminance, one of a vector the mean.
-enum class Grey { kNone, kLuminance, kMean };
-
 /// What a parameter of a material takes its value from instead of one constant.
 struct FieldMap {
   int field = 0;                              ///< of Principled::fields
   std::shared_ptr<const Texture> texture;     ///< empty: the mesh's colour attribute itself
   std::string attribute;                      ///< UV map or colour attribute; empty: the first
   std::array<float, 6> uv{1, 0, 0, 0, 1, 0};  ///< 2x3, row-major: applied to (u, v, 1)
-  Grey grey = Grey::kNone;  ///< of what was looked up and decoded, before the parameter takes it
 
-  Colorf passed(const Colorf& c) const {
-    switch (grey) {
-      case Grey::kNone:
-        return c;
-      case Grey::kLuminance:
-        return Colorf(socket_luminance(c));
-      case Grey::kMean:
-        return Colorf((c.r + c.g + c.b) / 3);
-    }
-    return c;
-  }
   Vec2f place(const Vec2f& at) const {
     return {uv[0] * at.x + uv[1] * at.y + uv[2], uv[3] * at.x + uv[4] * at.y + uv[5]};
   }

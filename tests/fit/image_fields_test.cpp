@@ -155,9 +155,6 @@ TEST(ImageFields, OtherTexelsAreThoseOfTheBaseColourAlone) {
   EXPECT_EQ(scene.image({0}).texture->pixels()[3], Colorf(0.4f));
   EXPECT_THROW((void)scene.with_image({0}, std::vector<Colorf>(3, Colorf(0.7f))), InvalidArgument);
   EXPECT_THROW((void)without_image(scene, 0.5).with_image({0}, {}), InvalidArgument);
-  Scene grey = scene;
-  grey.appearance.materials[0].maps[1].grey = Grey::kMean;
-  EXPECT_THROW((void)grey.image({0}), InvalidArgument);
 }
 
 TEST(ImageFields, EncodesAsItDecodes) {

@@ -89,16 +89,6 @@ TEST(Texture, FarAwayAndNotFiniteCoordinatesAreHarmless) {
       InvalidArgument);
 }
 
-TEST(FieldMap, ASocketOfANumberMakesAColourGrey) {
-  FieldMap map;
-  const Colorf color{1, 0.5f, 0.25f};
-  EXPECT_EQ(map.passed(color), color);
-  map.grey = Grey::kMean;
-  EXPECT_FLOAT_EQ(map.passed(color).g, 1.75f / 3);
-  map.grey = Grey::kLuminance;
-  EXPECT_FLOAT_EQ(map.passed(color).b, 0.2126729f + 0.7151522f / 2 + 0.0721750f / 4);
-}
-
 TEST(FieldMap, AParameterWithATextureIsNotSetToOneValue) {
   SceneBuilder builder;
   Material material = matte("Body", 0.5);

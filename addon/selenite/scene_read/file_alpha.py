@@ -14,7 +14,7 @@ from pathlib import Path
 #: Bytes before the picture that are read: headers lie at the front, those of TIFF where it says.
 _HEAD = 1 << 16
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 2, 6: 4}
-_SAMPLES, _EXTRA_SAMPLES, _ASSOCIATED = 277, 338, 1
+_SAMPLES, _EXTRA_SAMPLES, _STRAIGHT = 277, 338, 2
 _TGA_SIGNATURE, _TGA_PREMULTIPLIED = b"TRUEVISION-XFILE", 4
 
 
@@ -35,16 +35,15 @@ def read(path: str) -> FileAlpha:
             return FileAlpha(_png_channels(head), associated=False)
         if head[:4] == b"\x76\x2f\x31\x01":
             return FileAlpha(0, associated=True)
-        if head[:4] in {b"II*\0", b"MM\0*"}:
+        if head[:4] in {b"II*\0", b"MM\0*"} and len(head) >= 8:
             order = "<" if head.startswith(b"II") else ">"
             (offset,) = struct.unpack_from(f"{order}I", head, 4)
             file.seek(offset)
             return _tiff_alpha(file.read(_HEAD), order)
-        file.seek(0, 2)
-        size = file.tell()
+        size = file.seek(0, 2)
         file.seek(max(size - 26, 0))
         footer = file.read(26)
-        if footer[8:24] == _TGA_SIGNATURE:
+        if len(footer) == 26 and footer[8:24] == _TGA_SIGNATURE:
             (extension,) = struct.unpack_from("<I", footer)
             file.seek(extension + 494 if extension else size)
             return FileAlpha(0, associated=file.read(1) == bytes([_TGA_PREMULTIPLIED]))
@@ -67,7 +66,7 @@ def _png_channels(head: bytes) -> int:
 
 def _tiff_alpha(directory: bytes, order: str) -> FileAlpha:
     """From the first image file directory. Both tags are short integers, held in the entry."""
-    samples, extra = 1, 0
+    samples, extra = 1, _STRAIGHT
     (count,) = struct.unpack_from(f"{order}H", directory) if len(directory) > 1 else (0,)
     for number in range(count):
         entry = directory[2 + 12 * number : 14 + 12 * number]
@@ -78,4 +77,5 @@ def _tiff_alpha(directory: bytes, order: str) -> FileAlpha:
             samples = value
         elif tag == _EXTRA_SAMPLES:
             extra = value
-    return FileAlpha(samples, extra == _ASSOCIATED)
+    # A sample of which nothing is said counts as alpha that the colours were multiplied by.
+    return FileAlpha(samples, extra != _STRAIGHT)

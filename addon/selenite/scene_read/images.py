@@ -33,7 +33,7 @@ class Pixels:
 
     def decoded(self) -> np.ndarray:
         """(h, w, 3) scene-linear colours."""
-        return _decode(self.color) if self.encoded else self.color
+        return decode(self.color) if self.encoded else self.color
 
 
 def read_pixels(image: bpy.types.Image) -> Pixels:
@@ -69,7 +69,7 @@ def read_pixels(image: bpy.types.Image) -> Pixels:
         factor = np.where(associated & (alpha != 0), alpha, np.float32(1))[..., None]
         if encoded:
             color = _encode(color / factor) * factor
-        if is_grey and file is not None and not file.associated:
+        if is_grey and image.alpha_mode == "STRAIGHT":  # by Blender then
             color = color / factor
     return Pixels(
         np.ascontiguousarray(color, np.float32),
@@ -105,13 +105,13 @@ def _judge_alpha_mode(
     if hosts.is_version_3() and image.is_float and file.associated and hosts.is_srgb(image):
         cause = "Blender 3 decodes this float file by its alpha, which cannot be undone"
         raise Unreadable(title, cause, "set its colour space to Linear, or pack the image")
+    is_grey = image.is_float and file.channels == 2
     natural = "PREMUL" if file.associated and image.is_float else "STRAIGHT"
-    if image.alpha_mode != natural:
+    if image.alpha_mode != natural and not is_grey:
         shown = "Straight" if natural == "STRAIGHT" else "Premultiplied"
         cause = f"Cycles takes the alpha of this file as {shown}, whatever its alpha mode says"
         raise Unreadable(title, cause, f"set its alpha mode to {shown}, or pack the image")
-    lost = image.is_float and file.channels == 2 and not file.associated
-    if lost and (alpha == 0).any():
+    if is_grey and image.alpha_mode == "STRAIGHT" and (alpha == 0).any():
         cause = "Blender keeps no grey of this file where its alpha is 0, but Cycles shows it"
         raise Unreadable(title, cause, "set its alpha mode to None or Channel Packed")
 
@@ -133,7 +133,7 @@ def _stored(image: bpy.types.Image, title: str) -> np.ndarray:
     return pixels.reshape(height, width, image.channels)[::-1]
 
 
-def _decode(encoded: np.ndarray) -> np.ndarray:
+def decode(encoded: np.ndarray) -> np.ndarray:
     """sRGB code values to linear light."""
     low = encoded / 12.92
     high = ((np.maximum(encoded, 0.04045) + 0.055) / 1.055) ** 2.4

@@ -16,6 +16,7 @@ import bpy
 from ..parameters import Values
 from ..problems import Problem
 from . import hosts
+from .values import LUMINANCE
 
 _CONSTANT_NODES = {"ShaderNodeRGB", "ShaderNodeValue"}
 #: Socket type -> what Cycles passes through it.
@@ -28,7 +29,6 @@ _NAMES = {
     "RGBA": "Color",
     "SHADER": "Shader",
 }
-_LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
 
 Groups = tuple[bpy.types.Node, ...]  # the group nodes that were entered, outermost first
 
@@ -138,8 +138,8 @@ def constant(source: Source) -> Values | None:
     before, *kinds = source.kinds
     if not before:
         return None
-    held = (0.0,) if source.unset else _numbers(source.socket.default_value)
-    value = _as_kind(held, before, before)
+    own = (0.0,) if source.unset else _numbers(source.socket.default_value)
+    value = _as_kind(own, before, before)
     for kind in kinds:
         if not kind:
             return None
@@ -147,10 +147,10 @@ def constant(source: Source) -> Values | None:
     return value
 
 
-def _numbers(held: object) -> Values:
-    if hasattr(held, "__len__"):
-        return tuple(float(channel) for channel in held[:3])
-    return (float(held),)
+def _numbers(found: object) -> Values:
+    if hasattr(found, "__len__"):
+        return tuple(float(channel) for channel in found[:3])
+    return (float(found),)
 
 
 def _as_kind(value: Values, before: str, kind: str) -> Values:
@@ -159,7 +159,7 @@ def _as_kind(value: Values, before: str, kind: str) -> Values:
     if kind in {"vector", "color"}:
         return value if len(value) == 3 else value * 3
     if len(value) == 3:
-        weights = _LUMINANCE if before == "color" else (1 / 3,) * 3
+        weights = LUMINANCE if before == "color" else (1 / 3,) * 3
         value = (sum(w * x for w, x in zip(weights, value, strict=True)),)
     if kind == "int" and math.isfinite(value[0]):
         value = (float(math.trunc(value[0])),)

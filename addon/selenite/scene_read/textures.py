@@ -14,7 +14,7 @@ from . import images, nodes
 from .coordinates import read_coordinates
 from .images import Pixels
 from .nodes import Source, Unreadable
-from .values import MapValues, TextureValues
+from .values import MapValues, TextureValues, greyed
 
 # Cycles' own shading system takes Smart for Cubic.
 _INTERPOLATIONS = {"Linear": "Linear", "Closest": "Closest", "Cubic": "Cubic", "Smart": "Cubic"}
@@ -28,6 +28,7 @@ class TextureRoom:
 
     pixels: dict[str, Pixels] = field(default_factory=dict)
     textures: dict[tuple[str, bool, bool, str, str], TextureValues] = field(default_factory=dict)
+    greys: dict[tuple[TextureValues, str], TextureValues] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
     def read_map(self, source: Source, title: str) -> MapValues | None:
@@ -42,7 +43,33 @@ class TextureRoom:
         if grey is None:
             cause = f"{nodes.describe(source.node)} passes {source.conversion}, which cuts it off"
             raise Unreadable(title, cause, "link it through sockets of colours or numbers")
+        if grey and found.texture is not None:
+            texture = self._grey(found.texture, grey, source, title)
+            return replace(found, texture=texture, grey=grey)
         return replace(found, grey=grey)
+
+    def _grey(
+        self, texture: TextureValues, grey: str, source: Source, title: str
+    ) -> TextureValues:
+        """The texture as a socket of one number leaves it. What is decoded after interpolation is
+        made grey after that, so that its texels cannot be."""
+        closest = texture.interpolation == "Closest"
+        if texture.encoded and not closest:
+            cause = f"{nodes.describe(source.node)} passes {source.conversion}, which makes it grey"
+            cure = (
+                "link it through sockets of colours, set its interpolation to Closest, or its colour "
+                "space to Non-Color or Linear Rec.709"
+            )
+            raise Unreadable(title, cause, cure)
+        key = (texture, grey)
+        if key not in self.greys:
+            colors, alpha = texture.pixels[..., :3], texture.pixels[..., 3:]
+            if texture.encoded:
+                colors = colors / np.where(alpha != 0, alpha, 1) if alpha.size else colors
+                colors, alpha = images.decode(colors), alpha[..., :0]
+            pixels = np.concatenate([greyed(colors, grey), alpha], axis=2)
+            self.greys[key] = replace(texture, pixels=pixels, encoded=False)
+        return self.greys[key]
 
     def _looked_up(self, source: Source, title: str) -> MapValues | None:
         node, output = source.node, source.socket.identifier

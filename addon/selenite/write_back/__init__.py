@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeVar
@@ -23,11 +22,10 @@ Block = TypeVar("Block", bound=bpy.types.ID)
 
 @dataclass(frozen=True)
 class _Target:
-    """A place in the .blend that holds one parameter. `derived`: by other numbers."""
+    """A place in the .blend that holds one parameter."""
 
     get: Callable[[], Values]
     set: Callable[[Values], None]
-    derived: bool = False
 
 
 def write(
@@ -65,26 +63,7 @@ def write(
     before = {key: target.get() for key, target, _ in targets}
     for _, target, value in targets:
         target.set(value)
-    cut = [item for item in targets if not _stands(item[1], item[2])]
-    for key, target, value in cut:
-        title = f"Parameter '{parameters.join_name(*key)}'"
-        kept, wanted = (", ".join(f"{x:g}" for x in numbers) for numbers in (target.get(), value))
-        cause = f"cannot be written: its socket makes {kept} of {wanted}"
-        problems.append(Problem(title, cause, "widen the range of that socket in its node group"))
-    if cut:
-        for key, target, _ in targets:
-            target.set(before[key])
-        raise BadInput(problems)
     return before
-
-
-def _stands(target: _Target, value: Values) -> bool:
-    """Whether a value stands where it was written, in single precision. A medium is held by other
-    numbers, which follow from the ones that are written last."""
-    return target.derived or all(
-        math.isclose(kept, wanted, rel_tol=1e-6, abs_tol=1e-30)
-        for kept, wanted in zip(target.get(), value, strict=True)
-    )
 
 
 def save_copy(path: str) -> None:
@@ -159,7 +138,6 @@ def _volume_target(
     return _Target(
         lambda: volumes.read(source, material.name)[parameter.name],
         lambda values: volumes.write(source, parameter, values),
-        derived=True,
     ), ""
 
 

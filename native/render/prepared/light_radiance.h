@@ -19,13 +19,13 @@ class LightRadiance {
   /// Radiance (delta lamp: irradiance) of a lamp or the world for its shape's factor.
   Factor<L> lamp(int light, float shape) const {
     const LightParameters& p = appearance_.lights[light].values;
-    return product(p.color, p.power, Colorf(shape), slots_of_light(light));
+    return product(p.color, p.power, Colorf(shape), lamp_slots_[light]);
   }
   Factor<L> world(const Colorf& shape) const {
     const WorldParameters& p = appearance_.world.values;
     return product(p.color, p.strength, shape, world_slots_);
   }
-  bool is_lamp_ticked(int light) const { return slots_of_light(light).count > 0; }
+  bool is_lamp_ticked(int light) const { return lamp_slots_[light].count > 0; }
   bool is_world_ticked() const { return world_slots_.count > 0; }
 
  private:
@@ -42,14 +42,11 @@ class LightRadiance {
     if (slots.color >= 0) f.set_slope(slots.color, shape * i);
     return f;
   }
-  const OwnerSlots& slots_of_light(int light) const {
-    return lamp_slots_[appearance_.lights[light].lamp];
-  }
   /// Null: not of a light.
   OwnerSlots* slots_of(const ParameterRef& ref);
 
   const Appearance& appearance_;
-  std::vector<OwnerSlots> lamp_slots_;  ///< by `Light::lamp`
+  std::vector<OwnerSlots> lamp_slots_;
   OwnerSlots world_slots_;
 };
 

@@ -71,7 +71,7 @@ struct Put {
   }
   void operator()(const Parameter& p, T& x) {
     if (index++ != field) return;
-    x = T(inside(p, socket_luminance(color)));
+    x = T(inside(p, 0.2126729f * color.r + 0.7151522f * color.g + 0.0721750f * color.b));
   }
   void operator()(const Parameter& p, Color<T>& c) {
     if (index++ != field) return;
@@ -134,7 +134,7 @@ void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, c
                                 Principled<PathScalar<L>>& room) const {
   const Colorf color = map.texture ? map.texture->at(map.place(geometry.uv(hit, map.attribute)))
                                    : geometry.color(hit, map.attribute);
-  Put<PathScalar<L>> put{map.field, map.passed(color), &map == base_color_map};
+  Put<PathScalar<L>> put{map.field, color, &map == base_color_map};
   Principled<PathScalar<L>>::fields(room, put);
 }
 
