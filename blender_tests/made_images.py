@@ -19,9 +19,10 @@ def texels(alpha=True):
     return values
 
 
-def write_png(path, values):
-    """8 or 16 bits, RGBA, straight alpha."""
-    height, width = values.shape[:2]
+def write_png(path, values, transparent=None):
+    """8 or 16 bits, straight alpha. values: (h, w, 4) RGBA, or (h, w, 2) grey and alpha, or
+    (h, w, 1) grey; transparent: the value of a grey that counts as transparent."""
+    height, width, channels = values.shape
     depth = 8 * values.dtype.itemsize
     rows = values.astype(values.dtype.newbyteorder(">")).reshape(height, -1)
     data = b"".join(b"\0" + row.tobytes() for row in rows)
@@ -30,9 +31,54 @@ def write_png(path, values):
         check = struct.pack(">I", zlib.crc32(kind + body))
         return struct.pack(">I", len(body)) + kind + body + check
 
-    header = struct.pack(">IIBBBBB", width, height, depth, 6, 0, 0, 0)
-    parts = chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
+    kind = {1: 0, 2: 4, 4: 6}[channels]
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, kind, 0, 0, 0))
+    if transparent is not None:
+        header += chunk(b"tRNS", struct.pack(">H", transparent))
+    parts = header + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+    return path
+
+
+def write_tiff(path, values, extra):
+    """8 or 16 bits without compression. values: (h, w, 2 or 4), alpha last; extra: what the file
+    says of it, 0 nothing, 1 that the colours were multiplied by it, 2 that they were not."""
+    height, width, channels = values.shape
+    data = values.astype(values.dtype.newbyteorder("<")).tobytes()
+    bits = struct.pack(f"<{channels}H", *[8 * values.dtype.itemsize] * channels)
+    long_bits = channels > 2  # more than the four bytes of an entry
+    start = 8 + len(data)
+    rows = [
+        (256, 4, 1, width),
+        (257, 4, 1, height),
+        (258, 3, channels, start if long_bits else int.from_bytes(bits, "little")),
+        (259, 3, 1, 1),
+        (262, 3, 1, 2 if channels == 4 else 1),
+        (273, 4, 1, 8),
+        (277, 3, 1, channels),
+        (278, 4, 1, height),
+        (279, 4, 1, len(data)),
+        (284, 3, 1, 1),
+        (338, 3, 1, extra),
+    ]
+    outside = bits if long_bits else b""
+    directory = struct.pack("<H", len(rows)) + b"".join(struct.pack("<HHII", *row) for row in rows)
+    head = struct.pack("<2sHI", b"II", 42, start + len(outside))
+    path.write_bytes(head + data + outside + directory + bytes(4))
+    return path
+
+
+def write_tga(path, values, kind=None):
+    """8 bits RGBA; kind: what the extension area says of alpha (3 straight, 4 multiplied), None: it
+    has none."""
+    height, width = values.shape[:2]
+    head = struct.pack("<BBBHHBHHHHBB", 0, 0, 2, 0, 0, 0, 0, 0, width, height, 32, 0x28)
+    body = head + values[..., [2, 1, 0, 3]].tobytes()
+    if kind is not None:
+        area = struct.pack("<H", 495) + bytes(492) + bytes([kind])
+        footer = struct.pack("<II", len(body), 0) + b"TRUEVISION-XFILE.\0"
+        body += area + footer
+    path.write_bytes(body)
     return path
 
 

@@ -132,11 +132,20 @@ def test_library_material_is_refused(tmp_path):
         write_back.write(bpy.context.scene, owners, {("Far", "roughness"): (0.75,)})
 
 
-def test_shared_lamp_is_refused():
-    lamp = made.light()
+def test_a_lamp_of_two_objects_is_written_once_and_all_or_nothing():
+    lamp = made.light(energy=3)
     made.add("Second", lamp.data)
-    made.triangle()
-    assert "2 users" in made.read().owners["Key"].fixed["power"]
+    material = made.studio(roughness=0.25)
+    owners = made.read().owners
+    assert [name for name in owners if owners[name].kind == "light"] == ["Key"]
+    wanted = {("Key", "power"): (8.0,), ("Key", "color"): (0.25, 0.5, 0.75)}
+    before = write_back.write(bpy.context.scene, owners, wanted)
+    assert before == {("Key", "power"): (3.0,), ("Key", "color"): (1.0, 1.0, 1.0)}
+    assert lamp.data.energy == 8 and tuple(lamp.data.color) == (0.25, 0.5, 0.75)
+    with pytest.raises(BadInput):
+        worse = {("Key", "power"): (5.0,), ("Body", "roughness"): (7.0,)}
+        write_back.write(bpy.context.scene, owners, worse)
+    assert lamp.data.energy == 8 and made.socket(material, "roughness").default_value == 0.25
 
 
 def test_renamed_world_and_missing_world_are_noticed():

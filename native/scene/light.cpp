@@ -72,10 +72,19 @@ void Light::prepare(const Vec3d& origin) {
         require(spot_size > 0 && spot_size <= kHalfTurn, *this, "spot size", spot_size, "(0, pi]");
         require(spot_blend >= 0 && spot_blend <= 1, *this, "spot blend", spot_blend, "[0, 1]");
         cos_outer = static_cast<float>(std::cos(spot_size / 2));
-        // Scale of the object stretches the cone: angles are measured in the lamp's own frame.
-        u = Vec3f(x / dot(x, x));
-        v = Vec3f(y / dot(y, y));
-        axis = Vec3f(-(z / dot(z, z)));
+        if (blender3) {  // the cone is round whatever the object's scale
+          const auto frame = Frame<float>::from_normal(axis);
+          u = frame.s;
+          v = frame.t;
+          break;
+        }
+        // Scale and shear of the object stretch the cone: angles are measured in the lamp's own frame,
+        // by the rows of the inverse matrix.
+        const double determinant = to_world.determinant();
+        require(determinant != 0, *this, "scale", determinant, "more than 0 in every direction");
+        u = Vec3f(cross(y, z) / determinant);
+        v = Vec3f(cross(z, x) / determinant);
+        axis = Vec3f(-(cross(x, y) / determinant));
       }
       break;
     }

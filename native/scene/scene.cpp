@@ -33,8 +33,11 @@ void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& a
   switch (ref.kind) {
     case OwnerKind::kMaterial:
       return visit_field(appearance.materials.at(ref.owner).values, ref.field, action);
-    case OwnerKind::kLight:
-      return visit_field(appearance.lights.at(ref.owner).values, ref.field, action);
+    case OwnerKind::kLight:  // one lamp may stand at several places
+      for (Light& light : appearance.lights)
+        if (light.name == appearance.lights.at(ref.owner).name)
+          visit_field(light.values, ref.field, action);
+      return;
     case OwnerKind::kWorld:
       return visit_field(appearance.world.values, ref.field, action);
   }
@@ -98,7 +101,7 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
     if (appearance.materials[i].name == owner)
       ref = {OwnerKind::kMaterial, static_cast<int>(i), -1};
   if (ref.owner < 0)
-    for (std::size_t i = 0; i < appearance.lights.size(); ++i)
+    for (std::size_t i = appearance.lights.size(); i-- > 0;)  // the first of a lamp's places
       if (appearance.lights[i].name == owner) ref = {OwnerKind::kLight, static_cast<int>(i), -1};
   if (ref.owner < 0 && owner == "World") ref.owner = 0;
   if (ref.owner < 0)

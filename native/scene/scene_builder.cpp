@@ -22,6 +22,15 @@ int append(List& list, Item&& item) {
   return static_cast<int>(list.size()) - 1;
 }
 
+/// What a fit can change is the same at all places of a lamp.
+void require_one_lamp(const Light& first, const Light& other) {
+  const LightParameters &a = first.values, &b = other.values;
+  if (a.power != b.power || !(a.color == b.color) || first.kind != other.kind)
+    throw InvalidArgument("Light '" + other.name +
+                          "' was added twice with another kind, power or colour; give lights of one "
+                          "name the same, or another name");
+}
+
 std::string count_of(std::size_t n) { return std::to_string(n); }
 
 }  // namespace
@@ -92,7 +101,8 @@ int SceneBuilder::add_object(Instance instance) {
 }
 
 int SceneBuilder::add_light(Light light) {
-  require_new_name(appearance.lights, light.name, "Light");
+  for (const Light& other : appearance.lights)
+    if (other.name == light.name) require_one_lamp(other, light);
   light.prepare({});  // checks; placed for good by `build`
   return append(appearance.lights, std::move(light));
 }

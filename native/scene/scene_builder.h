@@ -20,6 +20,8 @@ struct SceneBuilder {
   int add_material(Material material);
   int add_mesh(Mesh mesh);
   int add_object(Instance instance);
+  /// Lights of one name are one lamp at several places: their power and colour are the same, and a
+  /// ParameterRef goes by the first of them.
   int add_light(Light light);
   int add_camera(Camera camera);
   Scene build() const;

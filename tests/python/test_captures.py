@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
@@ -50,3 +53,47 @@ def test_a_camera_may_be_given_several_photos() -> None:
     found = arguments.files(["Front=/a.png", "Front=/b.png", "Front"], problems)
     assert found == [("Front", "/a.png"), ("Front", "/b.png")]
     assert [item.object for item in problems] == ["Argument 'Front'"]
+
+
+def test_a_name_in_double_quotes_may_hold_every_sign() -> None:
+    problems: list[Problem] = []
+    odd = 'A=1:b, "c"\n'
+    quoted = json.dumps(odd)
+    assert arguments.files([f"{quoted}=/x=y.png"], problems) == [(odd, "/x=y.png")]
+    assert arguments.names([f"{quoted}:ior,roughness"], problems) == [
+        (odd, "ior"),
+        (odd, "roughness"),
+    ]
+    assert arguments.assignments([f"{quoted}:ior=1.2,1.8"], problems) == {(odd, "ior"): (1.2, 1.8)}
+    assert arguments.words([f"{quoted}:albedo_grid=a=b.vol"], "--grid", "N", problems) == {
+        (odd, "albedo_grid"): "a=b.vol"
+    }
+    line_break = '"A\n":power'
+    assert arguments.names([line_break], problems) == [("A\n", "power")]
+    assert arguments.unquoted(quoted) == odd and arguments.unquoted('"half') == '"half'
+    assert not problems
+
+
+def test_names_with_signs_work_without_quotes_where_they_are_known() -> None:
+    problems: list[Problem] = []
+    cameras = ["Cam", "Cam=1", "Cam=12"]
+    texts = ["Cam=1=/a.png", "Cam=12=/b.png", "Cam=/c.png", "New=/d.png"]
+    assert arguments.files(texts, problems, cameras) == [
+        ("Cam=1", "/a.png"),
+        ("Cam=12", "/b.png"),
+        ("Cam", "/c.png"),
+        ("New", "/d.png"),
+    ]
+    assert arguments.assignments(["A=B:C:ior=1.5"], problems) == {("A=B:C", "ior"): (1.5,)}
+    assert arguments.words(["A=B:albedo_grid=16"], "--grid", "N", problems) == {
+        ("A=B", "albedo_grid"): "16"
+    }
+    assert not problems
+
+
+@pytest.mark.parametrize("text", ['"Cam', '"Cam"', '"Cam"x=/a.png', '"Cam"=', "Cam", "=/a.png"])
+def test_the_error_says_how_a_name_is_quoted(text: str) -> None:
+    problems: list[Problem] = []
+    assert arguments.files([text], problems) == []
+    (problem,) = problems
+    assert problem.object == f"Argument '{text}'" and '"A=1"=FILE' in problem.cure

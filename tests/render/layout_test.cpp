@@ -43,6 +43,50 @@ Scene layered_scene() {
   return builder.build();
 }
 
+/// A ground under one lamp at two places.
+Scene two_places() {
+  SceneBuilder builder;
+  place(builder, quad_mesh(3), builder.add_material(matte("Ground", 0.7)));
+  for (const double x : {-1.5, 1.0}) {
+    Light lamp;
+    lamp.name = "Lamp";
+    lamp.values.power = 40;
+    lamp.values.color = {0.5, 1, 2};
+    lamp.to_world = translation({x, 0, 1.5});
+    builder.add_light(lamp);
+  }
+  add_view(builder, {0, -2, 5}, {0, 0, 0}, 60);
+  return builder.build();
+}
+
+TEST(Layout, TheDerivativeOfALampIsThatOfAllItsPlaces) {
+  // The picture is linear in power and colour, so that it is its own derivative times either.
+  for (const int lanes : {0, 1}) {
+    const Scene scene = two_places();
+    RenderSettings settings = settings_of(8, 16);
+    settings.lanes = lanes;
+    const Film film =
+        render_view(scene, settings, ticked(scene, {{"Lamp", "power"}, {"Lamp", "color"}}));
+    ASSERT_EQ(film.slots.size(), 2u);
+    for (std::size_t p = 0; p < film.size(); ++p) {
+      const Colorf& mean = film.mean[p];
+      ASSERT_GT(mean.g, 0);
+      EXPECT_NEAR(film.slots[0].mean[p].g * 40, mean.g, 1e-4 * mean.g);
+      EXPECT_NEAR(film.slots[1].mean[p].r * 0.5, mean.r, 1e-4 * mean.r);
+      EXPECT_NEAR(film.slots[1].mean[p].b * 2, mean.b, 1e-4 * mean.b);
+    }
+  }
+}
+
+TEST(Layout, ALampAtTwoPlacesChangesAtBoth) {
+  const Scene scene = two_places();
+  const ParameterRef power = scene.find("Lamp", "power");
+  const Film film = render_view(scene, settings_of(8, 16), {});
+  const Film doubled = render_view(scene.with({{power, {80}}}), settings_of(8, 16), {});
+  for (std::size_t p = 0; p < film.size(); ++p)
+    EXPECT_NEAR(doubled.mean[p].g, 2 * film.mean[p].g, 1e-4 * film.mean[p].g);
+}
+
 TEST(Layout, ColoursTakeOneSlotIfDiagonalElseThree) {
   const Scene scene = layered_scene();
   const SlotLayout layout =

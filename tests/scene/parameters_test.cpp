@@ -22,6 +22,31 @@ Scene small_scene() {
   return builder.build();
 }
 
+TEST(Lamps, LightsOfOneNameAreOneLamp) {
+  SceneBuilder builder;
+  place(builder, quad_mesh(1), builder.add_material(plastic("Clay")));
+  Light first, other;
+  first.name = "Key";
+  other.name = "Fill";
+  builder.add_light(other);
+  builder.add_light(first);
+  builder.add_light(first);
+  Light second = first;
+  second.values.power = first.values.power + 1;
+  EXPECT_THROW(builder.add_light(second), InvalidArgument);
+  second = first;
+  second.kind = LightKind::kSun;
+  EXPECT_THROW(builder.add_light(second), InvalidArgument);
+  const Scene scene = builder.build();
+  ASSERT_EQ(scene.appearance.lights.size(), 3u);
+  const ParameterRef ref = scene.find("Key", "power");
+  EXPECT_EQ(scene.owner_name(ref), "Key");
+  const Scene changed = scene.with({{ref, {3}}});
+  EXPECT_EQ(changed.get(ref), std::vector<double>{3});
+  EXPECT_EQ(changed.get(scene.find("Fill", "power")), scene.get(scene.find("Fill", "power")));
+  for (int i : {1, 2}) EXPECT_EQ(changed.appearance.lights[i].values.power, 3);
+}
+
 class Table : public testing::TestWithParam<std::pair<OwnerKind, const char*>> {};
 
 TEST_P(Table, RowsAreCompleteAndConsistent) {

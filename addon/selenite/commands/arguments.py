@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arguments of the form OWNER:PARAMETER=V[,V,V] and the like; what is wrong is a Problem."""
+"""Arguments of the form OWNER:PARAMETER=V[,V,V] and the like; what is wrong is a Problem.
+
+A name may stand in double quotes, as a string of JSON: so every name can be written.
+"""
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from .. import native, parameters
@@ -18,15 +23,53 @@ from ..problems import BadInput, Problem
 Key = tuple[str, str]  # owner, parameter
 OTHER_FOLDER = "give another folder, or make room and set its rights"
 
+_NAME = json.JSONDecoder(strict=False)  # a line break may stand in a name as it is
+_UP_TO_SIGN = re.compile(r"(.+?:\w+)=(.+)", re.DOTALL)
+_IN_QUOTES = "put a name with such signs into double quotes, as in"
+
+
+def _quoted(text: str) -> Key | None:
+    """The name in double quotes at the front of `text`, and what follows; None if there are none.
+
+    Raises ValueError.
+    """
+    if not text.startswith('"'):
+        return None
+    try:
+        name, end = _NAME.raw_decode(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"its name in double quotes cannot be read ({error.msg})") from error
+    return name, text[end:]
+
+
+def unquoted(text: str) -> str:
+    """A name that stands in double quotes; any other text as it is."""
+    try:
+        found = _quoted(text)
+    except ValueError:
+        return text
+    return found[0] if found is not None and not found[1] else text
+
+
+def _key(text: str) -> Key:
+    """Raises ValueError when there is no owner or no parameter."""
+    found = _quoted(text)
+    if found is None:
+        return parameters.split_name(text)
+    owner, rest = found
+    if not (owner and rest.startswith(":") and rest[1:]):
+        raise ValueError(f"'{text}' is not of the form \"OWNER\":PARAMETER")
+    return owner, rest[1:]
+
 
 def names(texts: Sequence[str], problems: list[Problem]) -> list[Key]:
     """["Body:ior,roughness", "World:strength"] -> [("Body", "ior"), ("Body", "roughness"), ...]."""
     keys: list[Key] = []
     for text in texts:
         try:
-            owner, rest = parameters.split_name(text)
+            owner, rest = _key(text)
         except ValueError as error:
-            cure = "write OWNER:PARAMETER"
+            cure = f"write OWNER:PARAMETER; {_IN_QUOTES} '\"A:b\":ior'"
             problems.append(Problem(f"Argument '{text}'", str(error), cure))
             continue
         keys += [(owner, name.strip()) for name in rest.split(",") if name.strip()]
@@ -41,12 +84,14 @@ def assignments(texts: Sequence[str], problems: list[Problem]) -> dict[Key, Valu
         try:
             if not equals:
                 raise ValueError(f"'{text}' has no '='")
-            key = parameters.split_name(left)
+            key = _key(left)
             numbers = tuple(float(part) for part in right.split(","))
             if not all(math.isfinite(number) for number in numbers):
                 raise ValueError(f"'{right}' is not finite")
         except ValueError as error:
-            cure = "write OWNER:PARAMETER=V or OWNER:PARAMETER=V,V,V"
+            cure = (
+                f"write OWNER:PARAMETER=V or OWNER:PARAMETER=V,V,V; {_IN_QUOTES} '\"A:b\":ior=1.4'"
+            )
             problems.append(Problem(f"Argument '{text}'", str(error), cure))
             continue
         if key in found:
@@ -61,18 +106,21 @@ def words(
     """["Body:base_color_texture=fill"] -> what stands behind the sign, by name; `form`: of that."""
     found: dict[Key, str] = {}
     for text in texts:
-        left, equals, right = text.partition("=")
         title = f"Argument {argument} '{text}'"
         try:
-            if not (equals and right):
+            front = _quoted(text)
+            parts = _UP_TO_SIGN.fullmatch(text if front is None else f"N{front[1]}")
+            if parts is None:
                 raise ValueError(f"it is not OWNER:PARAMETER={form}")
-            key = parameters.split_name(left)
+            owner, name = parameters.split_name(parts[1])
         except ValueError as error:
-            problems.append(Problem(title, str(error), f"write OWNER:PARAMETER={form}"))
+            cure = f"write OWNER:PARAMETER={form}; {_IN_QUOTES} '\"A=1\":PARAMETER={form}'"
+            problems.append(Problem(title, str(error), cure))
             continue
+        key = (owner if front is None else front[0], name)
         if key in found:
             problems.append(Problem(title, "given twice", "give it once"))
-        found[key] = right
+        found[key] = parts[2]
     return found
 
 
@@ -95,16 +143,33 @@ def stages(text: str | None, problems: list[Problem]) -> tuple[StageRequest, ...
         return ()
 
 
-def files(texts: Sequence[str], problems: list[Problem]) -> list[tuple[str, str]]:
-    """["Camera=photo.png"] -> [("Camera", absolute path)]."""
+def files(
+    texts: Sequence[str], problems: list[Problem], known: Iterable[str] = ()
+) -> list[tuple[str, str]]:
+    """["Camera=photo.png"] -> [("Camera", absolute path)].
+
+    Of the `known` names the longest that fits counts; otherwise a name ends at the first "=".
+    """
+    names_first = sorted(known, key=len, reverse=True)
     found = []
     for text in texts:
-        name, equals, path = text.partition("=")
-        if name and equals and path:
+        cause = "it is not CAMERA=FILE"
+        name = path = ""
+        try:
+            front = _quoted(text)
+            if front is not None:
+                name, path = front[0], front[1][1:] if front[1].startswith("=") else ""
+            else:
+                fits = (item for item in names_first if text.startswith(f"{item}="))
+                name = next(fits, text.partition("=")[0])
+                path = text[len(name) + 1 :]
+        except ValueError as error:
+            cause = str(error)
+        if name and path:
             found.append((name, str(absolute(path))))
         else:
-            cure = "write CAMERA=FILE"
-            problems.append(Problem(f"Argument '{text}'", "it is not CAMERA=FILE", cure))
+            cure = f"write CAMERA=FILE; {_IN_QUOTES} '\"A=1\"=FILE'"
+            problems.append(Problem(f"Argument '{text}'", cause, cure))
     return found
 
 

@@ -283,10 +283,12 @@ def captures_from(
     problems: list[Problem],
 ) -> tuple[CaptureRequest, ...]:
     """--photo, or else what is stored; --mask adds to either, by the id of a photo."""
-    given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems)]
+    cameras = [*(camera.name for camera in values.cameras), *values.unusable_cameras]
+    given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
     captures = with_ids(given or stored, (camera.name for camera in values.cameras))
     masks: dict[str, str] = {}
-    for name, mask in arguments.files(args.mask, problems):
+    ids = [item.id for item in captures]
+    for name, mask in arguments.files(args.mask, problems, ids):
         if name in masks:
             problems.append(Problem(f"Photo '{name}'", "it has two masks", "keep one"))
         elif name not in {item.id for item in captures}:

@@ -15,7 +15,7 @@ from ..fit_run.unknowns import find_parameter
 from ..parameters import Parameter, Values, join_name
 from ..problems import BadInput, Problem, listed, refused
 from ..scene_read.values import CameraValues, Owner, SceneValues
-from .arguments import input_file, stop_if
+from .arguments import input_file, stop_if, unquoted
 from .terminal import say
 
 #: A pixel while it is rendered and handed on: its mean, half of it and its error, each twice.
@@ -50,6 +50,8 @@ def camera_of(
     cameras = {camera.name: camera for camera in values.cameras}
     if name is None and len(cameras) == 1:
         return next(iter(cameras.values()))
+    if name is not None and name not in cameras:
+        name = unquoted(name)
     if name in cameras:
         return cameras[name]
     cure = f"use one of {listed(cameras)}"

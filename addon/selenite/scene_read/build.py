@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
-from .values import LightValues, MapValues, SceneValues, TextureValues
+from .values import LightValues, MapValues, MeshValues, SceneValues, TextureValues, greyed
 
 
 def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
@@ -34,7 +34,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
     }
     maps = [found for item in values.materials for found in item.maps.values()]
     uv_maps = {found.attribute for found in maps if found.texture is not None}
-    colors = {found.attribute for found in maps if found.texture is None}
+    colors = {(found.attribute, found.grey) for found in maps if found.texture is None}
     meshes = [
         builder.add_mesh(
             mesh.name,
@@ -43,7 +43,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             mesh.corner_normals,
             mesh.material_slots,
             uv_maps=_wanted(mesh.uv_maps, uv_maps),
-            colors=_wanted(mesh.colors, colors),
+            colors=_colors(mesh, colors),
         )
         for mesh in values.meshes
     ]
@@ -105,7 +105,8 @@ def _native_map(
             interpolation=texture.interpolation,
         )
     index = textures[texture] if texture is not None else None
-    return {"texture": index, "attribute": found.attribute, "uv": found.uv}
+    attribute = found.attribute if texture is not None else found.called
+    return {"texture": index, "attribute": attribute, "uv": found.uv}
 
 
 def _wanted(
@@ -115,6 +116,15 @@ def _wanted(
     return [
         item for index, item in enumerate(lists) if item[0] in names or (index == 0 and "" in names)
     ]
+
+
+def _colors(mesh: MeshValues, wanted: set[tuple[str, str]]) -> list[tuple[str, np.ndarray]]:
+    """Colour attributes that a material asks for, by name and what becomes of them on the way."""
+    found = _wanted(mesh.colors, {name for name, grey in wanted if not grey})
+    for name, grey in sorted(item for item in wanted if item[1]):
+        for _, values in _wanted(mesh.colors, {name})[:1]:
+            found.append((MapValues(None, name, grey=grey).called, greyed(values, grey)))
+    return found
 
 
 def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401

@@ -10,10 +10,11 @@ from .values import CameraValues
 
 
 def resolution(scene: bpy.types.Scene) -> tuple[int, int]:
-    """(width, height) of the render settings in pixels, percentage applied, rounded down."""
+    """(width, height) of the render settings in pixels, percentage applied: whole numbers divided
+    as Blender divides them, without the error of a decimal fraction."""
     render = scene.render
-    scale = render.resolution_percentage / 100.0
-    return int(render.resolution_x * scale), int(render.resolution_y * scale)
+    percentage = render.resolution_percentage
+    return render.resolution_x * percentage // 100, render.resolution_y * percentage // 100
 
 
 def named_cameras(scene: bpy.types.Scene) -> dict[str, bpy.types.Object]:

@@ -33,10 +33,9 @@ def read_coordinates(node: bpy.types.Node, groups: Groups, title: str) -> Coordi
     A node that nothing is linked to looks up by the UV map that renders, or by direction in a
     world.
     """
-    socket = node.inputs["Vector"]
-    source = nodes.source_of(socket, groups)
+    source = nodes.source_of(node.inputs["Vector"], groups)
     in_world = isinstance(node, bpy.types.ShaderNodeTexEnvironment)
-    if source.node is None and source.socket == socket:
+    if source.node is None:  # also where it passes an input of a group that nothing is linked to
         return _plain("direction" if in_world else "uv")
     return _follow(source, in_world, title)
 
@@ -53,15 +52,17 @@ def _follow(source: Source, in_world: bool, title: str) -> Coordinates:
         return Coordinates("constant", "", matrix)
     node, output = source.node, source.socket.identifier
     assert node is not None  # noqa: S101 - an unlinked vector is a constant
-    if not node.mute:
-        if isinstance(node, bpy.types.ShaderNodeMapping):
-            inner = _follow_vector(node, source.groups, in_world, title)
-            return Coordinates(
-                inner.kind, inner.attribute, _mapped(node, source.groups, inner.matrix, title)
-            )
-        plain = _direction(node, output) if in_world else _uv(node, output, title)
-        if plain is not None:
-            return plain
+    if source.conversion:
+        cause = f"its image is placed by {nodes.describe(node)}, which passes {source.conversion}"
+        raise Unreadable(title, cause, "link it through sockets of vectors")
+    if isinstance(node, bpy.types.ShaderNodeMapping):
+        inner = _follow_vector(node, source.groups, in_world, title)
+        return Coordinates(
+            inner.kind, inner.attribute, _mapped(node, source.groups, inner.matrix, title)
+        )
+    plain = _direction(node, output) if in_world else _uv(node, output, title)
+    if plain is not None:
+        return plain
     wanted = "the Generated output of Texture Coordinate" if in_world else "a UV Map node"
     cause = f"its image is placed by {nodes.describe(node)}, output '{source.socket.name}'"
     raise Unreadable(title, cause, f"use {wanted}, through Mapping nodes if need be")

@@ -29,6 +29,11 @@ def subsurface_method(node: bpy.types.Node) -> str:
     return "RANDOM_WALK_SKIN" if known else "RANDOM_WALK"
 
 
+def cycles_has_booleans() -> bool:
+    """Whether Cycles takes booleans for whole numbers; Blender 3 passes over links from them."""
+    return not is_version_3()
+
+
 def light_units() -> str:
     """Which convention the numbers of a lamp follow."""
     return "v3" if is_version_3() else "v4"
@@ -90,6 +95,14 @@ def is_data(image: bpy.types.Image) -> bool:
 def is_editable(block: bpy.types.ID) -> bool:
     """False for what is linked from a library; writing there is lost on reload."""
     return block.library is None and bool(getattr(block, "is_editable", True))
+
+
+def group_uses(tree: bpy.types.NodeTree) -> int:
+    """How many nodes of the file are this group. (`tree.users` also counts a fake user, and the
+    pointers that panels and add-ons keep.)"""
+    owners = (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights)
+    trees = [*bpy.data.node_groups, *(item.node_tree for item in owners if item.node_tree)]
+    return sum(getattr(node, "node_tree", None) == tree for other in trees for node in other.nodes)
 
 
 def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:

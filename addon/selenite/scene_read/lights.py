@@ -15,6 +15,11 @@ from . import hosts, nodes
 from .values import LightValues, Owner
 
 
+_EMISSION = ("Color", "Strength")
+#: Cosine between axes from which they count as sheared: some 0.06 degrees, far above rounding.
+_SHEAR = 1e-3
+
+
 def read_light(
     light: bpy.types.Light, matrix: np.ndarray, name: str
 ) -> tuple[LightValues, Owner, list[Problem]]:
@@ -35,6 +40,13 @@ def read_light(
     problems: list[Problem] = []
     if light.use_nodes and light.node_tree is not None:
         values, problems = _through_nodes(light, values, title)
+    if np.linalg.det(matrix[:3, :3]) == 0 or not np.isfinite(matrix).all():
+        cure = "give it and its parents a scale other than 0"
+        problems.append(Problem(title, "its scale flattens it to nothing", cure))
+    elif light.type == "AREA" and _is_sheared(matrix):
+        cause = "its parent shears it, and Cycles samples its light as if its sides were at right angles"
+        cure = "give its parents an even scale (Object > Apply > Scale), or clear its parent"
+        problems.append(Problem(title, cause, cure))
     owner = Owner(name, "light", light.name, library, {}, {})
     for parameter in parameters.of("light"):
         value = {"power": (values.power,), "color": values.color}[parameter.name]
@@ -60,8 +72,6 @@ def why_fixed(light: bpy.types.Light, parameter: str) -> str:
         return f"linked from library '{light.library.filepath}': make it local"
     if not hosts.is_editable(light):
         return "not editable: make it local"
-    if light.users > 1:
-        return f"the light data has {light.users} users: make it single-user"
     if parameter == "color" and hosts.temperature_color(light) is not None:
         return "the lamp uses a colour temperature: switch it off"
     if parameter == "color" and light.use_nodes:
@@ -91,6 +101,12 @@ def _sides(light: bpy.types.Light) -> tuple[float, float]:
     return light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
 
 
+def _is_sheared(matrix: np.ndarray) -> bool:
+    """Whether the axes of a lamp are not at right angles."""
+    axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
+    return bool(np.abs(axes.T @ axes - np.eye(3)).max() > _SHEAR)
+
+
 def _area(light: bpy.types.Light, matrix: np.ndarray) -> float:
     """What Cycles multiplies the radiance by when the lamp is not normalised."""
     if light.type == "SUN":
@@ -112,11 +128,17 @@ def _through_nodes(
     source = nodes.source_of(output.inputs["Surface"]) if output is not None else None
     if source is None or source.node is None:
         return values, [Problem(title, "its nodes have no output", cure)]
-    if source.node.bl_idname != "ShaderNodeEmission" or source.node.mute:
+    if source.node.bl_idname != "ShaderNodeEmission":
         return values, [Problem(title, f"it is lit by {nodes.describe(source.node)}", cure)]
-    color = nodes.constant(nodes.source_of(source.node.inputs["Color"], source.groups))
-    strength = nodes.constant(nodes.source_of(source.node.inputs["Strength"], source.groups))
+    inputs = [nodes.source_of(source.node.inputs[name], source.groups) for name in _EMISSION]
+    color, strength = map(nodes.constant, inputs)
     if color is None or strength is None:
-        return values, [Problem(title, "its Emission node has linked inputs", cure)]
+        name, what = next(
+            (name, item.node)
+            for name, item in zip(_EMISSION, inputs, strict=True)
+            if nodes.constant(item) is None
+        )
+        cause = f"the {name} of its Emission node is linked to {nodes.describe(what)}"
+        return values, [Problem(title, cause, cure)]
     color = tuple(a * b for a, b in zip(values.color, color, strict=True))
     return replace(values, color=color, radiance_scale=values.radiance_scale * strength[0]), []

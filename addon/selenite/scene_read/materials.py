@@ -44,7 +44,7 @@ def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups]
     source = nodes.source_of(output.inputs["Surface"])
     if source.node is None:
         return "has nothing linked to the Surface of its Material Output"
-    if source.node.bl_idname != PRINCIPLED or source.node.mute:
+    if source.node.bl_idname != PRINCIPLED:
         return f"is made of {nodes.describe(source.node)}, not of a Principled BSDF"
     return source.node, source.groups
 
@@ -164,7 +164,7 @@ def _read_parameter(
     if value is None:
         _read_map(source, parameter, label, title, read)
         return
-    value = nodes.converted(value, parameter.width)
+    value = nodes.broadcast(value, parameter.width)
     complaint = parameter.complaint(value)
     if complaint:
         problem = Problem(title, f"input '{label}': {complaint}", "set a value inside the range")
@@ -207,7 +207,7 @@ def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -
     if reason:
         read.owner.fixed.update(dict.fromkeys(volumes.PARAMETERS, reason))
     source = nodes.source_of(material.node_tree.get_output_node("CYCLES").inputs["Volume"])
-    if source.node is None:
+    if source.node is None and source.socket.type == "SHADER":
         return
     try:
         found = volumes.read(source, title)

@@ -104,8 +104,9 @@ def _read(
     _note(read, problems, warnings)
     if owner is not None:
         read.owners[owner.name] = owner
+    called: dict[tuple[str, str], str] = {}
     for lamp in lamps:
-        _read_lamp(lamp, layer, links, read)
+        _read_lamp(lamp, layer, links, called, read)
     return rendered
 
 
@@ -320,16 +321,20 @@ def _read_lamp(
     lamp: mesh.Instance,
     layer: bpy.types.ViewLayer,
     links: tuple[linking.Linking, linking.Linking],
+    called: dict[tuple[str, str], str],
     read: SceneValues,
 ) -> None:
+    """A lamp at one place. One that stands at several is several lights of one owner."""
     light = lamp.original.data
     assert isinstance(light, bpy.types.Light), light
     if lights.is_portal(light):
         read.warn(f"Light '{light.name}' is a portal, which is not needed")
         return
-    name = _free_name(light.name, "light", read)
+    key = (light.name, light.library.filepath if light.library is not None else "")
+    name = called.get(key) or _free_name(light.name, "light", read)
     if name != light.name:
         read.warn(f"Light '{light.name}' shares its name with another owner; it is called '{name}'")
+    called[key] = name
     values, owner, problems = lights.read_light(light, lamp.matrix, name)
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
     values = visibility.of_lamp(values, light, rays)

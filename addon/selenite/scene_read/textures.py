@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -13,7 +14,7 @@ from . import images, nodes
 from .coordinates import read_coordinates
 from .images import Pixels
 from .nodes import Source, Unreadable
-from .values import MapValues, TextureValues
+from .values import MapValues, TextureValues, greyed
 
 # Cycles' own shading system takes Smart for Cubic.
 _INTERPOLATIONS = {"Linear": "Linear", "Closest": "Closest", "Cubic": "Cubic", "Smart": "Cubic"}
@@ -27,6 +28,7 @@ class TextureRoom:
 
     pixels: dict[str, Pixels] = field(default_factory=dict)
     textures: dict[tuple[str, bool, bool, str, str], TextureValues] = field(default_factory=dict)
+    greys: dict[tuple[TextureValues, str], TextureValues] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
     def read_map(self, source: Source, title: str) -> MapValues | None:
@@ -34,14 +36,46 @@ class TextureRoom:
 
         Raises Unreadable when it is one, but set to what is not modelled.
         """
-        node, output = source.node, source.socket.identifier
-        if node is None or node.mute:
+        found = self._looked_up(source, title)
+        if found is None:
             return None
+        grey = nodes.grey_of(source)
+        if grey is None:
+            cause = f"{nodes.describe(source.node)} passes {source.conversion}, which cuts it off"
+            raise Unreadable(title, cause, "link it through sockets of colours or numbers")
+        if grey and found.texture is not None:
+            texture = self._grey(found.texture, grey, source, title)
+            return replace(found, texture=texture, grey=grey)
+        return replace(found, grey=grey)
+
+    def _grey(self, texture: TextureValues, grey: str, source: Source, title: str) -> TextureValues:
+        """The texture as a socket of one number leaves it. What is decoded after interpolation is
+        made grey after that, so that its texels cannot be."""
+        closest = texture.interpolation == "Closest"
+        if texture.encoded and not closest:
+            cause = f"{nodes.describe(source.node)} passes {source.conversion}, which makes it grey"
+            cure = (
+                "link it through sockets of colours, set its interpolation to Closest, or its colour "
+                "space to Non-Color or Linear Rec.709"
+            )
+            raise Unreadable(title, cause, cure)
+        key = (texture, grey)
+        if key not in self.greys:
+            colors, alpha = texture.pixels[..., :3], texture.pixels[..., 3:]
+            if texture.encoded:
+                colors = colors / np.where(alpha != 0, alpha, 1) if alpha.size else colors
+                colors, alpha = images.decode(colors), alpha[..., :0]
+            pixels = np.concatenate([greyed(colors, grey), alpha], axis=2)
+            self.greys[key] = replace(texture, pixels=pixels, encoded=False)
+        return self.greys[key]
+
+    def _looked_up(self, source: Source, title: str) -> MapValues | None:
+        node, output = source.node, source.socket.identifier
         if isinstance(node, bpy.types.ShaderNodeTexImage):
             return self._image(node, source, title)
         if isinstance(node, bpy.types.ShaderNodeVertexColor) and output == "Color":
             return MapValues(None, node.layer_name)
-        if isinstance(node, bpy.types.ShaderNodeAttribute) and output == "Color":
+        if isinstance(node, bpy.types.ShaderNodeAttribute) and output in {"Color", "Vector"}:
             if node.attribute_type != "GEOMETRY" or not node.attribute_name:
                 cause = f"{nodes.describe(node)} names no attribute of the geometry"
                 raise Unreadable(title, cause, "set its type to Geometry and name an attribute")

@@ -18,6 +18,8 @@ from ..parameters import Values
 from ..problems import Problem
 from .closedness import Closedness
 
+#: Weights by which a socket of one number takes a colour, in Blender and Cycles.
+LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
 PACKED = "packed:"  # a photo that is packed in the .blend
 
 
@@ -144,12 +146,26 @@ class MapValues:
     """Where a parameter comes from that is not constant: a texture, or a colour attribute if None.
 
     `attribute`: UV map or colour attribute, "" for the one that renders by default. `uv`: (2, 3),
-    applied to (u, v, 1).
+    applied to (u, v, 1). `grey`: "luminance" or "mean", which a socket on the way puts into all
+    channels, or ""; a texture's pixels have it already.
     """
 
     texture: TextureValues | None
     attribute: str
     uv: np.ndarray = field(default_factory=lambda: np.eye(2, 3, dtype=np.float32))
+    grey: str = ""
+
+    @property
+    def called(self) -> str:
+        """The attribute as the native scene knows it, with what becomes of it."""
+        return f"{self.attribute} ({self.grey})" if self.grey else self.attribute
+
+
+def greyed(colors: np.ndarray, grey: str) -> np.ndarray:
+    """(..., 3) linear colours with their luminance or mean in all channels, as float32."""
+    weights = np.array(LUMINANCE if grey == "luminance" else (1 / 3,) * 3)
+    number = np.asarray(colors, np.float64) @ weights
+    return np.repeat(number[..., None], 3, axis=-1).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +197,8 @@ class MaterialValues:
 
 @dataclass(frozen=True)
 class LightValues:
-    """A lamp. `shape` holds the arguments that only this kind of lamp has.
+    """A lamp at one place; one that stands at several is several of these, with one name, power and
+    colour. `shape` holds the arguments that only this kind of lamp has.
 
     `visible_to`: the kinds of rays that see it. `met_by_rays`: not only light sampling finds it.
     `max_bounces`: after more of them light sampling passes it over. `lit`, `shading`: bits of the

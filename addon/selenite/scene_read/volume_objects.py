@@ -155,7 +155,7 @@ def _principled(material: bpy.types.Material, title: str) -> bpy.types.Node:
     output = material.node_tree.get_output_node("CYCLES") if material.node_tree else None
     source = nodes.source_of(output.inputs["Volume"]) if output is not None else None
     node = source.node if source is not None else None
-    if node is None or node.bl_idname != _PRINCIPLED or node.mute or source.groups:
+    if node is None or node.bl_idname != _PRINCIPLED or source.groups:
         what = nodes.describe(node) if node is not None else "nothing"
         raise Unreadable(title, f"its Volume is {what}, not a Principled Volume of its own", _CURE)
     return node
@@ -197,7 +197,7 @@ def _albedo(node: bpy.types.Node, grid: VdbGrid, title: str, warnings: list[str]
 def _constant(node: bpy.types.Node, name: str) -> Values:
     """Three numbers of an input that was found to be constant."""
     value = nodes.constant(nodes.source_of(node.inputs[name]))
-    return nodes.converted(value or (0.0,), 3)
+    return nodes.broadcast(value or (0.0,), 3)
 
 
 def _placed(grid: VdbGrid, values: np.ndarray, instance: Instance) -> GridValues:

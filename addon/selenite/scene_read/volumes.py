@@ -46,9 +46,10 @@ def read(source: Source, title: str) -> dict[str, Values]:
 
 def _coefficients(source: Source, title: str) -> Coefficients:
     node = source.node
-    reader = _READERS.get(node.bl_idname) if node is not None and not node.mute else None
+    reader = _READERS.get(node.bl_idname) if node is not None else None
     if node is None or reader is None:
-        what = nodes.describe(node) if node is not None else "nothing that can be read"
+        socket = source.socket
+        what = nodes.describe(node) if node is not None else f"the value of socket '{socket.name}'"
         raise Unreadable(
             title,
             f"its Volume is {what}, which this version does not render",
@@ -68,7 +69,7 @@ def _number(node: bpy.types.Node, name: str, groups: Groups, title: str) -> Valu
 
 
 def _colour(node: bpy.types.Node, name: str, groups: Groups, title: str) -> Values:
-    return nodes.converted(_number(node, name, groups, title), 3)
+    return nodes.broadcast(_number(node, name, groups, title), 3)
 
 
 def _no_emission(node: bpy.types.Node, names: tuple[str, ...], groups: Groups, title: str) -> None:

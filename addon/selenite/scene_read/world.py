@@ -73,18 +73,22 @@ def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValue
     source = nodes.source_of(inputs["Color"], groups)
     color = nodes.constant(source)
     if color is not None:
-        return WorldValues(nodes.converted(color, 3), nodes.converted(strength, 1)[0])
+        return WorldValues(color, strength[0])
     node = source.node
     if (
         not isinstance(node, bpy.types.ShaderNodeTexEnvironment)
-        or node.mute
         or source.socket.identifier != "Color"
     ):
         cause = f"its colour comes from {nodes.describe(node)}, output '{source.socket.name}'"
         raise Unreadable(title, cause, _CURE)
+    if source.conversion:
+        cause = f"its Environment Texture passes {source.conversion}, which makes it grey"
+        raise Unreadable(
+            title, cause, "link its Color to the Background through sockets of colours"
+        )
     return WorldValues(
         (1.0, 1.0, 1.0),
-        nodes.converted(strength, 1)[0],
+        strength[0],
         _environment_image(node, title, warnings),
         _rotation(node, source.groups, title),
     )
@@ -99,7 +103,7 @@ def _background(world: bpy.types.World, title: str) -> Source:
     source = nodes.source_of(output.inputs["Surface"])
     if source.node is None:
         raise Unreadable(title, "nothing is linked to the Surface of its output", _CURE)
-    if source.node.bl_idname != "ShaderNodeBackground" or source.node.mute:
+    if source.node.bl_idname != "ShaderNodeBackground":
         raise Unreadable(title, f"its surface is {nodes.describe(source.node)}", _CURE)
     return source
 

@@ -107,11 +107,7 @@ def _place(
     way = _way(material, title)
     source = nodes.source_of(way[-1].socket, way[-1].groups)
     node = source.node
-    if (
-        not isinstance(node, bpy.types.ShaderNodeTexImage)
-        or node.mute
-        or source.socket.identifier != "Color"
-    ):
+    if not isinstance(node, bpy.types.ShaderNodeTexImage) or source.socket.identifier != "Color":
         reasons = [_why_fixed(material, inlet.groups) for inlet in way]
         found = (i for i, why in zip(way, reasons, strict=True) if i.alone and not why)
         inlet = next(found, None)
@@ -145,31 +141,23 @@ def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
     principled, groups = found
     socket = parameters.table()["material", "base_color"].find(principled)
     way = [_Inlet(socket, groups, True)]
-    while (link := next((item for item in socket.links if not item.is_muted), None)) is not None:
+    while (link := nodes.link_of(socket)) is not None:
         node, output = link.from_node, link.from_socket
-        uses = len(output.links)
-        inner: bpy.types.NodeSocket | None = None
-        if node.mute:
+        inner = nodes.passed_on(node, output, groups)
+        if inner is None:
             break
-        if node.bl_idname == "NodeReroute":
-            inner = node.inputs[0]
-        elif node.bl_idname == "NodeGroupInput" and groups:
+        uses = len(output.links)
+        if node.mute:
+            ends = [item.to_socket for item in node.internal_links if item.from_socket == inner[0]]
+            uses = sum(len(item.links) for item in ends)
+        elif node.bl_idname == "NodeGroupInput":
             # A group may have several Group Input nodes.
             entries = [
                 item for item in _tree_around(node).nodes if item.bl_idname == "NodeGroupInput"
             ]
             same = [_by_identifier(item.outputs, output.identifier) for item in entries]
             uses = sum(len(item.links) for item in same if item is not None)
-            inner = _by_identifier(groups[-1].inputs, output.identifier)
-            groups = groups[:-1]
-        elif node.bl_idname == "ShaderNodeGroup" and node.node_tree is not None:
-            ends = [item for item in node.node_tree.nodes if item.bl_idname == "NodeGroupOutput"]
-            end = next((item for item in ends if item.is_active_output), None)
-            inner = _by_identifier(end.inputs, output.identifier) if end is not None else None
-            groups = (*groups, node)
-        if inner is None:
-            break
-        socket = inner
+        socket, groups = inner
         way.append(_Inlet(socket, groups, way[-1].alone and uses == 1))
     return way
 
@@ -182,13 +170,11 @@ def _why_fixed(material: bpy.types.Material, groups: Groups) -> str:
     if not hosts.is_editable(material) or material.override_library is not None:
         return "it is a library override, whose nodes cannot be edited: make it local"
     for group in groups:
-        tree = group.node_tree
-        place = f"its Base Color comes from inside node group '{tree.name}'"
-        if not hosts.is_editable(tree):
+        if not hosts.is_editable(group.node_tree):
+            place = f"its Base Color comes from inside node group '{group.node_tree.name}'"
             return f"{place} of a library: make the group local"
-        if tree.users > 1:
-            return f"{place}, which has {tree.users} users: make it single-user"
-    return ""
+    shared = nodes.why_shared(groups)
+    return f"its Base Color comes from {shared}" if shared else ""
 
 
 def _refusal(title: str, reason: str) -> BadInput:

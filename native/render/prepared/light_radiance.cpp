@@ -13,6 +13,11 @@ LightRadiance<L>::LightRadiance(const Appearance& appearance, const SlotLayout& 
     owner->first = layout.first_of_owner(i);
     (slot.component < 0 ? owner->color : owner->intensity) = owner->count++;
   }
+  // A lamp that stands at several places goes by the first of them.
+  for (std::size_t i = 0; i < lamp_slots_.size(); ++i)
+    for (std::size_t first = 0; first < i && lamp_slots_[i].count == 0; ++first)
+      if (appearance.lights[first].name == appearance.lights[i].name)
+        lamp_slots_[i] = lamp_slots_[first];
 }
 
 template <int L>

@@ -218,6 +218,9 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
     """From a file, from the scene, or one colour in as many texels as asked for."""
     material = next(item for item in scene.materials if item.name == owner.name)
     own = material.maps.get("base_color")
+    if own is not None and own.grey:
+        cause = "a socket on the way to the Base Color makes its colours grey"
+        raise BadInput(Problem(title, cause, "link it through sockets of colours only"))
     if own is not None and own.texture is None:
         cause = f"its base colour comes from the colour attribute '{own.attribute}'"
         raise BadInput(Problem(title, cause, "unlink it, or link an image"))

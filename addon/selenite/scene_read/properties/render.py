@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from . import conditions as when
-from .rows import OneOf, modelled, no_effect, noise_only, remarked, table, warned
+from .rows import OneOf, modelled, no_effect, noise_only, refused, remarked, table, warned
 
 _STEPS = "the steps of Cycles through grids are longer, which darkens or brightens them"
 
@@ -80,7 +80,14 @@ RENDER = table(
         False,
         "the render region is ignored; the whole picture is rendered",
         "switch off Output > Render Region, or render the whole picture",
-        covers="border_min_x border_min_y border_max_x border_max_y use_crop_to_border",
+        covers="border_min_x border_min_y border_max_x border_max_y",
+    ),
+    refused(
+        "use_crop_to_border",
+        False,
+        "its pictures are cropped to the render region, which is not modelled",
+        "switch off Crop to Render Region, and give photos of the whole frame",
+        acts=lambda render, _: render.use_border,
     ),
     warned(
         "use_freestyle",
