@@ -14,7 +14,6 @@ from ..problems import Problem
 from . import hosts, nodes
 from .values import LightValues, Owner
 
-
 _EMISSION = ("Color", "Strength")
 #: Cosine between axes from which they count as sheared: some 0.06 degrees, far above rounding.
 _SHEAR = 1e-3
@@ -44,7 +43,10 @@ def read_light(
         cure = "give it and its parents a scale other than 0"
         problems.append(Problem(title, "its scale flattens it to nothing", cure))
     elif light.type == "AREA" and _is_sheared(matrix):
-        cause = "its parent shears it, and Cycles samples its light as if its sides were at right angles"
+        cause = (
+            "its parent shears it, and Cycles samples its light as if its sides were at right "
+            "angles"
+        )
         cure = "give its parents an even scale (Object > Apply > Scale), or clear its parent"
         problems.append(Problem(title, cause, cure))
     owner = Owner(name, "light", light.name, library, {}, {})
