@@ -58,6 +58,7 @@ def _read(
     room = TextureRoom()
     instancers: set[bpy.types.Object] = set()
     faceless: list[bpy.types.Object] = []
+    volumes: set[str] = set()
     for instance in mesh.rendered_instances(depsgraph, read):
         if instance.is_instance:
             instancers.add(instance.parent)
@@ -68,11 +69,12 @@ def _read(
             lamps.append((data, instance.matrix))
             continue
         mesh.warn_of_object(instance.original, read)
+        not_rendered.judge_camera_nodes(instance.original, read)
         if instance.object.type == "MESH":
             if not _read_object(instance, meshes, names, room, read):
                 faceless.append(instance.original)
         elif instance.object.type == "VOLUME":
-            _read_volume(instance, read)
+            _read_volume(scene, instance, volumes, read)
     for item in faceless:
         if item not in instancers:
             read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
@@ -175,7 +177,9 @@ def _read_object(
     return True
 
 
-def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
+def _read_volume(
+    scene: bpy.types.Scene, instance: mesh.Instance, seen: set[str], read: SceneValues
+) -> None:
     """A Volume object: a box of its own, and a material of its own, since grids have a place."""
     item = instance.original
     title = f"Object '{item.name}'"
@@ -183,9 +187,15 @@ def _read_volume(instance: mesh.Instance, read: SceneValues) -> None:
     if slot is None:
         read.warn(f"{title} has no material and is left out")
         return
-    if item.name in {other.name for other in read.objects}:
-        cause = "it is there more than once"
+    if item.name in seen:
+        cause = "its volume is there more than once"
         read.problems.append(Problem(title, cause, "make its instances real"))
+        return
+    seen.add(item.name)
+    render = scene.render
+    if render.use_simplify and render.simplify_volumes < 1:
+        cause = f"Simplify renders it at {render.simplify_volumes:g} of its resolution"
+        read.problems.append(Problem(title, cause, "set Volume Resolution of Simplify to 1"))
         return
     name = _free_name(slot.original.name, item.name, read)
     try:
