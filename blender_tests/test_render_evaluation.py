@@ -360,6 +360,20 @@ def test_a_driver_that_reads_the_resolution_sees_that_of_the_scene():
     assert made.read().objects[0].matrix[0, 3] == pytest.approx(4)
 
 
+def test_nodes_that_depend_on_the_camera_are_named():
+    if not hasattr(bpy.types, "GeometryNodeInputActiveCamera"):
+        pytest.skip("this Blender has no node for the active camera")
+    made.camera("One")
+    tree = geometry.Tree(geometry.cube())
+    info = tree.add("GeometryNodeObjectInfo")
+    tree.link(tree.add("GeometryNodeInputActiveCamera"), info)
+    tree.link(tree.source, tree.end)
+    assert not [text for text in made.read().warnings if "camera" in text]
+    made.camera("Two")
+    about = [text for text in made.read().warnings if "camera" in text]
+    assert len(about) == 1 and "'Body'" in about[0] and "'Nodes'" in about[0]
+
+
 def state():
     scene = bpy.context.scene
     render = scene.render

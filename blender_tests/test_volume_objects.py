@@ -2,6 +2,7 @@
 """Volume objects with OpenVDB grids: read, rendered as Cycles does, written back."""
 
 import bpy
+import made_geometry as geometry
 import made_scenes as made
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from selenite import native
 from selenite.cycles_check import render as cycles
 from selenite.scene_read import openvdb_files, volume_objects
 from selenite.scene_read.build import build
+from selenite.scene_read.nodes import Unreadable
 
 pytestmark = pytest.mark.blender
 
@@ -78,6 +80,32 @@ def cloud(path, density=1.5, **inputs):
     return item, node
 
 
+def cloud_of_nodes(beside, **inputs):
+    """A Volume Cube of geometry nodes on a mesh, of the same material as `cloud`; `beside`: joined
+    with the mesh, a floor."""
+    host = made.triangle("Cloud", made.material("Floor"))
+    host.location = (0, 0, -2)
+    item, node = cloud("", **inputs)
+    material = item.data.materials[0]
+    bpy.data.objects.remove(item)
+    tree = geometry.Tree(host)
+    fog = tree.add("GeometryNodeVolumeCube")
+    for name, value in {"Min": (-1, -1, 1), "Max": (1, 1, 3)}.items():
+        fog.inputs[name].default_value = value
+    for axis in "XYZ":
+        fog.inputs[f"Resolution {axis}"].default_value = 12
+    painted = tree.add("GeometryNodeSetMaterial")
+    painted.inputs["Material"].default_value = material
+    tree.link(fog, painted)
+    if beside:
+        joined = tree.add("GeometryNodeJoinGeometry")
+        tree.link(tree.source, joined)
+        tree.link(painted, joined)
+        painted = joined
+    tree.link(painted, tree.end)
+    return host, node
+
+
 def problems():
     return [item.line() for item in made.read().problems]
 
@@ -104,13 +132,27 @@ def test_grids_are_read_where_they_lie(vdb, tmp_path):
     assert corners[:3, 1] == pytest.approx((1 + reach, 2 + reach, 3 + reach), abs=1e-5)
 
 
-@pytest.mark.parametrize("case", ["density", "density and colour", "scaled", "scaled, world space"])
+@pytest.mark.parametrize(
+    "case",
+    [
+        "density",
+        "density and colour",
+        "scaled",
+        "scaled, world space",
+        "nodes",
+        "nodes, beside a mesh",
+    ],
+)
 def test_cycles_renders_the_same(vdb, tmp_path, case):
     """The mean of the picture within noise and 0.2 % for the steps of Cycles' ray marching; four
     standard deviations: 1 false alarm in 1000 runs. Half a voxel of displacement gives 2 %."""
     colour = case == "density and colour"
     path = write(vdb, tmp_path / "a.vdb", density=ball(), albedo=colours())
-    item, node = cloud(path, Color=(0.9, 0.9, 0.9, 1.0) if colour else (0.8, 0.6, 0.3, 1.0))
+    color = (0.9, 0.9, 0.9, 1.0) if colour else (0.8, 0.6, 0.3, 1.0)
+    if case.startswith("nodes"):
+        item, node = cloud_of_nodes("beside" in case, Color=color)
+    else:
+        item, node = cloud(path, Color=color)
     if colour:
         node.inputs["Color Attribute"].default_value = "albedo"
     if case.startswith("scaled"):
@@ -150,6 +192,30 @@ def test_what_cannot_be_rendered_is_named(vdb, tmp_path):
     assert problems()
     bpy.data.volumes["Cloud"].filepath = str(tmp_path / "missing.vdb")
     assert any("does not load" in text for text in problems())
+
+
+def test_grids_of_modifiers_are_read_and_not_written(tmp_path):
+    """A Volume Cube of 12 voxels a side with density 1 everywhere, padded by one of background."""
+    made.camera()
+    host, _ = cloud_of_nodes(beside=True)
+    values = made.read()
+    assert not values.problems
+    assert sorted(item.name for item in values.objects) == ["Cloud", "Cloud"]
+    density = next(item for item in values.materials if item.grids).grids["density"]
+    assert density.values.shape == (14, 14, 14, 1)
+    assert density.values[1:-1, 1:-1, 1:-1] == pytest.approx(np.ones((12, 12, 12, 1)))
+    second = host.copy()
+    bpy.context.scene.collection.objects.link(second)
+    assert not made.read().problems
+    bpy.context.scene.render.use_simplify = True
+    bpy.context.scene.render.simplify_volumes = 0.5
+    assert any("'Cloud'" in text and "Simplify" in text for text in problems())
+    bpy.data.objects.remove(second)
+    item = made.add("Made", bpy.data.volumes.new("Made"))
+    item.data.materials.append(bpy.data.materials["Smoke"])
+    item.modifiers.new("Fog", "MESH_TO_VOLUME").object = geometry.cube("Source")
+    with pytest.raises(Unreadable, match="modifiers"):
+        volume_objects.write(item, bpy.data.materials["Smoke"], {}, str(tmp_path / "x.vdb"))
 
 
 def test_a_fitted_grid_is_written_and_read_again(vdb, tmp_path):

@@ -11,6 +11,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+import made_geometry as geometry  # noqa: E402, F401 - scripts take it from here
 import made_scenes as made  # noqa: E402
 
 PICTURES = Path(os.environ.get("SELENITE_PICTURES", tempfile.mkdtemp()))

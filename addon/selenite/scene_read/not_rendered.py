@@ -53,9 +53,33 @@ def judge_hair(evaluated: bpy.types.Object, read: SceneValues) -> None:
             _refuse(title, cause, "set Render As to None or to an object", read)
 
 
+def judge_camera_nodes(original: bpy.types.Object, read: SceneValues) -> None:
+    """Warns of geometry that Cycles makes anew for each camera: it is read for one."""
+    if len(read.cameras) < 2:
+        return
+    for modifier in original.modifiers:
+        tree = getattr(modifier, "node_group", None)
+        if tree is not None and _asks_for_camera(tree, set()):
+            read.warn(
+                f"Object '{original.name}': modifier '{modifier.name}' depends on the active "
+                "camera; its geometry is that of the scene's camera in every photo"
+            )
+
+
 def is_wire(evaluated: bpy.types.Object) -> bool:
     """Curves, texts and metaballs without a surface render as nothing, in Cycles too."""
     return evaluated.original.type in _AS_MESH
+
+
+def _asks_for_camera(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> bool:
+    seen.add(tree)
+    for node in tree.nodes:
+        if node.bl_idname == "GeometryNodeInputActiveCamera":
+            return True
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and inner not in seen and _asks_for_camera(inner, seen):
+            return True
+    return False
 
 
 def _has_points(evaluated: bpy.types.Object) -> bool:

@@ -74,6 +74,7 @@ def _read(
     evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
     links = linking.light_and_shadow_linking(evaluated, read.problems)
     rendered: list[bpy.types.Object] = []
+    volumes: set[str] = set()
     for instance in mesh.rendered_instances(depsgraph, read):
         if isinstance(instance.object.data, (bpy.types.Light, bpy.types.Mesh, bpy.types.Volume)):
             rendered.append(instance.original)  # and no curve without a surface
@@ -83,11 +84,12 @@ def _read(
         if isinstance(data, bpy.types.Light):
             lamps.append(instance)
             continue
+        not_rendered.judge_camera_nodes(instance.original, read)
         if instance.object.type == "MESH":
             if not _read_object(instance, layer, links, meshes, names, room, read):
                 faceless.append(instance.original)
         elif instance.object.type == "VOLUME":
-            _read_volume(instance, layer, links, read)
+            _read_volume(instance, layer, links, volumes, read)
     for item in faceless:
         if item not in instancers:
             read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
@@ -243,6 +245,7 @@ def _read_volume(
     instance: mesh.Instance,
     layer: bpy.types.ViewLayer,
     links: tuple[linking.Linking, linking.Linking],
+    seen: set[str],
     read: SceneValues,
 ) -> None:
     """A Volume object: a box of its own, and a material of its own, since grids have a place."""
@@ -254,10 +257,11 @@ def _read_volume(
     if slot is None:
         read.warn(f"{title} has no material and is left out")
         return
-    if item.name in {other.name for other in read.objects}:
-        cause = "it is there more than once"
+    if item.name in seen:
+        cause = "its volume is there more than once"
         read.problems.append(Problem(title, cause, "make its instances real"))
         return
+    seen.add(item.name)
     name = _free_name(slot.original.name, item.name, read)
     try:
         found = volume_objects.read(instance, slot.original, name)

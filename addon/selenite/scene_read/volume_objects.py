@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Volume objects: the grids of an OpenVDB file under a Principled Volume.
+"""Volume objects: the grids of an OpenVDB file, or of modifiers, under a Principled Volume.
 
 The density attribute is multiplied by the node's Density, the colour attribute by its Color. Beyond
 the active voxels nothing is. In object space, the default, the density of a scaled object is
@@ -9,8 +9,10 @@ blender_tests/test_volume_objects.py.
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -49,13 +51,10 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     density_name = _attribute(node, "Density Attribute", title)
     colour_name = _attribute(node, "Color Attribute", title)
     wanted = {density_name: 1} | ({colour_name: 3} if colour_name else {})
-    try:
-        grids = openvdb_files.read(_path(instance.object, title), wanted)
-    except VdbError as error:
-        raise Unreadable(title, error.cause, error.cure) from error
+    grids = _grids(instance, wanted, title)
     density = grids.get(density_name)
     if density is None:
-        cause = f"its file has no grid '{density_name}'"
+        cause = f"it has no grid '{density_name}'"
         raise Unreadable(title, cause, "name one of its grids in the Density Attribute")
     scale = _density_scale(instance.object, instance.matrix)
     placed = {
@@ -64,11 +63,9 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     warnings = list(found.warnings)
     colour = grids.get(colour_name)
     if colour_name and colour is None:
-        warnings.append(f"{title}: its file has no grid '{colour_name}'; its colour is left as set")
+        warnings.append(f"{title}: it has no grid '{colour_name}'; its colour is left as set")
     if colour is not None:
         placed["albedo"] = _placed(colour, _albedo(node, colour, title, warnings), instance)
-    if instance.original.modifiers:
-        warnings.append(f"{title}: its modifiers are not modelled; the file itself is rendered")
     only = {key: found.owner.values[key] for key in volumes.PARAMETERS}
     fixed = found.owner.fixed | {
         key: "a Volume object has no surface"
@@ -85,6 +82,22 @@ def read(instance: Instance, material: bpy.types.Material, name: str) -> VolumeR
     )
 
 
+def _grids(instance: Instance, wanted: dict[str, int], title: str) -> dict[str, VdbGrid]:
+    """The grids by name, as they render: those that modifiers make go through a file of ours."""
+    own_file = instance.original.type == "VOLUME" and not instance.original.modifiers
+    try:
+        if own_file:
+            return openvdb_files.read(_path(instance.object, title), wanted)
+        with tempfile.TemporaryDirectory() as folder:
+            path = str(Path(folder) / "grids.vdb")
+            if not _data(instance.object).grids.save(filepath=path):
+                cause = "Blender does not write the grids that its modifiers make to a file"
+                raise Unreadable(title, cause, "make room in the folder for temporary files")
+            return openvdb_files.read(path, wanted)
+    except VdbError as error:
+        raise Unreadable(title, error.cause, error.cure) from error
+
+
 _COLOURS = ("Color", "Absorption Color")
 
 
@@ -98,6 +111,9 @@ def write(
     for an albedo its Principled Volume the name of that grid and white. Other grids of its file
     stay. Returns what stood there before, for `put_back`. Raises Unreadable."""
     title = f"Object '{item.name}'"
+    if item.modifiers:
+        cause = "its grids come from its modifiers, so a fitted one cannot be shown by it"
+        raise Unreadable(title, cause, "give it an OpenVDB file and remove its modifiers")
     node = _principled(material, title)
     matrix = np.array(item.matrix_world, np.float64)
     names = {

@@ -63,7 +63,7 @@ RENDER = table(
         resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y frame_map_old
         frame_map_new film_transparent use_simplify simplify_subdivision simplify_subdivision_render
         simplify_child_particles simplify_child_particles_render use_simplify_normals
-        simplify_volumes use_single_layer
+         use_single_layer
     """),
     remarked("engine"),
     warned(
@@ -116,6 +116,13 @@ RENDER = table(
         "Stereoscopy renders every camera from several places; only its own is read",
         "switch off Output > Stereoscopy",
         covers="views stereo_views views_format use_spherical_stereo",
+    ),
+    refused(
+        "simplify_volumes",
+        1.0,
+        "Simplify renders volumes at {value} of their resolution, which is not modelled",
+        "set Volume Resolution of Simplify to 1",
+        acts=lambda render, scope: render.use_simplify and scope.has_volume_objects,
     ),
     warned(
         "use_auto_generate_texture_cache",

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene is read as it renders in a real window: nothing of the user's is touched."""
+
+import bpy
+from _driving import FOLDER, geometry, in_window, made, picture, run
+
+from selenite.interface import panels
+from selenite.scene_read.scene import read_scene
+
+
+def prepare():
+    """A ball that the viewport shows as a cube, a hidden cube, and a picture that was rendered."""
+    made.world()
+    made.camera()
+    item = geometry.cube()
+    modifier = item.modifiers.new("Smooth", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, 3
+    geometry.hide(geometry.cube("Hidden"), "eye")
+    scene = bpy.context.scene
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 1, False
+    bpy.ops.render.render()
+
+
+def rendered_size():
+    """(width, height) of the picture that Blender keeps of the last render."""
+    path = str(FOLDER / "kept.png")
+    bpy.data.images["Render Result"].save_render(path)
+    kept = bpy.data.images.load(path)
+    size = tuple(kept.size)
+    bpy.data.images.remove(kept)
+    return size
+
+
+def state():
+    """What reading must leave alone."""
+    scene = bpy.context.scene
+    return (
+        sorted(item.name for item in bpy.data.user_map()),
+        scene.render.engine,
+        scene.camera.name,
+        scene.render.use_border,
+        [item.name for item in bpy.context.view_layer.objects if item.select_get()],
+        rendered_size(),
+    )
+
+
+def steps():
+    """See `_driving.run`."""
+    prepare()
+    yield 0.5
+    before = state()
+    assert before[-1] == (32, 24)
+    in_window(bpy.ops.ed.undo_push, message="before")
+    assert in_window(bpy.ops.selenite.refresh_rows) == {"FINISHED"}
+    yield 0.5
+    assert state() == before
+    values = read_scene(bpy.context.scene)
+    assert values.triangle_count() == 2 * 6 * 4**3 + 12, values.triangle_count()
+    assert len(bpy.context.scene.selenite.rows) > 0
+    shown = bpy.context.evaluated_depsgraph_get()
+    body = bpy.data.objects["Body"].evaluated_get(shown)
+    assert len(body.data.polygons) == 6, "the viewport shows what it showed"
+
+    # A rendered viewport goes on, and is none of ours.
+    space = next(
+        area.spaces.active for area in bpy.context.window_manager.windows[0].screen.areas
+        if area.type == "VIEW_3D"
+    )  # fmt: skip
+    space.shading.type = "RENDERED"
+    yield 2.0
+    assert in_window(bpy.ops.selenite.refresh_rows) == {"FINISHED"}
+    yield 2.0
+    picture("rendered")
+    assert space.shading.type == "RENDERED"
+    space.shading.type = "SOLID"
+    yield 0.5
+    assert state() == before
+
+    in_window(bpy.ops.ed.undo_push, message="rows")
+    in_window(bpy.ops.ed.undo)
+    yield 0.5
+    assert len(bpy.data.scenes) == 1
+    in_window(bpy.ops.ed.redo)
+    yield 0.5
+    assert len(bpy.data.scenes) == 1 and bpy.context.scene.render.engine == "CYCLES"
+    assert read_scene(bpy.context.scene).triangle_count() == 2 * 6 * 4**3 + 12
+
+
+run(steps, panels, {panels.SELENITE_PT_fit})
