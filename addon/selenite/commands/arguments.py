@@ -21,6 +21,7 @@ from ..paths import absolute, is_folder, is_there, why_not_file, why_not_folder,
 from ..problems import BadInput, Problem
 
 Key = tuple[str, str]  # owner, parameter
+_EMPTY = "it is empty"
 OTHER_FOLDER = "give another folder, or make room and set its rights"
 
 _NAME = json.JSONDecoder(strict=False)  # a line break may stand in a name as it is
@@ -72,7 +73,11 @@ def names(texts: Sequence[str], problems: list[Problem]) -> list[Key]:
             cure = f"write OWNER:PARAMETER; {_IN_QUOTES} '\"A:b\":ior'"
             problems.append(Problem(f"Argument '{text}'", str(error), cure))
             continue
-        keys += [(owner, name.strip()) for name in rest.split(",") if name.strip()]
+        named = [(owner, name.strip()) for name in rest.split(",") if name.strip()]
+        if not named:
+            cause, cure = "it names no parameter", "write OWNER:PARAMETER"
+            problems.append(Problem(f"Argument '{text}'", cause, cure))
+        keys += named
     return list(dict.fromkeys(keys))
 
 
@@ -176,7 +181,7 @@ def files(
 def input_file(text: str, problems: list[Problem], cure: str) -> Path:
     """A file to be read; `cure`: which one to give."""
     path = absolute(text)
-    if why := why_not_file(path):
+    if why := why_not_file(path) if text else _EMPTY:
         cause = why if why.startswith("it ") else f"cannot be read ({why})"
         problems.append(Problem(f"File '{text}'", cause, cure))
     return path
@@ -188,10 +193,17 @@ def output_file(text: str, suffixes: Sequence[str], problems: list[Problem]) -> 
     if path.suffix.lower() not in suffixes:
         cause = f"its ending '{path.suffix}' is not known"
         problems.append(Problem(f"File '{text}'", cause, f"end it in {' or '.join(suffixes)}"))
-    if why := why_not_output(path):
+    if why := why_not_output(path) if text else _EMPTY:
         cure = "give a file in an existing folder that can be written"
         problems.append(Problem(f"File '{text}'", why, cure))
     return path
+
+
+def optional_file(
+    text: str | None, suffixes: Sequence[str], problems: list[Problem]
+) -> Path | None:
+    """The same of an option that may be left out."""
+    return None if text is None else output_file(text, suffixes, problems)
 
 
 def output_folder(text: str, problems: list[Problem], needed: int = 0) -> Path:
@@ -199,7 +211,7 @@ def output_folder(text: str, problems: list[Problem], needed: int = 0) -> Path:
     path = absolute(text)
     if is_there(path) and not is_folder(path):
         problems.append(Problem(f"Folder '{text}'", "it is a file", "give the name of a folder"))
-    elif why := why_not_folder(path, needed):
+    elif why := why_not_folder(path, needed) if text else _EMPTY:
         problems.append(Problem(f"Folder '{text}'", why, OTHER_FOLDER))
     return path
 

@@ -40,15 +40,16 @@ _SETTINGS = tuple(field.name for field in fields(FitSettings))
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Fits, writes the result folder and, with --save, the scene. SCENE may be a run.json."""
     problems: list[Problem] = []
-    unfinished = absolute(args.resume) if args.resume else None
-    out = arguments.output_folder(
-        args.out or (str(unfinished.parent) if unfinished else DEFAULT_OUT), problems
-    )
-    save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
+    resumes, out = args.resume is not None, args.out
+    unfinished = absolute(args.resume) if resumes else None
+    if out is None:
+        out = DEFAULT_OUT if unfinished is None else str(unfinished.parent)
+    out = arguments.output_folder(out, problems)
+    save = arguments.optional_file(args.save, (".blend",), problems)
     if args.set_cycles and save is None:
         cause, cure = "there is no file to set it in", "add --save OUT.blend"
         problems.append(Problem("Argument --set-cycles", cause, cure))
-    scene, values, plan, run = _resumed(args, problems) if args.resume else _new(args, problems)
+    scene, values, plan, run = _resumed(args, problems) if resumes else _new(args, problems)
     checks = args.check_in_cycles
     grids = [item.name for item in plan.fields if not item.kind.is_image]
     if grids and checks:
@@ -67,10 +68,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         raise BadInput(Problem(f"Folder '{out}'", why, arguments.OTHER_FOLDER))
     unfinished = unfinished or new_folder(out, SUFFIX)
     job = make_job(plan, run.parts, run.state)
-    if args.resume:
+    if resumes:
         say(f"going on after {job.progress().iteration} iterations")
     recorder = Recorder(unfinished, plan.request, run.inputs)
-    result = _fit(job, recorder, resumed=bool(args.resume))
+    result = _fit(job, recorder, resumed=resumes)
     return deliver(args, scene, values, plan, result, out, save, recorder, checks)
 
 

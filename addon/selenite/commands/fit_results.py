@@ -19,6 +19,9 @@ from ..problems import BadInput
 from ..scene_read.values import SceneValues
 from .terminal import bar, say
 
+#: What keeps results from being written, beside the user.
+_UNWRITTEN = (OSError, MemoryError, ValueError)
+
 
 def deliver(
     args: argparse.Namespace,
@@ -41,7 +44,10 @@ def deliver(
         def note_progress(text: str, fraction: float) -> None:
             shown.update(fraction, note=text)
 
-        result = finished(plan, result, note_progress)
+        try:
+            result = finished(plan, result, note_progress)
+        except (*_UNWRITTEN, KeyboardInterrupt) as error:
+            errors.append(f"What the photos see of the images is not known ({_why(error)})")
         folder = _written(plan, result, out, bpy.app.version_string, note_progress, errors)
     if folder is not None and (trouble := recorder.finished()):
         say(f"warning: {trouble}")
@@ -71,12 +77,17 @@ def _written(
     """The result folder; None where it could not be written."""
     try:
         return write_results(plan, result, out, host, note_progress)
-    except OSError as error:
+    except (*_UNWRITTEN, KeyboardInterrupt) as error:
         errors.append(
-            f"Folder '{out}': the results cannot be written ({error}); the values are printed here "
-            "and by --json; make room or choose another --out"
+            f"Folder '{out}': the results cannot be written ({_why(error)}); the values are "
+            "printed here and by --json; make room or choose another --out"
         )
     return None
+
+
+def _why(error: BaseException) -> str:
+    kinds = {MemoryError: "memory does not suffice", KeyboardInterrupt: "interrupted"}
+    return kinds.get(type(error), str(error))
 
 
 def _save(

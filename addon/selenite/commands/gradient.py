@@ -37,7 +37,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     problems: list[Problem] = []
     keys = arguments.names(args.parameter, problems)
     changes = arguments.assignments(args.set, problems)
-    folder = arguments.output_folder(args.out_dir, problems) if args.out_dir else None
+    wanted_folder = args.out_dir is not None
+    folder = arguments.output_folder(args.out_dir, problems) if wanted_folder else None
     _, values = open_scene(args.scene)
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction

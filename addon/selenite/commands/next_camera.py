@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Ranks the places and, with --save, puts a camera at the best one. SCENE may be a run.json or
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
-    save = arguments.output_file(args.save, (".blend",), problems) if args.save else None
+    save = arguments.optional_file(args.save, (".blend",), problems)
     base, fitted = _asked(absolute(args.scene))
     settings = FitSettings()
     try:

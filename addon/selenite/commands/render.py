@@ -17,7 +17,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Renders and writes --out (OpenEXR: linear; PNG: sRGB) and --sem, the standard error."""
     problems: list[Problem] = []
     out = arguments.output_file(args.out, (".exr", ".png"), problems)
-    sem = arguments.output_file(args.sem, (".exr",), problems) if args.sem else None
+    sem = arguments.optional_file(args.sem, (".exr",), problems)
     changes = arguments.assignments(args.set, problems)
     if sem is not None and sem == out:
         cause, cure = "the picture goes there", "give another name to --sem"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..problems import Problem
 from . import hosts, not_rendered
 from .values import MeshValues, SceneValues
 
@@ -58,6 +59,11 @@ def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | No
 def _triangles(
     mesh: bpy.types.Mesh, evaluated: bpy.types.Object, read: SceneValues
 ) -> MeshValues | None:
+    if not _is_sound(mesh):
+        cause = "its faces name corners or vertices that it does not have"
+        cure = "repair it (bpy.data.meshes[...].validate()) or delete it"
+        read.problems.append(Problem(f"Mesh '{evaluated.data.name}'", cause, cure))
+        return None
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     if count == 0:
@@ -100,4 +106,18 @@ def _triangles(
         uv_maps=uv_maps,
         colors=colors,
         other_attributes=others,
+    )
+
+
+def _is_sound(mesh: bpy.types.Mesh) -> bool:
+    """Whether Blender can go through its faces: those of a damaged file would end the process."""
+    corners, starts = np.empty(len(mesh.loops), np.int32), np.empty(len(mesh.polygons), np.int32)
+    counts = np.empty_like(starts)
+    mesh.loops.foreach_get("vertex_index", corners)
+    mesh.polygons.foreach_get("loop_start", starts)
+    mesh.polygons.foreach_get("loop_total", counts)
+    ends = starts.astype(np.int64) + counts
+    return bool(
+        ((corners >= 0) & (corners < len(mesh.vertices))).all()
+        and ((starts >= 0) & (counts >= 0) & (ends <= len(corners))).all()
     )
