@@ -15,7 +15,7 @@ import csv
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -78,14 +78,31 @@ def prepare(mutant: Mutant, tree: ScratchTree) -> None:
 def check_unchanged(mutants: Sequence[Mutant], tree: ScratchTree) -> None:
     """The tests of the mutants pass without them, or the table would say nothing."""
     failed = []
-    for item in {mutant.run: mutant for mutant in mutants}.values():
+    for item in together(mutants):
         prepare(item, tree)
         outcome = tree.test(item, tree.folder / "unchanged.log")
-        note(f"without a mutant: {' '.join(item.run)}: {outcome.word} {outcome.by}")
+        what = item.program or ", ".join(item.tests)
+        note(f"without a mutant: {what}: {outcome.word} {outcome.by}")
         if outcome.word != "survived":
-            failed.append(f"{' '.join(item.run)}: {outcome.by}")
+            failed.append(f"{what}: {outcome.by}")
     if failed:
         raise NotBuilt("these tests fail without a mutant:\n" + "\n".join(failed))
+
+
+def together(mutants: Sequence[Mutant]) -> list[Mutant]:
+    """One that stands for all with the same file or program of tests: it runs the tests of all."""
+    found: dict[tuple[str, str], Mutant] = {}
+    for item in mutants:
+        if item.program:
+            known = found.setdefault(("gtest", item.program), item)
+            if item.filter not in known.filter.split(":"):
+                known = replace(known, filter=f"{known.filter}:{item.filter}")
+            found["gtest", item.program] = known
+        for name in item.tests:
+            key = ("pytest", name.partition("::")[0])
+            known = found.setdefault(key, replace(item, tests=(name,)))
+            found[key] = replace(known, tests=tuple(dict.fromkeys((*known.tests, name))))
+    return list(found.values())
 
 
 def try_one(mutant: Mutant, tree: ScratchTree) -> Row:

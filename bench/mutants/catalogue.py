@@ -40,13 +40,6 @@ class Mutant:
         """Whether something has to be compiled."""
         return self.file.startswith("native/")
 
-    @property
-    def run(self) -> tuple[str, ...]:
-        """What shows that it is caught; equal for mutants with the same tests."""
-        if self.program:
-            return ("gtest", self.program, self.filter)
-        return ("pytest", *self.tests)
-
 
 def load(folder: Path = FOLDER) -> list[Mutant]:
     """The mutants of all tables. Raises BadCatalogue."""
@@ -57,9 +50,8 @@ def load(folder: Path = FOLDER) -> list[Mutant]:
             made = _mutant(row, f"{path.name}, mutant {number}", faults)
             found += [made] if made is not None else []
     names = [item.name for item in found]
-    faults += [
-        f"mutant '{name}' is there twice" for name in sorted({*names}) if _twice(name, names)
-    ]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    faults += [f"mutant '{name}' is there twice" for name in twice]
     if faults:
         raise BadCatalogue("\n".join(faults))
     return found

@@ -105,15 +105,18 @@ class ScratchTree:
         """Runs the mutant's tests on the tree as it is."""
         if mutant.program:
             return self._gtest(mutant, log)
+        files: dict[str, list[str]] = {}
+        for name in mutant.tests:  # a process for each file: one can load one Blender once
+            files.setdefault(name.partition("::")[0], []).append(name)
         outcome = Outcome("survived")
-        for name in mutant.tests:  # a process each, as one can load one Blender once
-            outcome = self._pytest(name, log)
+        for names in files.values():
+            outcome = self._pytest(names, log)
             if outcome.word != "survived":
                 break
         return outcome
 
-    def _pytest(self, name: str, log: Path) -> Outcome:
-        words = [sys.executable, "-c", _RUNNER, name, "-x", "-q", "-p", "no:cacheprovider"]
+    def _pytest(self, names: list[str], log: Path) -> Outcome:
+        words = [sys.executable, "-c", _RUNNER, *names, "-x", "-q", "-p", "no:cacheprovider"]
         scratch = self.folder / "tmp"
         shutil.rmtree(scratch, ignore_errors=True)
         scratch.mkdir(parents=True)

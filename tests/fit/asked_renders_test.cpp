@@ -70,6 +70,28 @@ TEST(AskedRenders, HaveTheFrameOfTheirPhoto) {
   }
 }
 
+TEST(AskedRenders, AreOfThePixelsOfTheirPhotoAlone) {
+  FitSettings settings = synthetic_settings();
+  std::shared_ptr<const PixelMask> asked;
+  settings.renderer = [&](const Scene& scene, const Camera& camera, const SlotLayout& layout,
+                          const RenderSettings& render_settings, Progress* progress) {
+    asked = render_settings.pixels;
+    return SyntheticRenderer()(scene, camera, layout, render_settings, progress);
+  };
+  const FitProblem problem(synthetic_scene(), both(synthetic_scene()), synthetic_unknowns(),
+                           settings);
+  RenderCounts counts;
+  PhotoEvaluator evaluator(scene_model(problem), problem.settings(), counts);
+  Photo photo = problem.photos()[0];
+  PixelMask few(photo.size());
+  few[3] = few[7] = 1;
+  photo.pixels = std::make_shared<const PixelMask>(few);
+  (void)evaluator.evaluate(problem.start(), photo, {4, 1});
+  ASSERT_NE(asked, nullptr);
+  EXPECT_EQ(*asked, few);
+  EXPECT_EQ(counts.samples, 2 * 4) << "others are not paid for";
+}
+
 // Derivatives by voxels have a renderer of their own: light that is scattered once is not all of it.
 TEST(AskedRenders, OfFieldsHaveTheDepthOfTheSettings) {
   const Scene scene = smoke(std::vector<float>(8, 0.9f));
