@@ -32,7 +32,8 @@ std::vector<RenderSettings> asked_by(FitSettings settings, std::vector<Photo> ph
   do phases.insert(fit.result().phase);
   while (fit.step());
   EXPECT_EQ(fit.result().message, "");
-  EXPECT_EQ(phases.size(), 4u) << "else some renders are not seen";
+  for (const PhaseKind one : {PhaseKind::kMultiStart, PhaseKind::kDescent, PhaseKind::kRefinement})
+    EXPECT_TRUE(phases.contains(one)) << "else its renders are not seen";
   return asked;
 }
 
@@ -104,8 +105,8 @@ TEST(AskedRenders, OfFieldsHaveTheDepthOfTheSettings) {
     settings.depth = depth;
     Fit fit(scene, taken_photos(scene, 8, 400), {{"Smoke", "albedo_grid", {}, 0, 1, 0.03}},
             settings);
-    EXPECT_TRUE(fit.step());
-    return fit.result().history[0].mean_bias.g;
+    (void)fit.step();
+    return fit.result().history.at(0).mean_bias.g;
   };
   EXPECT_NEAR(first_loss(0), 0, 0.02);
   EXPECT_LT(first_loss(1), -0.05);
