@@ -128,7 +128,7 @@ def run(mutants: Sequence[Mutant], *, unchanged: bool) -> list[Row]:
         if not own:
             continue
         tree = tree_of(own[0])
-        with tree.held():
+        with tree.alone():
             tree.refresh()
             if unchanged:
                 check_unchanged(own, tree)

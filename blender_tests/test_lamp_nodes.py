@@ -67,17 +67,17 @@ def test_what_is_not_an_emission_of_constants_is_named(lamp):
     noise = tree.nodes.new("ShaderNodeTexNoise")
     link = tree.links.new(noise.outputs[0], emission(lamp).inputs["Strength"])
 
-    def told():
+    def complaint():
         problems = [item.line() for item in read()[0].problems]
         return next((text for text in problems if "Light 'Key'" in text), "")
 
-    assert told()
+    assert complaint()
     tree.links.remove(link)
-    assert not told()
+    assert not complaint()
     emission(lamp).mute = True
-    assert told()
+    assert complaint()
     emission(lamp).mute = False
-    assert not told()
+    assert not complaint()
     for item in list(output(lamp).inputs["Surface"].links):
         tree.links.remove(item)
-    assert told()
+    assert complaint()

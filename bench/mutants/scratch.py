@@ -46,7 +46,7 @@ class ScratchTree:
         self.root, self.tree, self.folder = root, folder / "tree", folder
 
     @contextmanager
-    def held(self) -> Iterator[None]:
+    def alone(self) -> Iterator[None]:
         """Two runs would undo each other's mutants."""
         self.folder.mkdir(parents=True, exist_ok=True)
         with (self.folder / "lock").open("w") as lock:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Two minima that explain the photos as well: what both determine, but not alike, is told with both.
+// Two minima that explain the photos as well: what both determine, but not alike, is reported with both.
 #include <gtest/gtest.h>
 
 #include "fit/run/fit.h"
@@ -33,7 +33,7 @@ Film film_of(const Scene& scene, const Camera&, const SlotLayout& layout,
 // Of 20 fits some 16 tell the other minimum (ThatExplainThePhotosAsWellAreTold); those have to tell both
 // values of what differs a little.
 TEST(EquivalentMinima, IntervalsOfWhatBothDetermineHoldTheValuesOfBoth) {
-  int told = 0;
+  int reported = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     FitSettings settings = exact_settings(film_of, 20);
     settings.seed = seed;
@@ -49,12 +49,12 @@ TEST(EquivalentMinima, IntervalsOfWhatBothDetermineHoldTheValuesOfBoth) {
     ASSERT_TRUE(metallic.determined) << seed;
     EXPECT_LT(metallic.interval[1] - metallic.interval[0], 0.1) << seed;
     if (found.report.alternatives.empty()) continue;
-    ++told;
+    ++reported;
     EXPECT_FALSE(found.report.components[0].determined) << seed;
     EXPECT_LT(metallic.interval[0], kSum - kShare * kOther + 0.005) << seed;
     EXPECT_GT(metallic.interval[1], kSum - kShare * kOne - 0.005) << seed;
   }
-  EXPECT_GE(told, 6);
+  EXPECT_GE(reported, 6);
 }
 
 }  // namespace
