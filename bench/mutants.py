@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -173,6 +174,7 @@ def main() -> int:
     add("--list", action="store_true", help="name them, and check that all still apply")
     add("--trust", action="store_true", help="do not run the tests without a mutant first")
     options = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(130))  # takes the running tests along
     try:
         every = catalogue.load()
         mutants = chosen(every, options)

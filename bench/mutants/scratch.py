@@ -7,6 +7,7 @@ import fcntl
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -160,12 +161,15 @@ class ScratchTree:
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
+            status = _TIMED_OUT
             try:
                 status = process.wait(_LIMIT)
             except subprocess.TimeoutExpired:
-                os.killpg(process.pid, 9)
-                process.wait()
-                status = _TIMED_OUT
+                pass
+            finally:  # also where somebody ends this run
+                if process.poll() is None:
+                    os.killpg(process.pid, signal.SIGKILL)
+                    process.wait()
         return status, log.read_text(errors="replace")
 
 
