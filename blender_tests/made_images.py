@@ -10,6 +10,19 @@ import numpy as np
 SIZE = (5, 3)  # odd, so that centres and edges of texels are told apart
 
 
+def decoded(values):
+    """Linear numbers of sRGB ones in [0, 1]: IEC 61966-2-1, written down here."""
+    x = np.asarray(values, np.float64)
+    return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def encoded(values):
+    """The inverse."""
+    x = np.asarray(values, np.float64)
+    curve = 1.055 * np.maximum(x, 0.0031308) ** (1 / 2.4) - 0.055
+    return np.where(x <= 0.0031308, 12.92 * x, curve).astype(np.float32)
+
+
 def texels(alpha=True):
     """(h, w, 4) uint8, row 0 at the top."""
     values = np.random.default_rng(1).integers(0, 256, (SIZE[1], SIZE[0], 4), dtype=np.uint8)

@@ -240,14 +240,23 @@ def test_fit_finds_the_colour_and_writes_everything(scene, tmp_path, capsys):
 
 
 def test_run_json_reproduces_the_run(scene, tmp_path, capsys):
-    words = _fit_words(scene, tmp_path, "--seed=7", "--bounds=Body:base_color=.1,.9")
+    """And says what was asked for: two runs that ignore an option would be alike, too."""
+    bounds = "--bounds=Body:base_color=.1,.9"
+    words = _fit_words(scene, tmp_path, "--seed=7", bounds, "--depth=3", "--tolerance=0.0001")
     _, first, _ = command(capsys, *words)
     run = Path(first["folder"]) / "run.json"
-    _, second, _ = command(capsys, "fit", str(run), f"--out={tmp_path / 'fits'}")
+    asked = read_run(run)
+    (unknown,) = asked.unknowns
+    assert (unknown.minimum, unknown.maximum) == (0.1, 0.9)
+    wanted = {"seed": 7, "depth": 3, "tolerance": 0.0001, "iterations": 40, "height": 16}
+    assert {name: getattr(asked.settings, name) for name in wanted} == wanted
+    again = f"--out={tmp_path / 'fits'}"
+    _, second, _ = command(capsys, "fit", str(run), again)
     assert second["parameters"] == first["parameters"]
     assert second["folder"] != first["folder"]
-    histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (first, second)]
-    assert histories[0] == histories[1]
+    _, other, _ = command(capsys, "fit", str(run), again, "--seed=8")
+    histories = [(Path(r["folder"]) / "history.csv").read_bytes() for r in (first, second, other)]
+    assert histories[0] == histories[1] != histories[2]
 
 
 def test_photo_and_camera_of_the_scene_and_packed_images(scene, tmp_path, capsys):

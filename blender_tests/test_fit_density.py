@@ -50,7 +50,7 @@ def photo(tmp_path):
 def test_a_fit_tells_thick_from_thin_and_writes_both_files(photo, tmp_path, capsys):
     status, report, _ = fit(
         capsys, tmp_path, *photo, "--fit", "Smoke:density_grid", "--grid", "Smoke:density_grid=4",
-        "--iterations", "40", "--spp", "8", "--seed", "3",
+        "--iterations", "80", "--spp", "8", "--seed", "3",
     )  # fmt: skip
     assert status == 0, report
     folder = tmp_path / "out" / report["folder"]
@@ -65,7 +65,9 @@ def test_a_fit_tells_thick_from_thin_and_writes_both_files(photo, tmp_path, caps
     assert found.min() >= 0
     # The camera looks down on z: what it sees best is the inner part of the two halves in y.
     upper, lower = found[1:3, 2, 1:3].mean(), found[1:3, 1, 1:3].mean()
-    assert upper > lower + 0.25, (upper, lower)
+    # Two thirds of the true contrast at least: some of it goes into voxels that hardly show.
+    assert upper - lower == pytest.approx(1.4, abs=0.46), (upper, lower)
+    assert (upper, lower) == pytest.approx((1.6, 0.2), abs=0.3)
     history = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
     assert history["loss"][-1] < 0.2 * history["loss"][0]
     assert "Smokedensity_grid_mean" in history.dtype.names

@@ -65,7 +65,9 @@ def test_a_fit_tells_the_halves_apart_and_writes_both_files(photo, tmp_path, cap
     assert found.max() <= 1
     # The camera looks down on z: what it sees best is the inner part of the two halves in y.
     upper, lower = found[1:3, 2, 1:3].mean(), found[1:3, 1, 1:3].mean()
-    assert upper > lower + 0.25, (upper, lower)
+    # Two thirds of the true contrast at least: some of it goes into voxels that hardly show.
+    assert upper - lower == pytest.approx(0.7, abs=0.23), (upper, lower)
+    assert (upper, lower) == pytest.approx((0.9, 0.2), abs=0.15)
     history = np.genfromtxt(folder / "history.csv", delimiter=",", names=True)
     assert history["loss"][-1] < 0.2 * history["loss"][0]
     assert "Smokealbedo_grid_meanr" in history.dtype.names

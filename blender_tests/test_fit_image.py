@@ -6,6 +6,7 @@ import made_scenes as made
 import numpy as np
 import pytest
 from command_line import command
+from made_images import decoded, encoded
 
 from selenite import native
 from selenite.fit_run import fields
@@ -51,7 +52,7 @@ def requested(**values):
 
 
 def picture(path, pixels):
-    native.image().write_png(str(path), native.image().srgb_decode(pixels), bit_depth=16)
+    native.image().write_png(str(path), decoded(pixels), bit_depth=16)
     return str(path)
 
 
@@ -90,7 +91,7 @@ def test_a_fit_finds_the_image_and_the_saved_scene_shows_it(photo, tmp_path, cap
     found, _, about = native.image().read(f"{report['folder']}/{row['files'][0]}", as_linear=False)
     assert about["bit_depth"] == 16
     assert np.abs(found - truth()).max() < 0.05
-    assert np.allclose(row["value"], native.image().srgb_decode(found).mean(axis=(0, 1)), atol=1e-4)
+    assert np.allclose(row["value"], decoded(found).mean(axis=(0, 1)), atol=1e-4)
     ours = report["cycles"]["photos"]["Camera"]["native_against_cycles"]
     assert abs(ours["relative_bias"]) < 6 * ours["relative_bias_noise"] + 0.005
     # The open file is as it was; the saved one has the image.
@@ -131,7 +132,7 @@ def test_colour_then_texture_starts_the_image_at_the_fitted_colour(photo, tmp_pa
     assert first["parameters"] == ["Body:base_color"]
     assert sorted(second["parameters"]) == [NAME, "Body:roughness"]
     colour = np.array(report["parameters"]["Body:base_color"]["value"])
-    linear = native.image().srgb_decode(truth())
+    linear = decoded(truth())
     assert (linear.min(axis=(0, 1)) < colour).all()
     assert (colour < linear.max(axis=(0, 1))).all()
     history = np.genfromtxt(f"{report['folder']}/history.csv", delimiter=",", names=True)
@@ -159,7 +160,7 @@ def test_what_no_photo_sees_is_kept_or_filled(photo, tmp_path, capsys, unseen):
     assert coverage[0, 0] == 0
     assert coverage[7, 7] > 0.2
     found = native.image().read(f"{folder}/{row['files'][0]}", as_linear=False)[0]
-    start = native.image().srgb_encode(np.full(3, 0.5, np.float32))
+    start = encoded(0.5)
     untouched = np.abs(found - start).max(axis=2) < 1e-4
     assert not untouched[6:10, 6:10].any()
     assert untouched[0, 0] == (unseen == "keep")
@@ -184,9 +185,7 @@ def image_of(material, pixels, encoded=True):
 def test_it_starts_at_the_scenes_image_a_colour_or_a_file(tmp_path):
     item = board()
     assert requested().values.shape == (256, 256, 3)
-    assert np.allclose(
-        requested(grid="8").values, native.image().srgb_encode(np.full(1, 0.5, np.float32))
-    )
+    assert np.allclose(requested(grid="8").values, encoded(0.5))
     grey = np.round(np.full((2, 3, 3), 0.25) * 255) / 255
     image_of(item.data.materials[0], grey)
     own = requested()
@@ -195,9 +194,7 @@ def test_it_starts_at_the_scenes_image_a_colour_or_a_file(tmp_path):
     assert own.files[0] == "Body_base_color.png"
     coloured = requested(start=(0.1, 0.2, 0.3))
     assert coloured.values.shape == (2, 3, 3)
-    assert np.allclose(
-        native.image().srgb_decode(coloured.values)[1, 1], (0.1, 0.2, 0.3), atol=1e-5
-    )
+    assert np.allclose(decoded(coloured.values)[1, 1], (0.1, 0.2, 0.3), atol=1e-5)
     larger = requested(grid="5")
     assert (larger.values.shape, larger.unseen) == ((5, 5, 3), "fill")
     file = requested(grid=picture(tmp_path / "truth.png", truth()))

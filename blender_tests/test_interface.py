@@ -7,6 +7,7 @@ from dataclasses import fields
 import bpy
 import made_scenes as made
 import pytest
+import undo_steps
 from drawn_panels import FakeLayout, draw
 from pressed_buttons import Pressed
 
@@ -192,16 +193,14 @@ def test_apply_is_one_undo_step(tmp_path):
     material, _ = prepare_fit(tmp_path)
     name, before = material.name, tuple(made.socket(material, "base_color").default_value)
     bpy.ops.selenite.start()
-    bpy.ops.ed.undo_push(message="before")
+    undo_steps.prepare()
     bpy.ops.selenite.apply("EXEC_DEFAULT", True)
-    if not bpy.ops.ed.undo.poll():
-        pytest.skip("this Blender keeps no undo steps without a window")
     assert tuple(made.socket(material, "base_color").default_value) != before
-    bpy.ops.ed.undo()
+    undo_steps.undo()
     material = bpy.data.materials[name]  # pointers are stale after an undo
     assert tuple(made.socket(material, "base_color").default_value) == before
     assert not bpy.context.scene.selenite.applied
-    bpy.ops.ed.redo()
+    undo_steps.redo()
     assert bpy.context.scene.selenite.applied
 
 

@@ -8,6 +8,7 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+import undo_steps
 from command_line import command
 
 from selenite import native
@@ -329,10 +330,14 @@ def test_the_button_adds_a_camera_in_one_undo_step_and_says_why(tmp_path):
 
     from selenite.interface import panels, state
 
-    _, settings = prepare_fit(tmp_path)
+    prepare_fit(tmp_path)
     assert "selenite.suggest_camera" in draw(panels.SELENITE_PT_advanced)
-    bpy.ops.ed.undo_push(message="before")
-    assert bpy.ops.selenite.suggest_camera() == {"FINISHED"}
+    undo_steps.prepare()
+    assert bpy.ops.selenite.suggest_camera("EXEC_DEFAULT", True) == {"FINISHED"}
+    undo_steps.undo()
+    assert "Next photo" not in bpy.context.scene.objects
+    undo_steps.redo()
+    settings = bpy.context.scene.selenite
     camera = bpy.context.scene.objects["Next photo"]
     assert bpy.context.view_layer.objects.active == camera
     assert camera.data != bpy.context.scene.camera.data

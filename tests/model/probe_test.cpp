@@ -68,8 +68,12 @@ struct Measured {
   }
 };
 
-/// Tables measured in Cycles; they are no part of the repository.
-std::filesystem::path probes(const char* name) {
+/// A table measured in Cycles: a few rows of each lobe are beside this file, all of them in a folder
+/// that SELENITE_SHARED_DIR may name.
+std::filesystem::path few_probes(const char* name) {
+  return std::filesystem::path(SELENITE_SOURCE_DIR) / "tests" / "model" / "probes" / name;
+}
+std::filesystem::path all_probes(const char* name) {
   const char* shared = std::getenv("SELENITE_SHARED_DIR");
   const std::filesystem::path root =
       shared ? shared : std::filesystem::path(SELENITE_SOURCE_DIR) / ".." / "shared";
@@ -110,10 +114,7 @@ std::map<std::string, Family> compare(const Measured& table, Flavour::Version ve
   return families;
 }
 
-TEST(Probes, EqualWhatCyclesRenders) {
-  const auto file = probes("principled_v2.csv");
-  if (!std::filesystem::exists(file))
-    GTEST_SKIP() << "no table of measurements at " << file << " (set SELENITE_SHARED_DIR)";
+void expect_as_cycles(const std::filesystem::path& file) {
   auto families = compare({file, Flavour::Version::kV2}, Flavour::Version::kV2);
   EXPECT_EQ(families.size(), 20u);
   for (auto& [name, family] : families) {
@@ -125,16 +126,32 @@ TEST(Probes, EqualWhatCyclesRenders) {
   }
 }
 
-TEST(Probes, EqualWhatBlender3Renders) {
-  const auto file = probes("principled_v1_ggx.csv");
-  if (!std::filesystem::exists(file))
-    GTEST_SKIP() << "no table of measurements at " << file << " (set SELENITE_SHARED_DIR)";
+void expect_as_blender3(const std::filesystem::path& file) {
   auto families = compare({file, Flavour::Version::kV1}, Flavour::Version::kV1);
   EXPECT_EQ(families.size(), 8u);
   for (auto& [name, family] : families) {
     EXPECT_LE(family.median(), 1e-6) << name;
     EXPECT_EQ(family.close[2e-5], family.rows) << name;
   }
+}
+
+TEST(Probes, OfEveryLobeEqualWhatCyclesRenders) {
+  expect_as_cycles(few_probes("principled_v2.csv"));
+  expect_as_blender3(few_probes("principled_v1_ggx.csv"));
+}
+
+TEST(Probes, EqualWhatCyclesRenders) {
+  const auto file = all_probes("principled_v2.csv");
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "no table of measurements at " << file << " (set SELENITE_SHARED_DIR)";
+  expect_as_cycles(file);
+}
+
+TEST(Probes, EqualWhatBlender3Renders) {
+  const auto file = all_probes("principled_v1_ggx.csv");
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "no table of measurements at " << file << " (set SELENITE_SHARED_DIR)";
+  expect_as_blender3(file);
 }
 
 /// A line of defaults that can be changed by the name of a column.
