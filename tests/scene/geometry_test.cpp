@@ -67,7 +67,7 @@ TEST_P(Placed, OnceOrTwiceIsHitAlike) {
     const Vec3d centre{0.3, -0.2, 0.4};
     const Ray a{Vec3f(from + centre - baked->origin()), direction, 0, kFar};
     const Ray b{Vec3f(from + centre - instanced->origin()), direction, 0, kFar};
-    const auto ha = baked->intersect(a, kDiffuseRay), hb = instanced->intersect(b, false);
+    const auto ha = baked->intersect(a, kDiffuseRay), hb = instanced->intersect(b, kDiffuseRay);
     ASSERT_EQ(ha.has_value(), hb.has_value());
     EXPECT_EQ(baked->occluded(a), ha.has_value());
     if (!ha || ha->triangle != hb->triangle) continue;  // rays through an edge
