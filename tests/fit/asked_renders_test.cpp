@@ -122,7 +122,7 @@ Seeds seeds_of_refinement(std::uint64_t seed) {
   std::vector<Photo> photos = both(scene, 12);
   check_photos(scene, photos);
   const Unknowns unknowns(scene, synthetic_unknowns());
-  const SlotLayout layout(scene, unknowns.parameters());
+  const SlotLayout layout = unknowns.layout(scene);
   const Problem problem{unknowns, layout, photos, losses()[0], 10};
   Seeds seeds;
   GivenEvaluator render([&](const Vector& at, const Photo& photo, int spp, std::uint64_t key,
