@@ -117,6 +117,7 @@ TEST(FitJob, AnErrorIsToldInTheState) {
   EXPECT_NE(job.state().error.find("no memory"), std::string::npos);
 }
 
+// What is read without its lock shows under the thread sanitizer (./dev test native --preset thread).
 TEST(FitJob, CanBeWatchedFromManyThreads) {
   FitSettings settings = synthetic_settings();
   settings.iterations = 40;
@@ -133,6 +134,9 @@ TEST(FitJob, CanBeWatchedFromManyThreads) {
         last = state.iteration;
         EXPECT_EQ(job.result().last.size(), 6);
         job.preview(0);
+        job.request_state();
+        if (const auto saved = job.take_state()) EXPECT_FALSE(saved->empty());
+        EXPECT_GE(job.seconds(), 0);
       }
       return last;
     }));
