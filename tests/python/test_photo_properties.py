@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a capture says of its photo reaches the native fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from selenite import _core
+from selenite.fit_run.captures import Capture
+
+SIZE = 8
+POWERS = {"Key": 300.0, "Fill": 120.0}
+GAIN = (1.7, 1.0, 0.6)
+
+
+def floor(**powers: float) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+    """A matte square from 3 m above, under lamps at its sides."""
+    builder = _core.SceneBuilder()
+    material = builder.add_material("Floor", {"base_color": [0.5, 0.4, 0.3], "roughness": 1.0})
+    corners = np.array([[-9, -9, 0], [9, -9, 0], [9, 9, 0], [-9, 9, 0]], np.float32)
+    triangles = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+    normals = np.tile(np.array([0, 0, 1], np.float32), (6, 1))
+    mesh = builder.add_mesh("Floor", corners, triangles, normals, np.zeros(2, np.int32))
+    builder.add_object("Floor", mesh, np.eye(4), [material])
+    for x, name in ((-2.0, "Key"), (2.0, "Fill")):
+        matrix = np.eye(4)
+        matrix[:3, 3] = (x, 0, 2)
+        power = powers.get(name, POWERS[name])
+        builder.add_point_light(name, matrix, power, np.ones(3), 0.1, True)
+    builder.set_world(np.full(3, 0.05), 1.0)
+    above = np.eye(4)
+    above[2, 3] = 3
+    builder.add_camera("Camera", above, "PERSP", 50, 36, 24, "AUTO", 0, 0, 1, 0.01, 100)
+    return builder.build()
+
+
+def capture(name: str, **lamps_off: float) -> Capture:
+    film = _core.render(floor(**lamps_off), "Camera", SIZE, SIZE, 64, threads=1, seed=9)
+    picture = np.ascontiguousarray(film.image, np.float32)
+    weight = np.ones((SIZE, SIZE), np.float32)
+    return Capture(
+        name, "Camera", "", (SIZE, SIZE), picture, weight, 1.0, lamps_off=tuple(lamps_off)
+    )
+
+
+def unknown(owner: str, parameter: str, start: list[float], low: float, high: float) -> dict:
+    return {
+        "owner": owner,
+        "parameter": parameter,
+        "start": start,
+        "minimum": low,
+        "maximum": high,
+    }
+
+
+def fitted(captures: list[Capture], unknowns: list[dict]) -> dict[str, list[float]]:
+    settings = {"iterations": 15, "spp": 16, "threads": 1, "search": "off", "refinement_spp": 64}
+    photos = [one.native() for one in captures]
+    job = _core.Fit(floor(), photos, unknowns, settings)
+    job.start()
+    job.join()
+    assert job.result()["error"] == ""
+    return job.result()["values_best"]
+
+
+# The photos have 64 pixels of 64 samples: a percent at most.
+def test_lamps_that_were_off_give_the_power_of_the_others() -> None:
+    captures = [capture("Left", Fill=0), capture("Right", Key=0)]
+    unknowns = [unknown(name, "power", [200], 1, 1000) for name in POWERS]
+    values = fitted(captures, unknowns)
+    for name, power in POWERS.items():
+        assert values[f"{name}:power"] == pytest.approx([power], rel=0.03)
+
+
+def test_a_gain_is_fitted_or_given() -> None:
+    plain, other = capture("Plain"), capture("Other")
+    other = Capture(**{**vars(other), "reference": other.reference * np.float32(GAIN)})
+    values = fitted([plain, other], [unknown("Other", "gain", [1, 1, 1], 0.1, 10)])
+    assert values["Other:gain"] == pytest.approx(GAIN, rel=0.03)
+    given = Capture(**{**vars(other), "gain": GAIN})
+    values = fitted([plain, given], [unknown("Key", "power", [200], 1, 1000)])
+    assert values["Key:power"] == pytest.approx([POWERS["Key"]], rel=0.03)
+
+
+def test_what_is_wrong_with_them_is_named() -> None:
+    photo = capture("Left").native()
+    unknowns = [unknown("Key", "power", [200], 1, 1000)]
+    with pytest.raises(KeyError, match="its lamp 'Rim', which was off, is not in the scene"):
+        _core.Fit(floor(), [photo | {"lamps_off": ["Rim"]}], unknowns, {})
+    with pytest.raises(ValueError, match="gain has 1 values; it takes 3"):
+        _core.Fit(floor(), [photo | {"gain": [2]}], unknowns, {})
+    with pytest.raises(ValueError, match=r"Left:gain = 0 lies outside \[0.001, 1000\]"):
+        _core.Fit(floor(), [photo | {"gain": [1, 0, 1]}], unknowns, {})
+    with pytest.raises(KeyError, match="'Key' is no photo, and 'gain' is a parameter of photos"):
+        _core.Fit(floor(), [photo], [unknown("Key", "gain", [1, 1, 1], 0.1, 10)], {})
