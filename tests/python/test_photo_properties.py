@@ -29,7 +29,7 @@ def floor(**powers: float) -> Any:  # noqa: ANN401 - a native Scene has no Pytho
         matrix = np.eye(4)
         matrix[:3, 3] = (x, 0, 2)
         power = powers.get(name, POWERS[name])
-        builder.add_point_light(name, matrix, power, np.ones(3), 0.1)
+        builder.add_point_light(name, matrix, power, np.ones(3), 0.1, True)
     builder.set_world(np.full(3, 0.05), 1.0)
     above = np.eye(4)
     above[2, 3] = 3
