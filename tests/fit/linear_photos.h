@@ -34,7 +34,7 @@ struct LinearPhotos {
   std::vector<Photo> photos = grey_photos(scene);
   Unknowns unknowns{scene, colour_and_voxels()};
   Fields fields{scene, colour_and_voxels()};
-  SlotLayout layout{scene, unknowns.parameters()};
+  SlotLayout layout{unknowns.layout(scene)};
   const Loss& loss = find_loss("mse");
   Problem problem{unknowns, layout, photos, loss, 60};
   Vector true_color = Eigen::Vector3d(0.42, 0.56, 0.61), true_voxels{kNumbers};
