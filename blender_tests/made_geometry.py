@@ -90,6 +90,21 @@ def points(name="Host", places=((-1.5, 0, 0), (0, 0, 0), (1.5, 0, 0)), faces=())
     return made.add(name, mesh)
 
 
+def cloud_of_points(name, beside=False):
+    """The corners of a cube as points that render; `beside`: joined with the cube."""
+    item = cube(name)
+    tree = Tree(item)
+    dots = tree.add("GeometryNodeMeshToPoints")
+    tree.link(tree.source, dots)
+    if beside:
+        joined = tree.add("GeometryNodeJoinGeometry")
+        tree.link(tree.source, joined)
+        tree.link(dots, joined)
+        dots = joined
+    tree.link(dots, tree.end)
+    return item
+
+
 def scatter(host, source):
     """Puts instances of an object or a collection on the points of `host`."""
     tree = Tree(host)

@@ -239,15 +239,7 @@ def test_points_out_of_nodes_are_refused(beside):
     """Alone, and joined with a mesh, where Blender hands them on as an instance."""
     made.camera()
     made.triangle("Floor")
-    tree = geometry.Tree(geometry.cube())
-    points = tree.add("GeometryNodeMeshToPoints")
-    tree.link(tree.source, points)
-    if beside:
-        joined = tree.add("GeometryNodeJoinGeometry")
-        tree.link(tree.source, joined)
-        tree.link(points, joined)
-        points = joined
-    tree.link(points, tree.end)
+    geometry.cloud_of_points("Body", beside)
     problems = made.read().problems
     assert [item.object for item in problems] == ["Object 'Body'"]
     assert "points" in problems[0].cause and "Instance on Points" in problems[0].cure

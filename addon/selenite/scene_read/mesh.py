@@ -17,12 +17,12 @@ from .values import MeshValues, SceneValues
 class Instance:
     """One object that Cycles would render. `object` is evaluated and valid in this step only.
 
-    `parent`: the original object that makes the instance; for any other, the object itself.
+    `instancer`: the original object that shows it, itself where nothing else does.
     """
 
     object: bpy.types.Object
     original: bpy.types.Object
-    parent: bpy.types.Object
+    instancer: bpy.types.Object
     matrix: np.ndarray
     is_instance: bool
 
@@ -37,9 +37,9 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
             not_rendered.judge_hair(evaluated, read)
         if not item.show_self or not not_rendered.is_read(evaluated, original, read):
             continue
-        parent = item.parent.original if item.is_instance else original
+        instancer = item.parent.original if item.is_instance else original
         matrix = np.array(item.matrix_world, np.float64)
-        yield Instance(evaluated, original, parent, matrix, item.is_instance)
+        yield Instance(evaluated, original, instancer, matrix, item.is_instance)
 
 
 def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ..problems import Problem, listed
+from ..problems import Problem
 from .without_words import without_words
 
 _ENGINE = "SELENITE_SCENE_READ"
@@ -102,10 +102,6 @@ def remarks(scene: bpy.types.Scene) -> Iterator[str]:
         for function in getattr(bpy.app.handlers, kind):
             name = f"{function.__module__}.{getattr(function, '__qualname__', function)}"
             yield f"{title}: '{name}' ({kind}) runs before a render, and not when it is read"
-    shown = view_layer_of(scene)
-    used = [layer.name for layer in scene.view_layers if layer.use]
-    if len(used) > 1 and not scene.render.use_single_layer:
-        yield f"{title}: of its view layers {listed(used)} only '{shown.name}' is read"
 
 
 @contextmanager

@@ -61,7 +61,7 @@ def _read(
     volumes: set[str] = set()
     for instance in mesh.rendered_instances(depsgraph, read):
         if instance.is_instance:
-            instancers.add(instance.parent)
+            instancers.add(instance.instancer)
         data = instance.original.data
         if isinstance(data, bpy.types.Light):
             if instance.original.visible_camera:
