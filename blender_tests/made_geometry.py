@@ -90,17 +90,17 @@ def points(name="Host", places=((-1.5, 0, 0), (0, 0, 0), (1.5, 0, 0)), faces=())
     return made.add(name, mesh)
 
 
-def cloud_of_points(name, beside=False):
-    """The corners of a cube as points that render; `beside`: joined with the cube."""
+def cloud_of_points(name, joined=False):
+    """The corners of a cube as points that render; `joined`: joined with the cube."""
     item = cube(name)
     tree = Tree(item)
     dots = tree.add("GeometryNodeMeshToPoints")
     tree.link(tree.source, dots)
-    if beside:
-        joined = tree.add("GeometryNodeJoinGeometry")
-        tree.link(tree.source, joined)
-        tree.link(dots, joined)
-        dots = joined
+    if joined:
+        both = tree.add("GeometryNodeJoinGeometry")
+        tree.link(tree.source, both)
+        tree.link(dots, both)
+        dots = both
     tree.link(dots, tree.end)
     return item
 
