@@ -90,6 +90,21 @@ def points(name="Host", places=((-1.5, 0, 0), (0, 0, 0), (1.5, 0, 0)), faces=())
     return made.add(name, mesh)
 
 
+def cloud_of_points(name, joined=False):
+    """The corners of a cube as points that render; `joined`: joined with the cube."""
+    item = cube(name)
+    tree = Tree(item)
+    dots = tree.add("GeometryNodeMeshToPoints")
+    tree.link(tree.source, dots)
+    if joined:
+        both = tree.add("GeometryNodeJoinGeometry")
+        tree.link(tree.source, both)
+        tree.link(dots, both)
+        dots = both
+    tree.link(dots, tree.end)
+    return item
+
+
 def scatter(host, source):
     """Puts instances of an object or a collection on the points of `host`."""
     tree = Tree(host)

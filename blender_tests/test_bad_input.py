@@ -4,6 +4,7 @@
 import math
 
 import bpy
+import made_geometry as geometry
 import made_scenes as made
 import pytest
 
@@ -123,9 +124,9 @@ def _library_material(folder):
     return [*_good_photo(folder), "--fit=Far:roughness"]
 
 
-def _empty_mesh(folder):
+def _points(folder):
     arguments = _good(folder)
-    made.add("Nothing", bpy.data.meshes.new("Nothing"))
+    geometry.cloud_of_points("Dots")
     return arguments
 
 
@@ -185,7 +186,7 @@ CASES = {
     "linked socket": (_linked_socket, "Material 'Body': input 'Roughness' is linked to node"),
     "driven socket": (_driven_socket, "Parameter 'Body:roughness': driven; remove the driver"),
     "library material": (_library_material, "Parameter 'Far:roughness': linked from library"),
-    "empty mesh": (_empty_mesh, "Object 'Nothing': its mesh has no faces"),
+    "points": (_points, "Object 'Dots': it renders as a cloud of points"),
     "nothing to render": (_nothing_to_render, "Scene 'Scene': nothing with faces"),
     "value out of range": (_value_out_of_range, "input 'IOR': -5 lies outside"),
     "value not a number": (_value_not_a_number, "input 'Roughness': nan is not a finite number"),
@@ -238,11 +239,11 @@ def test_fit_refuses(case, tmp_path, monkeypatch, capsys):
 
 def test_all_problems_are_told_at_once(tmp_path, capsys):
     arguments = _no_photo(tmp_path)
-    made.add("Nothing", bpy.data.meshes.new("Nothing"))
+    geometry.cloud_of_points("Dots")
     scene = made.save(tmp_path / "scene.blend")
     assert main(["fit", scene, *arguments, "--fit=Body:gloss", "--iterations=0"]) == 2
     text = capsys.readouterr().err
-    for words in ("'Nothing'", "'gloss'", "there is no photo", "'iterations'"):
+    for words in ("'Dots'", "'gloss'", "there is no photo", "'iterations'"):
         assert words in text
 
 

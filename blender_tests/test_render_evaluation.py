@@ -6,7 +6,6 @@ import math
 import bpy
 import made_geometry as geometry
 import made_scenes as made
-import mathutils
 import numpy as np
 import pytest
 
@@ -204,11 +203,13 @@ def test_instances_of_nodes_render_whatever_hides_their_source(hidden):
     assert len(there) == (4 if hidden in ("", "object") else 3)
 
 
-@pytest.mark.parametrize("kind", ["instances of a collection", "nodes"])
-def test_objects_of_a_collection_that_renders_hide(kind):
-    """An instancer leaves out what renders hide; so do nodes that read a collection."""
+@pytest.mark.parametrize(("kind", "count"), [("instances of a collection", 2), ("nodes", 4)])
+def test_objects_of_a_collection_that_renders_hide(kind, count):
+    """An instancer leaves out what renders hide; so do nodes that read a collection: the object
+    itself, and one instance or three."""
     made.camera()
     group = bpy.data.collections.new("Group")
+    bpy.context.scene.collection.children.link(group)
     for name in ("Seen", "Hidden"):
         item = made.triangle(name)
         bpy.context.scene.collection.objects.unlink(item)
@@ -219,8 +220,7 @@ def test_objects_of_a_collection_that_renders_hide(kind):
     else:
         holder = made.add("Holder", None)
         holder.instance_type, holder.instance_collection = "COLLECTION", group
-    values = made.read()
-    assert set(names(values)) == {"Seen"} or kind == "nodes"
+    assert names(made.read()) == ["Seen"] * count
 
 
 def test_a_mesh_without_faces_hosts_instances_or_renders_as_nothing():
@@ -234,20 +234,12 @@ def test_a_mesh_without_faces_hosts_instances_or_renders_as_nothing():
     assert len(about) == 1 and "'Nothing'" in about[0]
 
 
-@pytest.mark.parametrize("beside", [False, True])
-def test_points_out_of_nodes_are_refused(beside):
+@pytest.mark.parametrize("joined", [False, True])
+def test_points_out_of_nodes_are_refused(joined):
     """Alone, and joined with a mesh, where Blender hands them on as an instance."""
     made.camera()
     made.triangle("Floor")
-    tree = geometry.Tree(geometry.cube())
-    points = tree.add("GeometryNodeMeshToPoints")
-    tree.link(tree.source, points)
-    if beside:
-        joined = tree.add("GeometryNodeJoinGeometry")
-        tree.link(tree.source, joined)
-        tree.link(points, joined)
-        points = joined
-    tree.link(points, tree.end)
+    geometry.cloud_of_points("Body", joined)
     problems = made.read().problems
     assert [item.object for item in problems] == ["Object 'Body'"]
     assert "points" in problems[0].cause and "Instance on Points" in problems[0].cure
@@ -291,205 +283,6 @@ def test_hair_is_refused_and_emitters_of_objects_are_not():
     assert "hair" in problems[0].cause
     item.modifiers[0].show_render = False
     assert not made.read().problems
-
-
-HIDDEN_CAMERAS = (*geometry.VIEWPORT_ONLY, "excluded", "collection render")
-
-
-@pytest.mark.parametrize("rig", ["alone", "parent", "parent hidden", "constraint", "driver"])
-@pytest.mark.parametrize("how", HIDDEN_CAMERAS)
-def test_cameras_that_the_view_layer_does_not_evaluate(how, rig):
-    made.camera("Shown")
-    made.triangle()
-    camera = made.camera("Photo", distance=3)
-    camera.location, camera.rotation_euler = (1, 2, 3), (0.3, 0.2, 0.1)
-    expected = mathutils.Matrix.LocRotScale(camera.location, camera.rotation_euler, None)
-    lens = 50.0
-    if rig.startswith("parent"):
-        parent = made.add("Rig", None)
-        parent.location, parent.rotation_euler = (0, 0, 5), (0, 0, math.pi / 2)
-        camera.parent = parent
-        expected = mathutils.Matrix.LocRotScale((0, 0, 5), mathutils.Euler((0, 0, math.pi / 2)), None) @ expected
-        if rig == "parent hidden":
-            geometry.hide(parent, "excluded")
-    elif rig == "constraint":
-        target = made.add("Target", None)
-        target.location = (7, 8, 9)
-        camera.constraints.new("COPY_LOCATION").target = target
-        expected.translation = (7, 8, 9)
-    elif rig == "driver":
-        camera.driver_add("location", 0).driver.expression = "4 + 5"
-        camera.data.driver_add("lens").driver.expression = "2 * 15"
-        expected.translation.x, lens = 9, 30.0
-    geometry.hide(camera, how)
-    values = made.read()
-    found = next(item for item in values.cameras if item.name == "Photo")
-    np.testing.assert_allclose(found.matrix, np.array(expected), atol=1e-6)
-    assert found.lens_mm == pytest.approx(lens)
-
-
-def test_a_camera_hidden_from_renders_and_bound_to_markers_is_read():
-    scene = bpy.context.scene
-    made.triangle()
-    for number in range(3):
-        item = made.camera(f"Photo{number}", distance=2.0 + number)
-        item.hide_render = number == 1
-        scene.timeline_markers.new(f"M{number}", frame=10 * number).camera = item
-    scene.frame_set(12)
-    values = made.read()
-    assert {item.name: item.matrix[2, 3] for item in values.cameras} == pytest.approx(
-        {"Photo0": 2, "Photo1": 3, "Photo2": 4}
-    )
-    assert [(item.name, item.frame, item.camera.name) for item in scene.timeline_markers] == [
-        ("M0", 0, "Photo0"), ("M1", 10, "Photo1"), ("M2", 20, "Photo2")
-    ]  # fmt: skip
-
-
-def test_a_driver_that_reads_the_resolution_sees_that_of_the_scene():
-    made.camera()
-    scene = bpy.context.scene
-    scene.render.resolution_x = 400
-    item = made.triangle()
-    driver = item.driver_add("location", 0).driver
-    variable = driver.variables.new()
-    variable.name, variable.targets[0].id_type = "width", "SCENE"
-    variable.targets[0].id = scene
-    variable.targets[0].data_path = "render.resolution_x"
-    driver.expression = "width / 100"
-    geometry.hide(item, "object")
-    assert made.read().objects[0].matrix[0, 3] == pytest.approx(4)
-
-
-def test_nodes_that_depend_on_the_camera_are_named():
-    if not hasattr(bpy.types, "GeometryNodeInputActiveCamera"):
-        pytest.skip("this Blender has no node for the active camera")
-    made.camera("One")
-    tree = geometry.Tree(geometry.cube())
-    info = tree.add("GeometryNodeObjectInfo")
-    tree.link(tree.add("GeometryNodeInputActiveCamera"), info)
-    tree.link(tree.source, tree.end)
-    assert not [text for text in made.read().warnings if "camera" in text]
-    made.camera("Two")
-    about = [text for text in made.read().warnings if "camera" in text]
-    assert len(about) == 1 and "'Body'" in about[0] and "'Nodes'" in about[0]
-
-
-def state():
-    scene = bpy.context.scene
-    render = scene.render
-    settings = {
-        item.identifier: getattr(render, item.identifier)
-        for item in render.bl_rna.properties
-        if item.type in {"BOOLEAN", "INT", "FLOAT", "ENUM", "STRING"} and not item.is_readonly
-        and not getattr(item, "is_array", False)
-    }
-    blocks = sorted((type(item).__name__, item.name) for item in bpy.data.user_map())
-    return settings, blocks, scene.camera, scene.frame_current, list(scene.timeline_markers)
-
-
-@pytest.mark.parametrize("camera", [True, False])
-@pytest.mark.parametrize("rigid", [True, False])
-def test_reading_leaves_nothing_behind(camera, rigid):
-    made.triangle()
-    if camera:
-        made.camera()
-    if rigid:
-        geometry.cube("Falling")
-        bpy.ops.rigidbody.object_add()
-    bpy.context.scene.render.use_border = True
-    bpy.context.view_layer.update()
-    before = state()
-    made.read()
-    assert state() == before
-    with pytest.raises(TypeError, match="SELENITE_SCENE_READ"):
-        bpy.context.scene.render.engine = "SELENITE_SCENE_READ"  # it is in no menu any more
-
-
-def test_the_last_picture_stays(tmp_path):
-    made.studio()
-    scene = bpy.context.scene
-    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 1, False
-    bpy.ops.render.render()
-    made.read()
-    path = tmp_path / "kept.png"
-    bpy.data.images["Render Result"].save_render(str(path))
-    kept = bpy.data.images.load(str(path))
-    assert tuple(kept.size) == (32, 24)
-    assert max(kept.pixels[:3]) > 0.1
-
-
-def test_handlers_of_the_user_do_not_run_and_are_named():
-    made.triangle()
-    made.camera()
-    called = []
-
-    def switch(*_):
-        called.append(1)
-
-    lists = [
-        getattr(bpy.app.handlers, name)
-        for name in ("render_init", "render_pre", "render_post", "render_complete",
-                     "render_stats", "frame_change_pre", "frame_change_post")
-    ]  # fmt: skip
-    for item in lists:
-        item.append(switch)
-    try:
-        warnings = made.read().warnings
-        assert not called
-        assert all(item[-1] is switch for item in lists)
-        named = [text for text in warnings if "switch" in text]
-        assert len(named) == 2 and "render_init" in named[0] and "render_pre" in named[1]
-    finally:
-        for item in lists:
-            item.remove(switch)
-    assert not [text for text in made.read().warnings if "runs before a render" in text]
-
-
-def test_what_fails_while_the_graph_lives_is_raised(monkeypatch):
-    made.camera()
-    from selenite.scene_read import world
-
-    def fail(_world):
-        raise ArithmeticError("in the midst")
-
-    monkeypatch.setattr(world, "read_world", fail)
-    before = len(bpy.data.scenes)
-    with pytest.raises(ArithmeticError, match="in the midst"):
-        made.read()
-    assert len(bpy.data.scenes) == before
-
-
-def test_equal_names_of_two_libraries_stay_apart(tmp_path):
-    """Objects, meshes, materials and cameras that two files call the same."""
-    for number in (1, 2):
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-        material = made.material("Paint", roughness=0.2 * number)
-        item = made.triangle("Body", material)
-        item.location = (number, 0, 0)
-        item.hide_render = number == 2
-        other = made.triangle("Extra", material)
-        other.location = (0, number, 0)
-        made.camera("Photo", distance=4.0 + number)
-        made.save(tmp_path / f"library{number}.blend")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    made.camera("Photo", distance=9)
-    for number in (1, 2):
-        path = str(tmp_path / f"library{number}.blend")
-        with bpy.data.libraries.load(path, link=True) as (there, here):
-            here.objects = list(there.objects)
-        for item in here.objects:
-            bpy.context.scene.collection.objects.link(item)
-    values = made.read()
-    assert not values.problems
-    places = sorted((item.name, *item.matrix[:2, 3].round(6)) for item in values.objects)
-    assert places == [("Body", 1, 0), ("Extra", 0, 1), ("Extra", 0, 2)]
-    used = {tuple(item.matrix[:2, 3].round(6)): item.materials[0] for item in values.objects}
-    roughness = {place: values.owners[name].values["roughness"][0] for place, name in used.items()}
-    assert roughness == pytest.approx({(1, 0): 0.2, (0, 1): 0.2, (0, 2): 0.4})
-    cameras = {item.name: item.matrix[2, 3] for item in values.cameras}
-    assert cameras.pop("Photo") == pytest.approx(9)
-    assert sorted(cameras.values()) == pytest.approx([5, 6])
-    assert all("library" in name for name in cameras)
 
 
 def lit(item=None):
@@ -537,8 +330,8 @@ PICTURES = {
 
 @pytest.mark.parametrize("case", PICTURES)
 def test_cycles_renders_the_same(case, tmp_path, native):
-    """RMSE beyond noise and bias are below 1 % and 0.5 % of the mean; what is read as shown
-    differs by 5 % at least (a cube for a ball 9 %, no cube 30 %)."""
+    """Bias and RMSE beyond noise, relative to the mean. What the viewport shows is far off: an RMSE
+    of 49 % at its level of subdivision, 90 % without the cube, 76 % without the instances."""
     from selenite.scene_read.build import build
 
     PICTURES[case]()

@@ -80,8 +80,8 @@ def cloud(path, density=1.5, **inputs):
     return item, node
 
 
-def cloud_of_nodes(beside, **inputs):
-    """A Volume Cube of geometry nodes on a mesh, of the same material as `cloud`; `beside`: joined
+def cloud_of_nodes(joined, **inputs):
+    """A Volume Cube of geometry nodes on a mesh, of the same material as `cloud`; `joined`: joined
     with the mesh, a floor."""
     host = made.triangle("Cloud", made.material("Floor"))
     host.location = (0, 0, -2)
@@ -97,11 +97,11 @@ def cloud_of_nodes(beside, **inputs):
     painted = tree.add("GeometryNodeSetMaterial")
     painted.inputs["Material"].default_value = material
     tree.link(fog, painted)
-    if beside:
-        joined = tree.add("GeometryNodeJoinGeometry")
-        tree.link(tree.source, joined)
-        tree.link(painted, joined)
-        painted = joined
+    if joined:
+        both = tree.add("GeometryNodeJoinGeometry")
+        tree.link(tree.source, both)
+        tree.link(painted, both)
+        painted = both
     tree.link(painted, tree.end)
     return host, node
 
@@ -140,7 +140,7 @@ def test_grids_are_read_where_they_lie(vdb, tmp_path):
         "scaled",
         "scaled, world space",
         "nodes",
-        "nodes, beside a mesh",
+        "nodes, joined with a mesh",
     ],
 )
 def test_cycles_renders_the_same(vdb, tmp_path, case):
@@ -150,7 +150,7 @@ def test_cycles_renders_the_same(vdb, tmp_path, case):
     path = write(vdb, tmp_path / "a.vdb", density=ball(), albedo=colours())
     color = (0.9, 0.9, 0.9, 1.0) if colour else (0.8, 0.6, 0.3, 1.0)
     if case.startswith("nodes"):
-        item, node = cloud_of_nodes("beside" in case, Color=color)
+        item, node = cloud_of_nodes("joined" in case, Color=color)
     else:
         item, node = cloud(path, Color=color)
     if colour:
@@ -197,7 +197,7 @@ def test_what_cannot_be_rendered_is_named(vdb, tmp_path):
 def test_grids_of_modifiers_are_read_and_not_written(tmp_path):
     """A Volume Cube of 12 voxels a side with density 1 everywhere, padded by one of background."""
     made.camera()
-    host, _ = cloud_of_nodes(beside=True)
+    host, _ = cloud_of_nodes(joined=True)
     values = made.read()
     assert not values.problems
     assert sorted(item.name for item in values.objects) == ["Cloud", "Cloud"]
