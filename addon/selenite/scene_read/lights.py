@@ -15,6 +15,10 @@ from . import hosts, nodes
 from .values import LightValues, Owner
 
 _EMISSION = ("Color", "Strength")
+#: Why Cycles shows something else than a lamp's light where its axes are not at right angles.
+_SHEARED = {"AREA": "Cycles samples its light as if its sides were at right angles"}
+if not hosts.is_version_3():
+    _SHEARED["SPOT"] = "the light tree of Cycles leaves out a part of its cone"
 #: Cosine between axes from which they count as sheared: some 0.06 degrees, far above rounding.
 _SHEAR = 1e-3
 
@@ -42,11 +46,8 @@ def read_light(
     if np.linalg.det(matrix[:3, :3]) == 0 or not np.isfinite(matrix).all():
         cure = "give it and its parents a scale other than 0"
         problems.append(Problem(title, "its scale flattens it to nothing", cure))
-    elif light.type == "AREA" and _is_sheared(matrix):
-        cause = (
-            "its parent shears it, and Cycles samples its light as if its sides were at right "
-            "angles"
-        )
+    elif light.type in _SHEARED and _is_sheared(matrix):
+        cause = f"its parent shears it, and {_SHEARED[light.type]}"
         cure = "give its parents an even scale (Object > Apply > Scale), or clear its parent"
         problems.append(Problem(title, cause, cure))
     owner = Owner(name, "light", light.name, library, {}, {})

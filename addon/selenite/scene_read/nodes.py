@@ -170,15 +170,17 @@ def grey_of(source: Source) -> str | None:
     """What becomes of a colour that varies on its way: "" nothing, "luminance" or "mean" in all
     channels; None if it is cut to whole numbers or is no number.
 
-    A number for which Cycles takes a colour at the last socket only is left to the parameter.
+    The luminance that only the last socket takes is left to the parameter, which takes it itself.
     """
     before, *kinds = source.kinds
     grey = ""
-    for kind in kinds:
+    for left, kind in zip(reversed(range(len(kinds))), kinds, strict=True):
         if kind in {"", "int"} or before in {"", "int"}:
             return None
-        if kind == "float" and before != "float" and not grey:
-            grey = "luminance" if before == "color" else "mean"
+        if kind == "float" and before == "vector" and not grey:
+            grey = "mean"
+        if kind == "float" and before == "color" and not grey and left:
+            grey = "luminance"
         before = kind
     return grey
 
