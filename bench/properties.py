@@ -5,6 +5,7 @@ A scene with every kind of datablock is rendered with each settable property of 
 on radiance" at another value, and compared bit by bit with the render before. Rows that change the
 noise only are compared by their means. With `--class`, the same for another class: what changes
 nothing there may be classed too severely. Status 1 if a property without effect changes a picture.
+In Debian's Blender: blender -b --factory-startup --python bench/properties.py -- [OPTIONS].
 """
 
 import argparse
@@ -73,10 +74,13 @@ def candidates(effect):
     for index, place in enumerate(places(made.scope())):
         for struct in chain_of(place.block.bl_rna):
             table = TABLES.get(struct.identifier)
+            inherited = struct.base.properties.keys() if struct.base else ()
             for name, row in table.by_name.items() if table else ():
                 key = f"{struct.identifier}.{name}"
                 item = place.block.bl_rna.properties.get(name)
                 if row.effect is not effect or item is None or item.is_readonly:
+                    continue
+                if name in inherited:  # a version has moved it to the base type
                     continue
                 if key in seen or key in LEFT_ALONE:
                     continue
@@ -125,6 +129,8 @@ class Comparison:
                 setattr(self._block(trial), trial.name, old)
         for trial in trials:
             trial.shift, trial.share = shift, share
+        said = f"{trials[0].key} ({len(trials)}): {'another' if share else 'the same'} picture"
+        print(said, file=sys.stderr, flush=True)
         return share > 0
 
     def _block(self, trial):
@@ -180,7 +186,8 @@ def main():
     parser.add_argument("--size", type=int, default=16, help="pixels of a side")
     parser.add_argument("--samples", type=int, default=2)
     parser.add_argument("--many", type=int, default=64, help="samples, where noise changes")
-    options = parser.parse_args()
+    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    options = parser.parse_args(arguments)
     trials, found = tried(names[options.effect], options)
     harmless = options.effect == "no"
     for trial in found if harmless else [trial for trial in trials if trial not in found]:

@@ -48,8 +48,13 @@ CYCLES_MATERIAL = table(
         acts=lambda cycles, scope: scope.has_volume_objects and cycles.volume_step_rate > 1,
     ),
     refused_by_reader("displacement_method"),
-    # Bump is refused; the others choose how light is sampled.
-    no_effect("use_bump_map_correction"),
+    # It keeps the mirror direction of smooth coarse meshes above their faces, without bump too.
+    warned(
+        "use_bump_map_correction",
+        True,
+        "Bump Map Correction is off, with which Cycles bends the normals of reflections otherwise",
+        "switch on Settings > Surface > Bump Map Correction of the material",
+    ),
     noise_only("sample_as_light emission_sampling volume_sampling"),
 )
 

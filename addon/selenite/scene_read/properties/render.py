@@ -177,7 +177,13 @@ CYCLES = table(
         "direct_light_sampling_type",
         "MULTIPLE_IMPORTANCE_SAMPLING",
         "Direct Light Sampling is {value}, with which Cycles does not find all light",
-        "set it to Multiple Importance Sampling (Light Paths or Debug panel)",
+        "set it to Multiple Importance Sampling",
+    ),
+    warned(
+        "shading_system",
+        False,
+        "Open Shading Language is on, with which Cycles evaluates nodes and textures otherwise",
+        "switch it off",
     ),
     warned(
         "texture_limit_render",
@@ -245,7 +251,6 @@ CYCLES = table(
     no_effect("dicing_rate max_subdivisions dicing_camera offscreen_dicing_scale"),
     no_effect("use_camera_cull camera_cull_margin use_distance_cull distance_cull_margin"),
     no_effect("motion_blur_position rolling_shutter_type rolling_shutter_duration"),
-    no_effect("shading_system"),
 )
 
 # A file of another unit scale renders the same; lengths in millimetres are reported with it.
