@@ -12,8 +12,9 @@ from contextlib import contextmanager, suppress
 
 def say(text: str) -> None:
     """One line on stderr. Where nobody reads it any more, or its disk is full, the work goes on."""
+    shown = text.encode(errors="backslashreplace").decode()  # names of files that are not UTF-8
     with suppress(OSError, AttributeError):  # closed: None
-        sys.stderr.write(text + "\n")
+        sys.stderr.write(shown + "\n")
         sys.stderr.flush()
 
 

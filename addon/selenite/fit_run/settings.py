@@ -67,7 +67,7 @@ class FitSettings:
         return asdict(self)
 
     @staticmethod
-    def from_json(data: dict[str, Any]) -> FitSettings:
+    def from_json(data: object) -> FitSettings:
         """The inverse of `as_json`; keys left out take their default. Raises BadInput."""
         if not isinstance(data, dict):
             cure = "write an object, as run.json has it"

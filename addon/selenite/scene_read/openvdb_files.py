@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -67,7 +69,8 @@ def read(path: str, wanted: dict[str, int]) -> dict[str, VdbGrid]:
     Raises VdbError."""
     vdb = _module()
     try:
-        grids, _ = vdb.readAll(path)
+        with _in_utf8(path) as name:
+            grids, _ = vdb.readAll(name)
     except Exception as error:  # the module raises types of its own
         cure = "give a whole OpenVDB file"
         raise VdbError(f"its file '{path}' cannot be read ({error})", cure) from error
@@ -79,12 +82,28 @@ def write(path: str, grids: Sequence[VdbGrid], source: str = "") -> None:
     Raises VdbError."""
     vdb = _module()
     try:
-        others, metadata = vdb.readAll(source) if source else ([], {})
+        others, metadata = [], {}
+        if source:
+            with _in_utf8(source) as name:
+                others, metadata = vdb.readAll(name)
         names = {grid.name for grid in grids}
         kept = [grid for grid in others if grid.name not in names]
-        vdb.write(path, [*kept, *(_made(vdb, grid) for grid in grids)], metadata)
+        with _in_utf8(path) as name:
+            vdb.write(name, [*kept, *(_made(vdb, grid) for grid in grids)], metadata)
     except Exception as error:
         raise VdbError(f"'{path}' cannot be written ({error})", "give another folder") from error
+
+
+@contextmanager
+def _in_utf8(path: str) -> Iterator[str]:
+    """`path` for the module, which takes UTF-8 alone: another file's through a link to it."""
+    if path == path.encode(errors="ignore").decode():
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="selenite-") as folder:
+        link = Path(folder) / "grids.vdb"
+        link.symlink_to(path)  # which need not exist yet
+        yield str(link)
 
 
 def _module() -> ModuleType:
