@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "image/clipping.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <map>
@@ -13,7 +14,7 @@ constexpr std::int64_t kFewest = 16;      // pixels that share the maximum
 constexpr double kPile = 8;               // times as many as share a value below
 constexpr std::size_t kValuesBelow = 32;  // that are compared with
 constexpr double kSlopeShare = 0.5;       // of the ends of areas that fall away as a slope
-constexpr double kEdgeShare = 0.1;        // of them in an even area, which has edges
+constexpr double kEdgeShare = 0.25;       // of them in an even area, which has edges
 constexpr int kEnds = 8;                  // needed to judge
 constexpr int kReach = 4;                 // pixels that an end is judged by
 /// A slope falls evenly: of what is lost over four pixels, the last two steps lose this share. At an
@@ -21,6 +22,9 @@ constexpr int kReach = 4;                 // pixels that an end is judged by
 constexpr double kSteadyShare = 0.3;
 /// A cut top would have risen by as many steps of the stored numbers; rounding alone makes one or two.
 constexpr double kOvershoot = 8;
+/// Noise on a cut slope leaves gaps between pixels at the top, which are less deep than this share
+/// of it; a thin object in front of an even area makes deeper ones.
+constexpr double kShallowGap = 0.15;
 
 /// One channel of a picture.
 template <class T>
@@ -83,6 +87,14 @@ void judge(double top, int length, const std::array<double, kReach>& values, dou
   if (is_steady && overshoot >= kOvershoot * step) ++ends.slopes;
 }
 
+/// A gap between two areas on one line, down to `lowest`.
+void judge_gap(double top, double lowest, double step, Ends& ends) {
+  const double depth = top - lowest;
+  if (!(depth >= kOvershoot * step && depth <= kShallowGap * top)) return;
+  ++ends.all;
+  ++ends.slopes;
+}
+
 /// `value(i)` along a line of `count` pixels.
 template <class Value>
 void judge_line(const Value& value, int count, double top, double step, Ends& ends) {
@@ -95,6 +107,14 @@ void judge_line(const Value& value, int count, double top, double step, Ends& en
     if (begin >= kReach) {
       for (int k = 0; k < kReach; ++k) outside[static_cast<std::size_t>(k)] = value(begin - 1 - k);
       judge(top, length, outside, step, ends);
+    }
+    double lowest = top;
+    for (int k = 1; k <= kReach && i + k < count; ++k) {
+      if (value(i + k) == top) {
+        judge_gap(top, lowest, step, ends);
+        break;
+      }
+      lowest = std::min(lowest, value(i + k));
     }
     if (i + kReach < count) {
       for (int k = 0; k < kReach; ++k) outside[static_cast<std::size_t>(k)] = value(i + 1 + k);

@@ -27,7 +27,7 @@ struct ClippingLevel {
 /// 2. at a maximum of exactly 1.0 in floats, except in areas with hard edges;
 /// 3. at any other maximum in which values pile up: at least 16 pixels share it, 8 times as many as
 ///    share one of the 32 largest values below it, and where areas of such pixels end, half of the
-///    values fall away as a slope that was cut off, not as an edge.
+///    ends fall away as a slope that was cut off, or as noise on one, not as an edge.
 ///
 /// A smooth function that has its maximum in the picture is flat around it, and an evenly lit area
 /// has edges; a clipped one has neither.

@@ -12,6 +12,7 @@ inline constexpr std::int64_t kLargestPicture = 100'000'000;
 /// before a decoder asks for memory. A photo of 100 megapixels with 16 bits takes 600 million.
 inline constexpr std::int64_t kMostPixels = 200'000'000;
 inline constexpr std::int64_t kMostBytes = 640'000'000;
+inline constexpr std::int64_t kLongestSide = 100'000;
 /// Bytes of a picture that is read whole, as floats, and while it is unpacked.
 inline constexpr std::int64_t kMostBytesAsFloats = 900'000'000;
 

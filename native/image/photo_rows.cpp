@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 
 namespace selenite {
 namespace {
@@ -107,14 +109,15 @@ void PhotoRows::convert(int y, float* rgb, float* alpha, PixelUse* use) const {
 
 std::vector<std::string> PhotoRows::counted(const PixelCounts& counts) const {
   std::vector<std::string> warnings;
-  const auto add = [&](std::int64_t count, const std::string& what) {
+  const auto add = [&](PixelUse use, const std::string& what) {
+    const std::int64_t count = counts[use];
     if (count > 0)
-      warnings.push_back(std::to_string(count) + (count == 1 ? " pixel " : " pixels ") + what);
+      warnings.push_back(std::to_string(count) + " of its pixels " + (count == 1 ? "is " : "are ") +
+                         what + " and left out");
   };
-  add(counts[PixelUse::kNotFinite], "not finite (NaN or infinite), left out");
-  add(counts[PixelUse::kNegative], "below 0, left out");
-  add(counts[PixelUse::kOutsideGamut],
-      "of colours outside Rec. 709, which no render holds, left out");
+  add(PixelUse::kNotFinite, "not finite (NaN or infinite)");
+  add(PixelUse::kNegative, "below 0");
+  add(PixelUse::kOutsideGamut, "outside the colours of Rec. 709, in which Cycles renders,");
   constexpr double kWorthSaying = 0.001;
   const double share = static_cast<double>(counts[PixelUse::kClipped]) /
                        std::max<double>(1, static_cast<double>(counts.all()));

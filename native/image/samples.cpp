@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "image/samples.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string_view>
 
 #include "image/file_error.h"
 #include "image/limits.h"
@@ -14,6 +16,7 @@
 namespace selenite {
 namespace {
 
+constexpr std::string_view kXyze = "32-bit_rle_xyze", kRgbe = "32-bit_rle_rgbe";
 constexpr const char* kAgain = "; copy or export it again";
 
 /// Radiance stores scanlines along either axis, in either direction.
@@ -62,7 +65,9 @@ void divide_by_alpha(const Samples& samples, std::vector<T>& values) {
 }  // namespace
 
 struct Decoder::Input {
-  std::unique_ptr<OIIO::ImageInput> file;
+  std::string bytes;  // of the file, where it is not read from disk
+  std::unique_ptr<OIIO::Filesystem::IOMemReader> memory;
+  std::unique_ptr<OIIO::ImageInput> file;  // closed before what it reads from
   OIIO::ImageSpec spec;
 };
 
@@ -78,6 +83,7 @@ Decoder::Decoder(const std::string& path, Contents& contents)
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // of TIFF and PNG: values as they are
   OIIO::ImageSpec& spec = input_->spec;
+  if (contents.format == FileFormat::kHdr && contents.radiance.format == kXyze) open_as_rgbe();
   if (!input_->file->open(path, spec, config) ||
       (contents.part > 0 && !input_->file->seek_subimage(contents.part, 0, spec)))
     refuse(path, "cannot be read: " + input_->file->geterror() + kAgain);
@@ -107,6 +113,18 @@ Decoder::Decoder(const std::string& path, Contents& contents)
   check_size(path, spec.width, spec.height, stored * (form_.grey ? 1 : 3));
   if (const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile"))
     form_.icc_profile.assign(static_cast<const char*>(profile->data()), profile->datasize());
+}
+
+/// OpenImageIO unpacks RGBE only; XYZE is packed alike, and its header names it by as many letters.
+void Decoder::open_as_rgbe() {
+  const FileView view(path_);
+  input_->bytes = view.bytes(0, view.size());
+  const std::size_t at = input_->bytes.find(kXyze);
+  if (at != std::string::npos) input_->bytes.replace(at, kRgbe.size(), kRgbe);
+  input_->memory = std::make_unique<OIIO::Filesystem::IOMemReader>(input_->bytes.data(),
+                                                                   input_->bytes.size());
+  if (!input_->file->set_ioproxy(input_->memory.get()))
+    refuse(path_, "is in XYZ (XYZE), which this OpenImageIO cannot read; save it as RGBE");
 }
 
 void Decoder::choose_channels(const Contents& contents) {

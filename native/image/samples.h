@@ -17,7 +17,7 @@ struct Samples {
   using Values =
       std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>>;
 
-  Values values;  ///< (height, width, channels)
+  Values values{};  ///< (height, width, channels)
   int width = 0, height = 0, channels = 0;
   std::array<int, 3> color{};  ///< channels of red, green, blue; a grey picture repeats its one
   int alpha = -1;
@@ -47,6 +47,7 @@ class Decoder {
   Samples read();
 
  private:
+  void open_as_rgbe();
   void choose_channels(const Contents& contents);
   template <class T>
   void fill(Samples& samples);

@@ -119,7 +119,8 @@ ColorEncoding from_code_points(const std::string& path, const std::array<int, 4>
   }
   ColorEncoding result{.name = name};
   result.curves.fill(*curve);
-  convert_primaries(result, *primaries, primaries->white, name);
+  convert_primaries(result, *primaries, primaries->white,
+                    "primaries " + std::to_string(code[0]));
   return result;
 }
 

@@ -38,7 +38,7 @@ JpegSegments jpeg_segments(const FileView& view) {
       found.progressive = marker != 0xc0 && marker != 0xc1;
     }
     if (marker == kApp1) {
-      if (data.bytes(0, kExif.size()) == kExif)
+      if (!found.exif && data.bytes(0, kExif.size()) == kExif)
         found.exif = data.part(kExif.size(), data.size());
       else if (data.bytes(0, kXmp.size()) == kXmp)
         found.has_gain_map |= data.bytes(0, data.size()).find("hdrgm:") != std::string::npos;
