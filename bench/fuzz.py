@@ -45,8 +45,12 @@ def built(with_core: bool) -> list[Path]:
 
 
 def environment() -> dict[str, str]:
-    """Of a child: Python is no sanitized program, so the library comes first."""
-    library = subprocess.check_output(["g++", "-print-file-name=libasan.so"], text=True).strip()
+    """Of a child: Python is no sanitized program, so the library comes first. It looks for what it
+    replaces when it is loaded: C++ exceptions have to be there by then."""
+    libraries = [
+        subprocess.check_output(["g++", f"-print-file-name={name}"], text=True).strip()
+        for name in ("libasan.so", "libstdc++.so.6")
+    ]
     options = {
         "detect_leaks": 0,  # Python's own
         "hard_rss_limit_mb": MOST_MEGABYTES,
@@ -55,7 +59,7 @@ def environment() -> dict[str, str]:
         "abort_on_error": 0,
     }
     return os.environ | {
-        "LD_PRELOAD": library,
+        "LD_PRELOAD": " ".join(libraries),
         "ASAN_OPTIONS": ":".join(f"{key}={value}" for key, value in options.items()),
         "UBSAN_OPTIONS": "print_stacktrace=1:halt_on_error=1",
         "OPENBLAS_NUM_THREADS": "1",
@@ -119,8 +123,14 @@ def child(tally: Tally, modules: list[Path], until: float) -> None:
         kept = tally.folder / f"crash_{case}"
         shutil.copytree(tally.folder / "case", kept, dirs_exist_ok=True)
         shutil.copy2(log, kept / "log.txt")
-        words = log.read_text(errors="replace").strip().splitlines()
-        print(f"{tally.kind}: case {case} crashed: {words[-1] if words else ''}", flush=True)
+        print(f"{tally.kind}: case {case} crashed: {_cause(log)}", flush=True)
+
+
+def _cause(log: Path) -> str:
+    """The line of a sanitizer's report that says what happened, or the last."""
+    lines = log.read_text(errors="replace").strip().splitlines() or ["nothing was printed"]
+    found = [line for line in lines if "ERROR:" in line or "runtime error:" in line]
+    return (found or lines[-1:])[0]
 
 
 def main() -> int:

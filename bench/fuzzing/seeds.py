@@ -93,7 +93,9 @@ def _packed(row: np.ndarray) -> bytes:
 
 def _png16() -> bytes:
     def chunk(name: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        return (
+            struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        )
 
     rows = np.rint(_gradient(3) * 65535).astype(">u2")
     return (

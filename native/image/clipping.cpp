@@ -53,8 +53,7 @@ class LargestValues {
   /// Mean number of pixels that share a value below the maximum; 0 if there is no other value.
   double below() const {
     std::int64_t sum = 0;
-    for (auto item = counts_.begin(); item != std::prev(counts_.end()); ++item)
-      sum += item->second;
+    for (auto item = counts_.begin(); item != std::prev(counts_.end()); ++item) sum += item->second;
     return counts_.size() > 1 ? static_cast<double>(sum) / static_cast<double>(counts_.size() - 1)
                               : 0;
   }

@@ -35,8 +35,9 @@ void examine_jpeg(const std::string& path, const FileView& view, Contents& conte
     check_size(path, jpeg.width, jpeg.height, bytes);
   }
   if (jpeg.has_gain_map)
-    contents.warnings.emplace_back("it is tone mapped for screens (it has a gain map, which is not "
-                                   "applied); bright parts are darker than they were");
+    contents.warnings.emplace_back(
+        "it is tone mapped for screens (it has a gain map, which is not "
+        "applied); bright parts are darker than they were");
   else if (jpeg.has_more_pictures)
     contents.warnings.emplace_back("it holds several pictures; the first is read");
   if (jpeg.exif) {

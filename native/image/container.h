@@ -21,10 +21,10 @@ struct Contents {
   RadianceHeader radiance{};  ///< Radiance
   ExrPart exr{};              ///< OpenEXR: the part that is read
   TiffDirectory page{};       ///< TIFF: the first
-  int part = 0;             ///< of the file, as OpenImageIO counts
+  int part = 0;               ///< of the file, as OpenImageIO counts
   std::optional<TiffDirectory> exif{};
   std::string interoperability{};  ///< Exif: "R98", "R03"
-  int orientation = 1;           ///< Exif: 1 = upright
+  int orientation = 1;             ///< Exif: 1 = upright
   bool cmyk = false;
   /// Stored channels of a TIFF, once CMYK has become RGB, and which of them is alpha
   int colors = 0;

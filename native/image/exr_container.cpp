@@ -44,8 +44,8 @@ void check_windows(const std::string& path, const ExrPart& part) {
   if (part.type.starts_with("deep")) refuse(path, "is a deep picture; save it flat");
   constexpr std::size_t kMostChannels = 1024;
   if (part.channels.size() > kMostChannels)
-    refuse(path, "has " + std::to_string(part.channels.size()) +
-                     " channels; save R, G, B (and A) only");
+    refuse(path,
+           "has " + std::to_string(part.channels.size()) + " channels; save R, G, B (and A) only");
 }
 
 std::size_t choose_part(const std::string& path, const std::vector<ExrPart>& parts) {
@@ -84,8 +84,9 @@ void check_channels(const std::string& path, const ExrPart& part, Contents& cont
     const bool is_read = is_color || channel.name == "A";
     if (!is_read) unread.push_back(channel.name);
     if (is_read && (channel.x_sampling != 1 || channel.y_sampling != 1))
-      refuse(path, "stores channel " + channel.name + " with fewer pixels than the picture has; "
-                   "save it as plain RGB");
+      refuse(path, "stores channel " + channel.name +
+                       " with fewer pixels than the picture has; "
+                       "save it as plain RGB");
     constexpr int kWholeNumbers = 0;
     if (is_color && channel.type == kWholeNumbers)
       refuse(path, "stores whole numbers; save it as half or float");
@@ -117,10 +118,9 @@ void examine_exr(const std::string& path, const FileView& view, Contents& conten
     refuse(path, "stores no pixel of its frame of " + size_text(frame.width(), frame.height()) +
                      "; save the whole frame");
   if (data.x0 > frame.x0 || data.y0 > frame.y0 || data.x1 < frame.x1 || data.y1 < frame.y1)
-    contents.warnings.push_back("it stores " + size_text(data.width(), data.height()) +
-                                " pixels of a frame of " +
-                                size_text(frame.width(), frame.height()) +
-                                "; the rest is left out");
+    contents.warnings.push_back(
+        "it stores " + size_text(data.width(), data.height()) + " pixels of a frame of " +
+        size_text(frame.width(), frame.height()) + "; the rest is left out");
 }
 
 }  // namespace selenite

@@ -40,10 +40,14 @@ constexpr const char* kRaw =
     "or an EXR";
 constexpr const char* kHeif = "is a HEIF or AVIF picture; convert it to a 16-bit TIFF or PNG";
 constexpr std::array kRefused{
-    Refused{"II*\0"sv, "CR"sv, kRaw},       Refused{"MM\0*"sv, "CR"sv, kRaw},
-    Refused{"IIRO"sv, ""sv, kRaw},          Refused{"IIRS"sv, ""sv, kRaw},
-    Refused{"MMOR"sv, ""sv, kRaw},          Refused{"IIU\0"sv, ""sv, kRaw},
-    Refused{"FUJIFILMCCD-RAW"sv, ""sv, kRaw}, Refused{"FOVb"sv, ""sv, kRaw},
+    Refused{"II*\0"sv, "CR"sv, kRaw},
+    Refused{"MM\0*"sv, "CR"sv, kRaw},
+    Refused{"IIRO"sv, ""sv, kRaw},
+    Refused{"IIRS"sv, ""sv, kRaw},
+    Refused{"MMOR"sv, ""sv, kRaw},
+    Refused{"IIU\0"sv, ""sv, kRaw},
+    Refused{"FUJIFILMCCD-RAW"sv, ""sv, kRaw},
+    Refused{"FOVb"sv, ""sv, kRaw},
     Refused{"\0MRM"sv, ""sv, kRaw},
 };
 constexpr std::string_view kIsoMedia = "ftyp";  // behind the size of the first box

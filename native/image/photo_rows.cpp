@@ -25,8 +25,7 @@ PhotoRows::PhotoRows(const std::string& path, bool as_linear) : as_linear_(as_li
   const int top = info_.bit_depth == 8 ? 255 : 65535;
   for (std::size_t c = 0; c < 3; ++c) {
     tables_[c].reserve(static_cast<std::size_t>(top) + 1);
-    for (int i = 0; i <= top; ++i)
-      tables_[c].push_back(decode(c, static_cast<double>(i) / top));
+    for (int i = 0; i <= top; ++i) tables_[c].push_back(decode(c, static_cast<double>(i) / top));
   }
 }
 
@@ -124,13 +123,13 @@ std::vector<std::string> PhotoRows::counted(const PixelCounts& counts) const {
   if (share > kWorthSaying) {
     std::array<char, 32> percent{};
     std::snprintf(percent.data(), percent.size(), "%.1f%%", 100 * share);
-    warnings.push_back(std::string(percent.data()) +
-                       " of its pixels are clipped and do not count");
+    warnings.push_back(std::string(percent.data()) + " of its pixels are clipped and do not count");
   }
   if (std::any_of(clipping_.begin(), clipping_.end(),
                   [](const ClippingLevel& level) { return level.is_even_white; }))
-    warnings.emplace_back("its largest value is 1.0, in even areas with hard edges; they count: "
-                          "mask them if they are overexposed");
+    warnings.emplace_back(
+        "its largest value is 1.0, in even areas with hard edges; they count: "
+        "mask them if they are overexposed");
   return warnings;
 }
 

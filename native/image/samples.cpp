@@ -121,8 +121,8 @@ void Decoder::open_as_rgbe() {
   input_->bytes = view.bytes(0, view.size());
   const std::size_t at = input_->bytes.find(kXyze);
   if (at != std::string::npos) input_->bytes.replace(at, kRgbe.size(), kRgbe);
-  input_->memory = std::make_unique<OIIO::Filesystem::IOMemReader>(input_->bytes.data(),
-                                                                   input_->bytes.size());
+  input_->memory =
+      std::make_unique<OIIO::Filesystem::IOMemReader>(input_->bytes.data(), input_->bytes.size());
   if (!input_->file->set_ioproxy(input_->memory.get()))
     refuse(path_, "is in XYZ (XYZE), which this OpenImageIO cannot read; save it as RGBE");
 }
@@ -131,9 +131,8 @@ void Decoder::choose_channels(const Contents& contents) {
   const OIIO::ImageSpec& spec = input_->spec;
   const auto index_of = [&](const std::string& name) {
     const auto found = std::find(spec.channelnames.begin(), spec.channelnames.end(), name);
-    return found == spec.channelnames.end()
-               ? -1
-               : static_cast<int>(found - spec.channelnames.begin());
+    return found == spec.channelnames.end() ? -1
+                                            : static_cast<int>(found - spec.channelnames.begin());
   };
   if (contents.format == FileFormat::kExr) {
     color_ = {index_of("R"), index_of("G"), index_of("B")};
@@ -145,15 +144,15 @@ void Decoder::choose_channels(const Contents& contents) {
     }
     return;
   }
-  const int alpha = contents.format == FileFormat::kTiff ? contents.alpha.value_or(-1)
-                                                         : spec.alpha_channel;
-  const int colors = contents.format == FileFormat::kTiff
-                         ? contents.colors
-                         : spec.nchannels - (alpha >= 0 ? 1 : 0);
+  const int alpha =
+      contents.format == FileFormat::kTiff ? contents.alpha.value_or(-1) : spec.alpha_channel;
+  const int colors = contents.format == FileFormat::kTiff ? contents.colors
+                                                          : spec.nchannels - (alpha >= 0 ? 1 : 0);
   const int needed = std::max(colors, alpha + 1);
   if ((colors != 1 && colors < 3) || spec.nchannels < needed)
-    refuse(path_, "has " + std::to_string(spec.nchannels) +
-                      " channels, which are neither grey nor R, G, B; save it as plain RGB or RGBA");
+    refuse(path_,
+           "has " + std::to_string(spec.nchannels) +
+               " channels, which are neither grey nor R, G, B; save it as plain RGB or RGBA");
   color_ = colors == 1 ? std::array<int, 3>{0, 0, 0} : std::array<int, 3>{0, 1, 2};
   alpha_ = alpha;
 }

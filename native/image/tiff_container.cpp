@@ -72,11 +72,10 @@ void check_pages(const std::string& path, const std::vector<TiffDirectory>& page
       if (area(page) > area(first))
         refuse(path, "holds a picture of " + size_of(page) + " pixels behind the first one of " +
                          size_of(first) + "; save the photo alone");
-  const auto further =
-      std::count_if(pages.begin() + 1, pages.end(), [](const TiffDirectory& page) {
-        const auto type = page.integer(tiff_tag::kNewSubfileType).value_or(0);
-        return !is_reduced(page) && (type & kMaskBit) == 0;
-      });
+  const auto further = std::count_if(pages.begin() + 1, pages.end(), [](const TiffDirectory& page) {
+    const auto type = page.integer(tiff_tag::kNewSubfileType).value_or(0);
+    return !is_reduced(page) && (type & kMaskBit) == 0;
+  });
   if (further > 0)
     contents.warnings.push_back("it holds " + std::to_string(further + 1) +
                                 " pages; the first is read");
@@ -111,8 +110,9 @@ void read_extra_samples(const std::string& path, std::uint64_t samples, int colo
                         Contents& contents) {
   constexpr std::uint64_t kAssociated = 1, kUnassociated = 2;
   if (samples < static_cast<std::uint64_t>(colors))
-    refuse(path, "has " + std::to_string(samples) + " samples per pixel, fewer than its colours "
-                 "need; export it again");
+    refuse(path, "has " + std::to_string(samples) +
+                     " samples per pixel, fewer than its colours "
+                     "need; export it again");
   std::string unnamed;
   for (std::uint64_t i = static_cast<std::uint64_t>(colors); i < samples; ++i) {
     const auto kind = contents.page

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <cstdint>
 
-#include "image/area_spans.h"
 #include "image/file_error.h"
 #include "image/limits.h"
 #include "image/photo_rows.h"
+#include "image/resize.h"
 #include "math/error.h"
 
 namespace selenite {

@@ -10,9 +10,9 @@ namespace selenite {
 
 /// A photo at the size of a fit.
 struct WorkingPhoto {
-  PictureInfo info, mask_info;    ///< of the files, with warnings of their pixels
-  std::vector<float> reference;   ///< (height, width, 3) linear Rec. 709
-  std::vector<float> weight;      ///< (height, width) in [0, 1]: alpha times mask
+  PictureInfo info, mask_info;      ///< of the files, with warnings of their pixels
+  std::vector<float> reference;     ///< (height, width, 3) linear Rec. 709
+  std::vector<float> weight;        ///< (height, width) in [0, 1]: alpha times mask
   PixelCounts counts, mask_counts;  ///< of the pixels of the files
 };
 

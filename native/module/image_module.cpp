@@ -19,12 +19,22 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
+/// Text that may hold bytes of a file: what is no UTF-8 is replaced.
+py::object text_of(const std::string& text) {
+  PyObject* decoded =
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace");
+  if (decoded == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::object>(decoded);
+}
+
 py::dict info_dict(const PictureInfo& info) {
+  py::list warnings;
+  for (const std::string& text : info.warnings) warnings.append(text_of(text));
   return py::dict("width"_a = info.width, "height"_a = info.height, "channels"_a = info.channels,
                   "format"_a = format_name(info.format), "bit_depth"_a = info.bit_depth,
                   "float"_a = info.is_float, "orientation"_a = info.orientation,
-                  "grey"_a = info.grey, "cmyk"_a = info.cmyk, "color"_a = info.color,
-                  "warnings"_a = info.warnings);
+                  "grey"_a = info.grey, "cmyk"_a = info.cmyk, "color"_a = text_of(info.color),
+                  "warnings"_a = warnings);
 }
 
 py::dict counts_dict(const PixelCounts& counts) {
@@ -147,7 +157,7 @@ PYBIND11_MODULE(_image, m) {
     try {
       if (pointer) std::rethrow_exception(pointer);
     } catch (const FileError& error) {
-      PyErr_SetString(PyExc_OSError, error.what());
+      PyErr_SetObject(PyExc_OSError, text_of(error.what()).ptr());
     }
   });
 

@@ -28,8 +28,9 @@ class Scene {
       const double a = uniform(-6, 6), b = uniform(-6, 6), phase = uniform(0, 6.3),
                    height = uniform(0.3, 1);
       for (int i = 0; i < kSize * kSize; ++i)
-        picture[i] += height * std::cos(2 * std::numbers::pi *
-                                            (a * (i % kSize) + b * (i / kSize)) / kSize + phase);
+        picture[i] +=
+            height *
+            std::cos(2 * std::numbers::pi * (a * (i % kSize) + b * (i / kSize)) / kSize + phase);
     }
     return scaled(picture, 1, *std::min_element(picture.begin(), picture.end()));
   }
@@ -172,10 +173,10 @@ TEST(Clipping, TheTopOfIntegersIsClippedWhateverItLooksLike) {
     return clipping_levels(samples)[0].from;
   };
   EXPECT_EQ(level({65535}), 65534);
-  EXPECT_EQ(level({65532, 400, 1004}), 65532);         // multiples of 4
-  EXPECT_EQ(level({65520, 1600, 16}), 65520);          // of 16
-  EXPECT_EQ(level({65280, 512}), 65280);               // of 256
-  EXPECT_FALSE(std::isfinite(level({65532, 401})));    // not multiples of 4
+  EXPECT_EQ(level({65532, 400, 1004}), 65532);       // multiples of 4
+  EXPECT_EQ(level({65520, 1600, 16}), 65520);        // of 16
+  EXPECT_EQ(level({65280, 512}), 65280);             // of 256
+  EXPECT_FALSE(std::isfinite(level({65532, 401})));  // not multiples of 4
   EXPECT_FALSE(std::isfinite(level({65000, 401})));
   EXPECT_EQ(level(std::vector<std::uint16_t>(16, 16383)), 16383);
   EXPECT_FALSE(std::isfinite(level(std::vector<std::uint16_t>(15, 16383))));
@@ -200,9 +201,9 @@ TEST(Clipping, ChannelsHaveLevelsOfTheirOwn) {
   Samples samples{.width = kSize, .height = kSize, .channels = 3, .color = {0, 1, 2}};
   std::vector<float> values;
   for (const double value : scene.highlights())
-    values.insert(values.end(), {static_cast<float>(std::min(0.5, value)),
-                                 static_cast<float>(0.8 * value),
-                                 static_cast<float>(std::min(0.375, value))});
+    values.insert(values.end(),
+                  {static_cast<float>(std::min(0.5, value)), static_cast<float>(0.8 * value),
+                   static_cast<float>(std::min(0.375, value))});
   samples.values = values;
   const auto levels = clipping_levels(samples);
   EXPECT_FLOAT_EQ(levels[0].from, 0.5f);

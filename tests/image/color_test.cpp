@@ -50,12 +50,17 @@ Color each(const Color& v, Curve curve) {
   return {curve(v[0]), curve(v[1]), curve(v[2])};
 }
 
-double to_srgb(double x) { return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055; }
+double to_srgb(double x) {
+  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+}
 
 std::vector<IccTag> matrix_profile(const Rows& colorants, const std::string& curve) {
-  return {{"rXYZ", icc_xyz(colorants[0])}, {"gXYZ", icc_xyz(colorants[1])},
-          {"bXYZ", icc_xyz(colorants[2])}, {"rTRC", curve},
-          {"gTRC", curve},                 {"bTRC", curve}};
+  return {{"rXYZ", icc_xyz(colorants[0])},
+          {"gXYZ", icc_xyz(colorants[1])},
+          {"bXYZ", icc_xyz(colorants[2])},
+          {"rTRC", curve},
+          {"gTRC", curve},
+          {"bTRC", curve}};
 }
 
 std::string profile_chunk(const std::string& profile) {
@@ -107,13 +112,12 @@ bool holds(const std::string& text, const std::string& part) {
 // ---- ICC
 
 TEST_F(PhotoColor, ProfilesOfMatrixAndCurveAreConverted) {
-  expect(with_profile("adobe.png",
-                      each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 256. / 563); }),
-                      icc_bytes("RGB ", "XYZ ", matrix_profile(kAdobeColorants,
-                                                               icc_gamma(563. / 256)))));
-  expect(with_profile("p3.png", each(times(kToP3, kTruth), to_srgb),
-                      icc_bytes("RGB ", "XYZ ",
-                                matrix_profile(kP3Colorants, icc_parametric_srgb()), 4)));
+  expect(with_profile(
+      "adobe.png", each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 256. / 563); }),
+      icc_bytes("RGB ", "XYZ ", matrix_profile(kAdobeColorants, icc_gamma(563. / 256)))));
+  expect(with_profile(
+      "p3.png", each(times(kToP3, kTruth), to_srgb),
+      icc_bytes("RGB ", "XYZ ", matrix_profile(kP3Colorants, icc_parametric_srgb()), 4)));
   expect(with_profile("linear.png", kTruth,
                       icc_bytes("RGB ", "XYZ ", matrix_profile(kSrgbColorants, icc_gamma(1)))));
   std::vector<double> table;
@@ -132,7 +136,8 @@ TEST_F(PhotoColor, WhiteStaysWhiteInEveryProfile) {
 TEST_F(PhotoColor, AGreyProfileGivesItsCurve) {
   OIIO::ImageSpec spec(kSize, kSize, 1, OIIO::TypeDesc::UINT16);
   const std::string profile = icc_bytes("GRAY", "XYZ ", {{"kTRC", icc_gamma(1.8)}});
-  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
+  spec.attribute("ICCProfile",
+                 OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
                  profile.data());
   const auto out = OIIO::ImageOutput::create("grey.tif");
   ASSERT_TRUE(out->open(path("grey.tif"), spec));
@@ -149,7 +154,8 @@ TEST_F(PhotoColor, OtherProfilesAreRefusedByName) {
   };
   std::vector<IccTag> lut = matrix_profile(kSrgbColorants, icc_gamma(1));
   lut.push_back({"A2B0", std::string("mft2\0\0\0\0", 8) + std::string(64, '\0')});
-  EXPECT_TRUE(holds(with(icc_bytes("RGB ", "XYZ ", lut)), "'Test profile', which maps colours by a table"));
+  EXPECT_TRUE(
+      holds(with(icc_bytes("RGB ", "XYZ ", lut)), "'Test profile', which maps colours by a table"));
   EXPECT_TRUE(holds(with(icc_bytes("RGB ", "Lab ", matrix_profile(kSrgbColorants, icc_gamma(1)))),
                     "connects by Lab"));
   std::vector<IccTag> bare = matrix_profile(kSrgbColorants, icc_gamma(1));
@@ -164,7 +170,8 @@ TEST_F(PhotoColor, AFloatTiffWithAProfileFollowsItsCurve) {
   OIIO::ImageSpec spec(kSize, kSize, 3, OIIO::TypeDesc::FLOAT);
   const std::string profile =
       icc_bytes("RGB ", "XYZ ", matrix_profile(kSrgbColorants, icc_parametric_srgb()), 4);
-  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
+  spec.attribute("ICCProfile",
+                 OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())),
                  profile.data());
   std::vector<float> pixels;
   for (int i = 0; i < kSize * kSize; ++i)
@@ -182,8 +189,8 @@ TEST_F(PhotoColor, ChunksOfPngHaveTheirOrder) {
   const Color srgb = each(kTruth, to_srgb);
   const std::string gamma1 = png_chunk("gAMA", hundred_thousandths({1}));
   const std::string srgb_chunk = png_chunk("sRGB", std::string(1, '\0'));
-  const std::string linear = profile_chunk(
-      icc_bytes("RGB ", "XYZ ", matrix_profile(kSrgbColorants, icc_gamma(1))));
+  const std::string linear =
+      profile_chunk(icc_bytes("RGB ", "XYZ ", matrix_profile(kSrgbColorants, icc_gamma(1))));
   const std::string code_2020 = png_chunk("cICP", std::string("\x09\x08\x00\x01", 4));
   expect(png("plain.png", srgb));
   expect(png("srgb.png", srgb, srgb_chunk));
@@ -199,7 +206,8 @@ TEST_F(PhotoColor, ChunksOfPngHaveTheirOrder) {
 TEST_F(PhotoColor, PrimariesOfPngAreConverted) {
   const std::string adobe =
       hundred_thousandths({0.3127, 0.3290, 0.64, 0.33, 0.21, 0.71, 0.15, 0.06});
-  expect(png("adobe.png", each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 1 / 2.2); }),
+  expect(png("adobe.png",
+             each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 1 / 2.2); }),
              png_chunk("gAMA", hundred_thousandths({1 / 2.2})) + png_chunk("cHRM", adobe)));
   // What programs write for sRGB that do not write the chunk sRGB
   const std::string rec709 =
@@ -211,14 +219,20 @@ TEST_F(PhotoColor, PrimariesOfPngAreConverted) {
 }
 
 TEST_F(PhotoColor, VideoCurvesAreRefusedByName) {
-  EXPECT_TRUE(holds(refusal(png("pq.png", kTruth, png_chunk("cICP", std::string("\x09\x10\x00\x01", 4)))), "(PQ)"));
-  EXPECT_TRUE(holds(refusal(png("hlg.png", kTruth, png_chunk("cICP", std::string("\x09\x12\x00\x01", 4)))), "(HLG)"));
-  EXPECT_NE(refusal(png("narrow.png", kTruth, png_chunk("cICP", std::string("\x01\x0d\x00\x00", 4)))), "");
+  EXPECT_TRUE(
+      holds(refusal(png("pq.png", kTruth, png_chunk("cICP", std::string("\x09\x10\x00\x01", 4)))),
+            "(PQ)"));
+  EXPECT_TRUE(
+      holds(refusal(png("hlg.png", kTruth, png_chunk("cICP", std::string("\x09\x12\x00\x01", 4)))),
+            "(HLG)"));
+  EXPECT_NE(
+      refusal(png("narrow.png", kTruth, png_chunk("cICP", std::string("\x01\x0d\x00\x00", 4)))),
+      "");
 }
 
 TEST_F(PhotoColor, ColoursOutsideRec709AreLeftOutAndCounted) {
-  const Photo photo = read_photo(png("green.png", {0.05, 0.9, 0.05},
-                                     png_chunk("cICP", std::string("\x09\x08\x00\x01", 4))));
+  const Photo photo = read_photo(
+      png("green.png", {0.05, 0.9, 0.05}, png_chunk("cICP", std::string("\x09\x08\x00\x01", 4))));
   EXPECT_EQ(photo.counts[PixelUse::kOutsideGamut], kSize * kSize);
   ASSERT_EQ(photo.info.warnings.size(), 1u);
   EXPECT_TRUE(holds(photo.info.warnings[0], "outside the colours of Rec. 709"));
@@ -251,12 +265,13 @@ TEST_F(PhotoColor, ExifSaysAdobeRgb) {
     for (int i = 0; i < 256; ++i)
       for (const double x : encoded) pixels.push_back(static_cast<std::uint8_t>(x * 255 + 0.5));
     const auto out = OIIO::ImageOutput::create(name);
-    EXPECT_TRUE(out->open(path(name), spec) && out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+    EXPECT_TRUE(out->open(path(name), spec) &&
+                out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
     out->close();
     const std::string data = std::string("Exif\0\0", 6) + block;
     const std::string bytes = read_bytes(name);
-    return write_bytes(name, bytes.substr(0, 2) + "\xff\xe1" + number(data.size() + 2, 2, true) + data +
-                                 bytes.substr(2));
+    return write_bytes(name, bytes.substr(0, 2) + "\xff\xe1" + number(data.size() + 2, 2, true) +
+                                 data + bytes.substr(2));
   };
   const Color adobe =
       each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 256. / 563); });
@@ -275,12 +290,14 @@ TEST_F(PhotoColor, ChromaticitiesOfExrAreConverted) {
   const auto exr = [&](const char* name, const Color& value, std::vector<float> chromaticities) {
     OIIO::ImageSpec spec(kSize, kSize, 3, OIIO::TypeDesc::FLOAT);
     if (!chromaticities.empty())
-      spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), chromaticities.data());
+      spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8),
+                     chromaticities.data());
     std::vector<float> pixels;
     for (int i = 0; i < kSize * kSize; ++i)
       for (const double x : value) pixels.push_back(static_cast<float>(x));
     const auto out = OIIO::ImageOutput::create(name);
-    EXPECT_TRUE(out->open(path(name), spec) && out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
+    EXPECT_TRUE(out->open(path(name), spec) &&
+                out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
     out->close();
     return path(name);
   };
@@ -329,13 +346,13 @@ TEST_F(PhotoColor, RadianceScanlinesMayRunInEightDirections) {
         const std::string x_axis = std::string(left ? "-" : "+") + "X 3";
         const std::string y_axis = std::string(up ? "+" : "-") + "Y 2";
         const std::string order = columns ? x_axis + " " + y_axis : y_axis + " " + x_axis;
-        const Photo photo = read_photo(write_bytes(
-            "a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + order + "\n" + pixels));
+        const Photo photo = read_photo(
+            write_bytes("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n" + order + "\n" + pixels));
         ASSERT_EQ(photo.info.width, 3) << order;
         for (int y = 0; y < 2; ++y)
           for (int x = 0; x < 3; ++x)
-            EXPECT_NEAR(photo.pixels[static_cast<std::size_t>(3 * (3 * y + x))],
-                        value(x, y) / 256., 3e-3)
+            EXPECT_NEAR(photo.pixels[static_cast<std::size_t>(3 * (3 * y + x))], value(x, y) / 256.,
+                        3e-3)
                 << order << " at " << x << ", " << y;
       }
 }

@@ -55,13 +55,14 @@ TEST_F(Container, CameraRawFilesAreRefusedByName) {
   EXPECT_TRUE(holds(refusal(tiff({linear})), "camera raw file"));
   EXPECT_TRUE(holds(refusal(write_bytes("a.cr3", std::string("\0\0\0\x18", 4) + "ftypcrx    ")),
                     "camera raw file"));
-  EXPECT_TRUE(holds(refusal(write_bytes("a.heic", std::string("\0\0\0\x18", 4) + "ftypheic    ")),
-                    "HEIF"));
+  EXPECT_TRUE(
+      holds(refusal(write_bytes("a.heic", std::string("\0\0\0\x18", 4) + "ftypheic    ")), "HEIF"));
 }
 
 TEST_F(Container, AThumbnailInFrontOfThePhotoIsRefused) {
   EXPECT_TRUE(holds(refusal(tiff({page(2, {{254, 4, {1}}}), page()})), "reduced copy of 2 x 2"));
-  EXPECT_TRUE(holds(refusal(tiff({page(2), page()})), "8 x 8 pixels behind the first one of 2 x 2"));
+  EXPECT_TRUE(
+      holds(refusal(tiff({page(2), page()})), "8 x 8 pixels behind the first one of 2 x 2"));
 }
 
 TEST_F(Container, FurtherPagesAreNamed) {
@@ -139,7 +140,8 @@ class ExrContainer : public Container {
   std::string parts(const std::vector<Part>& wanted) {
     std::vector<OIIO::ImageSpec> specs;
     for (const Part& part : wanted) {
-      OIIO::ImageSpec spec(kSize, kSize, static_cast<int>(part.channels.size()), OIIO::TypeDesc::FLOAT);
+      OIIO::ImageSpec spec(kSize, kSize, static_cast<int>(part.channels.size()),
+                           OIIO::TypeDesc::FLOAT);
       spec.channelnames = part.channels;
       spec.attribute("name", part.name);
       specs.push_back(spec);
@@ -150,7 +152,8 @@ class ExrContainer : public Container {
       if (i > 0) {
         EXPECT_TRUE(out->open(path("a.exr"), specs[i], OIIO::ImageOutput::AppendSubimage));
       }
-      std::vector<float> pixels(wanted[i].channels.size() * kPixels, 0.25f * static_cast<float>(i + 1));
+      std::vector<float> pixels(wanted[i].channels.size() * kPixels,
+                                0.25f * static_cast<float>(i + 1));
       EXPECT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, pixels.data()));
     }
     out->close();
@@ -225,8 +228,9 @@ TEST_F(Container, HugeHeadersAreRefusedBeforeMemoryIsAskedFor) {
   bytes.replace(at, 16, number(0, 8, false) + number(49'999'999, 4, false) + number(7, 4, false));
   EXPECT_TRUE(holds(refusal(write_bytes("wide.exr", bytes)), "50000000 x 8"));
   EXPECT_TRUE(holds(refusal(tiff({{tiff_tags(60000, 60000, 3, 16, 2), "abc"}})), "60000 x 60000"));
-  EXPECT_TRUE(holds(refusal(write_bytes("a.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
-                                                 "-Y 60000 +X 60000\nabc")),
+  EXPECT_TRUE(holds(refusal(write_bytes("a.hdr",
+                                        "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+                                        "-Y 60000 +X 60000\nabc")),
                     "60000 x 60000"));
   const std::string progressive = std::string("\xff\xd8\xff\xc2\0\x11\x08\xff\xff\xff\xff\3", 12) +
                                   std::string("\1\x11\0\2\x11\0\3\x11\0", 9) + "\xff\xda";

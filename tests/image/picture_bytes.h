@@ -154,8 +154,8 @@ inline std::string png_bytes(int width, int height, const std::array<double, 3>&
 
 /// Numbers of 16 bits after the point.
 inline std::string fixed(double value) {
-  return number(static_cast<std::uint32_t>(static_cast<std::int32_t>(value * 65536 +
-                                                                     (value < 0 ? -0.5 : 0.5))),
+  return number(static_cast<std::uint32_t>(
+                    static_cast<std::int32_t>(value * 65536 + (value < 0 ? -0.5 : 0.5))),
                 4, true);
 }
 

@@ -252,8 +252,9 @@ TEST_F(ReadPhoto, OtherFormatsOfTheLibraryAreNotOpened) {
 }
 
 std::string png_header(std::uint32_t width, std::uint32_t height, char bits, char color) {
-  return std::string("\x89PNG\r\n\x1a\n") + png_chunk("IHDR", number(width, 4, true) + number(height, 4, true) +
-                                                              bits + color + std::string(3, '\0'));
+  return std::string("\x89PNG\r\n\x1a\n") +
+         png_chunk("IHDR", number(width, 4, true) + number(height, 4, true) + bits + color +
+                               std::string(3, '\0'));
 }
 
 TEST_F(ReadPhoto, AHugeHeaderIsRefusedBeforeMemoryIsAskedFor) {
@@ -262,8 +263,8 @@ TEST_F(ReadPhoto, AHugeHeaderIsRefusedBeforeMemoryIsAskedFor) {
       "huge.png", png_header(60000, 60000, 8, 2) + png_chunk("IDAT", std::string(20, '\0')));
   EXPECT_TRUE(holds(refusal(file), "60000 x 60000"));
   EXPECT_NE(message_of<FileError>([&] { probe_photo(file); }), "");
-  const std::string huger = write_bytes(
-      "huger.png", png_header(2000000000, 2000000000, 8, 2) + png_chunk("IDAT", std::string(20, '\0')));
+  const std::string huger = write_bytes("huger.png", png_header(2000000000, 2000000000, 8, 2) +
+                                                         png_chunk("IDAT", std::string(20, '\0')));
   EXPECT_NE(refusal(huger), "");
 }
 

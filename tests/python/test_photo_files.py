@@ -51,7 +51,9 @@ def write_png(path: Path, codes: np.ndarray, *chunks: tuple[bytes, bytes]) -> Pa
     """codes: (h, w, 3) or (h, w) of 8 or 16 bits."""
 
     def chunk(name: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        return (
+            struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        )
 
     height, width = codes.shape[:2]
     bits, kind = 8 * codes.dtype.itemsize, 2 if codes.ndim == 3 else 0
@@ -205,7 +207,9 @@ def test_colours_are_converted_as_the_file_says(tmp_path: Path) -> None:
     assert np.allclose(capture.reference, truth, atol=1e-3)
 
 
-def test_a_size_that_memory_could_not_hold_is_refused_before_it_is_asked_for(tmp_path: Path) -> None:
+def test_a_size_that_memory_could_not_hold_is_refused_before_it_is_asked_for(
+    tmp_path: Path,
+) -> None:
     path = write_png(tmp_path / "a.png", np.full((HEIGHT, WIDTH, 3), 99, np.uint8))
     data = bytearray(path.read_bytes())
     data[16:24] = struct.pack(">II", 99999, 99999)
@@ -214,5 +218,3 @@ def test_a_size_that_memory_could_not_hold_is_refused_before_it_is_asked_for(tmp
     _, problems, _ = read(path, size=(99999, 99999))
     assert "it says it has 99999 x 99999 pixels" in problems[0].cause
     assert "200 megapixels" in problems[0].cure
-
-

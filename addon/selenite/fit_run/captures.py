@@ -35,8 +35,8 @@ _UNUSED = {
 class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
-    that of the reference is only near it, for its width is a whole number. id: see CaptureRequest. warnings: what the
-    reader says of photo and mask.
+    that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
+    warnings: what the reader says of photo and mask.
     """
 
     id: str

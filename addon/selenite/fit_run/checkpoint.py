@@ -12,7 +12,11 @@ import io
 import json
 import math
 import shutil
+import struct
 import time
+import tokenize
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -40,6 +44,13 @@ _PART = ", part "
 _SCALARS = (
     "iterations", "best_iteration", "best_validation", "best_validation_standard_error", "samples",
     "seconds", "cpu_seconds", "dropped", "stopped_because", "optimiser",
+)  # fmt: skip
+
+#: How a file of the folder fails to be understood: JSON, and NumPy's archive of arrays.
+_BROKEN = (
+    OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, OverflowError,
+    RecursionError, MemoryError, NotImplementedError, SyntaxError, struct.error,
+    tokenize.TokenError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 
 Parts = Sequence[Mapping[str, Any]]  # native results, one for each stage that has begun
@@ -152,7 +163,7 @@ def load(folder: Path) -> Unfinished:
                     index, which, name = key.split("|", 2)
                     parts[int(index)][which][name] = grids[key]
         saved = _optimiser(folder, state.get("optimiser"), len(parts))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except _BROKEN as error:
         cause = f"its state cannot be read ({error})"
         raise BadInput(Problem(title, cause, "start the run anew with its run.json")) from error
     return Unfinished(request, parts, saved)

@@ -36,8 +36,8 @@ void convert_primaries(ColorEncoding& encoding, const Primaries& primaries,
   encoding.name += ", " + name;
   if (!nearly_equal(neutral, kD65))
     encoding.warnings.push_back(
-        "its white is at x " + short_number(neutral.x) + ", y " + short_number(neutral.y) +
-        " (" + name + "); colours are adapted to the white of Rec. 709, so that its grey stays grey");
+        "its white is at x " + short_number(neutral.x) + ", y " + short_number(neutral.y) + " (" +
+        name + "); colours are adapted to the white of Rec. 709, so that its grey stays grey");
 }
 
 // ---- ICC
@@ -47,8 +47,8 @@ ColorEncoding from_profile(const std::string& path, const Contents& contents,
   const IccProfile profile = read_icc_profile(path, bytes);
   ColorEncoding result{.name = "profile '" + profile.name + "'"};
   if (contents.cmyk)
-    throw FileError("'" + path + "' is CMYK, but its colour profile '" + profile.name +
-                    "' is not" + kCure);
+    throw FileError("'" + path + "' is CMYK, but its colour profile '" + profile.name + "' is not" +
+                    kCure);
   if (profile.grey && !grey)
     throw FileError("'" + path + "' has colours, but its colour profile '" + profile.name +
                     "' is for grey pictures" + kCure);
@@ -119,8 +119,7 @@ ColorEncoding from_code_points(const std::string& path, const std::array<int, 4>
   }
   ColorEncoding result{.name = name};
   result.curves.fill(*curve);
-  convert_primaries(result, *primaries, primaries->white,
-                    "primaries " + std::to_string(code[0]));
+  convert_primaries(result, *primaries, primaries->white, "primaries " + std::to_string(code[0]));
   return result;
 }
 
@@ -172,8 +171,9 @@ std::optional<ColorEncoding> from_exif(const Contents& contents) {
   }
   if (space == kUncalibrated) {
     ColorEncoding result = srgb();
-    result.warnings.emplace_back("its Exif data says 'uncalibrated' and it has no colour profile; "
-                                 "sRGB is assumed");
+    result.warnings.emplace_back(
+        "its Exif data says 'uncalibrated' and it has no colour profile; "
+        "sRGB is assumed");
     return result;
   }
   return std::nullopt;
@@ -196,8 +196,9 @@ void apply_colorimetry(const TiffDirectory& page, bool is_float, bool grey,
     }
     encoding.name = "TransferFunction";
   } else if (!table.empty()) {
-    encoding.warnings.emplace_back("its TransferFunction does not fit its numbers and is ignored; " +
-                                   encoding.name + " is assumed");
+    encoding.warnings.emplace_back(
+        "its TransferFunction does not fit its numbers and is ignored; " + encoding.name +
+        " is assumed");
   }
   const std::vector<double> white = page.numbers(tiff_tag::kWhitePoint);
   const std::vector<double> rgb = page.numbers(tiff_tag::kPrimaries);

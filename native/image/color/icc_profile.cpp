@@ -76,9 +76,8 @@ std::string obstacle(cmsHPROFILE profile) {
     return "is for " + signature(colors) + " pictures";
   if (cmsGetPCS(profile) != cmsSigXYZData)
     return "connects by " + signature(cmsGetPCS(profile)) + " instead of a matrix";
-  for (const cmsTagSignature tag :
-       {cmsSigAToB0Tag, cmsSigAToB1Tag, cmsSigAToB2Tag, cmsSigDToB0Tag, cmsSigDToB1Tag,
-        cmsSigDToB2Tag, cmsSigDToB3Tag})
+  for (const cmsTagSignature tag : {cmsSigAToB0Tag, cmsSigAToB1Tag, cmsSigAToB2Tag, cmsSigDToB0Tag,
+                                    cmsSigDToB1Tag, cmsSigDToB2Tag, cmsSigDToB3Tag})
     if (cmsIsTag(profile, tag)) return "maps colours by a table (" + signature(tag) + ")";
   constexpr auto kCodePoints = static_cast<cmsTagSignature>(0x63696370);  // 'cicp' of ICC 4.4
   std::array<unsigned char, 12> code{};
@@ -97,8 +96,7 @@ IccProfile read_icc_profile(const std::string& path, const std::string& bytes) {
       cmsCreateContext(nullptr, nullptr));
   const std::unique_ptr<void, CloseProfile> profile(cmsOpenProfileFromMemTHR(
       context.get(), bytes.data(), static_cast<cmsUInt32Number>(bytes.size())));
-  if (!profile)
-    throw FileError("'" + path + "' has a colour profile that is damaged" + kCure);
+  if (!profile) throw FileError("'" + path + "' has a colour profile that is damaged" + kCure);
   IccProfile result;
   result.name = name_of(profile.get());
   const std::string who = "'" + path + "' has the colour profile '" + result.name + "', which ";

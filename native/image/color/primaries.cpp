@@ -66,8 +66,7 @@ Matrix3 to_xyz(const Primaries& primaries) {
   const auto column = [](const Chromaticity& c) { return Vector3{c.x, c.y, 1 - c.x - c.y}; };
   const Vector3 r = column(primaries.red), g = column(primaries.green), b = column(primaries.blue);
   const Matrix3 directions{{{r[0], g[0], b[0]}, {r[1], g[1], b[1]}, {r[2], g[2], b[2]}}};
-  return product(directions,
-                 diagonal(product(inverse(directions), xyz_of(primaries.white))));
+  return product(directions, diagonal(product(inverse(directions), xyz_of(primaries.white))));
 }
 
 Matrix3 adaptation(const Vector3& from, const Vector3& to) {

@@ -22,8 +22,7 @@ TransferCurve bt709_curve() {
   // Source: Rec. ITU-R BT.2020-2, table 4, with the constants of 12-bit systems.
   constexpr double kAlpha = 1.09929682680944, kBeta = 0.018053968510807;
   return {[](double value) {
-    return value < 4.5 * kBeta ? value / 4.5
-                               : std::pow((value + kAlpha - 1) / kAlpha, 1 / 0.45);
+    return value < 4.5 * kBeta ? value / 4.5 : std::pow((value + kAlpha - 1) / kAlpha, 1 / 0.45);
   }};
 }
 

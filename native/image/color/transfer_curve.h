@@ -9,7 +9,7 @@ namespace selenite {
 
 /// Stored value, 1 at the top of integers, to linear light.
 struct TransferCurve {
-  std::function<double(double)> decode;  ///< empty: the value is linear
+  std::function<double(double)> decode;                      ///< empty: the value is linear
   double highest = std::numeric_limits<double>::infinity();  ///< the curve says nothing above
 
   bool linear() const { return !decode; }

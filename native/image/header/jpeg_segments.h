@@ -15,7 +15,7 @@ struct JpegSegments {
   bool progressive = false;
   std::optional<FileView> exif;    ///< the TIFF block of APP1
   bool has_more_pictures = false;  ///< multi-picture format (CIPA DC-007)
-  bool has_gain_map = false;       ///< the picture is tone mapped; a gain map undoes it (ISO 21496-1)
+  bool has_gain_map = false;  ///< the picture is tone mapped; a gain map undoes it (ISO 21496-1)
 };
 
 JpegSegments jpeg_segments(const FileView& view);

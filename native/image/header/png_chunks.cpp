@@ -5,9 +5,9 @@ namespace selenite {
 namespace {
 
 constexpr int kMostChunks = 10'000;
-constexpr std::uint64_t kSignature = 8, kChunkFrame = 12;  // length, name and checksum
+constexpr std::uint64_t kSignature = 8, kChunkFrame = 12;     // length, name and checksum
 constexpr int kPaletteBit = 1, kColorBit = 2, kAlphaBit = 4;  // of the colour type
-constexpr double kUnit = 100'000;  // of gAMA and cHRM
+constexpr double kUnit = 100'000;                             // of gAMA and cHRM
 
 }  // namespace
 

@@ -13,9 +13,24 @@ constexpr std::size_t kMostDirectories = 64;    // in a chain or below a tag
 constexpr std::uint64_t kMostEntries = 4096;    // of a directory
 constexpr std::uint64_t kMostBytes = 1u << 20;  // of a value; longer ones count as absent
 
-enum Type { kByte = 1, kAscii, kShort, kLong, kRational, kSignedByte, kUndefined, kSignedShort,
-            kSignedLong, kSignedRational, kFloat, kDouble, kDirectory, kLong8 = 16,
-            kSignedLong8, kDirectory8 };  // clang-format off: one list, as in the standard
+enum Type {
+  kByte = 1,
+  kAscii,
+  kShort,
+  kLong,
+  kRational,
+  kSignedByte,
+  kUndefined,
+  kSignedShort,
+  kSignedLong,
+  kSignedRational,
+  kFloat,
+  kDouble,
+  kDirectory,
+  kLong8 = 16,
+  kSignedLong8,
+  kDirectory8
+};  // clang-format off: one list, as in the standard
 
 constexpr std::array<int, 19> kSizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4, 0, 0, 8, 8, 8};
 
@@ -109,8 +124,9 @@ std::optional<TiffDirectory> TiffFile::directory(std::uint64_t at) const {
   TiffDirectory result;
   result.big_endian_ = big_endian_;
   const std::uint64_t entry_size = is_big_ ? 20 : 12;
-  const std::string table = view_.bytes(at + static_cast<std::uint64_t>(count_size),
-                                        *count * entry_size + static_cast<std::uint64_t>(value_size));
+  const std::string table =
+      view_.bytes(at + static_cast<std::uint64_t>(count_size),
+                  *count * entry_size + static_cast<std::uint64_t>(value_size));
   for (std::uint64_t i = 0; i < *count && (i + 1) * entry_size <= table.size(); ++i) {
     const char* entry = table.data() + i * entry_size;
     const auto tag = static_cast<std::uint16_t>(whole_number(entry, 2, big_endian_));

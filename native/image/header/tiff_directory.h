@@ -13,13 +13,14 @@ namespace selenite {
 
 /// Tags of TIFF 6.0, its supplements, DNG 1.7 and Exif 2.32 that say what a picture is.
 namespace tiff_tag {
-inline constexpr std::uint16_t kNewSubfileType = 254, kSubfileType = 255, kWidth = 256, kHeight = 257, kBits = 258,
-                               kPhotometric = 262, kMake = 271, kOrientation = 274, kSamples = 277,
-                               kTransferFunction = 301, kWhitePoint = 318, kPrimaries = 319, kTileWidth = 322, kTileHeight = 323,
-                               kSubDirectories = 330, kExtraSamples = 338, kSampleFormat = 339,
-                               kExifDirectory = 34665, kDngVersion = 50706, kColorSpace = 40961,
-                               kInteroperability = 40965, kInteroperabilityIndex = 1,
-                               kGamma = 42240;
+inline constexpr std::uint16_t kNewSubfileType = 254, kSubfileType = 255, kWidth = 256,
+                               kHeight = 257, kBits = 258, kPhotometric = 262, kMake = 271,
+                               kOrientation = 274, kSamples = 277, kTransferFunction = 301,
+                               kWhitePoint = 318, kPrimaries = 319, kTileWidth = 322,
+                               kTileHeight = 323, kSubDirectories = 330, kExtraSamples = 338,
+                               kSampleFormat = 339, kExifDirectory = 34665, kDngVersion = 50706,
+                               kColorSpace = 40961, kInteroperability = 40965,
+                               kInteroperabilityIndex = 1, kGamma = 42240;
 }  // namespace tiff_tag
 
 /// One image file directory: its entries and where the next one is.
