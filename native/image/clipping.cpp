@@ -41,10 +41,10 @@ struct Plane {
 /// How often the maximum and the values next to it occur.
 class LargestValues {
  public:
-  void add(double value) {
+  void add(double value, std::int64_t count = 1) {
     if (!std::isfinite(value)) return;
     if (counts_.size() > kValuesBelow && value < counts_.begin()->first) return;
-    ++counts_[value];
+    counts_[value] += count;
     if (counts_.size() > kValuesBelow + 1) counts_.erase(counts_.begin());
   }
   bool empty() const { return counts_.empty(); }
@@ -132,40 +132,49 @@ Ends ends_of_areas(const Plane<T>& plane, double top, double step) {
   return ends;
 }
 
-/// The top that integers have by themselves; 0 if the maximum is below it.
+/// How often each integer occurs.
 template <class T>
-double top_of_integers(const Plane<T>& plane, const LargestValues& largest) {
-  constexpr unsigned kTop = std::numeric_limits<T>::max();
-  if (largest.maximum() >= kTop - 1) return kTop - 1;
-  if constexpr (sizeof(T) == 2) {
-    unsigned all = 0;
-    for (int y = 0; y < plane.height; ++y)
-      for (int x = 0; x < plane.width; ++x) all |= static_cast<unsigned>(plane.at(x, y));
-    constexpr unsigned kMostShift = 8;  // 8 bits in 16
-    const auto shift = static_cast<unsigned>(std::countr_zero(all));
-    if (shift >= 1 && shift <= kMostShift) {
-      const unsigned top = kTop >> shift << shift;
-      if (largest.maximum() == top) return top;
-    }
-    for (const unsigned top : {1023u, 4095u, 16383u})
-      if (largest.maximum() == top && largest.at_maximum() >= kFewest) return top;
-  }
+std::vector<std::int64_t> histogram(const Plane<T>& plane) {
+  std::vector<std::int64_t> counts(std::size_t{std::numeric_limits<T>::max()} + 1);
+  const std::ptrdiff_t end = plane.step * plane.width * plane.height;
+  for (std::ptrdiff_t at = 0; at < end; at += plane.step) ++counts[plane.first[at]];
+  return counts;
+}
+
+/// The top that integers have by themselves; 0 if the maximum is below it.
+double top_of_integers(const std::vector<std::int64_t>& counts, const LargestValues& largest) {
+  const auto top = static_cast<unsigned>(counts.size() - 1);
+  if (largest.maximum() >= top - 1) return top - 1;
+  if (top <= std::numeric_limits<std::uint8_t>::max()) return 0;
+  unsigned bits = 0;  // that are set in any value
+  for (unsigned value = 0; value <= top; ++value)
+    if (counts[value] > 0) bits |= value;
+  constexpr int kMostShift = 8;  // 8 bits in 16
+  const int shift = std::countr_zero(bits);
+  if (shift >= 1 && shift <= kMostShift && largest.maximum() == (top >> shift << shift))
+    return largest.maximum();
+  for (const unsigned own : {1023u, 4095u, 16383u})
+    if (largest.maximum() == own && largest.at_maximum() >= kFewest) return own;
   return 0;
 }
 
 template <class T>
 ClippingLevel level_of(const Plane<T>& plane) {
   LargestValues largest;
-  for (int y = 0; y < plane.height; ++y)
-    for (int x = 0; x < plane.width; ++x) largest.add(plane.at(x, y));
   ClippingLevel level;
-  if (largest.empty() || !(largest.maximum() > 0)) return level;
   if constexpr (std::is_integral_v<T>) {
-    if (const double top = top_of_integers(plane, largest); top > 0) {
+    const std::vector<std::int64_t> counts = histogram(plane);
+    for (std::size_t value = 0; value < counts.size(); ++value)
+      if (counts[value] > 0) largest.add(static_cast<double>(value), counts[value]);
+    if (const double top = top_of_integers(counts, largest); top > 0) {
       level.from = top;
       return level;
     }
+  } else {
+    for (int y = 0; y < plane.height; ++y)
+      for (int x = 0; x < plane.width; ++x) largest.add(plane.at(x, y));
   }
+  if (largest.empty() || !(largest.maximum() > 0)) return level;
   const double top = largest.maximum();
   const bool is_white = std::is_floating_point_v<T> && top == 1;
   const bool piles_up = largest.at_maximum() >= kFewest &&

@@ -17,9 +17,11 @@ void check_size(const std::string& path, std::int64_t width, std::int64_t height
   const bool is_long = width > kLongestSide || height > kLongestSide;
   if (!is_long && width * height <= kMostPixels && width * height * bytes_per_pixel <= most_bytes)
     return;
-  refuse(path, "says it has " + size_text(width, height) + " pixels of " +
-                   std::to_string(bytes_per_pixel) + " bytes; at most " +
-                   std::to_string(kLongestSide) + " along a side, " +
+  const double megabytes = static_cast<double>(width) * static_cast<double>(height) *
+                           static_cast<double>(bytes_per_pixel) / 1e6;
+  refuse(path, "says it has " + size_text(width, height) + " pixels, which take " +
+                   std::to_string(static_cast<std::int64_t>(megabytes)) + " megabytes; at most " +
+                   std::to_string(kLongestSide) + " pixels along a side, " +
                    std::to_string(kMostPixels / 1'000'000) + " megapixels and " +
                    std::to_string(most_bytes / 1'000'000) +
                    " megabytes are read: scale it down, or save fewer bits or channels");

@@ -54,6 +54,7 @@ def _flip(data: bytes) -> bytes:
         ("state.json", lambda _: b"[" * 100_000),
         ("state.json", lambda data: data.replace(b'"parts"', b'"party"')),
         ("state.json", lambda _: b"\xff\xfe"),
+        ("run.json", lambda _: b"[" * 100_000),
         ("run.json", lambda data: data.replace(b"{", b"[", 1)),
     ],
 )

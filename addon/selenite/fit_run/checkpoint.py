@@ -158,7 +158,10 @@ def load(folder: Path) -> Unfinished:
             raise ValueError(f"its schema is {state.get('schema')!r}")
         parts = [_part(item) for item in state["parts"]]
         if state["grids"]:
-            with np.load(folder / state["grids"], allow_pickle=False) as grids:
+            with (
+                (folder / state["grids"]).open("rb") as file,  # closed also if it is no archive
+                np.load(file, allow_pickle=False) as grids,
+            ):
                 for key in grids.files:
                     index, which, name = key.split("|", 2)
                     parts[int(index)][which][name] = grids[key]

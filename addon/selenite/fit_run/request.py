@@ -89,7 +89,7 @@ def read_run(path: Path) -> RunRequest:
     """Reads a run.json. Raises BadInput."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         cause = f"cannot be read ({error})"
         raise BadInput(Problem(f"File '{path}'", cause, "give a run.json of Selenite")) from error
     return RunRequest.from_json(data)
