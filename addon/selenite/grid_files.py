@@ -73,7 +73,7 @@ def _read_npy(path: Path) -> np.ndarray:
         if version not in _NPY_HEADERS:
             raise ValueError(f"its version of .npy is {version}, which is not known")
         shape, is_fortran, dtype = _NPY_HEADERS[version](file)
-        first = file.tell()
+        first = file.seek(0, os.SEEK_CUR)
     if dtype.kind != "f":
         raise ValueError(f"its numbers are of type {dtype}, not float")
     if len(shape) not in (3, 4):

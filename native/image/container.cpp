@@ -1,12 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "image/container.h"
 
+#include <zlib.h>
+
+#include "image/color/icc_profile.h"
 #include "image/file_error.h"
 #include "image/header/jpeg_segments.h"
 #include "image/limits.h"
 
 namespace selenite {
 namespace {
+
+/// The profile in an iCCP chunk: a name, a NUL, the method, and a zlib stream.
+std::string unpacked_profile(const std::string& path, const FileView& chunk) {
+  constexpr uLongf kMost = 1u << 24;
+  const std::string packed = chunk.bytes(0, chunk.size());
+  const std::size_t name = packed.find('\0');
+  std::string profile(kMost, '\0');
+  uLongf size = kMost;
+  if (name == std::string::npos || name + 2 > packed.size() ||
+      uncompress(reinterpret_cast<Bytef*>(profile.data()), &size,
+                 reinterpret_cast<const Bytef*>(packed.data()) + name + 2,
+                 static_cast<uLong>(packed.size() - name - 2)) != Z_OK)
+    refuse(path, "has a colour profile that is damaged; export it as sRGB");
+  profile.resize(size);
+  return profile;
+}
 
 void examine_png(const std::string& path, const FileView& view, Contents& contents) {
   contents.png = png_chunks(view);
@@ -17,6 +36,7 @@ void examine_png(const std::string& path, const FileView& view, Contents& conten
   if (png.bit_depth < 8)
     refuse(path, "has fewer than 8 bits per channel; save it with 8 or 16 bits");
   check_size(path, png.width, png.height, png.channels * png.bit_depth / 8);
+  if (png.profile) contents.icc_profile = unpacked_profile(path, *png.profile);
   if (png.animated) contents.warnings.emplace_back("it is animated; its first frame is read");
   if (png.exif) {
     const TiffFile file(*png.exif);
@@ -34,6 +54,8 @@ void examine_jpeg(const std::string& path, const FileView& view, Contents& conte
     const int bytes = jpeg.components * (jpeg.progressive ? 3 : 1);
     check_size(path, jpeg.width, jpeg.height, bytes);
   }
+  if (!jpeg.profile) refuse(path, "has a colour profile that is damaged; export it as sRGB");
+  contents.icc_profile = *jpeg.profile;
   if (jpeg.has_gain_map)
     contents.warnings.emplace_back(
         "it is tone mapped for screens (it has a gain map, which is not "
@@ -94,6 +116,8 @@ Contents examine(const std::string& path) {
       examine_radiance(path, view, contents);
       break;
   }
+  // Before any decoder reads it: OpenImageIO trusts the profile's table of contents.
+  if (!contents.icc_profile.empty()) check_icc_layout(path, contents.icc_profile);
   if (contents.orientation != 1)
     contents.warnings.push_back("its Exif orientation is " + std::to_string(contents.orientation) +
                                 " (turned or mirrored); pixels are taken as stored, as in Blender");

@@ -23,6 +23,7 @@ struct Contents {
   TiffDirectory page{};       ///< TIFF: the first
   int part = 0;               ///< of the file, as OpenImageIO counts
   std::optional<TiffDirectory> exif{};
+  std::string icc_profile{};
   std::string interoperability{};  ///< Exif: "R98", "R03"
   int orientation = 1;             ///< Exif: 1 = upright
   bool cmyk = false;

@@ -34,7 +34,7 @@ PictureInfo picture_info(const std::string& path, const Contents& contents, cons
     info.color = "stored values";
     return info;
   }
-  encoding = color_encoding(path, contents, form.icc_profile, form.is_float, form.grey);
+  encoding = color_encoding(path, contents, form.is_float, form.grey);
   info.color = encoding.name;
   if (info.cmyk) info.warnings.emplace_back("it is CMYK; its colours are not calibrated");
   info.warnings.insert(info.warnings.end(), encoding.warnings.begin(), encoding.warnings.end());

@@ -111,8 +111,6 @@ Decoder::Decoder(const std::string& path, Contents& contents)
   form_.grey = color_[0] == color_[1];
   const std::int64_t stored = form_.is_float ? sizeof(float) : spec.format.size();
   check_size(path, spec.width, spec.height, stored * (form_.grey ? 1 : 3));
-  if (const OIIO::ParamValue* profile = spec.find_attribute("ICCProfile"))
-    form_.icc_profile.assign(static_cast<const char*>(profile->data()), profile->datasize());
 }
 
 /// OpenImageIO unpacks RGBE only; XYZE is packed alike, and its header names it by as many letters.

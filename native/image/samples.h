@@ -34,7 +34,6 @@ struct StoredForm {
   int channels = 0;           ///< in the file
   int bit_depth = 0;          ///< of a channel
   bool is_float = false, grey = false;
-  std::string icc_profile;
 };
 
 /// Opens the picture with OpenImageIO. Throws FileError for what it cannot decode.

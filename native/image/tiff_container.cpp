@@ -142,6 +142,7 @@ void examine_tiff(const std::string& path, const FileView& view, Contents& conte
   check_raw(path, pages, below);
   check_pages(path, pages, below, contents);
   contents.page = pages[0];
+  contents.icc_profile = contents.page.bytes(tiff_tag::kIccProfile);
   take_exif(file, pages[0], contents);
 
   const std::uint64_t kind = photometric(contents.page);

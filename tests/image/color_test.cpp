@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "image/file_error.h"
+#include "image/header/file_view.h"
 #include "image/picture_bytes.h"
 #include "image/read.h"
 #include "image/temporary_folder.h"
@@ -164,6 +165,27 @@ TEST_F(PhotoColor, OtherProfilesAreRefusedByName) {
   const Rows flat{{{0.3, 0.3, 0.3}, {0.3, 0.3, 0.3}, {0.3, 0.3, 0.3}}};
   EXPECT_TRUE(holds(with(icc_bytes("RGB ", "XYZ ", matrix_profile(flat, icc_gamma(1)))),
                     "cannot be inverted"));
+}
+
+TEST_F(PhotoColor, AProfileThatPointsOutsideItselfIsRefusedBeforeItIsDecoded) {
+  const std::string good =
+      icc_bytes("RGB ", "XYZ ", matrix_profile(kSrgbColorants, icc_gamma(1)), 4);
+  expect(with_profile("good.png", kTruth, good));
+  const std::size_t first = 128 + 4;  // the entry of "desc": name, offset, size
+  std::string outside = good, short_text = good, long_text = good;
+  outside.replace(first + 4, 4, number(good.size() - 8, 4, true));
+  const std::size_t text = whole_number(good.data() + first + 4, 4, true);
+  long_text.replace(text + 20, 4, number(1 << 20, 4, true));
+  short_text.replace(first + 8, 4, number(2, 4, true));
+  for (const std::string& bad : {outside, long_text, short_text, good.substr(0, 130)})
+    EXPECT_TRUE(holds(refusal(with_profile("bad.png", kTruth, bad)), "profile that is damaged"));
+  const std::vector<std::uint32_t> bytes(long_text.begin(), long_text.end());
+  std::vector<std::uint32_t> values;
+  for (const std::uint32_t byte : bytes) values.push_back(byte & 255);
+  const std::vector<std::uint16_t> pixels(3 * kSize * kSize, 30000);
+  const std::string tiff =
+      tiff_bytes({{tiff_tags(kSize, kSize, 3, 16, 2, 1, {{34675, 7, values}}), raw_bytes(pixels)}});
+  EXPECT_TRUE(holds(refusal(write_bytes("bad.tif", tiff)), "profile that is damaged"));
 }
 
 TEST_F(PhotoColor, AFloatTiffWithAProfileFollowsItsCurve) {

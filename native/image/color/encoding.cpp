@@ -42,9 +42,8 @@ void convert_primaries(ColorEncoding& encoding, const Primaries& primaries,
 
 // ---- ICC
 
-ColorEncoding from_profile(const std::string& path, const Contents& contents,
-                           const std::string& bytes, bool grey) {
-  const IccProfile profile = read_icc_profile(path, bytes);
+ColorEncoding from_profile(const std::string& path, const Contents& contents, bool grey) {
+  const IccProfile profile = read_icc_profile(path, contents.icc_profile);
   ColorEncoding result{.name = "profile '" + profile.name + "'"};
   if (contents.cmyk)
     throw FileError("'" + path + "' is CMYK, but its colour profile '" + profile.name + "' is not" +
@@ -252,8 +251,8 @@ ColorEncoding from_radiance(const std::string& path, const RadianceHeader& heade
   return result;
 }
 
-ColorEncoding encoding_of(const std::string& path, const Contents& contents,
-                          const std::string& icc_profile, bool is_float, bool grey) {
+ColorEncoding encoding_of(const std::string& path, const Contents& contents, bool is_float,
+                          bool grey) {
   switch (contents.format) {
     case FileFormat::kExr:
       return from_exr(contents.exr);
@@ -261,7 +260,7 @@ ColorEncoding encoding_of(const std::string& path, const Contents& contents,
       return from_radiance(path, contents.radiance);
     case FileFormat::kPng:
       if (contents.png.code_points) return from_code_points(path, *contents.png.code_points);
-      if (!icc_profile.empty()) return from_profile(path, contents, icc_profile, grey);
+      if (!contents.icc_profile.empty()) return from_profile(path, contents, grey);
       if (contents.png.srgb) return srgb();
       if (contents.png.gamma || contents.png.chromaticities) return from_gamma(contents.png);
       return from_exif(contents).value_or(srgb());
@@ -269,7 +268,7 @@ ColorEncoding encoding_of(const std::string& path, const Contents& contents,
     case FileFormat::kTiff:
       break;
   }
-  if (!icc_profile.empty()) return from_profile(path, contents, icc_profile, grey);
+  if (!contents.icc_profile.empty()) return from_profile(path, contents, grey);
   ColorEncoding result = is_float ? linear() : srgb();
   if (!is_float)
     if (auto exif = from_exif(contents)) result = *std::move(exif);
@@ -280,10 +279,10 @@ ColorEncoding encoding_of(const std::string& path, const Contents& contents,
 
 }  // namespace
 
-ColorEncoding color_encoding(const std::string& path, const Contents& contents,
-                             const std::string& icc_profile, bool is_float, bool grey) {
+ColorEncoding color_encoding(const std::string& path, const Contents& contents, bool is_float,
+                             bool grey) {
   try {
-    ColorEncoding result = encoding_of(path, contents, icc_profile, is_float, grey);
+    ColorEncoding result = encoding_of(path, contents, is_float, grey);
     if (grey && contents.format != FileFormat::kHdr) result.to_rec709 = kIdentity3;
     return result;
   } catch (const InvalidArgument& error) {

@@ -26,7 +26,7 @@ struct ColorEncoding {
 /// adoptedNeutral; of Radiance FORMAT, PRIMARIES, EXPOSURE and COLORCORR. Where it says nothing,
 /// integers are sRGB, and floats are linear Rec. 709.
 /// Throws FileError for a profile, or code points, that are not converted.
-ColorEncoding color_encoding(const std::string& path, const Contents& contents,
-                             const std::string& icc_profile, bool is_float, bool grey);
+ColorEncoding color_encoding(const std::string& path, const Contents& contents, bool is_float,
+                             bool grey);
 
 }  // namespace selenite

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <string_view>
 
 #include "image/file_error.h"
+#include "image/header/file_view.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -88,7 +91,46 @@ std::string obstacle(cmsHPROFILE profile) {
   return {};
 }
 
+/// Big-endian number; nothing behind the end.
+std::optional<std::uint64_t> number_at(std::string_view bytes, std::uint64_t at, int size) {
+  if (at > bytes.size() || bytes.size() - at < static_cast<std::uint64_t>(size))
+    return std::nullopt;
+  return whole_number(bytes.data() + at, size, true);
+}
+
+/// Whether texts lie inside their tag. Source: ICC.1:2022, 10.15 (mluc), 10.24 (text).
+bool is_sound(std::string_view tag) {
+  const std::string_view type = tag.substr(0, 4);
+  constexpr std::size_t kText = 8, kDescription = 12;
+  if (type == "text") return tag.size() >= kText;
+  if (type == "desc") return tag.size() >= kDescription;
+  if (type != "mluc") return true;
+  constexpr std::uint64_t kFirst = 16, kRecord = 12;
+  const auto count = number_at(tag, 8, 4), size = number_at(tag, 12, 4);
+  if (!count || size != kRecord || *count > tag.size()) return false;
+  for (std::uint64_t i = 0; i < *count; ++i) {
+    const auto length = number_at(tag, kFirst + i * kRecord + 4, 4);
+    const auto offset = number_at(tag, kFirst + i * kRecord + 8, 4);
+    if (!length || !offset || *offset + *length > tag.size()) return false;
+  }
+  return true;
+}
+
 }  // namespace
+
+void check_icc_layout(const std::string& path, const std::string& bytes) {
+  constexpr std::uint64_t kHeader = 128, kEntry = 12, kSmallestTag = 4;
+  const std::string_view all = bytes;
+  const auto count = number_at(all, kHeader, 4);
+  bool sound = count && *count <= all.size();
+  for (std::uint64_t i = 0; sound && i < *count; ++i) {
+    const std::uint64_t entry = kHeader + 4 + i * kEntry;
+    const auto offset = number_at(all, entry + 4, 4), size = number_at(all, entry + 8, 4);
+    sound = offset && size && *size >= kSmallestTag && *offset + *size <= all.size() &&
+            is_sound(all.substr(*offset, *size));
+  }
+  if (!sound) refuse(path, std::string("has a colour profile that is damaged") + kCure);
+}
 
 IccProfile read_icc_profile(const std::string& path, const std::string& bytes) {
   // A context of its own: what other libraries in this process set is theirs.

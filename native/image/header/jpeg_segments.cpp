@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "image/header/jpeg_segments.h"
 
+#include <map>
 #include <string_view>
 
 namespace selenite {
@@ -10,9 +11,36 @@ using namespace std::string_view_literals;
 
 constexpr int kMostSegments = 10'000;
 constexpr unsigned kApp1 = 0xe1, kApp2 = 0xe2, kStartOfScan = 0xda, kEndOfImage = 0xd9;
-constexpr std::string_view kExif = "Exif\0\0"sv, kMultiPicture = "MPF\0"sv,
-                           kXmp = "http://ns.adobe.com/xap/1.0/\0"sv,
+constexpr std::string_view kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv,
+                           kMultiPicture = "MPF\0"sv, kXmp = "http://ns.adobe.com/xap/1.0/\0"sv,
                            kGainMap = "urn:iso:std:iso:ts:21496:-1\0"sv;
+
+/// Pieces of a profile, each with its number and how many there are. Source: ICC.1:2022, annex B.4.
+class ProfileParts {
+ public:
+  void add(const FileView& data) {
+    if (data.bytes(0, kProfile.size()) != kProfile) return;
+    const auto number = data.number(kProfile.size(), 1, true);
+    const auto count = data.number(kProfile.size() + 1, 1, true);
+    is_damaged_ |=
+        !number || !count || *number < 1 || *number > *count || (count_ > 0 && *count != count_);
+    if (is_damaged_) return;
+    count_ = *count;
+    const FileView rest = data.part(kProfile.size() + 2, data.size());
+    is_damaged_ |= !parts_.try_emplace(*number, rest.bytes(0, rest.size())).second;
+  }
+  std::optional<std::string> joined() const {
+    if (is_damaged_ || parts_.size() != count_) return std::nullopt;
+    std::string all;
+    for (const auto& [number, bytes] : parts_) all += bytes;
+    return all;
+  }
+
+ private:
+  std::map<std::uint64_t, std::string> parts_;
+  std::uint64_t count_ = 0;
+  bool is_damaged_ = false;
+};
 
 /// SOF0 to SOF15; three of the codes are tables.
 bool is_frame(unsigned marker) {
@@ -23,6 +51,7 @@ bool is_frame(unsigned marker) {
 
 JpegSegments jpeg_segments(const FileView& view) {
   JpegSegments found;
+  ProfileParts profile;
   std::uint64_t at = 2;
   for (int i = 0; i < kMostSegments; ++i) {
     while (view.number(at, 1, true) == 0xff && view.number(at + 1, 1, true) == 0xff) ++at;  // fill
@@ -44,10 +73,12 @@ JpegSegments jpeg_segments(const FileView& view) {
         found.has_gain_map |= data.bytes(0, data.size()).find("hdrgm:") != std::string::npos;
     } else if (marker == kApp2) {
       found.has_more_pictures |= data.bytes(0, kMultiPicture.size()) == kMultiPicture;
+      profile.add(data);
       found.has_gain_map |= data.bytes(0, kGainMap.size()) == kGainMap;
     }
     at += 2 + *length;
   }
+  found.profile = profile.joined();
   return found;
 }
 

@@ -29,7 +29,7 @@ PngChunks png_chunks(const FileView& view) {
       found.bit_depth = static_cast<unsigned char>(data[8]);
       found.palette = (data[9] & kPaletteBit) != 0;
     } else if (name == "iCCP") {
-      found.has_profile = true;
+      if (!found.profile) found.profile = view.part(at + 8, *length);
     } else if (name == "sRGB") {
       found.srgb = true;
     } else if (name == "tRNS") {

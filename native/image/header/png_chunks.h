@@ -14,7 +14,7 @@ struct PngChunks {
   std::int64_t width = 0, height = 0;
   int bit_depth = 0, channels = 0;  ///< as stored; transparency of a colour adds one
   bool palette = false;
-  bool has_profile = false;                             ///< iCCP
+  std::optional<FileView> profile;                      ///< iCCP, name in front, compressed
   bool srgb = false;                                    ///< sRGB
   bool animated = false;                                ///< acTL
   std::optional<double> gamma;                          ///< gAMA: exponent of the encoding

@@ -9,9 +9,10 @@
 namespace selenite {
 namespace {
 
-constexpr std::size_t kMostDirectories = 64;    // in a chain or below a tag
-constexpr std::uint64_t kMostEntries = 4096;    // of a directory
-constexpr std::uint64_t kMostBytes = 1u << 20;  // of a value; longer ones count as absent
+constexpr std::size_t kMostDirectories = 64;  // in a chain or below a tag
+constexpr std::uint64_t kMostEntries = 4096;  // of a directory
+// Of a value, and of all in a directory; longer ones count as absent.
+constexpr std::uint64_t kMostBytes = 1u << 24, kMostOfDirectory = 1u << 25;
 
 enum Type {
   kByte = 1,
@@ -79,6 +80,11 @@ std::vector<double> TiffDirectory::numbers(std::uint16_t tag) const {
   return result;
 }
 
+std::string TiffDirectory::bytes(std::uint16_t tag) const {
+  const auto found = entries_.find(tag);
+  return found == entries_.end() ? "" : found->second.data;
+}
+
 std::string TiffDirectory::text(std::uint16_t tag) const {
   const auto found = entries_.find(tag);
   return found == entries_.end() ? "" : std::string(found->second.data.c_str());
@@ -123,6 +129,7 @@ std::optional<TiffDirectory> TiffFile::directory(std::uint64_t at) const {
   if (!count || *count == 0 || *count > kMostEntries) return std::nullopt;
   TiffDirectory result;
   result.big_endian_ = big_endian_;
+  std::uint64_t read = 0;
   const std::uint64_t entry_size = is_big_ ? 20 : 12;
   const std::string table =
       view_.bytes(at + static_cast<std::uint64_t>(count_size),
@@ -135,9 +142,13 @@ std::optional<TiffDirectory> TiffFile::directory(std::uint64_t at) const {
     const char* value = entry + 4 + value_size;
     const auto size = static_cast<std::uint64_t>(size_of(type));
     if (size == 0 || elements > kMostBytes / size) continue;
-    TiffDirectory::Entry& kept = result.entries_[tag];
-    kept.type = type;
     const std::uint64_t bytes = elements * size;
+    if (bytes > kMostOfDirectory - read) continue;
+    const auto [at_tag, is_new] = result.entries_.try_emplace(tag);
+    if (!is_new) continue;  // the first counts, as in libtiff
+    read += bytes;
+    TiffDirectory::Entry& kept = at_tag->second;
+    kept.type = type;
     if (bytes <= static_cast<std::uint64_t>(value_size))
       kept.data.assign(value, static_cast<std::size_t>(bytes));
     else

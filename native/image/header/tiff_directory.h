@@ -18,8 +18,8 @@ inline constexpr std::uint16_t kNewSubfileType = 254, kSubfileType = 255, kWidth
                                kOrientation = 274, kSamples = 277, kTransferFunction = 301,
                                kWhitePoint = 318, kPrimaries = 319, kTileWidth = 322,
                                kTileHeight = 323, kSubDirectories = 330, kExtraSamples = 338,
-                               kSampleFormat = 339, kExifDirectory = 34665, kDngVersion = 50706,
-                               kColorSpace = 40961, kInteroperability = 40965,
+                               kSampleFormat = 339, kExifDirectory = 34665, kIccProfile = 34675,
+                               kDngVersion = 50706, kColorSpace = 40961, kInteroperability = 40965,
                                kInteroperabilityIndex = 1, kGamma = 42240;
 }  // namespace tiff_tag
 
@@ -31,6 +31,8 @@ class TiffDirectory {
   std::optional<std::uint64_t> integer(std::uint16_t tag, std::size_t index = 0) const;
   /// All elements (whole numbers, fractions, FLOAT and DOUBLE).
   std::vector<double> numbers(std::uint16_t tag) const;
+  /// The value as it is stored; empty if there is none.
+  std::string bytes(std::uint16_t tag) const;
   /// Text up to the first NUL.
   std::string text(std::uint16_t tag) const;
   std::uint64_t next() const { return next_; }
