@@ -88,15 +88,15 @@ void PhotoRows::convert_values(const std::vector<T>& values, int y, float* rgb, 
           found = PixelUse::kNegative;
         else if (stored > encoding_.curves[c].highest && found == PixelUse::kCounts)
           found = PixelUse::kClipped;
-        out[c] = found == PixelUse::kCounts ? decode(c, stored) : 0;
+        out[c] = std::isfinite(stored) && stored >= 0 ? decode(c, stored) : 0;
       }
       if (stored >= clipping_[c].from && found == PixelUse::kCounts) found = PixelUse::kClipped;
     }
-    if (found == PixelUse::kCounts || found == PixelUse::kClipped) {
+    if (found != PixelUse::kNotFinite) {
       const PixelUse finished = finish(out);
-      if (found == PixelUse::kCounts) found = finished;
+      if (found == PixelUse::kCounts || finished == PixelUse::kNotFinite) found = finished;
     }
-    if (found == PixelUse::kNotFinite || found == PixelUse::kNegative) out[0] = out[1] = out[2] = 0;
+    if (found == PixelUse::kNotFinite) out[0] = out[1] = out[2] = 0;
     use[x] = found;
   }
 }

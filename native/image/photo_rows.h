@@ -23,8 +23,8 @@ class PhotoRows {
   const PictureInfo& info() const { return info_; }
   bool has_alpha() const { return samples_.alpha >= 0; }
 
-  /// Row `y` of the frame: `rgb` (width, 3), `alpha` (width) and `use` (width). What does not count
-  /// is 0 in `rgb`.
+  /// Row `y` of the frame: `rgb` (width, 3), `alpha` (width) and `use` (width). What is not
+  /// finite is 0 in `rgb`, as are channels below 0.
   void convert(int y, float* rgb, float* alpha, PixelUse* use) const;
 
   /// Warnings of pixels that do not count; `counts` is of the whole frame.

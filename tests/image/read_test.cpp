@@ -187,6 +187,7 @@ TEST_F(ReadPhoto, PixelsThatAreNotFiniteOrBelowZeroAreLeftOutAndCounted) {
   EXPECT_EQ(photo.use[3], PixelUse::kCounts);
   EXPECT_EQ(photo.pixels[0], 0.f);
   EXPECT_EQ(photo.pixels[6], 0.f);
+  EXPECT_EQ(photo.pixels[7], 0.5f);
   EXPECT_EQ(photo.pixels[9], 1e9f);
   ASSERT_EQ(photo.info.warnings.size(), 2u);
   EXPECT_TRUE(holds(photo.info.warnings[0], "2 of its pixels are not finite"));
