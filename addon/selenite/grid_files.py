@@ -29,6 +29,10 @@ _DAMAGED = (
     OSError, EOFError, ValueError, TypeError, KeyError, SyntaxError, OverflowError, RecursionError,
     MemoryError, struct.error, tokenize.TokenError,
 )  # fmt: skip
+_NPY_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
 _CURE = "give a whole .npy or .vol file of float numbers with 1 or 3 channels"
 
 
@@ -65,15 +69,23 @@ def write_vol(path: Path, values: np.ndarray, low: np.ndarray, high: np.ndarray)
 
 
 def _read_npy(path: Path) -> np.ndarray:
-    # Mapped, not read: a header that lies about the size costs no memory.
-    mapped = np.lib.format.open_memmap(path, mode="r")
-    if mapped.dtype.kind != "f":
-        raise ValueError(f"its numbers are of type {mapped.dtype}, not float")
-    if mapped.ndim not in (3, 4):
-        raise ValueError(f"its shape is {mapped.shape}, not (nz, ny, nx) or (nz, ny, nx, channels)")
-    shape = (*mapped.shape, 1) if mapped.ndim == 3 else mapped.shape
-    _check_size(shape)
-    return np.array(mapped, np.float32, order="C").reshape(shape)
+    # np.load takes archives and pickles for grids; here it is an array or nothing. It is mapped,
+    # not read: a header that lies about the size costs no memory.
+    with path.open("rb") as file:
+        version = np.lib.format.read_magic(file)
+        if version not in _NPY_HEADERS:
+            raise ValueError(f"its version of .npy is {version}, which is not known")
+        shape, is_fortran, dtype = _NPY_HEADERS[version](file)
+        first = file.seek(0, os.SEEK_CUR)
+    if dtype.kind != "f":
+        raise ValueError(f"its numbers are of type {dtype}, not float")
+    if len(shape) not in (3, 4):
+        raise ValueError(f"its shape is {shape}, not (nz, ny, nx) or (nz, ny, nx, channels)")
+    whole = (*shape, 1) if len(shape) == 3 else shape
+    _check_size(whole)
+    order = "F" if is_fortran else "C"
+    mapped = np.memmap(path, dtype, "r", offset=first, shape=shape, order=order)
+    return np.array(mapped, np.float32, order="C").reshape(whole)
 
 
 def _read_vol(path: Path) -> np.ndarray:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -11,6 +12,23 @@ namespace selenite {
 struct FileError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// Refuses a file: `why` is cause and cure, and follows its name.
+[[noreturn]] inline void refuse(const std::string& path, const std::string& why) {
+  throw FileError("'" + path + "' " + why);
+}
+
+/// Runs `read` and names the file when memory runs out.
+template <class Read>
+auto with_memory(const std::string& path, Read&& read) {
+  try {
+    return read();
+  } catch (const std::bad_alloc&) {
+    refuse(path, "takes more memory than there is; scale it down or close other programs");
+  } catch (const std::length_error&) {
+    refuse(path, "says it is larger than any memory; copy or export it again");
+  }
+}
 
 /// Path from UTF-8 text, which is what Python hands over on every system.
 inline std::filesystem::path path_from_utf8(const std::string& text) {

@@ -28,12 +28,42 @@ constexpr std::array kMagic{
     Magic{"#?RADIANCE"sv, FileFormat::kHdr},
     Magic{"#?RGBE"sv, FileFormat::kHdr},
 };
-/// Camera raw files of this maker begin as a TIFF does; decoding one gives its thumbnail.
-constexpr std::string_view kCanonRaw = "CR";
-constexpr std::size_t kCanonRawAt = 8;
-// Positions in a PNG: the IHDR chunk always comes first.
-constexpr std::size_t kPngBitDepthAt = 24, kPngColorTypeAt = 25;
-constexpr char kPngPalette = 3;
+constexpr std::size_t kSecondAt = 8;  // where a second signature stands
+
+/// Files that begin in a known way and are not read, with their name and how to read them.
+struct Refused {
+  std::string_view bytes, second;
+  const char* why;
+};
+constexpr const char* kRaw =
+    "is a camera raw file; develop it in a raw developer, without a tone curve, to a 16-bit TIFF "
+    "or an EXR";
+constexpr const char* kHeif = "is a HEIF or AVIF picture; convert it to a 16-bit TIFF or PNG";
+constexpr std::array kRefused{
+    Refused{"II*\0"sv, "CR"sv, kRaw},
+    Refused{"MM\0*"sv, "CR"sv, kRaw},
+    Refused{"IIRO"sv, ""sv, kRaw},
+    Refused{"IIRS"sv, ""sv, kRaw},
+    Refused{"MMOR"sv, ""sv, kRaw},
+    Refused{"IIU\0"sv, ""sv, kRaw},
+    Refused{"FUJIFILMCCD-RAW"sv, ""sv, kRaw},
+    Refused{"FOVb"sv, ""sv, kRaw},
+    Refused{"\0MRM"sv, ""sv, kRaw},
+};
+constexpr std::string_view kIsoMedia = "ftyp";  // behind the size of the first box
+constexpr std::size_t kIsoMediaAt = 4;
+
+/// Why a file with this beginning is not read; nothing if it may be.
+const char* refusal(std::string_view head) {
+  for (const Refused& item : kRefused)
+    if (head.starts_with(item.bytes) &&
+        (item.second.empty() ||
+         (head.size() > kSecondAt && head.substr(kSecondAt).starts_with(item.second))))
+      return item.why;
+  if (head.size() > kSecondAt && head.substr(kIsoMediaAt).starts_with(kIsoMedia))
+    return head.substr(kSecondAt).starts_with("crx") ? kRaw : kHeif;
+  return nullptr;
+}
 
 }  // namespace
 
@@ -52,7 +82,7 @@ const char* format_name(FileFormat format) {
   }
 }
 
-FileHead recognise(const std::string& path) {
+FileFormat recognise(const std::string& path) {
   const std::filesystem::path file = path_from_utf8(path);
   std::error_code error;
   const auto status = std::filesystem::status(file, error);
@@ -66,18 +96,9 @@ FileHead recognise(const std::string& path) {
   stream.read(bytes.data(), bytes.size());
   const std::string_view head(bytes.data(), static_cast<std::size_t>(stream.gcount()));
   if (head.empty()) throw FileError("'" + path + "' is empty; copy the photo again");
-  if (head.substr(0, 2) == "II" && head.size() > kCanonRawAt &&
-      head.substr(kCanonRawAt, kCanonRaw.size()) == kCanonRaw)
-    throw FileError("'" + path + "' is a camera raw file; develop it to a 16-bit TIFF or EXR");
-  for (const Magic& magic : kMagic) {
-    if (!head.starts_with(magic.bytes)) continue;
-    FileHead found{magic.format};
-    if (found.format == FileFormat::kPng && head.size() > kPngColorTypeAt) {
-      found.png_bit_depth = static_cast<unsigned char>(head[kPngBitDepthAt]);
-      found.png_palette = head[kPngColorTypeAt] == kPngPalette;
-    }
-    return found;
-  }
+  if (const char* why = refusal(head)) refuse(path, why);
+  for (const Magic& magic : kMagic)
+    if (head.starts_with(magic.bytes)) return magic.format;
   throw FileError("'" + path +
                   "' holds no PNG, JPEG, TIFF, OpenEXR or Radiance HDR picture (judged by its "
                   "content, not by its name); convert it to one of these");

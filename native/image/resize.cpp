@@ -5,26 +5,19 @@
 #include <cstdint>
 #include <string>
 
-#include "image/read.h"
+#include "image/limits.h"
 #include "math/error.h"
 
 namespace selenite {
-namespace {
-
-/// Input pixels under one output pixel, with their share of it.
-struct Span {
-  int first = 0;
-  std::vector<double> weights;
-};
 
 /// On a scale of in * out ticks an input pixel is `out` ticks wide and an output pixel `in`:
 /// overlaps are whole numbers, and the weights of a span add up to 1 without rounding drift.
-std::vector<Span> spans(int in, int out) {
-  std::vector<Span> all(static_cast<std::size_t>(out));
+std::vector<AreaSpan> area_spans(int in, int out) {
+  std::vector<AreaSpan> all(static_cast<std::size_t>(out));
   for (std::int64_t j = 0; j < out; ++j) {
     const std::int64_t begin = j * in, end = begin + in;
     const std::int64_t first = begin / out, last = (end - 1) / out;
-    Span& span = all[static_cast<std::size_t>(j)];
+    AreaSpan& span = all[static_cast<std::size_t>(j)];
     span.first = static_cast<int>(first);
     for (std::int64_t i = first; i <= last; ++i) {
       const std::int64_t overlap = std::min(end, (i + 1) * out) - std::max(begin, i * out);
@@ -33,8 +26,6 @@ std::vector<Span> spans(int in, int out) {
   }
   return all;
 }
-
-}  // namespace
 
 std::vector<float> resize(const float* pixels, int width, int height, int channels, int new_width,
                           int new_height) {
@@ -48,18 +39,19 @@ std::vector<float> resize(const float* pixels, int width, int height, int channe
                           std::to_string(new_height) +
                           " must be at least 1 x 1 and at most 100 megapixels");
   const std::size_t row = static_cast<std::size_t>(width) * channels;
-  const std::vector<Span> across = spans(width, new_width), down = spans(height, new_height);
+  const std::vector<AreaSpan> across = area_spans(width, new_width);
+  const std::vector<AreaSpan> down = area_spans(height, new_height);
   std::vector<float> result(static_cast<std::size_t>(new_width) * new_height * channels);
   std::vector<double> tall(row);  // one output row, still as wide as the input
   float* out = result.data();
-  for (const Span& rows : down) {
+  for (const AreaSpan& rows : down) {
     std::fill(tall.begin(), tall.end(), 0.0);
     for (std::size_t i = 0; i < rows.weights.size(); ++i) {
       const double weight = rows.weights[i];
       const float* in = pixels + (static_cast<std::size_t>(rows.first) + i) * row;
       for (std::size_t x = 0; x < row; ++x) tall[x] += weight * in[x];
     }
-    for (const Span& columns : across) {
+    for (const AreaSpan& columns : across) {
       for (int c = 0; c < channels; ++c) {
         double sum = 0;
         const double* in = tall.data() + static_cast<std::size_t>(columns.first) * channels + c;

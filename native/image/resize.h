@@ -5,6 +5,15 @@
 
 namespace selenite {
 
+/// Input pixels under one output pixel, with their share of it.
+struct AreaSpan {
+  int first = 0;
+  std::vector<double> weights;
+};
+
+/// Of an area filter from `in` pixels to `out`; the weights of a span add up to 1.
+std::vector<AreaSpan> area_spans(int in, int out);
+
 /// Area filter: every output pixel is the mean of the input over the rectangle that it covers, also
 /// where its border cuts input pixels, and also when enlarging. The mean of the picture is kept.
 ///

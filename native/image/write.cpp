@@ -14,7 +14,7 @@
 #include <set>
 
 #include "image/file_error.h"
-#include "image/read.h"
+#include "image/limits.h"
 #include "math/error.h"
 #include "math/srgb.h"
 

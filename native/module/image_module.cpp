@@ -2,9 +2,13 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "image/file_error.h"
 #include "image/read.h"
 #include "image/resize.h"
+#include "image/working_size.h"
 #include "image/write.h"
 #include "math/srgb.h"
 #include "module/file_path.h"
@@ -16,26 +20,38 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
+/// Text that may hold bytes of a file: what is no UTF-8 is replaced.
+py::object text_of(const std::string& text) {
+  PyObject* decoded =
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace");
+  if (decoded == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::object>(decoded);
+}
+
 py::dict info_dict(const PictureInfo& info) {
+  py::list warnings;
+  for (const std::string& text : info.warnings) warnings.append(text_of(text));
   return py::dict("width"_a = info.width, "height"_a = info.height, "channels"_a = info.channels,
                   "format"_a = format_name(info.format), "bit_depth"_a = info.bit_depth,
                   "float"_a = info.is_float, "orientation"_a = info.orientation,
-                  "grey"_a = info.grey, "cmyk"_a = info.cmyk, "warnings"_a = info.warnings);
+                  "grey"_a = info.grey, "cmyk"_a = info.cmyk, "color"_a = text_of(info.color),
+                  "warnings"_a = warnings);
 }
 
-py::dict probe(const FilePath& path) {
+py::dict counts_dict(const PixelCounts& counts) {
+  py::dict result;
+  for (std::size_t i = 0; i < kPixelUses; ++i)
+    result[kPixelUseNames[i]] = counts[static_cast<PixelUse>(i)];
+  return result;
+}
+
+py::dict probe(const FilePath& path, bool as_linear) {
   PictureInfo info;
   {
     py::gil_scoped_release release;
-    info = probe_photo(path.text);
+    info = probe_photo(path.text, as_linear);
   }
   return info_dict(info);
-}
-
-py::array_t<bool> mask_array(const std::vector<std::uint8_t>& mask, py::ssize_t h, py::ssize_t w) {
-  py::array_t<bool> array({h, w});
-  std::copy(mask.begin(), mask.end(), array.mutable_data());
-  return array;
 }
 
 py::tuple read_file(const FilePath& path, bool as_linear) {
@@ -46,14 +62,33 @@ py::tuple read_file(const FilePath& path, bool as_linear) {
   }
   const py::ssize_t w = photo.info.width, h = photo.info.height;
   py::dict info = info_dict(photo.info);
-  info["nan_pixels"] = photo.nan_pixels;
-  info["negative_pixels"] = photo.negative_pixels;
-  info["valid"] = mask_array(photo.valid, h, w);
-  info["clipped"] = mask_array(photo.clipped, h, w);
+  info["counts"] = counts_dict(photo.counts);
+  py::array_t<bool> usable({h, w});
+  std::transform(photo.use.begin(), photo.use.end(), usable.mutable_data(),
+                 [](PixelUse use) { return use == PixelUse::kCounts; });
+  info["usable"] = usable;
   const py::object alpha = photo.alpha.empty()
                                ? py::object(py::none())
                                : py::object(to_array(std::move(photo.alpha), {h, w}));
   return py::make_tuple(to_array(std::move(photo.pixels), {h, w, 3}), alpha, info);
+}
+
+py::tuple read_small(const FilePath& path, int width, int height,
+                     const std::optional<FilePath>& mask) {
+  WorkingPhoto photo;
+  {
+    py::gil_scoped_release release;
+    photo = read_at_size(path.text, mask.value_or(FilePath{}).text, width, height);
+  }
+  py::dict info = info_dict(photo.info);
+  info["counts"] = counts_dict(photo.counts);
+  py::object mask_info = py::none();
+  if (mask) {
+    mask_info = info_dict(photo.mask_info);
+    mask_info["counts"] = counts_dict(photo.mask_counts);
+  }
+  return py::make_tuple(to_array(std::move(photo.reference), {height, width, 3}),
+                        to_array(std::move(photo.weight), {height, width}), info, mask_info);
 }
 
 struct Shape {
@@ -128,27 +163,42 @@ PYBIND11_MODULE(_image, m) {
     }
   });
 
-  m.def("probe", &probe, "path"_a, R"(What the header of a picture says, without reading its pixels.
+  m.def("probe", &probe, "path"_a, py::kw_only(), "as_linear"_a = true,
+        R"(What the header of a picture says, without reading its pixels.
 
 Returns:
     dict: width, height, channels (of the file, alpha included), format ("png", "jpeg", "tiff",
-    "openexr", "hdr"), bit_depth, float, orientation (EXIF, 1 = upright; reported, never applied),
-    grey, cmyk, warnings (list of sentences).
+    "openexr", "hdr"), bit_depth, float, orientation (Exif, 1 = upright; reported, never applied),
+    grey, cmyk, color (what its numbers mean), warnings (list of clauses about "it").
 Raises:
-    OSError: missing, not one of these formats (judged by content), over 100 megapixels, palette or
-    fewer than 8 bits, deep, multilayer, cropped.)");
-  m.def("read", &read_file, "path"_a, py::kw_only(), "as_linear"_a = true, R"(Reads a photo.
+    OSError: missing, none of these formats (judged by content), beyond the limits of size, camera
+    raw, palette or fewer than 8 bits, Lab, deep, multilayer, colours that are not converted.)");
+  m.def("read", &read_file, "path"_a, py::kw_only(), "as_linear"_a = true, R"(Reads a picture.
 
-8 and 16 bit integers are decoded with the sRGB curve (as_linear=False: value / top value); float
-files are taken as linear.
+Colours are converted to linear Rec. 709 as the file says: colour profile (matrix and curves), Exif,
+PNG's cICP, sRGB, gAMA and cHRM, OpenEXR's chromaticities, Radiance's header. Where it says nothing,
+integers are sRGB and floats are linear. as_linear=False: stored values, integers divided by their
+top.
 
 Returns:
     pixels (h, w, 3) float32, linear Rec. 709, row 0 at the top, colour not multiplied by alpha;
-    alpha (h, w) float32 or None; info: the dict of `probe` and nan_pixels (count; set to 0),
-    negative_pixels (count; set to 0), valid (h, w) bool (False where not finite), clipped (h, w)
-    bool (a channel of an integer file at its top value).
+    alpha (h, w) float32 or None; info: the dict of `probe` and usable (h, w) bool, and counts, the
+    number of pixels that are used, not_finite, negative (both 0 in `pixels`), clipped,
+    outside_gamut and outside_file.
 Raises:
     OSError: as `probe`, and for a truncated or damaged file.)");
+  m.def("read_at_size", &read_small, "path"_a, "width"_a, "height"_a, "mask"_a = py::none(),
+        R"(Reads a photo through an area filter.
+
+Args:
+    width, height: of the result, at most those of the photo.
+    mask: path of a picture of the photo's size; the mean of its channels in [0, 1] is a weight.
+Returns:
+    reference (height, width, 3) float32, linear Rec. 709; weight (height, width) float32, alpha
+    times mask, 0 where a photo pixel below is not usable; info and mask_info (None without a mask):
+    dicts of `probe` with counts as in `read`.
+Raises:
+    OSError: as `read`, for photo or mask. ValueError: a size out of range.)");
   m.def(
       "resize", &resized, "pixels"_a, "width"_a, "height"_a,
       R"(Area filter in linear light: each new pixel is the exact mean over the rectangle it covers.

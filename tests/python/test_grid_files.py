@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import io
 import os
+import pickle
 import struct
 import sys
 from pathlib import Path
@@ -103,6 +105,37 @@ def test_a_bad_npy_is_refused_by_name(tmp_path: Path, values: np.ndarray, words:
     with pytest.raises(BadInput, match="bad.npy") as error:
         grid_files.read(str(path))
     assert words in str(error.value)
+
+
+def _archive() -> bytes:
+    packed = io.BytesIO()
+    np.savez(packed, np.zeros((2, 2, 2)))
+    return packed.getvalue()
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        _archive(),
+        pickle.dumps({"a": 1}),
+        b"\x93NUMPY\x01\x00\x10\x00{'descr': '<f4', ",
+        b"\x93NUMPY\x01\x00\x08\x00[1, 2]  ",
+        b"\x93NUMPY\x09\x00\x08\x00[1, 2]  ",
+    ],
+)
+def test_an_npy_that_is_no_array_is_refused_by_name(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "bad.npy"
+    path.write_bytes(content)
+    with pytest.raises(BadInput, match="cannot be read") as error:
+        grid_files.read(str(path))
+    assert "bad.npy" in str(error.value)
+
+
+def test_a_fortran_array_keeps_its_places(tmp_path: Path) -> None:
+    values = np.arange(24, dtype=float).reshape(2, 3, 4)
+    np.save(tmp_path / "a.npy", np.asfortranarray(values))
+    assert np.array_equal(grid_files.read(str(tmp_path / "a.npy"))[..., 0], values)
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import argparse
 from typing import Any
 
 from .. import mean_free_path, parameters
+from ..fit_run.captures import read_captures
 from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL
 from ..problems import BadInput, listed
@@ -14,11 +15,14 @@ from ..scene_read.values import Owner, SceneValues, with_ids
 from .scene import open_scene
 from .terminal import say
 
+#: Photos are read whole and kept small: what is wrong with them does not depend on the size.
+PHOTO_HEIGHT = 64
+
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
     """Reads and builds the scene; exit status 2 if anything stands in the way."""
     from ..cycles_check import render_settings
-    from ..scene_read.photos import captures_of
+    from ..scene_read.photos import captures_of, packed_photos
 
     scene, values = open_scene(args.scene)
     problems = list(values.problems)
@@ -31,6 +35,13 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             paths = paths_traced(built)
         except BadInput as error:
             problems = error.problems
+    captures = captures_of(scene)
+    warnings = list(values.warnings)
+    remarks_of: dict[str, list[str]] = {}
+    if captures:
+        problems = list(problems)
+        read = read_captures(values, captures, PHOTO_HEIGHT, problems, warnings, packed_photos())
+        remarks_of = {item.id: list(item.warnings) for item in read}
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     report = {
         "scene": args.scene,
@@ -39,8 +50,14 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             for item in values.cameras
         ],
         "captures": [
-            {"id": item.id, "camera": item.camera, "photo": item.photo, "mask": item.mask}
-            for item in with_ids(captures_of(scene), (item.name for item in values.cameras))
+            {
+                "id": item.id,
+                "camera": item.camera,
+                "photo": item.photo,
+                "mask": item.mask,
+                "warnings": remarks_of.get(item.id, []),
+            }
+            for item in with_ids(captures, (item.name for item in values.cameras))
         ],
         "objects": len(values.objects),
         "triangles": values.triangle_count(),
@@ -54,7 +71,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "model": _model(values),
         "paths": paths,
         "problems": [problem.as_json() for problem in problems],
-        "warnings": values.warnings,
+        "warnings": warnings,
         "render_settings": [item.as_json() for item in remarks],
     }
     _say(report, values)

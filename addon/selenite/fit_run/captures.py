@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,6 +19,16 @@ from ..scene_read.values import PACKED, CameraValues, CaptureRequest, SceneValue
 
 #: How the warning begins that names them.
 LEFT_OUT = "Cameras without a photo are left out"
+READABLE = "give a whole PNG, JPEG, TIFF, OpenEXR or HDR file"
+
+#: Why a pixel is not used, by its name in the counts of the native reader.
+_UNUSED = {
+    "not_finite": "not finite",
+    "negative": "below 0",
+    "clipped": "clipped",
+    "outside_gamut": "outside Rec. 709",
+    "outside_file": "not stored",
+}
 
 
 @dataclass(frozen=True)
@@ -27,6 +38,7 @@ class Capture:
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
     lamps_off: names of the lamps that were off when it was taken.
+    warnings: what the reader says of photo and mask.
     """
 
     id: str
@@ -38,6 +50,7 @@ class Capture:
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
     lamps_off: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @property
     def frame(self) -> tuple[float, int, int]:
@@ -113,12 +126,15 @@ def _read(
     warnings: list[str],
     packed: Mapping[str, bytes],
 ) -> Capture | None:
-    title = f"Photo '{request.photo}'"
-    read = _read_file(title, request.photo, problems, packed, as_linear=True)
-    if read is None:
+    title, mask_title = f"Photo '{request.photo}'", f"Mask '{request.mask}'"
+    found = len(problems)
+    info = _header(title, request.photo, problems, packed, as_linear=True)
+    mask = None
+    if request.mask:
+        mask = _header(mask_title, request.mask, problems, packed, as_linear=False)
+    if info is None or len(problems) > found:
         return None
-    pixels, alpha, info = read
-    size = (pixels.shape[1], pixels.shape[0])
+    size = (info["width"], info["height"])
     if not _same_aspect(size, (camera.width, camera.height)):
         problems.append(
             Problem(
@@ -129,63 +145,55 @@ def _read(
             )
         )
         return None
-    if info.get("orientation", 1) not in (0, 1):
-        warnings.append(f"{title} asks to be rotated (EXIF); it is read as Blender shows it")
-    weight = np.ones(pixels.shape[:2], np.float32) if alpha is None else alpha.copy()
-    if request.mask:
-        mask_title = f"Mask '{request.mask}'"
-        mask = _read_file(mask_title, request.mask, problems, packed, as_linear=False)
-        if mask is None:
-            return None
-        if mask[0].shape != pixels.shape:
-            cause = (
-                f"it is {mask[0].shape[1]} x {mask[0].shape[0]} pixels, "
-                f"its photo {size[0]} x {size[1]}"
+    if mask is not None and (mask["width"], mask["height"]) != size:
+        cause = f"it is {mask['width']} x {mask['height']} pixels, its photo {size[0]} x {size[1]}"
+        problems.append(Problem(mask_title, cause, "give a mask of the photo's size"))
+        return None
+    rows = min(height, size[1])
+    columns = min(size[0], max(1, round(rows * size[0] / size[1])))
+    try:
+        with _as_file(request.photo, packed) as path, _as_file(request.mask, packed) as mask_path:
+            reference, weight, info, mask = native.image().read_at_size(
+                path, columns, rows, mask_path or None
             )
-            problems.append(Problem(mask_title, cause, "give a mask of the photo's size"))
-            return None
-        weight *= np.clip(np.nan_to_num(mask[0].mean(axis=2)), 0, 1)
-    reference, weight = _at_working_size(pixels, weight, info, min(height, size[1]))
+    except (OSError, ValueError, MemoryError) as error:
+        is_mask = bool(request.mask) and str(error).startswith(f"'{mask_path}'")
+        problems.append(_unreadable(mask_title if is_mask else title, error))
+        return None
     if not (weight > 0).any():
-        cause = "no pixel of it can be used (masked, transparent, clipped or not finite)"
+        cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
         return None
-    clipped = info.get("clipped")
-    if clipped is not None and clipped.mean() > 0.001:
-        warnings.append(f"{title}: {clipped.mean():.1%} of its pixels are clipped and do not count")
-    return Capture(request.id, camera.name, request.photo, size, reference, weight, camera.aspect)
+    remarks = [f"{title}: {text}" for text in info["warnings"]]
+    if mask is not None:
+        remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
+    warnings += [text for text in remarks if text not in warnings]
+    return Capture(
+        request.id, camera.name, request.photo, size, reference, weight, camera.aspect,
+        tuple(remarks),
+    )  # fmt: skip
 
 
-def _at_working_size(
-    pixels: np.ndarray, weight: np.ndarray, info: Mapping[str, Any], height: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Area-filtered to `height`. A pixel counts only if all photo pixels in it can be used, so that
-    neither the background nor a clipped highlight bleeds into it."""
-    width = max(1, round(height * pixels.shape[1] / pixels.shape[0]))
-    finite = np.isfinite(pixels).all(axis=2)
-    usable = finite & (weight > 0)
-    clipped = info.get("clipped")
-    if clipped is not None:
-        usable &= ~np.asarray(clipped, bool)
-    resize = native.image().resize
-    clean = np.where(finite[..., None], pixels, np.float32(0))
-    planes = np.dstack([clean, weight, usable]).astype(np.float32)
-    small = resize(np.ascontiguousarray(planes), width, height)
-    weight = np.where(small[..., 4] > 0.9999, small[..., 3], 0)
-    return (
-        np.ascontiguousarray(small[..., :3], np.float32),
-        np.ascontiguousarray(weight, np.float32),
-    )
+def _reasons(counts: Mapping[str, int]) -> str:
+    """Why pixels do not count, with their share."""
+    total = max(1, sum(counts.values()))
+    shares = [
+        f"{counts[name] / total:.0%} {text}" for name, text in _UNUSED.items() if counts[name]
+    ]
+    if counts["used"]:
+        shares.append(f"{counts['used'] / total:.0%} masked, transparent, or next to such pixels")
+    return ", ".join(shares)
 
 
-def _read_file(
+def _header(
     title: str,
     name: str,
     problems: list[Problem],
     packed: Mapping[str, bytes],
     *,
     as_linear: bool,
-) -> tuple[np.ndarray, np.ndarray | None, Mapping[str, Any]] | None:
+) -> Mapping[str, Any] | None:
+    """What the header of a photo or mask says; None, with a problem, if it cannot be read."""
     if not name.startswith(PACKED) and not Path(name).is_file():
         problems.append(Problem(title, "the file does not exist", "correct the path"))
         return None
@@ -194,11 +202,19 @@ def _read_file(
         return None
     try:
         with _as_file(name, packed) as path:
-            return native.image().read(path, as_linear=as_linear)
-    except (OSError, ValueError) as error:
-        cure = "give a whole PNG, JPEG, TIFF, OpenEXR or HDR file"
-        problems.append(Problem(title, f"cannot be read ({error})", cure))
+            return native.image().probe(path, as_linear=as_linear)
+    except (OSError, ValueError, MemoryError) as error:
+        problems.append(_unreadable(title, error))
         return None
+
+
+def _unreadable(title: str, error: Exception) -> Problem:
+    """Of the native reader, whose messages are: path in quotes, cause; cure."""
+    text = re.sub(r"^'.*?' ", "it ", str(error), count=1)
+    cause, _, cure = text.rpartition("; ")
+    if not cause:
+        cause, cure = text or type(error).__name__, READABLE
+    return Problem(title, f"cannot be read: {cause}", cure)
 
 
 @contextmanager

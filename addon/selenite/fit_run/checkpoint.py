@@ -12,7 +12,9 @@ from __future__ import annotations
 import io
 import math
 import shutil
+import struct
 import time
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -41,7 +43,8 @@ _LARGEST_STATE = 1 << 30  # bytes
 #: What reading a file raises that is not what it should be.
 UNREADABLE = (
     OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError,
-    RecursionError, MemoryError, zipfile.BadZipFile, zlib.error,
+    RecursionError, MemoryError, NotImplementedError, SyntaxError, struct.error,
+    tokenize.TokenError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 #: Seconds between two updates, between two whole states, and how often the time that one took fits
 #: between it and the next: at most so small a share of a run goes into its record.
@@ -206,7 +209,10 @@ def load(folder: Path) -> Unfinished:
             raise ValueError(f"its schema is {state.get('schema')!r}")
         parts = [_part(item) for item in state["parts"]]
         if state["grids"]:
-            with np.load(_own_file(folder, state["grids"]), allow_pickle=False) as grids:
+            with (
+                _own_file(folder, state["grids"]).open("rb") as file,  # closed if it is no archive
+                np.load(file, allow_pickle=False) as grids,
+            ):
                 for key in grids.files:
                     index, which, name = key.split("|", 2)
                     parts[int(index)][which][name] = grids[key]

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "image/samples.h"
+
+namespace selenite {
+
+/// Where the values of a channel stop although the light did not.
+struct ClippingLevel {
+  /// Stored values from here on are clipped (integers as they are, floats as they are)
+  double from = std::numeric_limits<double>::infinity();
+  /// Many pixels hold exactly 1.0 in areas with hard edges: an evenly lit area, or an overexposed
+  /// one. They count as not clipped.
+  bool is_even_white = false;
+};
+
+/// Finds the clipping level of red, green and blue from the numbers alone. A channel is clipped
+///
+/// 1. at the top of its integers: 255 and 65535, the value below it too (compression blurs the
+///    top); the largest multiple of 2^k where all values are such multiples, as 65532, 65520 and
+///    65280 of 14, 12 and 8 bits that were shifted; 1023, 4095 or 16383 if they are the maximum of
+///    at least 16 pixels;
+/// 2. at a maximum of exactly 1.0 in floats, except in areas with hard edges;
+/// 3. at any other maximum in which values pile up: at least 16 pixels share it, 8 times as many as
+///    share one of the 32 largest values below it, and where areas of such pixels end, half of the
+///    ends fall away as a slope that was cut off, or as noise on one, not as an edge.
+///
+/// A smooth function that has its maximum in the picture is flat around it, and an evenly lit area
+/// has edges; a clipped one has neither.
+std::array<ClippingLevel, 3> clipping_levels(const Samples& samples);
+
+}  // namespace selenite

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "image/photo_rows.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+namespace selenite {
+namespace {
+
+/// Colours outside Rec. 709 have a channel below 0. As far as eight bits round a colour at the rim
+/// of a wide gamut, such a channel is 0; beyond, no render in Rec. 709 can hold the colour.
+constexpr float kGamutTolerance = 0.01f;  // of the largest channel
+
+}  // namespace
+
+PhotoRows::PhotoRows(const std::string& path, bool as_linear) : as_linear_(as_linear) {
+  Contents contents = examine(path);
+  Decoder decoder(path, contents);
+  info_ = picture_info(path, contents, decoder.form(), as_linear, encoding_);
+  samples_ = decoder.read();
+  if (as_linear) clipping_ = clipping_levels(samples_);
+  if (samples_.is_float()) return;
+  const int top = info_.bit_depth == 8 ? 255 : 65535;
+  for (std::size_t c = 0; c < 3; ++c) {
+    tables_[c].reserve(static_cast<std::size_t>(top) + 1);
+    for (int i = 0; i <= top; ++i) tables_[c].push_back(decode(c, static_cast<double>(i) / top));
+  }
+}
+
+float PhotoRows::decode(std::size_t channel, double stored) const {
+  const TransferCurve& curve = encoding_.curves[channel];
+  return static_cast<float>(curve.linear() ? stored : curve.decode(stored));
+}
+
+/// Of decoded values: primaries are converted, and what cannot count becomes 0.
+PixelUse PhotoRows::finish(float* rgb) const {
+  if (encoding_.has_matrix()) {
+    const Vector3 linear = product(encoding_.to_rec709, Vector3{rgb[0], rgb[1], rgb[2]});
+    for (std::size_t c = 0; c < 3; ++c) rgb[c] = static_cast<float>(linear[c]);
+  }
+  if (!std::isfinite(rgb[0]) || !std::isfinite(rgb[1]) || !std::isfinite(rgb[2]))
+    return PixelUse::kNotFinite;
+  if (!as_linear_) return PixelUse::kCounts;
+  const float tolerance = kGamutTolerance * std::max({rgb[0], rgb[1], rgb[2]});
+  bool is_outside = false;
+  for (std::size_t c = 0; c < 3; ++c) {
+    is_outside |= rgb[c] < -tolerance;
+    rgb[c] = std::fmax(rgb[c], 0.f);
+  }
+  return is_outside ? PixelUse::kOutsideGamut : PixelUse::kCounts;
+}
+
+template <class T>
+void PhotoRows::convert_values(const std::vector<T>& values, int y, float* rgb, float* alpha,
+                               PixelUse* use) const {
+  const int row = y - samples_.y;
+  for (int x = 0; x < info_.width; ++x) {
+    const int column = x - samples_.x;
+    float* out = rgb + 3 * static_cast<std::ptrdiff_t>(x);
+    out[0] = out[1] = out[2] = 0;
+    alpha[x] = 1;
+    if (row < 0 || row >= samples_.height || column < 0 || column >= samples_.width) {
+      use[x] = PixelUse::kOutsideFile;
+      continue;
+    }
+    const T* in = values.data() +
+                  (static_cast<std::size_t>(row) * samples_.width + column) * samples_.channels;
+    PixelUse found = PixelUse::kCounts;
+    if (samples_.alpha >= 0) {
+      const T stored = in[samples_.alpha];
+      if constexpr (std::is_integral_v<T>) {
+        alpha[x] = static_cast<float>(stored) / std::numeric_limits<T>::max();
+      } else {
+        if (!std::isfinite(stored)) found = PixelUse::kNotFinite;
+        alpha[x] = std::isfinite(stored) ? std::clamp(stored, 0.f, 1.f) : 0.f;
+      }
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const T stored = in[samples_.color[c]];
+      if constexpr (std::is_integral_v<T>) {
+        out[c] = tables_[c][stored];
+      } else {
+        if (!std::isfinite(stored))
+          found = PixelUse::kNotFinite;
+        else if (stored < 0 && found != PixelUse::kNotFinite)
+          found = PixelUse::kNegative;
+        else if (stored > encoding_.curves[c].highest && found == PixelUse::kCounts)
+          found = PixelUse::kClipped;
+        out[c] = std::isfinite(stored) && stored >= 0 ? decode(c, stored) : 0;
+      }
+      if (stored >= clipping_[c].from && found == PixelUse::kCounts) found = PixelUse::kClipped;
+    }
+    if (found != PixelUse::kNotFinite) {
+      const PixelUse finished = finish(out);
+      if (found == PixelUse::kCounts || finished == PixelUse::kNotFinite) found = finished;
+    }
+    if (found == PixelUse::kNotFinite) out[0] = out[1] = out[2] = 0;
+    use[x] = found;
+  }
+}
+
+void PhotoRows::convert(int y, float* rgb, float* alpha, PixelUse* use) const {
+  std::visit([&](const auto& values) { convert_values(values, y, rgb, alpha, use); },
+             samples_.values);
+}
+
+std::vector<std::string> PhotoRows::counted(const PixelCounts& counts) const {
+  std::vector<std::string> warnings;
+  const auto add = [&](PixelUse use, const std::string& what) {
+    const std::int64_t count = counts[use];
+    if (count > 0)
+      warnings.push_back(std::to_string(count) + " of its pixels " + (count == 1 ? "is " : "are ") +
+                         what + " and left out");
+  };
+  add(PixelUse::kNotFinite, "not finite (NaN or infinite)");
+  add(PixelUse::kNegative, "below 0");
+  add(PixelUse::kOutsideGamut, "outside the colours of Rec. 709, in which Cycles renders,");
+  constexpr double kWorthSaying = 0.001;
+  const double share = static_cast<double>(counts[PixelUse::kClipped]) /
+                       std::max<double>(1, static_cast<double>(counts.all()));
+  if (share > kWorthSaying) {
+    std::array<char, 32> percent{};
+    std::snprintf(percent.data(), percent.size(), "%.1f%%", 100 * share);
+    warnings.push_back(std::string(percent.data()) + " of its pixels are clipped and do not count");
+  }
+  if (std::any_of(clipping_.begin(), clipping_.end(),
+                  [](const ClippingLevel& level) { return level.is_even_white; }))
+    warnings.emplace_back(
+        "its largest value is 1.0, in even areas with hard edges; they count: "
+        "mask them if they are overexposed");
+  return warnings;
+}
+
+}  // namespace selenite

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "image/clipping.h"
+#include "image/color/encoding.h"
+#include "image/read.h"
+
+namespace selenite {
+
+/// A decoded picture, of which rows are converted to linear Rec. 709 when they are asked for.
+class PhotoRows {
+ public:
+  /// Decodes the file. A mask (`as_linear` false) keeps its stored values, divided by the top of
+  /// integers. Throws FileError.
+  PhotoRows(const std::string& path, bool as_linear);
+
+  /// What is known once all is decoded; `warnings` without those that `counted` adds.
+  const PictureInfo& info() const { return info_; }
+  bool has_alpha() const { return samples_.alpha >= 0; }
+
+  /// Row `y` of the frame: `rgb` (width, 3), `alpha` (width) and `use` (width). What is not
+  /// finite is 0 in `rgb`, as are channels below 0.
+  void convert(int y, float* rgb, float* alpha, PixelUse* use) const;
+
+  /// Warnings of pixels that do not count; `counts` is of the whole frame.
+  std::vector<std::string> counted(const PixelCounts& counts) const;
+
+ private:
+  template <class T>
+  void convert_values(const std::vector<T>& values, int y, float* rgb, float* alpha,
+                      PixelUse* use) const;
+  float decode(std::size_t channel, double stored) const;
+  PixelUse finish(float* rgb) const;
+
+  bool as_linear_;
+  PictureInfo info_;
+  Samples samples_;
+  ColorEncoding encoding_;
+  std::array<ClippingLevel, 3> clipping_;
+  std::array<std::vector<float>, 3> tables_;  ///< of integers
+};
+
+}  // namespace selenite
