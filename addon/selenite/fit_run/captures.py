@@ -170,7 +170,7 @@ def _read(
     warnings += [text for text in remarks if text not in warnings]
     return Capture(
         request.id, camera.name, request.photo, size, reference, weight, camera.aspect,
-        tuple(remarks),
+        warnings=tuple(remarks),
     )  # fmt: skip
 
 
