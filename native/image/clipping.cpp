@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <type_traits>
 
 namespace selenite {
 namespace {
@@ -197,14 +198,15 @@ std::array<ClippingLevel, 3> clipping_levels(const Samples& samples) {
   std::array<ClippingLevel, 3> levels;
   std::visit(
       [&](const auto& values) {
+        using T = typename std::decay_t<decltype(values)>::value_type;
         for (std::size_t c = 0; c < 3; ++c) {
           if (c > 0 && samples.grey()) {
             levels[c] = levels[0];
             continue;
           }
-          levels[c] = level_of(Plane{values.data() + samples.color[c],
-                                     static_cast<std::ptrdiff_t>(samples.channels), samples.width,
-                                     samples.height});
+          levels[c] = level_of(Plane<T>{values.data() + samples.color[c],
+                                        static_cast<std::ptrdiff_t>(samples.channels),
+                                        samples.width, samples.height});
         }
       },
       samples.values);
