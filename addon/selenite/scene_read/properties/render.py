@@ -179,12 +179,7 @@ CYCLES = table(
             denoiser denoising_prefilter denoising_input_passes denoising_quality denoising_use_gpu
         """,
     ),
-    warned(
-        "direct_light_sampling_type",
-        "MULTIPLE_IMPORTANCE_SAMPLING",
-        "Direct Light Sampling is {value}, with which Cycles does not find all light",
-        "set it to Multiple Importance Sampling",
-    ),
+    no_effect("direct_light_sampling_type"),  # for debug builds of Cycles
     warned(
         "shading_system",
         False,
