@@ -80,6 +80,8 @@ def candidates(effect):
                 item = place.block.bl_rna.properties.get(name)
                 if row.effect is not effect or item is None or item.is_readonly:
                     continue
+                if effect is not Effect.NO_EFFECT and name not in row.names:
+                    continue  # it acts only together with another one
                 if name in inherited:  # a version has moved it to the base type
                     continue
                 if key in seen or key in LEFT_ALONE:
