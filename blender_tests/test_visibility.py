@@ -274,6 +274,14 @@ def test_an_instancer_hides_what_it_shows():
     assert wall.visible_to == ("camera", "transmission", "volume_scatter", "shadow")
 
 
+def test_a_shadow_catcher_is_refused():
+    _scene()
+    bpy.data.objects["Plane"].is_shadow_catcher = True
+    (problem,) = made.read().problems
+    assert problem.object == "Object 'Plane'"
+    assert "shadow catcher" in problem.cause
+
+
 def test_more_view_layers_are_told():
     _scene()
     bpy.context.scene.view_layers.new("Second")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..problems import Problem
 from . import hosts, view_layers
 from .values import MeshValues, SceneValues
 
@@ -84,7 +85,10 @@ def warn_of_object(original: bpy.types.Object, read: SceneValues) -> None:
     if any(item.settings.type == "HAIR" for item in original.particle_systems):
         read.warn(f"{title}: particle hair is not rendered")
     if original.is_shadow_catcher:
-        read.warn(f"{title}: shadow catchers are not modelled; it is rendered as an object")
+        cure = "switch off Shadow Catcher in its Visibility properties"
+        problem = Problem(title, "it is a shadow catcher, which is not modelled", cure)
+        if problem not in read.problems:
+            read.problems.append(problem)
 
 
 def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | None:
