@@ -81,7 +81,7 @@ def read_scene(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
         read.owners[owner.name] = owner
     for lamp in lamps:
         _read_lamp(lamp, layer, links, read)
-    _note(read, [], view_layers.warnings(scene, layer))
+    _note(read, [], visibility.warnings(read) + view_layers.warnings(scene, layer))
     _warn_of_render_settings(scene, read)
     return read
 
