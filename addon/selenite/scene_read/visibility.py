@@ -64,7 +64,7 @@ def warnings(read: SceneValues) -> list[str]:
     if not shown or len(read.lights) < 2:
         return []
     return [
-        f"Light '{light.name}': it is hidden from glossy or from transmission rays alone, and glass "
+        f"Light '{light.name}': it is hidden from glossy or transmission rays alone, and glass "
         f"like material '{shown[0].name}' shows it by a few per cent otherwise than Cycles, which "
         "chooses among several lamps by another rule: hide it from both or from neither"
         for light in read.lights
