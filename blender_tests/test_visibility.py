@@ -274,6 +274,21 @@ def test_an_instancer_hides_what_it_shows():
     assert wall.visible_to == ("camera", "transmission", "volume_scatter", "shadow")
 
 
+def test_glass_under_several_lamps_is_told():
+    _hide_lamp("glossy", transmission=1.0)
+    assert any("Light 'Lamp'" in text and "glass" in text for text in made.read().warnings)
+    _lamp().visible_transmission = False
+    assert not [text for text in made.read().warnings if "glass" in text]
+
+
+def test_a_shadow_catcher_is_refused():
+    _scene()
+    bpy.data.objects["Plane"].is_shadow_catcher = True
+    (problem,) = made.read().problems
+    assert problem.object == "Object 'Plane'"
+    assert "shadow catcher" in problem.cause
+
+
 def test_more_view_layers_are_told():
     _scene()
     bpy.context.scene.view_layers.new("Second")

@@ -212,17 +212,4 @@ inline T PrincipledBsdf<T>::entry_change(const Vec3<S>& o, const Vec3<S>& m) con
   }
 }
 
-/// Lets a sample stand for the lobes of its kind of ray alone: the weight is theirs. The density stays
-/// that of all lobes, which is good for weights against other ways to find the direction.
-template <class T>
-void keep_kind(const PrincipledBsdf<T>& bsdf, BsdfSample<T>& s) {
-  if (s.singular || s.transmits || s.enters)
-    return;  // all lobes that send light there are of a kind
-  Color<T> f;
-  scalar_t<T> density = 0;
-  bsdf.seen_by(s.kind()).value_and_density(s.wo, f, density);
-  // Only a lobe that has drawn a direction astray knows that it reaches it; see `evaluate`.
-  if (density > 0) s.weight = f / density;
-}
-
 }  // namespace selenite

@@ -22,9 +22,4 @@ inline constexpr RayKinds kScatteredRays =
     kDiffuseRay | kGlossyRay | kTransmissionRay | kScatterRay;
 inline constexpr RayKinds kAllRays = kCameraRay | kScatteredRays | kShadowRay;
 
-/// Whether all of these rays are treated alike.
-constexpr bool all_or_none(RayKinds kinds, RayKinds among) {
-  return (kinds & among) == 0 || (kinds & among) == among;
-}
-
 }  // namespace selenite

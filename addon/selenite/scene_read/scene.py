@@ -109,6 +109,7 @@ def _read(
     called: dict[tuple[str, str], str] = {}
     for lamp in lamps:
         _read_lamp(lamp, layer, links, called, read)
+    _note(read, [], visibility.warnings(read))
     return rendered
 
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import bpy
 
 from . import hosts
-from .values import ALL_RAYS, NO_LIMIT, LightValues, WorldValues
+from .values import ALL_RAYS, NO_LIMIT, LightValues, SceneValues, WorldValues
 
 # The light sampler of Cycles counts to here; a lamp with this limit has none.
 _MOST_BOUNCES = 1024
@@ -51,6 +51,25 @@ def of_lamp(values: LightValues, light: bpy.types.Light, rays: tuple[str, ...]) 
         met_by_rays=bool(getattr(cycles, "use_multiple_importance_sampling", True)),
         max_bounces=NO_LIMIT if bounces >= _MOST_BOUNCES else bounces,
     )
+
+
+def warnings(read: SceneValues) -> list[str]:
+    """Lamps of which Cycles shows an amount that its choice among lamps decides: glass is one lobe
+    for reflection and refraction, so a light sample takes both where rays see one of them."""
+    shown = [
+        item
+        for item in read.materials
+        if any(item.values.get("transmission", ())) or "transmission" in item.maps
+    ]
+    if not shown or len(read.lights) < 2:
+        return []
+    return [
+        f"Light '{light.name}': it is hidden from glossy or transmission rays alone, and glass "
+        f"like material '{shown[0].name}' shows it by a few per cent otherwise than Cycles, which "
+        "chooses among several lamps by another rule: hide it from both or from neither"
+        for light in read.lights
+        if ("glossy" in light.visible_to) != ("transmission" in light.visible_to)
+    ]
 
 
 def of_world(

@@ -30,9 +30,10 @@ struct SurfaceScatterer {
   /// Of light that these kinds of rays see.
   void evaluate(const Vec3f& direction, RayKinds visible_to, Color<X>& value,
                 float& density) const {
-    bsdf.value_and_density(direction, value, density);
-    if ((visible_to & kScatteredRays) != kScatteredRays)
-      value = bsdf.seen_by(visible_to).value(direction);
+    if ((visible_to & kScatteredRays) == kScatteredRays)
+      bsdf.value_and_density(direction, value, density);
+    else
+      bsdf.seen_by(visible_to).value_and_density(direction, value, density);
   }
   /// The radiance takes the light that has come along `through` and is scattered by `value`.
   void bring(const Geometry& geometry, const Color<X>& value, const Factor<L>& emitted,

@@ -224,11 +224,8 @@ class PathTracer {
     return true;
   }
   template <class X>
-  auto draw(const PrincipledBsdf<X>& bsdf, const Random& random) const {
-    auto sample =
-        bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
-    if (sample && p_.visibility.by_kind) keep_kind(bsdf, *sample);
-    return sample;
+  static auto draw(const PrincipledBsdf<X>& bsdf, const Random& random) {
+    return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
   }
 
   /// Decides whether the ray passes straight through; either way `beta` takes the factor.

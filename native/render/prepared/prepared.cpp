@@ -113,7 +113,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     any_medium = any_medium || material.has_medium;
     if (L > 0) prepare_plain(s.appearance.materials[m], material);
   }
-  if (!visibility.by_kind && !visibility.uneven) find_sealed(s, materials);
+  if (!visibility.uneven) find_sealed(s, materials);
   for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
     const auto& own = geometry.instances()[i].materials;
     if (std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))

@@ -6,9 +6,8 @@
 namespace selenite {
 
 Visibility::Visibility(const Scene& scene, const std::vector<bool>& transparent) {
-  const auto add = [this](RayKinds kinds, RayKinds among) {
-    by_kind = by_kind || !all_or_none(kinds, kScatteredRays);
-    uneven = uneven || (kinds & among) != among;
+  const auto add = [this](RayKinds kinds, RayKinds wanted) {
+    uneven = uneven || (kinds & wanted) != wanted;
   };
   constexpr int kNoLimit = std::numeric_limits<int>::max();
   const auto& [materials, lights, world] = scene.appearance;
@@ -33,7 +32,7 @@ Visibility::Visibility(const Scene& scene, const std::vector<bool>& transparent)
 }
 
 std::string Visibility::lanes_obstacle() const {
-  if (by_kind || uneven) return "an object or a light is hidden from some of the rays";
+  if (uneven) return "an object or a light is hidden from some of the rays";
   if (holdouts) return "an object is a holdout";
   if (film_through_glass) return "the film is transparent behind glass";
   return {};

@@ -14,10 +14,8 @@ struct Visibility {
   /// `transparent`: one each of the materials, whether it lets rays pass straight through.
   Visibility(const Scene& scene, const std::vector<bool>& transparent);
 
-  /// Scattered rays are told apart: a path belongs to the kind of lobe that sends it on.
-  bool by_kind = false;
-  /// Shadow rays and scattered rays meet different things, so that what is rendered depends on how
-  /// much of the light comes by either: they are weighted by the densities of Cycles.
+  /// Not all rays meet the same things, or lights: what is rendered depends on how much of the light
+  /// comes by a light sample, which is weighted by the densities of Cycles.
   bool uneven = false;
   bool shadow_links = false;  ///< of lamps
   bool hidden_media = false;  ///< an object is hidden from shadow rays, and with it its medium
