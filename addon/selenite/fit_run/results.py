@@ -27,8 +27,8 @@ from .plan import FitPlan, paths_traced
 from .unknowns import Unknown
 
 SCHEMA = 1
-#: A pixel of a photo in its eight pictures, well compressed.
-_BYTES_OF_PIXEL = 30
+#: A pixel of a photo in its eight pictures, well compressed; and what a file takes at least.
+_BYTES_OF_PIXEL, _BYTES_OF_FILE = 30, 1000
 
 
 def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, Any]:
@@ -146,7 +146,9 @@ def write_results(
 def size_of(plan: FitPlan) -> int:
     """Bytes that `write_results` takes at least, about."""
     pixels = sum(item.weight.size for item in plan.captures)
-    return pixels * _BYTES_OF_PIXEL + sum(item.values.nbytes for item in plan.fields)
+    files = 4 + 8 * len(plan.captures)
+    fields = sum(item.values.nbytes for item in plan.fields)
+    return pixels * _BYTES_OF_PIXEL + files * _BYTES_OF_FILE + fields
 
 
 def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:

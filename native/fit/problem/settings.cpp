@@ -22,8 +22,9 @@ const auto& ranges() {
       range_of(render_ranges(), "depth"),
       range_of(render_ranges(), "threads"),
       SettingRange{"validation_interval", "iterations between validations", 1, kMostIterations},
-      SettingRange{"validation_spp", "samples per pixel of a validation", 0, kMostSpp},  // 1 is refused: see `check`
-      SettingRange{"refinement_spp", "samples per pixel of a refinement pass", 0, kMostSpp},  // the same
+      // 1 is refused: see `check`.
+      SettingRange{"validation_spp", "samples per pixel of a validation", 0, kMostSpp},
+      SettingRange{"refinement_spp", "samples per pixel of a refinement pass", 0, kMostSpp},
   };
   return table;
 }

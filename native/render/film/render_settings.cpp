@@ -34,9 +34,8 @@ void require_in_range(const char* name, long long value) {
 std::span<const SettingRange> render_ranges() { return kRanges; }
 
 const SettingRange& range_of(std::span<const SettingRange> table, const char* name) {
-  return *std::ranges::find(table, std::string_view(name), [](const SettingRange& range) {
-    return std::string_view(range.name);
-  });
+  return *std::ranges::find(table, std::string_view(name),
+                            [](const SettingRange& range) { return std::string_view(range.name); });
 }
 
 void require_setting(bool good, const char* what, long long value, const char* range) {
