@@ -352,12 +352,18 @@ def test_a_smoothed_image_with_code_values_that_becomes_grey_is_refused_by_name(
     """Cycles makes it grey after it has decoded what lies between texels."""
     material = made.studio()
     node = texture(material, image(tmp_path), interpolation=way)
-    shine(material, through(material.node_tree, node.outputs["Color"], "Float", "Color"), "base_color")
+    shine(
+        material, through(material.node_tree, node.outputs["Color"], "Float", "Color"), "base_color"
+    )
     (problem,) = made.read().problems
     assert problem.object == "Material 'Body'" and "Base Color" in problem.cause
     assert "Float" in problem.cause and "Closest" in problem.cure
     shine(material, node.outputs["Color"], "roughness")  # the parameter's own socket may
-    shine(material, through(material.node_tree, node.outputs["Color"], "Vector", "Color"), "base_color")
+    shine(
+        material,
+        through(material.node_tree, node.outputs["Color"], "Vector", "Color"),
+        "base_color",
+    )
     assert not made.read().problems
 
 

@@ -86,8 +86,7 @@ def assignments(texts: Sequence[str], problems: list[Problem]) -> dict[Key, Valu
                 raise ValueError(f"'{right}' is not finite")
         except ValueError as error:
             cure = (
-                "write OWNER:PARAMETER=V or OWNER:PARAMETER=V,V,V; "
-                f"{_IN_QUOTES} '\"A:b\":ior=1.4'"
+                f"write OWNER:PARAMETER=V or OWNER:PARAMETER=V,V,V; {_IN_QUOTES} '\"A:b\":ior=1.4'"
             )
             problems.append(Problem(f"Argument '{text}'", str(error), cure))
             continue

@@ -95,9 +95,7 @@ def group_uses(tree: bpy.types.NodeTree) -> int:
     pointers that panels and add-ons keep.)"""
     owners = (*bpy.data.materials, *bpy.data.worlds, *bpy.data.lights)
     trees = [*bpy.data.node_groups, *(item.node_tree for item in owners if item.node_tree)]
-    return sum(
-        getattr(node, "node_tree", None) == tree for other in trees for node in other.nodes
-    )
+    return sum(getattr(node, "node_tree", None) == tree for other in trees for node in other.nodes)
 
 
 def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:

@@ -48,9 +48,7 @@ class TextureRoom:
             return replace(found, texture=texture, grey=grey)
         return replace(found, grey=grey)
 
-    def _grey(
-        self, texture: TextureValues, grey: str, source: Source, title: str
-    ) -> TextureValues:
+    def _grey(self, texture: TextureValues, grey: str, source: Source, title: str) -> TextureValues:
         """The texture as a socket of one number leaves it. What is decoded after interpolation is
         made grey after that, so that its texels cannot be."""
         closest = texture.interpolation == "Closest"

@@ -83,7 +83,9 @@ def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValue
         raise Unreadable(title, cause, _CURE)
     if source.conversion:
         cause = f"its Environment Texture passes {source.conversion}, which makes it grey"
-        raise Unreadable(title, cause, "link its Color to the Background through sockets of colours")
+        raise Unreadable(
+            title, cause, "link its Color to the Background through sockets of colours"
+        )
     return WorldValues(
         (1.0, 1.0, 1.0),
         strength[0],
