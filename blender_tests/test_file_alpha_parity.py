@@ -5,14 +5,12 @@ Rows as in test_texture_parity.
 """
 
 import bpy
-import made_scenes as made
 import numpy as np
 import pytest
 from made_images import linear_name, texels, write_png, write_tga, write_tiff
-from strips import NotHere, render_strips, shine, shining, texture
+from strips import NotHere, render_strips, shine, texture
 
-from selenite.problems import Problem
-from selenite.scene_read import file_alpha, images
+from selenite.scene_read import images
 from selenite.scene_read.nodes import Unreadable
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]

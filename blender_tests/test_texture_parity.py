@@ -11,7 +11,7 @@ import made_scenes as made
 import numpy as np
 import pytest
 from made_images import image
-from strips import COLOURS, COUNT, NotHere, render_both, render_strips, shine, shining, texture
+from strips import COLOURS, NotHere, render_both, render_strips, shine, shining, texture
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

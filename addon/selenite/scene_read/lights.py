@@ -14,7 +14,6 @@ from ..problems import Problem
 from . import hosts, nodes
 from .values import LightValues, Owner
 
-
 _EMISSION = ("Color", "Strength")
 #: Why Cycles shows something else than a lamp's light where its axes are not at right angles.
 _SHEARED = {"AREA": "Cycles samples its light as if its sides were at right angles"}

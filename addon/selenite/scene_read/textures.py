@@ -55,8 +55,8 @@ class TextureRoom:
         if texture.encoded and not closest:
             cause = f"{nodes.describe(source.node)} passes {source.conversion}, which makes it grey"
             cure = (
-                "link it through sockets of colours, set its interpolation to Closest, or its colour "
-                "space to Non-Color or Linear Rec.709"
+                "link it through sockets of colours, set its interpolation to Closest, or its "
+                "colour space to Non-Color or Linear Rec.709"
             )
             raise Unreadable(title, cause, cure)
         key = (texture, grey)
