@@ -83,7 +83,8 @@ def test_equals_cycles_or_is_refused_by_name(pictures, label):
     if isinstance(result, str):
         name, mode = label.split("-")[:2]
         assert name in result and result.count(";") == 1  # a cause and a cure
-        assert mode in {"STRAIGHT", "PREMUL"}  # the others mean the same in both
+        is_grey_of_3 = "Blender 3" in result and mode != "NONE"
+        assert mode in {"STRAIGHT", "PREMUL"} or is_grey_of_3  # the others mean the same in both
         return
     ours, cycles = result
     np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)

@@ -102,7 +102,7 @@ def test_rows_for_colours_and_images_but_not_for_attributes(tmp_path):
     node.layer_name = "Paint"
     made.link(kinds["Attribute"], node.outputs["Color"])
     kinds["Plain"].use_nodes = False
-    give_image(kinds["Muted"], tmp_path).mute = True  # a problem of the scene
+    give_image(kinds["Muted"], tmp_path).mute = True
     mesh = bpy.data.objects["Bare"].data
     mesh.uv_layers.remove(mesh.uv_layers[0])
     inputs = made.principled(kinds["Scattering"]).inputs
@@ -116,6 +116,7 @@ def test_rows_for_colours_and_images_but_not_for_attributes(tmp_path):
     assert {name: row.value for name, row in found.items()} == {
         "Colour": "no image",
         "Image": "5 x 3",
+        "Muted": "no image",  # its own colour, as in Cycles
         "Bare": "no image",
         "Scattering": "no image",
         "Clear": "5 x 3",

@@ -19,6 +19,7 @@ def test_sizes_at_a_percentage_are_those_of_blenders_own_renders(
     made.triangle()
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.samples = "CYCLES", 1
+    scene.cycles.use_denoising = False
     scene.render.resolution_x, scene.render.resolution_y = size
     scene.render.resolution_percentage = percentage
     scene.render.image_settings.file_format = "OPEN_EXR"

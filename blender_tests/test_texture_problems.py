@@ -54,10 +54,6 @@ def mixed(material, folder):
     link(material, curve.outputs["Color"])
 
 
-def muted(material, folder):
-    textured(material, folder).mute = True
-
-
 def boxed(material, folder):
     textured(material, folder, projection="BOX")
 
@@ -121,10 +117,6 @@ def linked_location(material, folder):
     link(material, node(material, "NewGeometry").outputs["Position"], mapping.inputs["Location"])
 
 
-def muted_mapping(material, folder):
-    mapped(material, folder).mute = True
-
-
 def of_the_instancer(material, folder):
     found = textured(material, folder)
     link(material, node(material, "UVMap", from_instancer=True).outputs["UV"], found.inputs[0])
@@ -147,7 +139,6 @@ def uv_map_as_colour(material, folder):
     [
         (separated, "'Roughness' is linked to node 'Separate", "link it straight"),
         (mixed, "'Base Color' is linked to node 'RGB Curves'", "link it straight"),
-        (muted, "'Base Color' is linked to muted node 'Image Texture'", "unlink it"),
         (boxed, "projected as box", "projection Flat"),
         (moved_in_the_sidebar, "Texture Mapping in the sidebar", "Mapping node"),
         (without_image, "node 'Image Texture' (Image Texture) has no image", "choose an image"),
@@ -160,7 +151,6 @@ def uv_map_as_colour(material, folder):
         (generated_coordinates, "image is placed by node 'Texture Coordinate'", "UV Map node"),
         (normal_mapping, "node 'Mapping' (Mapping) is of type Normal", "type Point"),
         (linked_location, "the Location of node 'Mapping'", "unlink it"),
-        (muted_mapping, "image is placed by muted node 'Mapping'", "UV Map node"),
         (of_the_instancer, "takes the coordinates of the instancer", "From Instancer"),
         (alpha_of_colours, "output 'Alpha'", "Color of an Image Texture or Color Attribute"),
         (attribute_of_the_object, "names no attribute of the geometry", "type to Geometry"),

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "image/file_error.h"
+#include "image/limits.h"
 #include "image/read.h"
 #include "image/resize.h"
 #include "image/working_size.h"

@@ -48,6 +48,9 @@ def read_pixels(image: bpy.types.Image) -> Pixels:
     # Packing channels and data mean that alpha is a channel of its own.
     associated = with_alpha and not (image.alpha_mode == "CHANNEL_PACKED" or hosts.is_data(image))
     file = _file_alpha(image, title)
+    if hosts.is_version_3() and with_alpha and file is not None and file.channels == 2:
+        cause = "Blender 3 and its Cycles read the alpha of a grey file differently"
+        raise Unreadable(title, cause, "set its alpha mode to None, or save it as RGBA")
     if associated and file is not None and not (alpha == 1).all():
         _judge_alpha_mode(image, file, alpha, title)
     # Of one grey and one alpha channel Cycles multiplies neither.

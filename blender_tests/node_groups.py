@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Node groups that values pass on their way, and what feeds them."""
+"""Node groups whose sockets convert what passes, and outputs to link to them."""
 
 import bpy
 from made_images import image
