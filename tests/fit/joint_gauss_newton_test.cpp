@@ -27,8 +27,7 @@ TEST(JointGaussNewton, TheColourAloneWouldTakeUpWhatVoxelsDo) {
   const LinearPhotos world;
   GaussNewton alone(world.problem);
   Vector color = world.unknowns.start();
-  for (int i = 0; i < 40; ++i)
-    color = alone.step(color, world.at(color, world.fields.start()[0]));
+  for (int i = 0; i < 40; ++i) color = alone.step(color, world.at(color, world.fields.start()[0]));
   EXPECT_GT((color - world.true_color).cwiseAbs().maxCoeff(), 0.02) << color.transpose();
 }
 
