@@ -78,7 +78,9 @@ def test_materials_of_one_name_are_told_apart_by_their_library(namesakes):
         assert made.socket(block, "roughness").default_value == pytest.approx(
             owner.values["roughness"][0]
         )
-        assert ("library" in owner.fixed.get("roughness", "")) == (block.library is not None)
+        reason = owner.fixed.get("roughness", "")
+        assert ("linked from library" in reason) == (block.library is not None)
+        assert ("library.blend" in reason) == (block.library is not None)
         assert bool(owner.library) == (block.library is not None)
 
 

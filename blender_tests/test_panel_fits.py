@@ -255,3 +255,19 @@ def test_a_second_fit_takes_the_place_of_the_first(settings, monkeypatch):
     assert not settings.applied
     assert results()[COLOUR] == pytest.approx(recorded.fits[1].best[COLOUR])
     assert recorded.fits[1].best != recorded.fits[0].best
+
+
+def test_stages_of_an_own_list_have_their_own_numbers(settings, monkeypatch):
+    recorded = recording_fit.install(monkeypatch)
+    bpy.ops.selenite.add_stage()
+    bpy.ops.selenite.add_stage()
+    settings.stage_mode = "own"
+    stage = settings.stages[0]
+    stage.iterations, stage.spp, stage.height = 9, 8, 12
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    first, second = [fit for fit in recorded.fits if "start" in fit.calls]
+    assert (first.settings["iterations"], first.settings["spp"]) == (9, 8)
+    assert (second.settings["iterations"], second.settings["spp"]) == (7, 6)
+    assert {photo["reference"].shape for photo in first.photos} == {(12, 16, 3)}
+    assert {photo["reference"].shape for photo in second.photos} == {(18, 24, 3)}
+    assert second.start_values[COLOUR] == pytest.approx(first.best[COLOUR])

@@ -54,6 +54,7 @@ TEST(BestIterate, IsNotTheNewestWhereThatIsWorse) {
   EXPECT_EQ(fit.result.best_iteration, 1);
   EXPECT_EQ(fit.result.best_validation, 1);
   EXPECT_NEAR(fit.result.best_validation_standard_error, 0.2, 1e-12);
+  ASSERT_EQ(fit.result.fields_best->size(), 1u);
   EXPECT_EQ((*fit.result.fields_best)[0][0], 0.5) << "the fields that belong to it";
   EXPECT_EQ(fit.best.validation().unbiased, 1);
   for (const double loss : {3.0, 1.0, 2.0})

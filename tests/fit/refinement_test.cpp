@@ -174,6 +174,9 @@ TEST(Refinement, IntervalsHoldWhatIsSettledForAfterStepsThatGoTooFar) {
   ASSERT_EQ(refinement.report().passes, 4);
   EXPECT_EQ(slopes, 2 + 3 * 4)
       << "to begin with and in three looks, by turns from each side: they serve the fourth, too";
+  const Confidence unsettled = refinement.report().components[0];
+  EXPECT_TRUE(!unsettled.determined ||
+              (unsettled.interval[0] <= kTruth && kTruth <= unsettled.interval[1]));
   refinement.accept(start);
   const Confidence reported = refinement.report().components[0];
   EXPECT_LE(reported.interval[0], kStart);
