@@ -139,6 +139,10 @@ def _simplify() -> None:
     bpy.context.scene.render.use_simplify = True
 
 
+def _region() -> None:
+    bpy.context.scene.render.use_border = True
+
+
 def _cull(name: str) -> Callable[[], None]:
     def prepare() -> None:
         _simplify()
@@ -199,6 +203,8 @@ def _smoke(modifier: Any, _: Case) -> None:  # noqa: ANN401
 PREPARE: dict[str, Callable[[], None]] = {
     "CyclesRenderSettings.texture_limit_render": _simplify,
     "CyclesRenderSettings.texture_resolution_render": _simplify,
+    "RenderSettings.use_crop_to_border": _region,
+    "RenderSettings.simplify_volumes": _simplify,
     "CyclesObjectSettings.use_camera_cull": _cull("use_camera_cull"),
     "CyclesObjectSettings.use_distance_cull": _cull("use_distance_cull"),
     "CyclesObjectSettings.use_adaptive_subdivision": _experimental,
@@ -208,6 +214,7 @@ PREPARE: dict[str, Callable[[], None]] = {
 }
 #: How it is set, where another value of the property does not say it
 SET: dict[str, Callable[[Any, Case], None]] = {
+    "RenderSettings.simplify_volumes": _volume_steps(0),
     "Scene.node_tree": _compositor,
     "Scene.compositing_node_group": _compositor,
     "Scene.sequence_editor": _strips,

@@ -262,7 +262,7 @@ def test_all_problems_are_told_at_once(tmp_path, capsys):
         (["render", "scene.blend", "--out=o.exr", "--set=Body"], "has no '='"),
         (["gradient", "scene.blend", "--parameter", "Body:gloss"], "no parameter 'gloss'"),
         (["fit", "run.json"], "Run file: its schema is 99"),
-        (["fit", "broken.json"], "File 'broken.json': cannot be read"),
+        (["fit", "broken.json"], "broken.json': cannot be read"),
     ],
 )
 def test_other_commands_refuse(words, expected, tmp_path, monkeypatch, capsys):

@@ -51,10 +51,10 @@ def test_check_says_what_was_understood(scene, capsys):
 
 def test_check_reports_problems_with_the_rest(tmp_path, capsys):
     made.studio()
-    made.add("Nothing", bpy.data.meshes.new("Nothing"))
+    made.triangle("Wall").is_shadow_catcher = True
     status, report, _ = command(capsys, "check", made.save(tmp_path / "scene.blend"))
     assert status == 2
-    assert report["problems"][0]["object"] == "Object 'Nothing'"
+    assert report["problems"][0]["object"] == "Object 'Wall'"
     assert report["cameras"]
 
 

@@ -60,6 +60,7 @@ def request(folder, **settings):
     run = RunRequest("", (), (capture,), FitSettings(**given | settings))
     return {
         "scene": bpy.context.scene.name,
+        "scripts": False,
         "run": run.as_json(),
         "values": {"Body:base_color": [0.1, 0.2, 0.3]},
         "grids": {},

@@ -35,7 +35,7 @@ def test_a_render_that_is_cropped_to_its_region_is_refused_by_name():
     render = bpy.context.scene.render
     render.use_border, render.use_crop_to_border = True, False
     values = made.read()
-    assert not values.problems and any("border" in text for text in values.warnings)
+    assert not values.problems and any("render region" in text for text in values.warnings)
     render.use_crop_to_border = True
     (problem,) = made.read().problems
     assert problem.object == "Scene 'Scene'" and "crop" in problem.cause

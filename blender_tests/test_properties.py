@@ -77,11 +77,11 @@ def test_a_value_that_is_not_modelled_is_named(case):
 def test_findings_reach_the_values_of_a_scene():
     made.studio()
     scene = bpy.context.scene
-    scene.background_set = bpy.data.scenes.new("Set")
+    scene.render.use_border = scene.render.use_crop_to_border = True
     scene.render.use_motion_blur = True
     read = made.read()
     assert [item.object for item in read.problems] == ["Scene 'Scene'"]
-    assert "Background Set 'Set'" in read.problems[0].cause
+    assert "cropped to the render region" in read.problems[0].cause
     assert "Scene 'Scene': motion blur is not modelled" in read.warnings[0]
     assert "switch off Motion Blur" in read.warnings[0]
 

@@ -18,7 +18,7 @@ KEYS = {
 }
 
 #: Keys that an older revision may lack.
-ADDED = frozenset({"ambiguous", "id"})
+ADDED = frozenset({"ambiguous", "id", "pictures"})
 
 #: Parts of sentences and words in results, old -> new, replaced one after another.
 TEXTS: tuple[tuple[str, str], ...] = (

@@ -39,6 +39,12 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     NativeUnavailable, since the parameter table is native.
     """
     read = SceneValues(millimetres=_millimetres(scene))
+    width, height = cameras.resolution(scene)
+    if min(width, height) < 1:
+        cause = f"a render has {width} x {height} pixels"
+        cure = "raise the resolution or its percentage"
+        read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
+        return read
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
@@ -138,14 +144,7 @@ def _read_cameras(
             read.unusable_cameras[name] = reason
             read.warn(f"Camera '{name}' is left out: {reason}")
             continue
-        values = cameras.read_camera(evaluated, name, scene)
-        if min(values.width, values.height) < 1:
-            cause = f"a render has {values.width} x {values.height} pixels"
-            cure = "raise the resolution or its percentage"
-            problem = Problem(f"Scene '{scene.name}'", cause, cure)
-            if problem not in read.problems:
-                read.problems.append(problem)
-        read.cameras.append(values)
+        read.cameras.append(cameras.read_camera(evaluated, name, scene))
     if not found:
         cure = "add a camera that stands where the photo was taken"
         read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
@@ -382,6 +381,7 @@ def _judge_properties(
         ),
         materials=tuple(item for item in used if item is not None),
         world=view_layers.world_of(scene, layer),
+        has_grids=any(item.grids for item in read.materials),
     )
     known = {
         socket

@@ -43,11 +43,12 @@ class Scope:
     cameras: tuple[bpy.types.Object, ...] = ()
     materials: tuple[bpy.types.Material, ...] = ()
     world: bpy.types.World | None = None
+    has_grids: bool = False  # of volumes, which modifiers make too
 
     @cached_property
     def has_volume_objects(self) -> bool:
         """Whether media vary in space."""
-        return any(item.type == "VOLUME" for item in self.objects)
+        return self.has_grids or any(item.type == "VOLUME" for item in self.objects)
 
     @cached_property
     def has_transmission(self) -> bool:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from .rows import (
+    OneOf,
     Row,
     modelled,
     no_effect,
@@ -64,7 +65,9 @@ def _mapping(name: str, neutral: object, covers: str = "") -> Row:
 
 TEXTURE_MAPPING = table(
     "TexMapping",
-    _mapping("vector_type", "POINT"),
+    _mapping(
+        "vector_type", OneOf(("POINT", "TEXTURE", "VECTOR"))
+    ),  # which leave alone what is neutral
     _mapping("translation", (0.0, 0.0, 0.0)),
     _mapping("rotation", (0.0, 0.0, 0.0)),
     _mapping("scale", (1.0, 1.0, 1.0)),

@@ -80,6 +80,7 @@ RENDER = table(
         False,
         "the render region is ignored; the whole picture is rendered",
         "switch off Output > Render Region, or render the whole picture",
+        acts=lambda render, _: not render.use_crop_to_border,  # which is refused
         covers="border_min_x border_min_y border_max_x border_max_y",
     ),
     refused(
