@@ -14,6 +14,7 @@ import os
 import struct
 import tokenize
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -83,8 +84,8 @@ def _read_npy(path: Path) -> np.ndarray:
         raise ValueError(f"its shape is {shape}, not (nz, ny, nx) or (nz, ny, nx, channels)")
     whole = (*shape, 1) if len(shape) == 3 else shape
     _check_size(whole)
-    order = "F" if is_fortran else "C"
-    mapped = np.memmap(path, dtype, "r", offset=first, shape=shape, order=order)
+    order: Literal["F", "C"] = "F" if is_fortran else "C"
+    mapped = np.memmap(path, dtype=dtype, mode="r", offset=first, shape=shape, order=order)
     return np.array(mapped, np.float32, order="C").reshape(whole)
 
 

@@ -53,7 +53,10 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
         planned = native.core().schedule(
             plan.scene,
             sizes_at(plan.captures, settings.height),
-            [item.native() for item in (*plan.unknowns, *plan.fields)],
+            [
+                *(item.native() for item in plan.unknowns),
+                *(item.native() for item in plan.fields),
+            ],
             settings.native(),
         )
     except (ValueError, KeyError) as error:

@@ -93,6 +93,6 @@ def _states(collection: bpy.types.Collection) -> dict[tuple[str, str], str]:
     for child, settings in zip(collection.children, collection.collection_children, strict=True):
         for item in child.all_objects:
             found[_key(item)] = settings.light_linking.link_state
-    for item, settings in zip(collection.objects, collection.collection_objects, strict=True):
-        found[_key(item)] = settings.light_linking.link_state
+    for item, own in zip(collection.objects, collection.collection_objects, strict=True):
+        found[_key(item)] = own.light_linking.link_state
     return found

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 
@@ -147,7 +148,7 @@ def constant(source: Source) -> Values | None:
     return value
 
 
-def _numbers(found: object) -> Values:
+def _numbers(found: Any) -> Values:  # noqa: ANN401 - the value of any socket
     if hasattr(found, "__len__"):
         return tuple(float(channel) for channel in found[:3])
     return (float(found),)

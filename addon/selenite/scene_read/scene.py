@@ -364,7 +364,7 @@ def _judge_properties(
 ) -> None:
     """Names what the table of Blender's properties knows not to be modelled."""
     objects = tuple(dict.fromkeys(rendered))
-    used = [
+    used: list[bpy.types.Material | None] = [
         bpy.data.materials.get((owner.datablock, owner.library or None))
         for owner in read.owners.values()
         if owner.kind == "material"

@@ -168,7 +168,7 @@ def warned_by_reader(names: str, covers: str = "") -> Row:
     return Row(tuple(names.split()), Effect.WARNED, covers=tuple(covers.split()), by=By.READER)
 
 
-def remarked(name: str, usual: object = None, covers: str = "", *, worse: str = "") -> Row:
+def remarked(name: str, usual: Any = None, covers: str = "", *, worse: str = "") -> Row:  # noqa: ANN401 - any value that RNA has
     """`cycles_check.render_settings` tells what the setting costs, and can set it for a fit.
 
     usual: the factory setting. A scene that goes beyond it is warned of as well, since only its own
