@@ -135,6 +135,8 @@ def _prepared(
             prepared.name = _NAME
         stack.enter_context(_with_cameras(prepared, cameras))
         render = prepared.render
+        if min(_side(render, "x"), _side(render, "y")) < 1:  # of no pixels Blender renders nothing
+            stack.enter_context(_set(render, {"resolution_percentage": 100}))
         wanted = _PLAIN | {
             "border_max_x": min(2 / _side(render, "x"), 1),
             "border_max_y": min(2 / _side(render, "y"), 1),
@@ -146,7 +148,7 @@ def _prepared(
 
 
 def _side(render: bpy.types.RenderSettings, axis: str) -> float:
-    return max(getattr(render, f"resolution_{axis}") * render.resolution_percentage / 100, 1)
+    return float(getattr(render, f"resolution_{axis}") * render.resolution_percentage / 100)
 
 
 def _remove_new_pictures(known: set[bpy.types.Image]) -> None:

@@ -44,7 +44,6 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
         cause = f"a render has {width} x {height} pixels"
         cure = "raise the resolution or its percentage"
         read.problems.append(Problem(f"Scene '{scene.name}'", cause, cure))
-        return read
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
