@@ -26,9 +26,10 @@ int append(List& list, Item&& item) {
 void require_one_lamp(const Light& first, const Light& other) {
   const LightParameters &a = first.values, &b = other.values;
   if (a.power != b.power || !(a.color == b.color) || first.kind != other.kind)
-    throw InvalidArgument("Light '" + other.name +
-                          "' was added twice with another kind, power or colour; give lights of one "
-                          "name the same, or another name");
+    throw InvalidArgument(
+        "Light '" + other.name +
+        "' was added twice with another kind, power or colour; give lights of one "
+        "name the same, or another name");
 }
 
 std::string count_of(std::size_t n) { return std::to_string(n); }
