@@ -59,9 +59,9 @@ def lamp_problems(values):
     return [item for item in values.problems if "camera" not in item.cause]
 
 
-def assert_equals_cycles(native, folder, mean=0.01, pixel=0.06):
+def assert_equals_cycles(native, folder, mean=0.01, pixel=0.06, samples=SAMPLES):
     """mean: of the picture's, relative; pixel: of each one's, by the brightest."""
-    ours, cycles = render_both(native, folder, SIZE, SAMPLES)
+    ours, cycles = render_both(native, folder, SIZE, samples)
     assert cycles.mean() > 0.002  # there is something to compare
     assert ours.mean() == pytest.approx(cycles.mean(), rel=mean)
     assert np.abs(ours - cycles).max() < pixel * cycles.max()
@@ -186,7 +186,7 @@ def test_a_lamp_at_two_places_is_one_owner_and_two_lights(native, tmp_path, kind
     assert [name for name, owner in values.owners.items() if owner.kind == "light"] == ["Key"]
     assert values.owners["Key"].fixed == {} and not lamp_problems(values)
     assert build(values).lights == ["Key", "Key"]  # a name for each place
-    assert_equals_cycles(native, tmp_path)
+    assert_equals_cycles(native, tmp_path, samples=4 * SAMPLES)  # either may find the wrong lamp
 
 
 def test_a_lamp_at_two_places_is_written_once_and_changes_at_both(native):
