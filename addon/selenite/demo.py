@@ -71,7 +71,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "parameters": rows,
         "cycles_against_photo": {
             camera: row["cycles_against_photo"]
-            for camera, row in report["cycles"]["cameras"].items()
+            for camera, row in report["cycles"]["photos"].items()
         },
         "contact_sheet": str(sheet),
         "fitted": str(fitted_file),
