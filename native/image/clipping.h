@@ -20,14 +20,14 @@ struct ClippingLevel {
 
 /// Finds the clipping level of red, green and blue from the numbers alone. A channel is clipped
 ///
-/// 1. at the top of its integers: 255 and 65535, the value below it too (compression blurs the
-///    top); the largest multiple of 2^k where all values are such multiples, as 65532, 65520 and
-///    65280 of 14, 12 and 8 bits that were shifted; 1023, 4095 or 16383 if they are the maximum of
-///    at least 16 pixels;
-/// 2. at a maximum of exactly 1.0 in floats, except in areas with hard edges;
-/// 3. at any other maximum in which values pile up: at least 16 pixels share it, 8 times as many as
-///    share one of the 32 largest values below it, and where areas of such pixels end, half of the
-///    ends fall away as a slope that was cut off, or as noise on one, not as an edge.
+/// 1. At the top of its integers, 255 or 65535, and at the value below it: compression blurs the top.
+///    Where all values are multiples of 2^k, the top is the largest multiple. It is 65532, 65520 or
+///    65280 of 14, 12 or 8 bits that were shifted. 1023, 4095 and 16383 are tops if they are the
+///    maximum of at least 16 pixels.
+/// 2. At a maximum of exactly 1.0 in floats, except in areas with hard edges.
+/// 3. At any other maximum in which values pile up. At least 16 pixels share it, 8 times as many as
+///    share one of the 32 largest values below it. Where areas of such pixels end, half of the ends
+///    fall away as a slope that was cut off, or as noise on one, not as an edge.
 ///
 /// A smooth function that has its maximum in the picture is flat around it, and an evenly lit area
 /// has edges; a clipped one has neither.

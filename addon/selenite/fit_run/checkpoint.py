@@ -40,7 +40,8 @@ SCHEMA = 1
 SUFFIX = ".unfinished"
 INPUTS = "inputs.json"
 _LARGEST_STATE = 1 << 30  # bytes
-#: What reading a file raises that is not what it should be.
+#: What reading a file raises that is not what it should be; an archive packed in a way that zipfile
+#: lacks is NotImplementedError.
 UNREADABLE = (
     OSError, EOFError, ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError,
     RecursionError, MemoryError, NotImplementedError, SyntaxError, struct.error,

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 Acts = Callable[[Any, Any], bool]  # (block, Scope) -> whether the value can change the picture
@@ -132,7 +132,8 @@ def noise_only(names: str) -> Row:
     return Row(tuple(names.split()), Effect.NO_EFFECT, noise=True)
 
 
-def refused(
+def _named(
+    effect: Effect,
     name: str,
     neutral: object,
     cause: str = "",
@@ -141,21 +142,21 @@ def refused(
     acts: Acts | None = None,
     covers: str = "",
 ) -> Row:
-    """The picture would be another one: a problem."""
-    return _named(Effect.REFUSED, name, neutral, cause, cure, acts, covers)
+    return Row(
+        (name,),
+        effect,
+        neutral,
+        cause or "{label} is {value}, which is not modelled",
+        cure or "set it to {neutral}",
+        acts,
+        tuple(covers.split()),
+    )
 
 
-def warned(
-    name: str,
-    neutral: object,
-    cause: str = "",
-    cure: str = "",
-    *,
-    acts: Acts | None = None,
-    covers: str = "",
-) -> Row:
-    """The picture may differ, and still means something: a warning."""
-    return _named(Effect.WARNED, name, neutral, cause, cure, acts, covers)
+#: The picture would be another one: a problem. Arguments as of `_named` behind the effect.
+refused = partial(_named, Effect.REFUSED)
+#: The picture may differ, and still means something: a warning.
+warned = partial(_named, Effect.WARNED)
 
 
 def refused_by_reader(names: str, covers: str = "") -> Row:
@@ -190,26 +191,6 @@ def remarked(name: str, usual: Any = None, covers: str = "", *, worse: str = "")
     )
 
 
-def _named(
-    effect: Effect,
-    name: str,
-    neutral: object,
-    cause: str,
-    cure: str,
-    acts: Acts | None,
-    covers: str,
-) -> Row:
-    return Row(
-        (name,),
-        effect,
-        neutral,
-        cause or "{label} is {value}, which is not modelled",
-        cure or "set it to {neutral}",
-        acts,
-        tuple(covers.split()),
-    )
-
-
 def same(value: Any, other: Any) -> bool:  # noqa: ANN401 - any value that RNA has
     """Equal, numbers within the rounding of 32 bits."""
     if isinstance(value, (bool, str)) or value is None or other is None:
@@ -221,10 +202,3 @@ def same(value: Any, other: Any) -> bool:  # noqa: ANN401 - any value that RNA h
     if hasattr(value, "__len__") and hasattr(other, "__len__"):
         return len(value) == len(other) and all(map(same, value, other))
     return bool(value == other)
-
-
-def every_row(tables: Iterable[Table]) -> Iterator[tuple[str, Row]]:
-    """(type, row) of all tables."""
-    for item in tables:
-        for row in item.rows:
-            yield item.type, row
