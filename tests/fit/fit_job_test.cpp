@@ -135,7 +135,9 @@ TEST(FitJob, CanBeWatchedFromManyThreads) {
         EXPECT_EQ(job.result().last.size(), 6);
         job.preview(0);
         job.request_state();
-        if (const auto saved = job.take_state()) EXPECT_FALSE(saved->empty());
+        if (const auto saved = job.take_state()) {
+          EXPECT_FALSE(saved->empty());
+        }
         EXPECT_GE(job.seconds(), 0);
       }
       return last;
