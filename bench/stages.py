@@ -62,8 +62,8 @@ def captures_of(name: str, subject: subjects.Subject, height: int) -> list[Captu
         return subject.photos(height, 1024)
     import jade_pendant
 
+    from selenite.scene_read.capture_request import CaptureRequest
     from selenite.scene_read.scene import read_scene
-    from selenite.scene_read.values import CaptureRequest
 
     values = read_scene(jade_pendant.build(jade_pendant.START))
     asked = [

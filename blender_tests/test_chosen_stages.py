@@ -20,7 +20,7 @@ from selenite.fit_run.staging.job import make_job
 from selenite.information import conditioning
 from selenite.information.photo_information import PhotoInformation
 from selenite.interface import panels, state
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

@@ -19,7 +19,7 @@ from selenite.cli import main
 from selenite.fit_run import results
 from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
 from selenite.fit_run.settings import PRESETS, FitSettings
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

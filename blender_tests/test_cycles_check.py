@@ -21,7 +21,7 @@ from selenite.fit_run.request import RunRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.problems import BadInput
 from selenite.scene_read import hosts
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

@@ -13,7 +13,7 @@ from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.information.job import BackgroundJob
 from selenite.interface import panels, state
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 from selenite.trade.start import estimate_of
 
 pytestmark = pytest.mark.blender

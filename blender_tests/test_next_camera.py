@@ -18,7 +18,7 @@ from selenite.information.job import BackgroundJob
 from selenite.next_camera.candidates import body_of, candidates
 from selenite.next_camera.suggestion import suggestion_of
 from selenite.scene_read.build import build
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

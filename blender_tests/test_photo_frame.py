@@ -13,8 +13,8 @@ from selenite.cycles_check.compare import Estimate
 from selenite.cycles_check.render import estimate
 from selenite.fit_run.captures import read_captures
 from selenite.fit_run.plan import build_scene
+from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.scene import read_scene
-from selenite.scene_read.values import CaptureRequest
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

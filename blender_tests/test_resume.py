@@ -24,7 +24,7 @@ from selenite.fit_run.settings import FitSettings
 from selenite.fit_run.staging.job import make_job
 from selenite.fit_run.staging.request import StageRequest
 from selenite.problems import BadInput
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

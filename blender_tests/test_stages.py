@@ -19,7 +19,7 @@ from selenite.fit_run.results import write_results
 from selenite.fit_run.settings import FitSettings
 from selenite.fit_run.staging.job import StagedJob, make_job
 from selenite.fit_run.staging.request import StageRequest
-from selenite.scene_read.values import CaptureRequest
+from selenite.scene_read.capture_request import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

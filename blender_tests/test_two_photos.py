@@ -12,8 +12,8 @@ from drawn_panels import FakeLayout
 
 from selenite import native
 from selenite.interface import panels
+from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.photos import captures_of, ids_of, pair_by_name
-from selenite.scene_read.values import CaptureRequest
 
 pytestmark = pytest.mark.blender
 

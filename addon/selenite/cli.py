@@ -22,6 +22,7 @@ from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
 from .problems import BadInput, Failed, Problem
+from .scene_read.capture_request import GAINS
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -257,6 +258,15 @@ def _add_captures(parser: argparse.ArgumentParser, photo: str) -> None:
     parser.add_argument("--photo", **many, metavar="CAMERA=FILE", help=f"{more}; {photo}")
     mask = "black pixels of it do not count; PHOTO: the camera's name, or CAMERA#2 for its second"
     parser.add_argument("--mask", **many, metavar="PHOTO=FILE", help=mask)
+    parser.add_argument("--captures", metavar="FILE.json", help="photos and how they were taken")
+    gain = "factor on the render that the fit finds for each photo; default: none"
+    parser.add_argument("--gain", choices=GAINS, help=gain)
+    parser.add_argument(
+        "--align",
+        action="store_true",
+        default=None,
+        help="find a shift and roll of each photo within 4 pixels",
+    )
 
 
 def _add_fit(commands: argparse._SubParsersAction) -> None:

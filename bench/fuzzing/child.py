@@ -38,7 +38,7 @@ def read_photo(case: Path, mask: Path | None = None) -> bool:
     """As a fit reads it, for a camera of its size."""
     from selenite import native
     from selenite.fit_run.captures import read_captures
-    from selenite.scene_read.values import CaptureRequest
+    from selenite.scene_read.capture_request import CaptureRequest
 
     try:
         info = native.image().probe(str(case))

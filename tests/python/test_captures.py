@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite.commands import arguments  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
-from selenite.scene_read.values import CaptureRequest, with_ids  # noqa: E402
+from selenite.scene_read.capture_request import CaptureRequest, with_ids  # noqa: E402
 
 
 def ids(*captures: tuple[str, str], cameras: tuple[str, ...] = ()) -> list[str]:

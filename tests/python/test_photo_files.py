@@ -20,7 +20,7 @@ import OpenEXR  # noqa: E402
 
 from selenite.fit_run.captures import Capture, read_captures  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
-from selenite.scene_read.values import CaptureRequest  # noqa: E402
+from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
 
 WIDTH, HEIGHT = 16, 12
 

@@ -12,7 +12,8 @@ import pytest
 from selenite import native
 from selenite.fit_run.captures import Capture, read_captures
 from selenite.problems import Problem
-from selenite.scene_read.values import CameraValues, CaptureRequest, SceneValues
+from selenite.scene_read.capture_request import CaptureRequest
+from selenite.scene_read.values import CameraValues, SceneValues
 
 WIDTH, HEIGHT = 8, 6
 

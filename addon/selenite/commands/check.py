@@ -11,7 +11,8 @@ from ..fit_run.captures import read_captures
 from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL
 from ..problems import BadInput, listed
-from ..scene_read.values import Owner, SceneValues, with_ids
+from ..scene_read.capture_request import with_ids
+from ..scene_read.values import Owner, SceneValues
 from .scene import open_scene
 from .terminal import say
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
+from ..fit_run.capture_files import read_captures_file
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
@@ -25,7 +26,8 @@ from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
 from ..problems import BadInput, Problem, problems_of
-from ..scene_read.values import CaptureRequest, SceneValues, with_ids
+from ..scene_read.capture_request import CaptureRequest, with_ids
+from ..scene_read.values import SceneValues
 from . import arguments
 from .fit_results import deliver
 from .scene import open_scene
@@ -127,7 +129,8 @@ def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> F
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     """What an unfinished run asked for, and the results of what it has done."""
     others = (
-        "fit", "photo", "mask", "start", "bounds", "grid", "unseen", "preset", "stages", *_SETTINGS
+        "fit", "photo", "captures", "mask", "gain", "align", "start", "bounds", "grid", "unseen",
+        "preset", "stages", *_SETTINGS,
     )  # fmt: skip
     for name in others:
         if name != "threads" and getattr(args, name):
@@ -283,7 +286,16 @@ def captures_from(
     values: SceneValues,
     problems: list[Problem],
 ) -> tuple[CaptureRequest, ...]:
-    """--photo, or else what is stored; --mask adds to either, by the id of a photo."""
+    """--captures, --photo, or else what is stored; --mask adds to any, by the id of a photo.
+    --gain and --align are those of photos that do not say."""
+    if args.captures:
+        if args.photo:
+            cause, cure = "--photo is given too", "list all photos in the file"
+            problems.append(Problem("Argument --captures", cause, cure))
+        try:
+            stored = read_captures_file(absolute(args.captures))
+        except BadInput as error:
+            problems += error.problems
     cameras = [*(camera.name for camera in values.cameras), *values.unusable_cameras]
     given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
     captures = with_ids(given or stored, (camera.name for camera in values.cameras))
@@ -297,4 +309,12 @@ def captures_from(
             cause, cure = "a mask is given but no photo", f"add --photo {camera}=FILE"
             problems.append(Problem(f"Photo '{name}'", cause, cure))
         masks[name] = mask
-    return tuple(replace(item, mask=masks.get(item.id, item.mask)) for item in captures)
+    return tuple(
+        replace(
+            item,
+            mask=masks.get(item.id, item.mask),
+            gain=item.gain or args.gain or "",
+            align=item.align if item.align is not None else args.align,
+        )
+        for item in captures
+    )

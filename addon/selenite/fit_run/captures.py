@@ -15,7 +15,8 @@ import numpy as np
 
 from .. import native
 from ..problems import Problem, listed
-from ..scene_read.values import PACKED, CameraValues, CaptureRequest, SceneValues, with_ids
+from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
+from ..scene_read.values import CameraValues, SceneValues
 
 #: How the warning begins that names them.
 LEFT_OUT = "Cameras without a photo are left out"

@@ -14,7 +14,8 @@ import numpy as np
 from .. import __version__
 from ..paths import why_not_file
 from ..problems import Problem
-from ..scene_read.values import PACKED, SceneValues
+from ..scene_read.capture_request import PACKED
+from ..scene_read.values import SceneValues
 from .request import RunRequest
 
 SCHEMA = 1

@@ -11,8 +11,9 @@ from .. import native
 from ..paths import MISSING, why_not_file
 from ..problems import BadInput, Problem, refused
 from ..scene_read.build import build
+from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
-from ..scene_read.values import PACKED, CaptureRequest, SceneValues, with_ids
+from ..scene_read.values import SceneValues
 from . import fields as all_fields
 from .captures import Capture, read_captures
 from .fields import FieldUnknown

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +11,11 @@ from .. import __version__
 from ..json_text import read_json
 from ..parameters import Values
 from ..problems import BadInput, Problem
-from ..scene_read.values import CaptureRequest
+from ..scene_read.capture_request import LARGEST, CaptureRequest
 from .settings import FitSettings
 from .staging.request import StageRequest, stages_from_json
 
 SCHEMA = 1
-#: Beyond any number of a request.
-LARGEST = 1e300
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class RunRequest:
             "selenite": __version__,
             "scene": self.scene,
             "unknowns": [asdict(item) for item in self.unknowns],
-            "captures": [asdict(item) for item in self.captures],
+            "captures": [item.as_json() for item in self.captures],
             "settings": self.settings.as_json(),
             "stages": [item.as_json() for item in self.stages],
             "staging": self.staging,
@@ -77,7 +75,9 @@ class RunRequest:
             return RunRequest(
                 scene=_text(data, "scene"),
                 unknowns=tuple(_unknown(item) for item in _objects(data, "unknowns")),
-                captures=tuple(_capture(item) for item in _objects(data, "captures")),
+                captures=tuple(
+                    CaptureRequest.from_json(item) for item in _objects(data, "captures")
+                ),
                 settings=FitSettings.from_json(data.get("settings", {})),
                 stages=_stages(data.get("stages"), title),
                 staging=_text(data, "staging", ""),
@@ -123,15 +123,6 @@ def _number(data: dict[str, Any], key: str) -> float | None:
     if type(value) not in (int, float) or not abs(value) <= LARGEST:
         raise ValueError(f"its '{key}' is {value!r}, not a finite number")
     return float(value)
-
-
-def _capture(item: dict[str, Any]) -> CaptureRequest:
-    known = {entry.name for entry in fields(CaptureRequest)}
-    for key in item:
-        if key not in known:
-            raise ValueError(f"a photo of it has the key '{key}', which is not known")
-    camera, photo = _text(item, "camera"), _text(item, "photo")
-    return CaptureRequest(camera, photo, _text(item, "mask", ""), _text(item, "id", ""))
 
 
 def _unknown(item: dict[str, Any]) -> UnknownRequest:

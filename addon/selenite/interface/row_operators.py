@@ -10,9 +10,9 @@ from .. import native
 from ..cycles_check.render_settings import contents_of
 from ..native import NativeUnavailable
 from ..scene_read.camera import named_cameras
+from ..scene_read.capture_request import CaptureRequest
 from ..scene_read.photos import ids_of, pair_by_name
 from ..scene_read.scene import read_scene
-from ..scene_read.values import CaptureRequest
 from . import request
 from .state import CHECK, remember_shapes
 

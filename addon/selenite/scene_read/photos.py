@@ -8,7 +8,7 @@ from pathlib import PurePath
 import bpy
 
 from .camera import named_cameras
-from .values import PACKED, CaptureRequest, with_ids
+from .capture_request import PACKED, CaptureRequest, with_ids
 
 
 def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:

@@ -7,9 +7,7 @@ radians, colours linear Rec. 709, pictures (height, width, 3) float32 with row 0
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -20,37 +18,6 @@ from .closedness import Closedness
 
 #: Weights by which a socket of one number takes a colour, in Blender and Cycles.
 LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
-PACKED = "packed:"  # a photo that is packed in the .blend
-
-
-@dataclass(frozen=True)
-class CaptureRequest:
-    """A camera and a photo from there; `mask` is a picture whose black pixels do not count, or "".
-    `id`: unique in a run; "" for the usual one, see `with_ids`."""
-
-    camera: str
-    photo: str
-    mask: str = ""
-    id: str = ""
-
-
-def with_ids(
-    captures: Iterable[CaptureRequest], cameras: Iterable[str] = ()
-) -> tuple[CaptureRequest, ...]:
-    """The captures, each with an id: its own, else its camera's name, or `Camera#2`, `Camera#3` ...
-    where the camera repeats. None of these is the name of another one of `cameras`."""
-    captures = tuple(captures)
-    names = {*cameras, *(item.camera for item in captures)}
-    taken = {item.id for item in captures if item.id}
-    found = []
-    for item in captures:
-        if item.camera and not item.id:
-            numbered = (f"{item.camera}#{number}" for number in itertools.count(2))
-            free = (name for name in numbered if name not in taken and name not in names)
-            item = replace(item, id=next(free) if item.camera in taken else item.camera)
-            taken.add(item.id)
-        found.append(item)
-    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is asked for of a photo, and the JSON of it: run.json and --captures hold the same."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from typing import Any
+
+#: A photo that is packed in the .blend: this and the name of its image.
+PACKED = "packed:"
+#: Degrees of freedom of a photo's gain: none, one for all channels, one for each.
+GAINS = ("none", "scalar", "rgb")
+#: Beyond any number of a request.
+LARGEST = 1e300
+
+
+@dataclass(frozen=True)
+class LensDistortion:
+    """Brown's model, which takes ideal image points to those of the photo: radial k1 to k3,
+    tangential p1 and p2 in Metashape's order. Focal lengths and principal point in pixels of the
+    whole photo, whose first pixel has its centre at (0.5, 0.5)."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+
+
+@dataclass(frozen=True)
+class CaptureRequest:
+    """A camera, a photo from there, and how it was taken.
+
+    mask: a picture whose black pixels do not count, or "".
+    id: unique in a run; "" for the usual one, see `with_ids`.
+    gain: one of GAINS, or "" for that of the run.
+    lights: the lamps that were on; None: all. world: whether the world's light was on.
+    transforms: where lamps were, object to world, 16 numbers row by row; by the object's name.
+    response: "auto" (as the file says), "srgb", "linear", "gamma:2.2", or a .csv of a table.
+    size: (width, height) of the whole photo in pixels; None: that of the file.
+    crop: the part of it that the file holds, x0, y0, x1, y1 in pixels from the top left corner.
+    distortion: of the lens; None: the photo is free of it.
+    align: whether the fit finds a small shift and roll of the photo; None: as the run says.
+    """
+
+    camera: str
+    photo: str
+    mask: str = ""
+    id: str = ""
+    gain: str = ""
+    lights: tuple[str, ...] | None = None
+    world: bool = True
+    transforms: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    response: str = "auto"
+    size: tuple[int, int] | None = None
+    crop: tuple[int, int, int, int] | None = None
+    distortion: LensDistortion | None = None
+    align: bool | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        """A dict of plain values, without what is as usual."""
+        usual = CaptureRequest(self.camera, self.photo)
+        found: dict[str, Any] = {"camera": self.camera, "photo": self.photo}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if value == getattr(usual, item.name):
+                continue
+            if item.name == "transforms":
+                value = {name: [list(m[i : i + 4]) for i in (0, 4, 8, 12)] for name, m in value}
+            elif isinstance(value, LensDistortion):
+                value = asdict(value)
+            elif isinstance(value, tuple):
+                value = list(value)
+            found[item.name] = value
+        return found
+
+    @staticmethod
+    def from_json(data: Mapping[str, Any]) -> CaptureRequest:
+        """The inverse. Raises ValueError, whose text says which key is wrong and what it may be."""
+        known = {entry.name for entry in fields(CaptureRequest)}
+        for key in data:
+            if key not in known:
+                raise ValueError(
+                    f"a photo of it has the key '{key}', which is not known; use {', '.join(known)}"
+                )
+        return CaptureRequest(
+            camera=_text(data, "camera"),
+            photo=_text(data, "photo"),
+            mask=_text(data, "mask", ""),
+            id=_text(data, "id", ""),
+            gain=_gain(data),
+            lights=_lights(data),
+            world=_flag(data, "world", True) is not False,
+            transforms=_transforms(data),
+            response=_text(data, "response", "auto"),
+            size=_whole(data, "size", 2),  # type: ignore[arg-type]
+            crop=_whole(data, "crop", 4),  # type: ignore[arg-type]
+            distortion=_distortion(data),
+            align=_flag(data, "align", None),
+        )
+
+
+def with_ids(
+    captures: Iterable[CaptureRequest], cameras: Iterable[str] = ()
+) -> tuple[CaptureRequest, ...]:
+    """The captures, each with an id: its own, else its camera's name, or `Camera#2`, `Camera#3` ...
+    where the camera repeats. None of these is the name of another one of `cameras`."""
+    captures = tuple(captures)
+    names = {*cameras, *(item.camera for item in captures)}
+    taken = {item.id for item in captures if item.id}
+    found = []
+    for item in captures:
+        if item.camera and not item.id:
+            numbered = (f"{item.camera}#{number}" for number in itertools.count(2))
+            free = (name for name in numbered if name not in taken and name not in names)
+            item = replace(item, id=next(free) if item.camera in taken else item.camera)
+            taken.add(item.id)
+        found.append(item)
+    return tuple(found)
+
+
+def _text(data: Mapping[str, Any], key: str, default: str | None = None) -> str:
+    value = data.get(key, default)
+    if value is None and default is not None:
+        return default
+    if not isinstance(value, str) or "\0" in value:
+        raise ValueError(f"its '{key}' is {value!r}, not text")
+    return value
+
+
+def _gain(data: Mapping[str, Any]) -> str:
+    value = _text(data, "gain", "")
+    if value and value not in GAINS:
+        raise ValueError(f"its 'gain' is {value!r}, not one of {', '.join(GAINS)}")
+    return value
+
+
+def _flag(data: Mapping[str, Any], key: str, default: bool | None) -> bool | None:
+    value = data.get(key)
+    if value is None:
+        return default
+    if not isinstance(value, bool):
+        raise ValueError(f"its '{key}' is {value!r}, not true or false")
+    return value
+
+
+def _lights(data: Mapping[str, Any]) -> tuple[str, ...] | None:
+    value = data.get("lights")
+    if value is None:
+        return None
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise ValueError(f"its 'lights' are {value!r}, not a list of names of lamps")
+    return tuple(value)
+
+
+def _numbers(value: object, key: str, count: int) -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != count:
+        raise ValueError(f"its '{key}' is {value!r}, not a list of {count} numbers")
+    for item in value:
+        if type(item) not in (int, float) or not abs(item) <= LARGEST:
+            raise ValueError(f"its '{key}' holds {item!r}, not a finite number")
+    return tuple(float(item) for item in value)
+
+
+def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | None:
+    value = data.get(key)
+    if value is None:
+        return None
+    numbers = _numbers(value, key, count)
+    if any(number != int(number) or number < 0 for number in numbers):
+        raise ValueError(f"its '{key}' is {value!r}, not {count} whole numbers of pixels")
+    return tuple(int(number) for number in numbers)
+
+
+def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """A matrix is a list of 4 rows, or of all 16 numbers."""
+    value = data.get("transforms")
+    if value is None:
+        return ()
+    if not isinstance(value, dict):
+        raise ValueError(f"its 'transforms' are {value!r}, not an object of matrices by lamp")
+    found = []
+    for name, rows in value.items():
+        key = f"transforms['{name}']"
+        if isinstance(rows, list) and len(rows) == 4:
+            flat = [number for row in rows for number in _numbers(row, key, 4)]
+        else:
+            flat = list(_numbers(rows, key, 16))
+        if flat[12:] != [0.0, 0.0, 0.0, 1.0]:
+            raise ValueError(f"its '{key}' has the last row {flat[12:]}, not 0, 0, 0, 1")
+        found.append((name, tuple(flat)))
+    return tuple(found)
+
+
+def _distortion(data: Mapping[str, Any]) -> LensDistortion | None:
+    value = data.get("distortion")
+    if value is None:
+        return None
+    names = [item.name for item in fields(LensDistortion)]
+    if not isinstance(value, dict) or not {"fx", "fy", "cx", "cy"} <= set(value) <= set(names):
+        raise ValueError(
+            f"its 'distortion' is {value!r}, not an object with fx, fy, cx, cy "
+            "and perhaps k1, k2, k3, p1, p2"
+        )
+    numbers = {name: _numbers([number], "distortion", 1)[0] for name, number in value.items()}
+    if not (numbers["fx"] > 0 and numbers["fy"] > 0):
+        raise ValueError("its 'distortion' has a focal length (fx, fy) that is not above 0")
+    return LensDistortion(**numbers)
