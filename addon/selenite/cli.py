@@ -287,7 +287,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     unseen = "texels that no photo sees stay as they were, or are filled from those around them"
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
-    add("--loss", help="what is minimised; default: dual-buffer. An unknown name lists them all")
+    add("--loss", help="what is minimised; default: robust. An unknown name lists them all")
     add(
         "--optimiser",
         help="auto, gauss-newton or adam; adam starts from the settings of the thesis tool",
@@ -355,7 +355,7 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     _add_captures(parser, photo)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     add("--budget", type=float, default=300.0, metavar="SECONDS", help="in all (%(default)g)")
-    add("--loss", help="of every fit; default: dual-buffer")
+    add("--loss", help="of every fit; default: robust")
     add("--optimiser", help="of every fit; default: auto")
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")

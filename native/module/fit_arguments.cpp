@@ -5,7 +5,9 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
+#include <string_view>
 
 #include "fit/problem/fields.h"
 #include "module/bindings.h"
@@ -60,11 +62,14 @@ class Named {
   py::dict values_;
 };
 
+constexpr std::array<std::string_view, 3> kGainFreedoms{"none", "scalar", "rgb"};
+
 }  // namespace
 
 Photo photo_of(const py::handle& object, std::size_t index) {
   const std::string what = "photos[" + std::to_string(index) + "]";
-  std::vector<const char*> keys{"id", "camera", "reference", "weight", "frame", "lamps_off"};
+  std::vector<const char*> keys{"id", "camera", "reference", "weight", "frame", "lamps_off",
+                                "free_gain"};
   for (const Parameter& parameter : photo_parameter_table().rows)
     keys.push_back(parameter.name.data());
   const Named named(object, what, std::move(keys));
@@ -72,6 +77,13 @@ Photo photo_of(const py::handle& object, std::size_t index) {
   photo.camera = named.as<std::string>("camera");
   named.take("id", photo.id);
   named.take("lamps_off", photo.lamps_off);
+  if (named.has("free_gain")) {
+    const auto name = named.as<std::string>("free_gain");
+    const auto found = std::ranges::find(kGainFreedoms, name);
+    if (found == kGainFreedoms.end())
+      throw py::value_error(what + ": free_gain = '" + name + "' is not none, scalar or rgb");
+    photo.gain_freedom = static_cast<GainFreedom>(found - kGainFreedoms.begin());
+  }
   visit_fields(photo.values, [&](const Parameter& parameter, double* first, int width) {
     const char* key = parameter.name.data();  // of a literal: it ends with 0
     if (!named.has(key)) return;

@@ -132,6 +132,17 @@ py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
                                         "explained"_a = report.misfit.explained));
 }
 
+/// The free gains, by the id of a photo.
+py::dict gains_dict(const FitJob& job, const std::vector<Colorf>& gains) {
+  py::dict found;
+  for (std::size_t i = 0; i < gains.size(); ++i) {
+    const Photo& photo = job.photos()[i];
+    if (photo.gain_freedom != GainFreedom::kNone)
+      found[py::str(photo.id)] = py::make_tuple(gains[i].r, gains[i].g, gains[i].b);
+  }
+  return found;
+}
+
 py::dict result_dict(const FitJob& job) {
   const FitResult r = job.result();
   const FitState s = job.state();
@@ -141,6 +152,10 @@ py::dict result_dict(const FitJob& job) {
                   "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
                   "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
                   "best_validation_standard_error"_a = r.best_validation_standard_error,
+                  "gains"_a = gains_dict(job, r.gains), "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
+                  "model_error"_a = py::dict("relative"_a = r.model_error.relative,
+                                             "absolute"_a = r.model_error.absolute,
+                                             "shift"_a = r.model_error.shift),
                   "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because,
                   "error"_a = s.error, "optimiser"_a = job.optimiser_name(),
                   "samples"_a = r.samples, "seconds"_a = s.seconds, "cpu_seconds"_a = r.cpu_seconds,
@@ -189,7 +204,8 @@ Args:
     photos: list of dict {id: str, unique, or None for the camera's name; camera: str, of any number
         of photos; reference: (h, w, 3) float32 linear radiance, row 0 at the top; weight: (h, w)
         float32 >= 0 or None; frame (aspect, width, height): as for `render`; lamps_off: names of the
-        lamps that were off; by name, the values of its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
+        lamps that were off; free_gain: "none", "scalar" or "rgb", a factor on its gain that the fit
+        finds; by name, the values of its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; owner is a material, a lamp, "World" or the id of a photo; the bounds hold for
         every component. The parameters "albedo_grid" and
@@ -198,7 +214,7 @@ Args:
         without `start` (a search moves an albedo grid or an image of one colour as a whole), and
         the rate is in units of their values: the length of a step; after a search the first is four
         times as long, and the last one of an image a quarter.
-    settings: dict; what is left out keeps its default: loss "dual-buffer" (see losses()), optimiser
+    settings: dict; what is left out keeps its default: loss "robust" (see losses()), optimiser
         "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
         validation_interval 5 (beside grids and images after a search: where turns begin),
@@ -245,7 +261,8 @@ seconds, seconds_left (NaN: unknown yet), values
       .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
-best_validation_standard_error, iterations, stopped_because, error, optimiser, samples, seconds,
+best_validation_standard_error, gains {photo: (r, g, b)} of those that are free, start_validation, kept_start, model_error {relative, absolute, shift},
+iterations, stopped_because, error, optimiser, samples, seconds,
 cpu_seconds, dropped, search, report, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.
 fields: {"Body:albedo_grid": (nz, ny, nx, channels) float32}.

@@ -61,7 +61,7 @@ TEST_P(FieldsLoss, GradientAddsUpToThatOfOneAlbedo) {
   const Photo photo = photos_of(smoke(std::vector<float>(8, 0.9f)), 16)[0];
   const Fields fields(grid, {grid_unknown()});
   const FieldGradient found =
-      loss_field_gradient(grid, grid.cameras[0], fields, photo, loss, settings_of(16, 7), nullptr);
+      loss_field_gradient(grid, grid.cameras[0], fields, photo, {loss, photo}, settings_of(16, 7), nullptr);
   const SlotLayout layout(plain, {plain.find("Smoke", "albedo")});
   const Film film = render(plain, plain.cameras[0], layout, settings_of(16, 7));
   const Vector want = loss_gradient(layout, film, loss.evaluate(film, photo));

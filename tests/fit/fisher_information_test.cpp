@@ -223,7 +223,7 @@ TEST(FisherInformation, WeighsABrightSpeckAsAFitDoes) {
   const FisherInformation found = paper.information(even_slope, 0);
   std::vector<Photo> photos{paper.photo};
   check_photos(paper.scene, photos);
-  const Problem problem{paper.unknowns, paper.seen.layout, photos, losses()[0], 10};
+  const Problem problem{paper.unknowns, paper.seen.layout, photos, find_loss("robust"), 10};
   const Eigen::VectorXf of_fit = GaussNewton(problem).weights().by_variance(0, paper.seen.variance);
   const double expected = 4 * of_fit.cast<double>().sum();
   EXPECT_NEAR(found.normal(0, 0), expected, 1e-4 * expected);

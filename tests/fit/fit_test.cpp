@@ -100,6 +100,7 @@ TEST(Fit, EveryStepHasSeedsOfItsOwnAndValidationAlwaysTheSame) {
 TEST(Fit, OneStepPerCameraMovesTwiceAnIteration) {
   FitSettings settings = synthetic_settings({0, 0});
   settings.iterations = 1;
+  settings.loss = "dual-buffer";
   const Vector start = Unknowns(synthetic_scene(), synthetic_unknowns()).start();
   const Vector together = run(settings).last - start;
   settings.accumulate = false;

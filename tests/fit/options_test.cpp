@@ -159,7 +159,7 @@ TEST(Options, NoiseEntersTheWeightsAtItsIteration) {
   const auto changed_at = [&](int first) {
     PixelWeightsOptions options;
     options.first_weighing = first;
-    PhotoWeights weights(photos.photos, options);
+    PhotoWeights weights(photos.photos, true, options);
     int at = 0;
     for (int iteration = 1; iteration <= 8 && at == 0; ++iteration)
       if (weights.learn(photos.seen(photos.unknowns.start(), 1), 1, iteration)) at = iteration;

@@ -177,8 +177,9 @@ TEST(PhotoGain, ReachesTheDerivativesByFields) {
   }
   Setting plain(scene, divided, unknowns, settings), with(scene, photos, unknowns, settings);
   const auto gradient = [](Setting& s, const char* loss) {
-    return s.evaluator.field_gradient(s.problem.start(), s.problem.photos()[0], s.problem.fields(),
-                                      find_loss(loss), {8, 3});
+    const Photo& photo = s.problem.photos()[0];
+    return s.evaluator.field_gradient(s.problem.start(), photo, s.problem.fields(),
+                                      {find_loss(loss), photo}, {8, 3});
   };
   const auto jacobian = [](Setting& s) {
     const std::vector<float> weights(kSize * kSize, 1.f / (kSize * kSize));

@@ -15,6 +15,7 @@ constexpr double kTolerance = 0.01;
 FitResult stopped(std::vector<double> validations, double of_steps) {
   FitSettings settings = synthetic_settings({0, 0});
   settings.iterations = 12;
+  settings.loss = "dual-buffer";
   settings.tolerance = kTolerance;
   settings.validation_interval = 1;
   std::size_t done = 0;

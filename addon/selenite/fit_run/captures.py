@@ -37,6 +37,7 @@ class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
+    free_gain: what the fit finds of a factor on `gain`, one of GAINS.
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
     lamps_off: names of the lamps that were off when it was taken.
     warnings: what the reader says of photo and mask.
@@ -50,6 +51,7 @@ class Capture:
     weight: np.ndarray
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    free_gain: str = "none"
     lamps_off: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -72,6 +74,7 @@ class Capture:
             "weight": self.weight,
             "frame": self.frame,
             "gain": self.gain,
+            "free_gain": self.free_gain,
             "lamps_off": list(self.lamps_off),
         }
 
@@ -171,7 +174,7 @@ def _read(
     warnings += [text for text in remarks if text not in warnings]
     return Capture(
         request.id, camera.name, request.photo, size, reference, weight, camera.aspect,
-        warnings=tuple(remarks),
+        warnings=tuple(remarks), free_gain=request.gain or "none",
     )  # fmt: skip
 
 

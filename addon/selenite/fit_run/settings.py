@@ -22,7 +22,7 @@ class FitSettings:
     "on", "off" or "auto" (where Gauss-Newton fits).
     """
 
-    loss: str = "dual-buffer"
+    loss: str = "robust"
     optimiser: str = "auto"
     iterations: int = 40
     spp: int = 4
@@ -124,7 +124,7 @@ PRESETS = {
     "accurate": FitSettings(iterations=60, spp=16, picture_spp=512),
 }
 #: What `--optimiser adam` starts from: the thesis tool's run.
-THESIS = FitSettings(optimiser="adam", iterations=100, tolerance=0.001)
+THESIS = FitSettings(loss="dual-buffer", optimiser="adam", iterations=100, tolerance=0.001)
 
 
 def with_overrides(base: FitSettings, overrides: dict[str, Any]) -> FitSettings:

@@ -20,7 +20,10 @@ PixelSlope slope_of_pixel(const FilmLoss& loss, const Film& film, const Photo& p
   part.reference = {photo.reference[pixel]};
   part.weight = {photo.weight[pixel]};
   part.total_weight = photo.total_weight;
-  const LossResult result = loss.evaluate(one, part);
+  Eigen::VectorXf weights;
+  if (loss.weights.size() > 0)
+    weights = loss.weights.segment<3>(static_cast<Eigen::Index>(3 * pixel));
+  const LossResult result = loss.evaluate(one, part, weights);
   return {result.slope[0], result.curvature.empty() ? Colorf() : result.curvature[0]};
 }
 
@@ -37,7 +40,7 @@ FieldGradient loss_field_gradient(const Scene& scene, const Camera& camera, cons
       return slope_of_pixel(loss, film, photo, pixel);
     });
   const FieldGradient first = render({});
-  const LossResult result = loss.evaluate(first.film, photo);
+  const LossResult result = loss.evaluate(first.film, photo, loss.weights);
   FieldGradient second = render([&](std::size_t pixel, const Film&) {
     return PixelSlope{result.slope[pixel],
                       result.curvature.empty() ? Colorf() : result.curvature[pixel]};

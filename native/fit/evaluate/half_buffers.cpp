@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/evaluate/half_buffers.h"
 
+#include "fit/evaluate/closed_form_gain.h"
+#include "fit/evaluate/photo_weights.h"
+
 namespace selenite {
 namespace {
 
@@ -54,14 +57,26 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   halves.jacobian_a.setZero(rows, unknowns);
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
+  Eigen::VectorXf picture_a, picture_b, weights;
+  if (photo.gain_freedom != GainFreedom::kNone) {
+    picture_a = as_vector(film.half_a);
+    picture_b = odd_half(film, film.mean, film.half_a);
+    weights = gain_weights(problem, photo);
+  }
   for (Eigen::Index k = 0; k < unknowns; ++k) {
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
     const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
     halves.differentiated[k] = !slot.mean.empty();
     if (!halves.differentiated[k]) continue;
     const float scale = static_cast<float>(slope[k]);
+    const Eigen::VectorXf covariance = as_vector(slot.covariance) * (2 * scale);
     set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
     set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
+    if (photo.gain_freedom == GainFreedom::kNone || photo.pixels) continue;
+    eliminate_gain({picture_a, halves.variance}, photo, weights, covariance, row.channel,
+                   halves.jacobian_a.col(k));
+    eliminate_gain({picture_b, halves.variance}, photo, weights, covariance, row.channel,
+                   halves.jacobian_b.col(k));
   }
   return halves;
 }

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 
+#include "fit/evaluate/closed_form_gain.h"
 #include "fit/evaluate/field_loss.h"
+#include "fit/evaluate/photo_weights.h"
 #include "fit/evaluate/seeds.h"
 #include "model/field_index.h"
 
@@ -41,18 +43,18 @@ void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot 
 }
 
 /// The loss at a photo's gain, differentiated by what was rendered.
-FilmLoss loss_of_rendered(const Loss& loss, const Colorf& gain) {
-  FilmLoss found(loss);
-  if (gain == Colorf(1)) return found;
-  found.evaluate = [&loss, gain](const Film& rendered, const Photo& photo) {
+FilmLoss loss_of_rendered(FilmLoss loss, const Colorf& gain) {
+  if (gain == Colorf(1)) return loss;
+  loss.evaluate = [evaluate = std::move(loss.evaluate), gain](
+                      const Film& rendered, const Photo& photo, const Eigen::VectorXf& weights) {
     Film film = rendered;
     apply_gain(gain, film);
-    LossResult result = loss.evaluate(film, photo);
+    LossResult result = evaluate(film, photo, weights);
     scale(result.slope, gain);
     scale(result.curvature, gain * gain);
     return result;
   };
-  return found;
+  return loss;
 }
 
 /// Numbers of a field belong to channels in turns.
@@ -118,6 +120,29 @@ Colorf PhotoEvaluator::gain_of(const Photo& photo, const Point& point) const {
   return Colorf(model_.problem.unknowns.photo_values(photo, point.scalars).gain);
 }
 
+void PhotoEvaluator::members(SavedState& state) {
+  std::vector<std::string> ids;
+  std::vector<Colorf> gains;
+  for (const auto& [id, gain] : gains_) {
+    ids.push_back(id);
+    gains.push_back(gain);
+  }
+  state(ids, gains);
+  if (state.reading())
+    for (std::size_t i = 0; i < ids.size(); ++i) gains_[ids[i]] = gains[i];
+}
+
+Colorf PhotoEvaluator::found_gain(const Photo& photo) const {
+  const auto found = gains_.find(photo.id);
+  return found == gains_.end() ? Colorf(1) : found->second;
+}
+
+/// Some pixels alone do not tell the gain of a photo.
+void PhotoEvaluator::find_gain(const Photo& photo, const Film& film) {
+  if (photo.gain_freedom == GainFreedom::kNone || photo.pixels) return;
+  gains_[photo.id] = closed_form_gain(film, photo, gain_weights(model_.problem, photo));
+}
+
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,
                              int spp, std::uint64_t seed) {
   Film film = settings_->renderer(scene, scene.camera(photo.camera), layout,
@@ -132,6 +157,8 @@ Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Eval
   if (!how.derivatives) {
     Film film = picture(scene, photo, SlotLayout(), how.spp, how.seed);
     apply_gain(gain, film);
+    find_gain(photo, film);
+    apply_gain(found_gain(photo), film);
     return film;
   }
   Point there = point;
@@ -146,19 +173,25 @@ Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Eval
   if (const auto k = model_.problem.unknowns.component_of(PhotoParameterRef{photo.id, kGain}))
     slot = static_cast<std::size_t>(model_.problem.layout.rows[static_cast<std::size_t>(*k)].slot);
   apply_gain(gain, film, slot);
+  find_gain(photo, film);
+  apply_gain(found_gain(photo), film);
   return film;
 }
 
 FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& photo,
-                                             const Fields& fields, const Loss& loss,
+                                             const Fields& fields, FilmLoss loss,
                                              const Evaluation& how) {
   const Scene scene = scene_of(photo, point);
-  const Colorf gain = gain_of(photo, point);
+  // That of the last render of the photo: this one is differentiated while it is made.
+  const Colorf gain = gain_of(photo, point) * found_gain(photo);
   FieldGradient found = loss_field_gradient(scene, scene.camera(photo.camera), fields, photo,
-                                            loss_of_rendered(loss, gain),
+                                            loss_of_rendered(std::move(loss), gain),
                                             render_settings(photo, how.spp, how.seed), progress_);
   counts_->add(found.film, photo);
-  apply_gain(gain, found.film);
+  apply_gain(gain_of(photo, point), found.film);
+  const Colorf before = found_gain(photo);
+  find_gain(photo, found.film);  // for the next one
+  apply_gain(before, found.film);
   return found;
 }
 
@@ -171,9 +204,11 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
       render_field_jacobian(scene, scene.camera(photo.camera), fields.refs(),
                             render_settings(photo, how.spp, how.seed), weights, cell, progress_);
   counts_->add(found.film, photo);
-  const Colorf gain = gain_of(photo, point);
-  apply_gain(gain, found.film);
-  apply_gain(gain, photo, fields, found.fields);
+  const Colorf fixed = gain_of(photo, point);
+  apply_gain(fixed, found.film);
+  find_gain(photo, found.film);
+  apply_gain(found_gain(photo), found.film);
+  apply_gain(fixed * found_gain(photo), photo, fields, found.fields);
   return found;
 }
 

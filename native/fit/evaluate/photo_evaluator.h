@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 
+#include "fit/evaluate/field_loss.h"
 #include "fit/evaluate/finite_differences.h"
 #include "fit/problem/fit_problem.h"
 #include "fit/problem/point.h"
@@ -60,14 +62,19 @@ class PhotoEvaluator final : public Evaluator {
   PhotoEvaluator(SceneModel model, const FitSettings& settings, RenderCounts& counts)
       : model_(std::move(model)), settings_(&settings), counts_(&counts) {}
 
+  /// What it remembers of the photos.
+  void members(SavedState& state);
+
   /// Renders from now on report to `progress` and can be cancelled through it; null: neither.
   void watch(Progress* progress) { progress_ = progress; }
   Progress* progress() const { return progress_; }
 
   Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) override;
+  /// The free gain of a photo, as the last render of it gives; 1 before the first.
+  Colorf found_gain(const Photo& photo) const;
   /// Picture, and the derivative of the loss by every value of the fields.
   FieldGradient field_gradient(const Point& point, const Photo& photo, const Fields& fields,
-                               const Loss& loss, const Evaluation& how);
+                               FilmLoss loss, const Evaluation& how);
   /// Picture, and the derivatives of weighted means over cells of pixels by every value of the fields.
   FieldJacobian field_jacobian(const Point& point, const Photo& photo, const Fields& fields,
                                const std::vector<float>& weights, int cell, const Evaluation& how);
@@ -79,6 +86,7 @@ class PhotoEvaluator final : public Evaluator {
   }
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
   Colorf gain_of(const Photo& photo, const Point& point) const;
+  void find_gain(const Photo& photo, const Film& film);
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);
 
@@ -86,6 +94,7 @@ class PhotoEvaluator final : public Evaluator {
   const FitSettings* settings_;
   RenderCounts* counts_;
   Progress* progress_ = nullptr;
+  std::map<std::string, Colorf> gains_{};  ///< by the id of a photo
 };
 
 }  // namespace selenite

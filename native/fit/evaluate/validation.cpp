@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/evaluate/validation.h"
 
+#include "fit/evaluate/photo_weights.h"
 #include "fit/evaluate/seeds.h"
+#include "fit/problem/saved_state.h"
 #include "fit/evaluate/tiled_loss.h"
 
 namespace selenite {
@@ -9,21 +11,40 @@ namespace selenite {
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews) {
   const std::vector<Photo>& photos = problem.photos();
-  const double share = 1.0 / static_cast<double>(photos.size());
-  Validation sum;
+  auto films = std::make_shared<std::vector<Film>>();
   for (std::size_t i = 0; i < photos.size(); ++i) {
     const std::uint64_t seed =
         stream_seed(problem.settings().seed, Stream::kValidation, 0, static_cast<int>(i));
-    const Film film = evaluator.evaluate(point, photos[i], {spp, seed});
-    const LossResult loss = problem.loss().evaluate(film, photos[i]);
+    films->push_back(evaluator.evaluate(point, photos[i], {spp, seed}));
+    films->back().half_a.clear();  // no loss asks for it
+    previews[i] = std::make_shared<const Picture>(films->back().mean);
+  }
+  Validation found = judge(problem, std::move(films));
+  for (const Photo& photo : photos) found.gains.push_back(evaluator.found_gain(photo));
+  return found;
+}
+
+Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films) {
+  const double share = 1.0 / static_cast<double>(films->size());
+  Validation sum;
+  for (std::size_t i = 0; i < films->size(); ++i) {
+    const Film& film = (*films)[i];
+    const LossResult loss = evaluate_loss(problem.scalars(), i, film);
     sum.loss += share * loss.value;
     sum.unbiased += share * loss.unbiased;
     sum.variance += share * share * loss.standard_error * loss.standard_error;
-    sum.bias += mean_bias(film, photos[i]) * share;
+    sum.bias += mean_bias(film, problem.photos()[i]) * share;
     for (const float part : loss.parts) sum.parts.push_back(static_cast<float>(share) * part);
-    previews[i] = std::make_shared<const Picture>(film.mean);
   }
+  sum.films = std::move(films);
   return sum;
+}
+
+void Validation::members(SavedState& state) {
+  std::vector<Film> pictures;
+  if (!state.reading()) pictures = *films;
+  state(loss, unbiased, variance, parts, bias, gains, pictures);
+  if (state.reading()) films = std::make_shared<const std::vector<Film>>(std::move(pictures));
 }
 
 bool is_worse(const Validation& one, const Validation& than, double sigmas) {

@@ -14,13 +14,18 @@ struct Validation {
   double loss = 0, unbiased = 0, variance = 0;
   std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all photos
   Color<double> bias;
+  std::vector<Colorf> gains;  ///< free ones, of each photo
+  /// What it is about, so that it can be judged anew.
+  std::shared_ptr<const std::vector<Film>> films = std::make_shared<std::vector<Film>>();
 
-  void members(SavedState& state) { state(loss, unbiased, variance, parts, bias); }
+  void members(SavedState& state);
 };
 
 /// Newest picture of each photo, null before the first; never changed afterwards.
 using Previews = std::vector<std::shared_ptr<const Picture>>;
 
+/// The loss of renders of all photos, by the present weights.
+Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films);
 /// `previews` takes the pictures. Throws what `evaluate` throws.
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews);

@@ -23,9 +23,12 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
       equations.informative ? &*equations.informative : nullptr;
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
   Vector term(n);
+  Eigen::MatrixXd slopes(n, n);
+  clusters.begin_photo(photo);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
     term.setZero();
+    slopes.setZero();
     // The photo's noise is in both.
     for (const GaussNewton::WeightedResidual* seen : {&equations.whole, informative}) {
       if (!seen) continue;
@@ -36,8 +39,8 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
         const double w = weights[j] / 2;
         const Vector a = w * z.a.filtered.row(j).cast<double>();
         const Vector b = w * z.b.filtered.row(j).cast<double>();
-        normal.noalias() += a * z.b.slopes.row(j).cast<double>();
-        normal.noalias() += b * z.a.slopes.row(j).cast<double>();
+        slopes.noalias() += a * z.b.slopes.row(j).cast<double>();
+        slopes.noalias() += b * z.a.slopes.row(j).cast<double>();
         noise_b.noalias() += a * z.b.noise.row(j).cast<double>();
         noise_a.noalias() += b * z.a.noise.row(j).cast<double>();
         term += (a + b) * static_cast<double>(halves.residual_a[j] + halves.residual_b[j]) / 2;
@@ -45,6 +48,8 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
       normal_variance += noise_a.cwiseAbs2() + noise_b.cwiseAbs2();
     }
     gradient += term;
+    normal += slopes;
+    clusters.add(static_cast<std::size_t>(i), term, slopes);
     score_covariance.noalias() += term * term.transpose();
   }
   const Halves& halves = equations.whole.residual;

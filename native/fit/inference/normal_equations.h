@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "fit/inference/clustered_scores.h"
 #include "fit/problem/saved_state.h"
 #include "fit/solver/gauss_newton.h"
 
@@ -13,17 +14,19 @@ struct NormalEquations {
   Eigen::MatrixXd normal_variance;   ///< of each of its entries
   Eigen::MatrixXd score_covariance;  ///< of `gradient`, noise of the photos included
   Vector gradient;                   ///< Z^T w (I - photo)
+  ClusteredScores clusters;          ///< of both, photo by photo and block by block
   double misfit = 0, misfit_variance = 0;
 
   explicit NormalEquations(Eigen::Index n)
       : normal(Eigen::MatrixXd::Zero(n, n)),
         normal_variance(normal),
         score_covariance(normal),
-        gradient(Vector::Zero(n)) {}
+        gradient(Vector::Zero(n)),
+        clusters(n, {}) {}
   /// As if unknown k showed in no picture.
   void remove(Eigen::Index k);
   void members(SavedState& state) {
-    state(normal, normal_variance, score_covariance, gradient, misfit, misfit_variance);
+    state(normal, normal_variance, score_covariance, gradient, clusters, misfit, misfit_variance);
   }
   void add(const Photo& photo, const GaussNewton::PhotoEquations& equations, std::size_t photos);
 };

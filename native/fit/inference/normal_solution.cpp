@@ -73,6 +73,12 @@ NormalSolution solve(const NormalEquations& equations, const ExpansionPoint& poi
                      inverse.asDiagonal();
   solution.covariance =
       inverse.asDiagonal() * (in * spread * in.transpose()) * inverse.asDiagonal();
+  const Vector pixels =
+      (solution.inverse * equations.score_covariance(free, free) * solution.inverse.transpose())
+          .diagonal();
+  const Vector widening =
+      equations.clusters.widening(free, solution.inverse, solution.step, pixels);
+  solution.covariance = widening.asDiagonal() * solution.covariance * widening.asDiagonal();
   respond(equations, free, fixed, options.coupled, solution);
   if (unsure_step.size() > 0)
     solution.covariance += unsure_step(free) * unsure_step(free).transpose();

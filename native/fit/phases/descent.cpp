@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 
+#include "fit/evaluate/photo_weights.h"
 #include "fit/evaluate/seeds.h"
 
 namespace selenite {
@@ -57,6 +58,10 @@ bool Descent::iterate(FitRun& run) {
                     result.iterations % problem_->settings().validation_interval == 0);
   Validation validation;
   if (due) validation = restart_.found() ? *restart_.found() : run.validate(run.point);
+  if (!run.best.has_start()) {
+    const bool here = due && !strategy_->multi_start && !restart_.found();
+    run.best.note_start(here ? validation : run.validate(problem_->start()));
+  }
   const bool reverted = strategy_->alternates && block.first && due &&
                         is_worse(validation, run.best.validation(), options_.revert_sigmas);
   if (reverted) validation = run.best.validation();
@@ -67,6 +72,7 @@ bool Descent::iterate(FitRun& run) {
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   step_all(block, reverted, next);
+  learn(next);
   restart_.forget();
   run.point.scalars = result.last = from.scalars;
   if (reverted) result.fields_last = result.fields_best;
@@ -81,6 +87,7 @@ bool Descent::iterate(FitRun& run) {
   if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
   if (!problem_->fields().empty())
     result.fields_last = std::make_shared<FieldValues>(run.point.fields);
+  run.follow_weights();
   done_ = ++result.iterations;
   return is_over(run) ? finish(run) : true;
 }
@@ -100,8 +107,9 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
     next.joint->gather_fields(index, found);
     seen.film = std::move(found.film);
   } else if (block.fields) {
-    FieldGradient found =
-        run.evaluator.field_gradient(next.point, photo, problem_->fields(), problem_->loss(), how);
+    FieldGradient found = run.evaluator.field_gradient(
+        next.point, photo, problem_->fields(),
+        {problem_->loss(), problem_->scalars().weights->of_loss(index)}, how);
     next.gradients.resize(found.fields.size());
     for (std::size_t f = 0; f < next.gradients.size(); ++f) {
       std::vector<double>& sum = next.gradients[f];
@@ -117,7 +125,7 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
     which.refractions = !strategy_->searches_ior();
     seen.film = run.evaluator.evaluate(next.point, photo, {how.spp, how.seed, which, purpose});
   }
-  seen.loss = problem_->loss().evaluate(seen.film, photo);
+  seen.loss = evaluate_loss(problem_->scalars(), index, seen.film);
   run.previews[index] = std::make_shared<const Picture>(seen.film.mean);
   next.seen.push_back(std::move(seen));
 }
@@ -135,8 +143,8 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
       next.gradients.clear();
     }
     if (accumulate) continue;
-    next.point.scalars = next.optimiser->step(next.point.scalars, next.seen);
-    next.seen.clear();
+    next.point.scalars =
+        next.optimiser->step(next.point.scalars, std::span(next.seen).last<1>());
   }
 }
 
@@ -161,6 +169,13 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
     next.field_adam.step(next.point.fields, next.gradients, next.how);
 }
 
+/// What the renders of this iteration say of the weights of the next ones.
+void Descent::learn(const Next& next) const {
+  const GaussNewton* const scalars = gauss_newton();
+  problem_->scalars().weights->learn(next.seen, scalars ? scalars->kept() : options_.kept,
+                                     done_ + 1);
+}
+
 bool Descent::is_over(const FitRun& run) const {
   return run.result.iterations >= blocks_.iterations() ||
          (strategy_->refines && (joint_ ? joint_->converged() : optimiser_->converged()));
@@ -172,6 +187,9 @@ bool Descent::begin_restart(const FitRun& run) {
 
 /// Accepts the optimiser's estimate, once it has been compared with low roughness.
 bool Descent::finish(FitRun& run) {
+  if (!settled_) problem_->scalars().weights->settle();
+  settled_ = true;
+  run.follow_weights();
   // Beside fields the last values: each block of scalars begins afresh.
   const Vector x = strategy_->alternates
                        ? run.point.scalars
@@ -248,7 +266,7 @@ void Descent::members(SavedState& state) {
     state(*joint_);
   else
     optimiser_->members(state);
-  state(field_adam_, field_means_, restart_, done_);
+  state(field_adam_, field_means_, restart_, done_, settled_);
 }
 
 }  // namespace selenite

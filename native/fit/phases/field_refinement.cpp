@@ -54,16 +54,14 @@ Observation FieldRefinement::derivatives(Evaluator& evaluator, int purpose, int 
   return {index, evaluator.evaluate({point_.x, fields_.values()}, photo, {spp, seed, which}), {}};
 }
 
-/// Its steps are not taken: only the Jacobians that it has gathered count.
 void FieldRefinement::gather_first_jacobians(Evaluator& evaluator) {
   iteration_spp_ = std::max(pass_spp(point_.report.passes) / kWithoutFields.derivative_share,
                             kLeastOfDerivatives);
   const std::vector<Photo>& photos = point_.problem->photos;
   for (int portion = 0; portion < kWithoutFields.warm_ups; ++portion) {
-    std::vector<Observation> seen;
     for (std::size_t v = 0; v < photos.size(); ++v)
-      seen.push_back(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v, photos[v]));
-    (void)point_.gauss_newton.step(point_.x, seen);
+      point_.gauss_newton.gather(
+          point_.x, derivatives(evaluator, kWarmUp, portion, iteration_spp_, v, photos[v]), 1);
   }
   has_jacobians_ = true;
 }

@@ -44,7 +44,8 @@ MultiStart::MultiStart(const Problem& problem, std::uint64_t seed, const MultiSt
       chosen_(problem.unknowns.start()) {
   for (const Photo& photo : problem.photos) {
     photos_.push_back(photo.resized(options_.size));
-    weights_.push_back(relative_weights(photos_.back(), 1));
+    weights_.push_back(problem.loss.weighted ? relative_weights(photos_.back(), 1)
+                                             : shares(photos_.back(), 1));
   }
   Candidate start;
   start.x = chosen_;

@@ -50,16 +50,13 @@ Observation Refinement::derivatives(Evaluator& evaluator, int purpose, int porti
       {}};
 }
 
-/// Its steps are not taken: only the Jacobians that it has gathered count.
 void Refinement::gather_first_jacobians(Evaluator& evaluator) {
   iteration_spp_ =
       std::max(pass_spp(point_.report.passes) / options_.derivative_share, kLeastOfDerivatives);
-  for (int portion = 0; portion < options_.warm_ups; ++portion) {
-    std::vector<Observation> seen;
+  for (int portion = 0; portion < options_.warm_ups; ++portion)
     for (std::size_t v = 0; v < point_.problem->photos.size(); ++v)
-      seen.push_back(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v));
-    (void)point_.gauss_newton.step(point_.x, seen);
-  }
+      point_.gauss_newton.gather(
+          point_.x, derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
   has_jacobians_ = true;
 }
 

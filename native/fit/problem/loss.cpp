@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "fit/problem/pixel_weights.h"
 #include "math/error.h"
 
 namespace selenite {
@@ -54,6 +55,8 @@ LossResult sum_pixels(const Film& film, const Photo& photo, Pixel&& pixel) {
   return result;
 }
 
+using Weights = Eigen::VectorXf;
+
 struct Term {
   double value, slope;
 };
@@ -66,7 +69,7 @@ LossResult squared(const Film& film, const Photo& photo) {
   });
 }
 
-LossResult mse(const Film& film, const Photo& photo) {
+LossResult mse(const Film& film, const Photo& photo, const Weights&) {
   LossResult result = squared(film, photo);
   result.curvature.clear();  // the plain loss keeps its bias: that is its definition
   return result;
@@ -77,11 +80,11 @@ LossResult without_bias(LossResult result) {
   return result;
 }
 
-LossResult dual_buffer(const Film& film, const Photo& photo) {
+LossResult dual_buffer(const Film& film, const Photo& photo, const Weights&) {
   return without_bias(squared(film, photo));
 }
 
-LossResult mae(const Film& film, const Photo& photo) {
+LossResult mae(const Film& film, const Photo& photo, const Weights&) {
   return sum_pixels(film, photo, [&](std::size_t i, int c, double&) {
     const double share = photo.share(i), residual = film.mean[i][c] - photo.reference[i][c];
     const double sign = residual > 0 ? 1 : residual < 0 ? -1 : 0;
@@ -105,7 +108,7 @@ void require_brightness(const Photo& photo) {
                           "choose loss = 'dual-buffer' or a brighter photo");
 }
 
-LossResult brightness_independent_mse(const Film& film, const Photo& photo) {
+LossResult brightness_independent_mse(const Film& film, const Photo& photo, const Weights&) {
   require_brightness(photo);
   const double render_mean = mean_of(film.mean, photo);
   const double photo_mean = mean_of(photo.reference, photo);
@@ -129,13 +132,22 @@ LossResult brightness_independent_mse(const Film& film, const Photo& photo) {
   }));
 }
 
-LossResult mean_bias_error(const Film& film, const Photo& photo) {
+LossResult mean_bias_error(const Film& film, const Photo& photo, const Weights&) {
   const Color<double> bias = mean_bias(film, photo);
   return without_bias(sum_pixels(film, photo, [&](std::size_t i, int c, double& curvature) {
     const double share = 3 * photo.share(i);  // of its own channel
     curvature = 2 * share * share / 3;
     const double residual = film.mean[i][c] - photo.reference[i][c];
     return Term{bias[c] * share * residual / 3, 2 * bias[c] * share / 3};
+  }));
+}
+
+LossResult robust(const Film& film, const Photo& photo, const Weights& weights) {
+  return without_bias(sum_pixels(film, photo, [&](std::size_t i, int c, double& curvature) {
+    const double weight = weights[static_cast<Eigen::Index>(3 * i) + c];
+    const double residual = film.mean[i][c] - photo.reference[i][c];
+    curvature = 2 * weight;
+    return Term{weight * residual * residual, 2 * weight * residual};
   }));
 }
 
@@ -146,27 +158,36 @@ constexpr std::array kLosses{
         "samples "
         "of a pixel of (I1 - photo)(I2 - photo). Value and gradient are unbiased; the value may be "
         "below 0. Needs 2 samples",
-        2, true, true, dual_buffer},
+        2, true, true, false, dual_buffer},
     Loss{"mse", "Mean Squared Error",
          "Mean squared error. Noise adds its variance to the value and pulls the gradient towards "
          "parameters that render with less noise; use dual-buffer unless samples are many",
-         1, true, true, mse},
+         1, true, true, false, mse},
     Loss{"brightness-independent-mse", "Brightness Independent",
          "Mean squared error after each image is divided by its own mean; the render's mean is "
          "differentiated too. Bias of noise is removed up to the noise of that mean",
-         1, false, false, brightness_independent_mse, require_brightness},
+         1, false, false, false, brightness_independent_mse, require_brightness},
     Loss{"mae", "Mean Absolute Error",
          "Mean absolute error: less drawn by outliers, such as misaligned edges. Biased by noise, "
          "as "
          "no exact correction exists; use 16 samples or more",
-         1, false, true, mae},
+         1, false, true, false, mae},
     Loss{"mean-bias-error", "Mean Bias Error",
          "Square of the mean of render minus photo, per channel: matches overall brightness and "
          "colour only. Unbiased from 2 samples on",
-         1, false, false, mean_bias_error},
+         1, false, false, false, mean_bias_error},
+    Loss{"robust", "Robust",
+         "Squares relative to what each pixel is known by: noise of the render, and the error of the "
+         "model that the residuals show. Outliers count less. Without the bias of noise; needs 2 "
+         "samples",
+         2, true, true, true, robust},
 };
 
 }  // namespace
+
+LossResult Loss::evaluate(const Film& film, const Photo& photo) const {
+  return evaluate_by(film, photo, weighted ? relative_weights(photo, 1) : Weights());
+}
 
 std::span<const Loss> losses() { return kLosses; }
 

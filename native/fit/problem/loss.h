@@ -35,9 +35,16 @@ struct Loss {
   int least_spp;       ///< fewer samples are refused
   bool least_squares;  ///< its expectation is a weighted sum of squared residuals
   bool per_pixel;      ///< a sum over pixels: the slope of one needs no other
-  LossResult (*evaluate)(const Film& film, const Photo& photo);
+  /// Its residuals are weighed by what a fit learns of their variance; else all weigh alike.
+  bool weighted;
+  /// `weights`: of the residuals, 3 numbers a pixel, as `PhotoWeights::of_loss` gives them; without a
+  /// meaning unless `weighted`.
+  LossResult (*evaluate_by)(const Film& film, const Photo& photo, const Eigen::VectorXf& weights);
   /// InvalidArgument where a photo cannot be compared by this loss; null: every photo can.
   void (*check)(const Photo& photo) = nullptr;
+
+  /// By the weights that hold before anything has been learned.
+  LossResult evaluate(const Film& film, const Photo& photo) const;
 };
 
 std::span<const Loss> losses();

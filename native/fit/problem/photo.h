@@ -37,6 +37,9 @@ struct PhotoParameters {
 };
 const ParameterTable& photo_parameter_table();
 
+/// What a fit may find of a photo's gain by itself, in closed form, beside `PhotoParameters`.
+enum class GainFreedom { kNone, kScalar, kRgb };
+
 /// A photo at working size. Several photos may be of one camera: under different light, say.
 ///
 /// What differs from photo to photo has its place here: a gain, the response of its camera, which
@@ -50,6 +53,7 @@ struct Photo {
   Picture reference;          ///< linear radiance, row 0 at the top
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
   PhotoParameters values{};   ///< what is not unknown of them
+  GainFreedom gain_freedom = GainFreedom::kNone;  ///< of a factor on `values.gain`
   std::vector<std::string> lamps_off{};  ///< names of the lamps that were off
 
   /// What is rendered of it; null: all.

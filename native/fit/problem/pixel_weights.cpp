@@ -2,6 +2,7 @@
 #include "fit/problem/pixel_weights.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace selenite {
 namespace {
@@ -9,20 +10,6 @@ namespace {
 /// How many of 2 `radius` + 1 in a row, i the middle one, lie within `count`.
 int inside(int i, int count, int radius) {
   return std::min(i + radius, count - 1) - std::max(i - radius, 0) + 1;
-}
-
-/// Mean over the square of pixels around each without that pixel itself.
-Eigen::VectorXf around(const Eigen::VectorXf& level, int width, int height, int radius) {
-  Eigen::VectorXf out = box_blur(level, width, height, radius);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto count = static_cast<float>(inside(x, width, radius) * inside(y, height, radius));
-      if (count == 1) continue;  // a picture of one pixel
-      const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
-      out.segment<3>(at) =
-          ((out.segment<3>(at) * count - level.segment<3>(at)) / (count - 1)).cwiseMax(0.f);
-    }
-  return out;
 }
 
 }  // namespace
@@ -36,7 +23,7 @@ Eigen::VectorXf brightness(const Photo& photo, const PixelWeightsOptions& option
       level[static_cast<Eigen::Index>(3 * i) + c] = value;
       mean += photo.share(i) * value;
     }
-  return around(level, photo.width, photo.height, options.radius).array() +
+  return mean_around(level, photo, options.radius).cwiseMax(0.f).array() +
          static_cast<float>(options.dim_share * std::max(mean, options.black));
 }
 
@@ -53,12 +40,38 @@ Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos,
   return shares(photo, photos).cwiseQuotient(brightness(photo, options).cwiseAbs2());
 }
 
-Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
-                              const Eigen::VectorXf& variance, const PixelWeightsOptions& options) {
+Eigen::VectorXf residual_variance(const Photo& photo, const Eigen::VectorXf& variance,
+                                  const PixelWeightsOptions& options) {
   const Eigen::VectorXf model =
       brightness(photo, options) * static_cast<float>(options.model_error);
-  const auto samples = static_cast<float>(options.final_samples);
-  return shares(photo, photos).cwiseQuotient(variance / samples + model.cwiseAbs2());
+  return variance / static_cast<float>(options.final_samples) + model.cwiseAbs2();
+}
+
+Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
+                              const Eigen::VectorXf& variance, const PixelWeightsOptions& options) {
+  return shares(photo, photos).cwiseQuotient(residual_variance(photo, variance, options));
+}
+
+Eigen::VectorXf mean_around(const Eigen::VectorXf& level, const Photo& photo, int radius) {
+  const int width = photo.width, height = photo.height;
+  Eigen::VectorXf masked = level, counts = Eigen::VectorXf::Ones(level.size());
+  for (std::size_t i = 0; i < photo.size(); ++i) {
+    if (photo.weight[i] > 0) continue;
+    masked.segment<3>(static_cast<Eigen::Index>(3 * i)).setZero();
+    counts.segment<3>(static_cast<Eigen::Index>(3 * i)).setZero();
+  }
+  const Eigen::VectorXf blurred = box_blur(masked, width, height, radius);
+  const Eigen::VectorXf share = box_blur(counts, width, height, radius);
+  Eigen::VectorXf out = masked;  // of a pixel that is alone
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const auto all = static_cast<float>(inside(x, width, radius) * inside(y, height, radius));
+      const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
+      const float others = std::round(share[at] * all) - counts[at];
+      if (others > 0)
+        out.segment<3>(at) = (blurred.segment<3>(at) * all - masked.segment<3>(at)) / others;
+    }
+  return out;
 }
 
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius) {

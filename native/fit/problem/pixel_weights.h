@@ -12,13 +12,19 @@ namespace selenite {
 /// Sources: docs/measurements/constants.md, "PixelWeightsOptions".
 struct PixelWeightsOptions {
   double dim_share = 0.3;     ///< of the photo's mean, added to a pixel's brightness
+  /// The same where Adam steps fields by the samples of one iteration: noise of dark pixels would move
+  /// them.
+  double dim_share_of_fields = 3;
   int radius = 2;             ///< of the neighbourhood whose brightness counts
   double black = 1e-6;        ///< least mean brightness: keeps the weights of a black photo finite
   int noise_radius = 2;       ///< of the mean over the noise of neighbours
   double final_samples = 64;  ///< samples that a pixel has seen in the end
-  double model_error = 0.05;  ///< of a pixel's brightness
+  double model_error = 0.05;  ///< of a pixel's brightness, at least
   /// Iteration at which Gauss-Newton first puts the noise into its weights; it doubles each time.
   int first_weighing = 3;
+  /// From this one on the model error that residuals show joins: before they are mostly those of a start
+  /// that is far from the answer.
+  int first_model_error = 12;
 };
 inline constexpr PixelWeightsOptions kPixelWeights;
 
@@ -34,11 +40,20 @@ Eigen::VectorXf shares(const Photo& photo, std::size_t photos);
 Eigen::VectorXf relative_weights(const Photo& photo, std::size_t photos,
                                  const PixelWeightsOptions& options = kPixelWeights);
 
+/// Variance of a residual: that of the render in the end, and the least model error. `variance`: of one
+/// sample, 3 numbers a pixel.
+Eigen::VectorXf residual_variance(const Photo& photo, const Eigen::VectorXf& variance,
+                                  const PixelWeightsOptions& options = kPixelWeights);
+
 /// The shares over the variance of a residual: that of the render in the end, and a model error.
 /// `variance`: of one sample, 3 numbers a pixel.
 Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
                               const Eigen::VectorXf& variance,
                               const PixelWeightsOptions& options = kPixelWeights);
+
+/// Mean around each pixel over those of the square of 2 `radius` + 1 that count, without that pixel
+/// itself; its own value where there is no other.
+Eigen::VectorXf mean_around(const Eigen::VectorXf& column, const Photo& photo, int radius);
 
 /// Mean over squares of 2 `radius` + 1 pixels, within the picture.
 Eigen::VectorXf box_blur(const Eigen::VectorXf& column, int width, int height, int radius);

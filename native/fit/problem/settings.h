@@ -15,7 +15,7 @@ using Renderer = std::function<Film(const Scene&, const Camera&, const SlotLayou
 
 /// How a fit runs. The table of names and ranges that Python sees is in fit_binding.cpp.
 struct FitSettings {
-  std::string loss = "dual-buffer";
+  std::string loss = "robust";
   std::string optimiser = "auto";
   int iterations = 100;
   int spp = 4;  ///< samples per pixel of a step

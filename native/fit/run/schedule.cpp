@@ -114,6 +114,7 @@ class Planner {
     if (strategy_.refines && problem_.fields().empty() && strategy_.optimiser.averages_iterations)
       iterations = std::min(iterations, kExpected.converged_after);
     int scalar_iterations = 0;
+    if (strategy_.multi_start) validate(PhaseKind::kDescent, 1);  // of the user's start
     for (int i = 0; i < iterations; ++i) {
       const Block block = blocks_.block(i);
       const bool starts_scalars = block.first && block.scalars;

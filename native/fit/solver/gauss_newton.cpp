@@ -12,19 +12,22 @@ GaussNewton::GaussNewton(const Problem& problem, const GaussNewtonOptions& optio
     : problem_(&problem),
       options_(options),
       reparametrization_(problem.unknowns),
-      weights_(problem.photos, options.weights),
       instruments_(problem.photos.size(), InstrumentalVariables(options.instruments)),
       equations_(problem.unknowns.size()),
-      damping_(options.damping) {}
+      damping_(options.damping) {
+  if (!problem.weights) own_weights_.emplace(problem.photos, problem.loss.weighted, options.weights);
+}
 
 void GaussNewton::members(SavedState& state) {
-  state(weights_, instruments_, equations_, damping_, iteration_, converged_, accepted_);
+  if (own_weights_) state(*own_weights_);
+  state(instruments_, equations_, damping_, iteration_, converged_, accepted_, weights_version_,
+        kept_);
 }
 
 Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   const Vector u = reparametrization_.from_values(x);
   const std::vector<Halves> halves = begin_step(x, seen);
-  const NoisyLoss loss = weights_.loss(seen, halves);
+  const NoisyLoss loss = weights().loss(seen, halves);
   if (damping_.rejects(loss)) {
     accepted_.pop_back();
     return problem_->unknowns.project(reparametrization_.to_values(damping_.best()));
@@ -52,6 +55,8 @@ std::vector<Halves> GaussNewton::begin_step(const Vector& x, std::span<const Obs
   for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
   ++iteration_;
   converged_ = false;
+  if (weights().version() != weights_version_) damping_.forget_best();
+  weights_version_ = weights().version();
   return halves;
 }
 
@@ -69,7 +74,7 @@ bool GaussNewton::has_instruments() const {
 }
 
 InstrumentalVariables::Set GaussNewton::instruments(std::size_t i) const {
-  return instruments_[i].all(problem_->layout, problem_->photos[i], weights_[i]);
+  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i]);
 }
 
 Measurement GaussNewton::measure(std::span<const Observation> seen,
@@ -77,7 +82,7 @@ Measurement GaussNewton::measure(std::span<const Observation> seen,
   Measurement sum(problem_->unknowns.size());
   for (std::size_t v = 0; v < seen.size(); ++v) {
     const auto i = static_cast<std::size_t>(seen[v].photo);
-    sum.add(instruments(i), weights_[i], halves[v]);
+    sum.add(instruments(i), weights()[i], halves[v]);
   }
   return sum;
 }
@@ -106,7 +111,8 @@ Vector GaussNewton::end_step(const Vector& u, const DampedStep& step,
   damping_.note_step((next - u).cwiseQuotient(cap).cwiseAbs().maxCoeff());
   accepted_.push_back(next);
   if (accepted_.size() > options_.averaged) accepted_.pop_front();
-  if (weights_.learn(seen, jacobian_kept, iteration_)) damping_.forget_best();
+  kept_ = jacobian_kept;
+  if (own_weights_) own_weights_->learn(seen, jacobian_kept, iteration_);
   return problem_->unknowns.project(reparametrization_.to_values(next));
 }
 
@@ -116,7 +122,7 @@ void GaussNewton::gather(const Vector& x, const Observation& derivatives, double
 }
 
 GaussNewton::PhotoEquations GaussNewton::equations(std::size_t i, const Film& residual) const {
-  return {{residual_halves(residual, problem_->photos[i]), instruments(i), weights_[i]}};
+  return {{residual_halves(residual, problem_->photos[i]), instruments(i), weights()[i]}};
 }
 
 /// The instruments are kept: their errors slow the way and leave its end.

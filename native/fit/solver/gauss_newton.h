@@ -12,7 +12,7 @@
 #include "fit/solver/damping_control.h"
 #include "fit/solver/instrumental_variables.h"
 #include "fit/solver/optimiser.h"
-#include "fit/solver/photo_weights.h"
+#include "fit/evaluate/photo_weights.h"
 #include "fit/solver/recursive_least_squares.h"
 
 namespace selenite {
@@ -47,8 +47,7 @@ struct GaussNewtonOptions {
 /// the way and leave its end. All iterations together are one recursive least squares problem in
 /// `Reparametrization`; directions that are still noise do not move.
 ///
-/// It minimises squares weighted by 1 / (noise^2 + (a share of brightness)^2), whatever the loss of the
-/// fit is. Source: docs/method/optimisation.md, "Instrumental Gauss-Newton".
+/// It minimises what the loss of the fit is, by the weights of `PhotoWeights`. Source: docs/method/optimisation.md, "Instrumental Gauss-Newton".
 class GaussNewton final : public ResidualOptimiser {
  public:
   explicit GaussNewton(const Problem& problem, const GaussNewtonOptions& options = {});
@@ -82,7 +81,9 @@ class GaussNewton final : public ResidualOptimiser {
   /// Those of photo i; `residual` is a render of its own with other seeds.
   PhotoEquations equations(std::size_t i, const Film& residual) const;
   const Reparametrization& reparametrization() const { return reparametrization_; }
-  const PhotoWeights& weights() const { return weights_; }
+  const PhotoWeights& weights() const { return own_weights_ ? *own_weights_ : *problem_->weights; }
+  /// Share of what was learned before that the last step keeps.
+  double kept() const { return kept_; }
 
   // The parts of a step, for `JointGaussNewton`. Each `step` calls them in this order.
 
@@ -112,11 +113,13 @@ class GaussNewton final : public ResidualOptimiser {
   const Problem* problem_;
   GaussNewtonOptions options_;
   Reparametrization reparametrization_;
-  PhotoWeights weights_;
+  std::optional<PhotoWeights> own_weights_;  ///< where the problem has none
+  int weights_version_ = 0;  ///< that losses so far are by
   std::vector<InstrumentalVariables> instruments_;  ///< of each photo
   RecursiveLeastSquares equations_;
   DampingControl damping_;
   int iteration_ = 0;
+  double kept_ = 1;
   bool converged_ = false;
   std::deque<Vector> accepted_;  ///< the newest iterates, in `Reparametrization`
 };

@@ -16,10 +16,23 @@ void BestIterate::note(HistoryRow& row, const Validation& validation, FitResult&
   if (!first && yields(row.values, validation, result)) return;
   best_ = validation;
   result.best = row.values;
+  result.gains = validation.gains;
   result.fields_best = result.fields_last;
   result.best_iteration = row.iteration;
   result.best_validation = row.validation;
   result.best_validation_standard_error = row.validation_standard_error;
+}
+
+void BestIterate::reweigh(const FitProblem& problem, FitResult& result) {
+  for (Validation* one : {&smallest_, &best_, &start_})
+    if (!one->parts.empty()) {
+      std::vector<Colorf> gains = std::move(one->gains);
+      *one = judge(problem, one->films);
+      one->gains = std::move(gains);
+    }
+  if (best_.parts.empty()) return;
+  result.best_validation = best_.unbiased;
+  result.best_validation_standard_error = std::sqrt(best_.variance);
 }
 
 bool BestIterate::may_yield(const Vector& x, const FitResult& result) const {

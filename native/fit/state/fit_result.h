@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fit/evaluate/photo_evaluator.h"
+#include "fit/evaluate/residual_model.h"
 #include "fit/inference/confidence_intervals.h"
 
 namespace selenite {
@@ -52,6 +53,10 @@ struct FitResult : RenderCounts {
   int best_iteration = 0;
   double best_validation = 0;  ///< NaN: none yet
   double best_validation_standard_error = 0;
+  std::vector<Colorf> gains;    ///< free ones of the photos, that belong to `best`
+  double start_validation = 0;  ///< of the user's values, by the same weights; NaN: none
+  ModelError model_error{};     ///< that the residuals show, by the newest weights
+  bool kept_start = false;      ///< `best` is the start, as nothing better was found
   int iterations = 0;  ///< steps done
   StopReason stopped = StopReason::kNone;
   std::string message;  ///< why, where `stopped` does not say it all

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/state/phase.h"
 
+#include <cmath>
 #include <limits>
+
+#include "fit/evaluate/photo_weights.h"
 
 namespace selenite {
 namespace {
@@ -20,11 +23,42 @@ FitRun::FitRun(const FitProblem& problem, const Strategy& strategy)
       evaluator(scene_model(problem), problem.settings(), result) {
   result.last = result.best = point.scalars;
   result.fields_last = result.fields_best = std::make_shared<FieldValues>(point.fields);
-  result.best_validation = result.best_validation_standard_error = kNotDone;
+  result.best_validation = result.best_validation_standard_error = result.start_validation =
+      kNotDone;
 }
 
 Validation FitRun::validate(const Point& at, int spp) {
   return selenite::validate(problem, evaluator, at, spp, previews);
+}
+
+void FitRun::follow_weights() {
+  const int version = problem.scalars().weights->version();
+  if (version == weights_version_) return;
+  weights_version_ = version;
+  result.model_error = problem.scalars().weights->model_error();
+  best.reweigh(problem, result);
+}
+
+void FitRun::keep_start_if_best() {
+  if (!best.has_start() || std::isnan(result.best_validation)) return;
+  result.start_validation = best.start().unbiased;
+  if (!is_worse(best.validation(), best.start(), 1)) return;
+  const Point start = problem.start();
+  result.best = start.scalars;
+  result.fields_best = std::make_shared<FieldValues>(start.fields);
+  result.best_iteration = 0;
+  result.gains = best.start().gains;
+  result.best_validation = best.start().unbiased;
+  result.best_validation_standard_error = std::sqrt(best.start().variance);
+  result.kept_start = true;
+  if (!result.report.components.empty())
+    contain(problem.unknowns(), Reparametrization(problem.unknowns()), result.best,
+            result.report.components);
+}
+
+void FitRun::members(SavedState& state) {
+  state(point, result, best, weights_version_, *problem.scalars().weights,
+        evaluator);
 }
 
 HistoryRow FitRun::row(const Point& at) const {

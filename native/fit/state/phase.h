@@ -26,6 +26,11 @@ struct FitRun {
   Validation validate(const Point& at) {
     return validate(at, problem.settings().chosen_validation_spp());
   }
+  /// Judges anew by weights that have changed, if they have.
+  void follow_weights();
+  /// Returns the start where all that was found is worse by more than noise; the intervals then reach
+  /// there.
+  void keep_start_if_best();
   /// A row of the history for a point, without losses.
   HistoryRow row(const Point& at) const;
   /// Moves to x, whose validation that is, as the final state so far. `confirmed`: more samples than a
@@ -36,7 +41,10 @@ struct FitRun {
   /// Ends the fit where too many samples were not finite.
   bool stop_if_dropped();
 
-  void members(SavedState& state) { state(point, result, best); }
+  void members(SavedState& state);
+
+ private:
+  int weights_version_ = 0;  ///< that validations are by
 };
 
 /// A phase of a fit. It owns its state and saves it: a fit can be resumed in the midst of any phase.

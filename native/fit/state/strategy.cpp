@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "fit/evaluate/photo_weights.h"
 #include "fit/solver/joint_gauss_newton.h"
 #include "math/error.h"
 
@@ -51,6 +52,10 @@ Strategy::Strategy(FitProblem& problem)
   joint = after_multi_start() && settings.accumulate &&
           JointGaussNewton::applies(problem.fields(), problem.photos());
   refines = wants_refinement(problem, joint);
+  PixelWeightsOptions weights;
+  if (!problem.fields().empty() && !joint) weights.dim_share = weights.dim_share_of_fields;
+  problem.set_weights(
+      std::make_shared<PhotoWeights>(problem.photos(), problem.loss().weighted, weights));
   if (!alternates) return;
   // Damping falls over the blocks that a fit without a multi-start would have.
   const BlockSchedule usual({true, true, false, false}, settings.iterations);

@@ -11,7 +11,7 @@ namespace selenite {
 
 /// Which phases a fit has and what each of them moves: chosen once, from problem and settings.
 struct Strategy {
-  /// Sets the iterations of the problem's scalars. InvalidArgument where settings contradict each other.
+  /// Sets the weights of the problem, and the iterations of its scalars. InvalidArgument where settings contradict each other.
   explicit Strategy(FitProblem& problem);
 
   const OptimiserKind& optimiser;

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "fit/evaluate/half_buffers.h"
+#include "fit/evaluate/residual_model.h"
+#include "fit/problem/pixel_weights.h"
+
+namespace selenite {
+
+class SavedState;
+
+/// A sum of products of independent halves, and its variance.
+struct NoisyLoss {
+  double value = 0, variance = 0;
+};
+
+/// Weights of the residuals of each photo: what a fit minimises where its loss is `Loss::weighted`.
+///
+/// First they are relative to brightness. Then the noise of the renders joins, and the model error that
+/// the residuals show (`ResidualModel`). Both are learned from seeds of earlier iterations only, and
+/// enter the weights at few iterations: the start may be far from where the noise (caustics, say) and
+/// the residuals will be. Equations in older weights stay true: they are about the same unknowns. With another loss all
+/// residuals weigh alike, always.
+class PhotoWeights {
+ public:
+  /// `photos` must outlive it.
+  explicit PhotoWeights(const std::vector<Photo>& photos, bool weighted = true,
+                        const PixelWeightsOptions& options = {});
+
+  /// Of the residuals of photo i, 3 numbers a pixel; at first they sum to about 1 / brightness^2.
+  const Eigen::VectorXf& operator[](std::size_t i) const { return weights_[i]; }
+  /// The same as a loss takes them: a weighted sum of squares over a photo is its mean square relative
+  /// to the photo's brightness, whatever has been learned.
+  Eigen::VectorXf of_loss(std::size_t i) const;
+  /// The same as `[]`, by the variance of one sample.
+  Eigen::VectorXf by_variance(std::size_t i, const Eigen::VectorXf& variance) const;
+  /// Adds residuals and noise of an iteration; of those before, the share `keep` stays. Whether the
+  /// weights have changed: losses in other weights do not compare.
+  bool learn(std::span<const Observation> seen, double keep, int iteration);
+  /// Puts all that has been learned into the weights, now that the residuals are those of the answer.
+  void settle();
+  /// Grows with each change.
+  int version() const { return version_; }
+  /// By the newest residuals that were weighed.
+  const ModelError& model_error() const { return model_.error(); }
+  /// The weighted sum of squares, without the bias of noise.
+  NoisyLoss loss(std::span<const Observation> seen, const std::vector<Halves>& halves) const;
+  void members(SavedState& state);
+
+ private:
+  /// Sums over recent iterations.
+  struct Sums {
+    Eigen::VectorXf variance;  ///< of one sample
+    Eigen::VectorXf half_a, half_b;  ///< of the residuals
+    void members(SavedState& state);
+  };
+  void weigh(bool with_model_error);
+  void set_scale();
+
+  const std::vector<Photo>* photos_;
+  bool weighted_;
+  PixelWeightsOptions options_;
+  std::vector<Eigen::VectorXf> weights_;
+  std::vector<Sums> sums_;
+  double renders_ = 0;                ///< in `sums_`
+  int next_;                          ///< iteration at which they enter the weights
+  int version_ = 0;
+  ResidualModel model_;
+  std::vector<Eigen::VectorXf> products_;  ///< residuals as of the newest weights; empty: none yet
+  double scale_ = 1;                  ///< of `of_loss`
+};
+
+/// Precisions of a photo's residuals times their shares, which sum to 1: of one of the problem's photos
+/// by what has been learned, of another by its brightness.
+Eigen::VectorXf gain_weights(const Problem& problem, const Photo& photo);
+
+/// The loss of photo i, by what has been learned so far.
+LossResult evaluate_loss(const Problem& problem, std::size_t i, const Film& film);
+
+}  // namespace selenite

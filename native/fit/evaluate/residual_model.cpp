@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/evaluate/residual_model.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "fit/problem/saved_state.h"
+#include "math/scalar.h"
+
+namespace selenite {
+namespace {
+
+using Three = Eigen::Vector3d;
+
+/// Squared length of the photo's gradient, by central differences within what counts.
+Eigen::VectorXf squared_gradient(const Photo& photo) {
+  Eigen::VectorXf out = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(3 * photo.size()));
+  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * photo.width + x; };
+  for (int y = 0; y < photo.height; ++y)
+    for (int x = 0; x < photo.width; ++x) {
+      if (photo.weight[at(x, y)] == 0) continue;
+      const auto slope = [&](int dx, int dy) {
+        const int left = std::max(x - dx, 0), right = std::min(x + dx, photo.width - 1);
+        const int top = std::max(y - dy, 0), bottom = std::min(y + dy, photo.height - 1);
+        const std::size_t from = at(left, top), to = at(right, bottom);
+        const int way = (right - left) + (bottom - top);
+        if (way == 0 || photo.weight[from] == 0 || photo.weight[to] == 0) return Colorf(0.f);
+        return (photo.reference[to] - photo.reference[from]) / static_cast<float>(way);
+      };
+      const Colorf across = slope(1, 0), down = slope(0, 1);
+      for (int c = 0; c < 3; ++c)
+        out[static_cast<Eigen::Index>(3 * at(x, y)) + c] = square(across[c]) + square(down[c]);
+    }
+  return out;
+}
+
+/// Normal equations of a least squares problem of three numbers.
+struct ThreeEquations {
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Three right = Three::Zero();
+
+  void add(const Three& x, double y, double weight) {
+    normal += weight * x * x.transpose();
+    right += weight * y * x;
+  }
+  double value(const Three& x) const { return x.dot(normal * x) / 2 - right.dot(x); }
+
+  /// The best of all solutions whose numbers are not below 0: each subset of them may be 0.
+  Three solve() const {
+    Three best = Three::Zero();
+    for (int subset = 1; subset < 8; ++subset) {
+      std::vector<int> free;
+      for (int k = 0; k < 3; ++k)
+        if ((subset >> k & 1) != 0 && normal(k, k) > 0) free.push_back(k);
+      if (free.empty()) continue;
+      const Eigen::VectorXd scale = Eigen::VectorXd(normal.diagonal()(free)).cwiseSqrt().cwiseInverse();
+      const Eigen::MatrixXd scaled = scale.asDiagonal() * normal(free, free) * scale.asDiagonal();
+      const Eigen::LDLT<Eigen::MatrixXd> solver(scaled);
+      if (solver.info() != Eigen::Success || !solver.isPositive()) continue;
+      Three x = Three::Zero();
+      x(free) = scale.cwiseProduct(solver.solve(scale.cwiseProduct(Eigen::VectorXd(right(free)))));
+      if (!x.allFinite() || x.minCoeff() < 0) continue;
+      if (value(x) < value(best)) best = x;
+    }
+    return best;
+  }
+};
+
+}  // namespace
+
+ErrorScales::ErrorScales(const Photo& photo)
+    : relative(brightness(photo).cwiseAbs2()), shift(squared_gradient(photo)) {
+  double mean = 0;
+  for (std::size_t i = 0; i < photo.size(); ++i)
+    for (int c = 0; c < 3; ++c) mean += photo.share(i) * std::max(photo.reference[i][c], 0.f);
+  absolute = Eigen::VectorXf::Constant(relative.size(), static_cast<float>(square(mean)));
+}
+
+Eigen::VectorXf ErrorScales::variance(const ModelError& error) const {
+  return relative * static_cast<float>(square(error.relative)) +
+         absolute * static_cast<float>(square(error.absolute)) +
+         shift * static_cast<float>(square(error.shift));
+}
+
+ResidualModel::ResidualModel(std::span<const PhotoResiduals> photos,
+                             const ResidualModelOptions& options)
+    : options_(options) {
+  std::vector<ErrorScales> scales;
+  for (const PhotoResiduals& one : photos) scales.emplace_back(one.photo);
+  for (int sweep = 0; sweep < options_.sweeps; ++sweep) {
+    // The first one finds the root mean square: from above the scale falls to that of the tails.
+    const bool first = sweep == 0;
+    ThreeEquations equations;
+    for (std::size_t p = 0; p < photos.size(); ++p) {
+      const PhotoResiduals& one = photos[p];
+      const Eigen::VectorXf variance =
+          first ? scales[p].relative : one.variance + scales[p].variance(error_);
+      const Eigen::VectorXf tail =
+          first ? Eigen::VectorXf::Ones(variance.size()) : this->tail(one, variance);
+      for (Eigen::Index i = 0; i < variance.size(); ++i) {
+        const double share = one.photo.share(static_cast<std::size_t>(i / 3));
+        if (!(share > 0)) continue;
+        equations.add({scales[p].relative[i], scales[p].absolute[i], scales[p].shift[i]},
+                      static_cast<double>(tail[i]) * static_cast<double>(one.product[i]),
+                      share / square(static_cast<double>(variance[i])));
+      }
+    }
+    const Three squares = equations.solve().cwiseSqrt();
+    error_ = {squares[0], squares[1], squares[2]};
+  }
+}
+
+/// (nu + 1) / (nu + q), q the mean of residuals around a pixel in units of their variance.
+Eigen::VectorXf ResidualModel::tail(const PhotoResiduals& one,
+                                    const Eigen::VectorXf& variance) const {
+  const Photo& photo = one.photo;
+  Eigen::VectorXf ratio = one.product.cwiseQuotient(variance);
+  for (std::size_t i = 0; i < photo.size(); ++i) {
+    auto pixel = ratio.segment<3>(static_cast<Eigen::Index>(3 * i));
+    pixel.setConstant(pixel.mean());
+  }
+  const Eigen::ArrayXf q = mean_around(ratio, photo, options_.radius).cwiseMax(0.f).array();
+  const auto nu = static_cast<float>(options_.degrees_of_freedom);
+  return (nu + 1) / (nu + q);
+}
+
+Eigen::VectorXf ResidualModel::precision(const PhotoResiduals& one) const {
+  const Eigen::VectorXf variance = one.variance + ErrorScales(one.photo).variance(error_);
+  return tail(one, variance).cwiseQuotient(variance);
+}
+
+void ResidualModel::members(SavedState& state) { state(error_); }
+
+}  // namespace selenite

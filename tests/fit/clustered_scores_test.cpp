@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/inference/clustered_scores.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "fit/problem/photo.h"
+#include "math/rng.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSide = 40;
+
+double normal_number(std::uint64_t seed, std::uint32_t index) {
+  const Random random(seed, index, 0);
+  return std::sqrt(-2 * std::log(1 - random.uniform(0))) * std::cos(2 * M_PI * random.uniform(1));
+}
+
+/// The mean of all numbers of some photos is unknown: each pixel's score is its number, and each has
+/// the normal matrix 1. `number(photo, x, y)`; returns the factor on the error of independent pixels.
+template <class Number>
+double widening(int photos, const Number& number) {
+  ClusteredScores scores(1, {});
+  double gradient = 0, squares = 0;
+  const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
+  for (int p = 0; p < photos; ++p) {
+    scores.begin_photo(photo_of_size("Front", kSide, kSide));
+    for (int y = 0; y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x) {
+        const double value = number(p, x, y);
+        gradient += value;
+        squares += value * value;
+        scores.add(static_cast<std::size_t>(y) * kSide + x, Vector::Constant(1, value), one);
+      }
+  }
+  const double count = photos * kSide * kSide;
+  const Vector step = Vector::Constant(1, -gradient / count);
+  const Vector variance = Vector::Constant(1, squares / (count * count));
+  return scores.widening({0}, one / count, step, variance)[0];
+}
+
+double of_pixel(std::uint64_t seed, int p, int x, int y) {
+  return normal_number(seed, static_cast<std::uint32_t>((p * kSide + y) * kSide + x));
+}
+
+// Of 40 draws for each count of photos: chance exceeds the bounds in fewer than one of fifty.
+TEST(ClusteredScores, IndependentPixelsAreLeftAlone) {
+  for (const int photos : {1, 3, 13}) {
+    int widened = 0;
+    for (std::uint64_t seed = 0; seed < 40; ++seed)
+      widened += widening(photos, [&](int p, int x, int y) { return of_pixel(seed, p, x, y); }) > 1;
+    EXPECT_LE(widened, 3) << photos;
+  }
+}
+
+// Squares of 4 x 4 pixels, the size of a block, share a number: 16 times as few are independent.
+TEST(ClusteredScores, ErrorsThatNeighboursShareCountByTheirNumber) {
+  const double found = widening(
+      1, [&](int, int x, int y) { return of_pixel(5, 0, x / 4, y / 4); });
+  EXPECT_NEAR(found, 4, 0.6);
+}
+
+// All pixels of a photo share most of their error: the photos are what counts.
+TEST(ClusteredScores, ErrorsThatAPhotoSharesCountByPhotos) {
+  constexpr int kPhotos = 13;
+  std::vector<double> shared;
+  double mean = 0, variance = 0;
+  for (int p = 0; p < kPhotos; ++p) shared.push_back(normal_number(9, static_cast<unsigned>(p)));
+  for (const double one : shared) mean += one / kPhotos;
+  for (const double one : shared) variance += (one - mean) * (one - mean) / (kPhotos - 1);
+  double squares = 0;
+  const double found = widening(kPhotos, [&](int p, int x, int y) {
+    const double value = shared[static_cast<std::size_t>(p)] + 0.1 * of_pixel(7, p, x, y);
+    squares += value * value;
+    return value;
+  });
+  const double count = kPhotos * kSide * kSide;
+  const double by_photos = std::sqrt(variance / kPhotos) * 1.7823 / 1.6449;  // t, 12 degrees
+  EXPECT_NEAR(found * std::sqrt(squares) / count, by_photos, 0.03 * by_photos);
+}
+
+// Tables of the two distributions.
+TEST(ClusteredScores, QuantilesAreThoseOfTheTables) {
+  EXPECT_NEAR(student_quantile_95(2), 2.9200, 1e-4);
+  EXPECT_NEAR(student_quantile_95(10), 1.8125, 2e-3);
+  EXPECT_NEAR(student_quantile_95(30), 1.6973, 1e-3);
+  EXPECT_NEAR(chi_square_ratio_99(2), 9.210 / 2, 1e-3);
+  EXPECT_NEAR(chi_square_ratio_99(10), 23.209 / 10, 0.02);
+  EXPECT_NEAR(chi_square_ratio_99(30), 50.892 / 30, 0.01);
+}
+
+}  // namespace
+}  // namespace selenite
