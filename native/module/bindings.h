@@ -2,8 +2,11 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
+#include <array>
 #include <tuple>
+#include <variant>
 
 #include "scene/camera.h"
 
@@ -11,10 +14,15 @@ namespace selenite {
 
 struct SceneBuilder;
 
-/// A photo's frame as Python gives it: (aspect, width, height).
-using FrameTuple = std::tuple<double, int, int>;
+/// A photo's frame as Python gives it: (aspect, width, height), and of a crop also its window,
+/// (left, top, right, bottom).
+using WholeFrame = std::tuple<double, int, int>;
+using FrameTuple = std::variant<WholeFrame, std::tuple<double, int, int, std::array<double, 4>>>;
 inline PhotoFrame frame_of(const FrameTuple& t) {
-  return {std::get<0>(t), std::get<1>(t), std::get<2>(t)};
+  if (const auto* whole = std::get_if<WholeFrame>(&t))
+    return {std::get<0>(*whole), std::get<1>(*whole), std::get<2>(*whole)};
+  const auto& [aspect, width, height, window] = std::get<1>(t);
+  return {aspect, width, height, {window[0], window[1], window[2], window[3]}};
 }
 
 void bind_parameters(pybind11::module_& m);

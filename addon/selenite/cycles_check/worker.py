@@ -30,6 +30,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.cycles_check import render_settings, sheet
     from selenite.fit_run.captures import read_captures
     from selenite.fit_run.fields import with_grids
+    from selenite.fit_run.photos.window import cropped_camera
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
     from selenite.paths import file_stems
@@ -78,6 +79,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             native_scene,
             capture,
             stems[capture.id],
+            cropped_camera(cameras[capture.camera], capture.aspect, capture.window),
             pixel_aspect,
             wanted.settings,
             samples,
@@ -121,6 +123,7 @@ def _check(
     native_scene: Any,
     capture: Any,
     stem: str,
+    camera: Any,
     pixel_aspect: float,
     settings: Any,
     samples: int,
@@ -144,12 +147,12 @@ def _check(
         seed=settings.seed,
         depth=settings.depth,
         threads=settings.threads,
-        frame=(capture.aspect, 0, 0),
+        frame=capture.frame_of_render,
     )
     ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
     cycles = estimate(
         scene,
-        capture.camera,
+        camera,
         (width, height),
         samples,
         range(settings.seed, settings.seed + SEEDS),

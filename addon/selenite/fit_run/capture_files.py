@@ -11,7 +11,6 @@ from ..problems import BadInput, Problem
 from ..scene_read.capture_request import PACKED, CaptureRequest
 
 SCHEMA = 1
-_RESPONSES = ("auto", "srgb", "linear")
 
 
 def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
@@ -50,7 +49,10 @@ def _from_here(capture: CaptureRequest, folder: Path) -> CaptureRequest:
             return name
         return str(folder / name)
 
-    response = capture.response
-    if response not in _RESPONSES and not response.startswith("gamma:"):
-        response = path(response)
-    return replace(capture, photo=path(capture.photo), mask=path(capture.mask), response=response)
+    return replace(
+        capture,
+        photo=path(capture.photo),
+        mask=path(capture.mask),
+        exclude=path(capture.exclude),
+        response=path(capture.response_file) or capture.response,
+    )

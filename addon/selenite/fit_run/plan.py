@@ -113,12 +113,11 @@ def prepare(
 def _not_files(capture: CaptureRequest) -> list[Problem]:
     """Folders, pipes and names that no file can have; what merely does not exist is told by who
     reads it."""
-    names = {f"Photo '{capture.photo}'": capture.photo, f"Mask '{capture.mask}'": capture.mask}
     found = []
-    for title, name in names.items():
+    for title, name in capture.files().items():
         why = "" if not name or name.startswith(PACKED) else why_not_file(name)
         if why and why != MISSING:
-            found.append(Problem(title, f"cannot be read ({why})", "give a picture"))
+            found.append(Problem(title, f"cannot be read ({why})", "give a file"))
     return found
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from .. import native
 from ..fit_run import cost
 from ..fit_run.captures import Capture
+from ..fit_run.photos.window import WHOLE
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
@@ -46,6 +47,13 @@ class Seen:
         return fisher.information(self.jacobian, self.picture, self.weight, noise)
 
 
+def _size_of(capture: Capture) -> tuple[int, int]:
+    """(width, height) of a pass at a photo's camera."""
+    height, width = capture.reference.shape[:2]
+    scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
+    return max(1, round(width * scale)), max(1, round(height * scale))
+
+
 class PhotoInformation:
     """At the cameras of a scene, for the unknowns of a plan.
 
@@ -56,9 +64,6 @@ class PhotoInformation:
     def __init__(self, plan: FitPlan, scene: Any) -> None:  # noqa: ANN401 - a native Scene
         self.plan = plan
         self._scene = scene
-        height, width = plan.captures[0].reference.shape[:2]
-        scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
-        self._size = max(1, round(width * scale)), max(1, round(height * scale))
         self._asked = [
             (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
             for item in plan.unknowns
@@ -123,14 +128,22 @@ class PhotoInformation:
         """Passes of other numbers have other random numbers."""
         counts = capture.weight[..., None]
         planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
-        small = native.image().resize(np.ascontiguousarray(planes), *self._size)
+        small = native.image().resize(np.ascontiguousarray(planes), *_size_of(capture))
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        return self._at(capture.camera, spp, number, picture if capture.photo else None, weight)
+        shown = picture if capture.photo else None
+        return self._at(capture.camera, capture.frame, spp, number, shown, weight)
 
     def at_place(self, camera: str, spp: int, number: int) -> Seen:
         """From where there is no photo; all pixels count. Raises as `at_photos`."""
-        return self._at(camera, spp, number, None, np.ones(self._size[::-1], np.float32))
+        first = self.plan.captures[0]
+        size, frame = _size_of(first), first.frame
+        if first.window != WHOLE:
+            rows = math.sqrt(size[0] * size[1] / first.aspect)
+            size = max(1, round(rows * first.aspect)), max(1, round(rows))
+            frame = (first.aspect, 0, 0)
+        weight = np.ones(size[::-1], np.float32)
+        return self._at(camera, frame, spp, number, None, weight)
 
     def noise(self, settings: FitSettings) -> Noise:
         """After `at_photos`: of a fit with these settings; photos to come are compared at the size
@@ -138,7 +151,8 @@ class PhotoInformation:
         photos = self.plan.captures
         pixels = cost.pixels_at(photos, settings.height) / len(photos)
         spp = native.core().refinement_spp(settings.native())
-        return Noise(spp, self.relative, pixels / (self._size[0] * self._size[1]))
+        seen = sum(math.prod(_size_of(photo)) for photo in photos) / len(photos)
+        return Noise(spp, self.relative, pixels / seen)
 
     def _relative_error(self, capture: Capture) -> float:
         """Mean square of what a photo differs by, relative to its brightness, beyond the noise of
@@ -156,13 +170,19 @@ class PhotoInformation:
         return float(np.clip(found, low**2, high**2))
 
     def _at(
-        self, camera: str, spp: int, number: int, picture: np.ndarray | None, weight: np.ndarray
+        self,
+        camera: str,
+        frame: tuple[Any, ...],
+        spp: int,
+        number: int,
+        picture: np.ndarray | None,
+        weight: np.ndarray,
     ) -> Seen:
         settings = self.plan.request.settings
         seen = native.core().photo_jacobian(
-            self._scene, self._asked, camera, *self._size, spp,
+            self._scene, self._asked, camera, *weight.shape[::-1], spp,
             seed=_SEED + 8 * settings.seed + number, depth=settings.depth,
-            threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,
+            threads=settings.threads, frame=frame, progress=self._token,
         )  # fmt: skip
         if seen.not_finite:
             raise BadInput(

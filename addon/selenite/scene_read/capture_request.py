@@ -12,8 +12,12 @@ from typing import Any
 PACKED = "packed:"
 #: Degrees of freedom of a photo's gain: none, one for all channels, one for each.
 GAINS = ("none", "scalar", "rgb")
+#: Responses that have a name; GAMMA is followed by an exponent, all else is a file.
+RESPONSES, GAMMA = ("auto", "srgb", "linear"), "gamma:"
 #: Beyond any number of a request.
 LARGEST = 1e300
+#: Pixels that can be taken off a silhouette.
+MOST_ERODED = 100
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,14 @@ class CaptureRequest:
     crop: the part of it that the file holds, x0, y0, x1, y1 in pixels from the top left corner.
     distortion: of the lens; None: the photo is free of it.
     align: whether the fit finds a small shift and roll of the photo; None: as the run says.
+    pixel_aspect: width / height of the photo's pixels; None: that of the scene.
+    clip: lowest and highest code value that counts, 1 at the top of integers; None: clipping is
+    looked for.
+    silhouette: pixels that are taken off the rim of what the camera sees of the fitted objects;
+    None: the photo counts beside them too.
+    background: what does not count, "border" (what joins the photo's border in one colour) or
+    "R,G,B" in linear light, either with a tolerance as in "border:0.1"; "": nothing.
+    exclude: a picture whose white pixels do not count, or "".
     """
 
     camera: str
@@ -62,6 +74,29 @@ class CaptureRequest:
     crop: tuple[int, int, int, int] | None = None
     distortion: LensDistortion | None = None
     align: bool | None = None
+    pixel_aspect: float | None = None
+    clip: tuple[float, float] | None = None
+    silhouette: int | None = None
+    background: str = ""
+    exclude: str = ""
+
+    def files(self) -> dict[str, str]:
+        """The files that it names, by what they are called in messages."""
+        found = {f"Photo '{self.photo}'": self.photo}
+        if self.mask:
+            found[f"Mask '{self.mask}'"] = self.mask
+        if self.exclude:
+            found[f"Exclude '{self.exclude}'"] = self.exclude
+        if self.response_file:
+            found[f"Response '{self.response}'"] = self.response
+        return found
+
+    @property
+    def response_file(self) -> str:
+        """The file of its response, "" if that has a name."""
+        return (
+            "" if self.response in RESPONSES or self.response.startswith(GAMMA) else self.response
+        )
 
     def as_json(self) -> dict[str, Any]:
         """A dict of plain values, without what is as usual."""
@@ -103,6 +138,11 @@ class CaptureRequest:
             crop=_whole(data, "crop", 4),  # type: ignore[arg-type]
             distortion=_distortion(data),
             align=_flag(data, "align", None),
+            pixel_aspect=_pixel_aspect(data),
+            clip=_clip(data),
+            silhouette=_silhouette(data),
+            background=_text(data, "background", ""),
+            exclude=_text(data, "exclude", ""),
         )
 
 
@@ -176,6 +216,35 @@ def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | N
     if any(number != int(number) or number < 0 for number in numbers):
         raise ValueError(f"its '{key}' is {value!r}, not {count} whole numbers of pixels")
     return tuple(int(number) for number in numbers)
+
+
+def _pixel_aspect(data: Mapping[str, Any]) -> float | None:
+    if data.get("pixel_aspect") is None:
+        return None
+    (value,) = _numbers([data["pixel_aspect"]], "pixel_aspect", 1)
+    if not 0.01 <= value <= 100:
+        raise ValueError(f"its 'pixel_aspect' is {value:g}, not in [0.01, 100]")
+    return value
+
+
+def _clip(data: Mapping[str, Any]) -> tuple[float, float] | None:
+    if data.get("clip") is None:
+        return None
+    low, high = _numbers(data["clip"], "clip", 2)
+    if not low < high:
+        raise ValueError(f"its 'clip' is [{low:g}, {high:g}]: the lower code value comes first")
+    return low, high
+
+
+def _silhouette(data: Mapping[str, Any]) -> int | None:
+    value = data.get("silhouette")
+    if value is None:
+        return None
+    if type(value) is not int or not 0 <= value <= MOST_ERODED:
+        raise ValueError(
+            f"its 'silhouette' is {value!r}, not a whole number of pixels in [0, {MOST_ERODED}]"
+        )
+    return value
 
 
 def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]], ...]:

@@ -144,7 +144,7 @@ class Trade:
                     self.plan.scene, capture.camera, width, height, _PHOTO_CHUNK,
                     seed=_PHOTO_SEED + settings.seed + (self.photo_spp << 20),
                     depth=settings.depth, threads=settings.threads,
-                    frame=(capture.aspect, 0, 0),
+                    frame=capture.frame_of_render,
                 )  # fmt: skip
                 before = sums[index]
                 image = film.image.astype(np.float64)

@@ -113,8 +113,11 @@ Photo Photo::resized(int longest) const {
   small.total_weight = 0;
   small.width = std::max(1, static_cast<int>(std::lround(width * scale)));
   small.height = std::max(1, static_cast<int>(std::lround(height * scale)));
-  small.frame = {frame.aspect, width, height};
-  if (!(small.frame.aspect > 0)) small.frame.aspect = static_cast<double>(width) / height;
+  const FrameWindow& window = frame.window;
+  small.frame = {frame.aspect, width, height, window};
+  if (!(small.frame.aspect > 0))
+    small.frame.aspect = static_cast<double>(width) / (window.right - window.left) /
+                         (height / (window.bottom - window.top));
   const double step_x = static_cast<double>(width) / small.width;
   const double step_y = static_cast<double>(height) / small.height;
   const auto covered = [](int i, double low, double high) {
@@ -173,6 +176,9 @@ std::uint64_t Photo::fingerprint() const {
         static_cast<std::uint64_t>(frame.width), static_cast<std::uint64_t>(frame.height),
         of_pixels(reference), of_pixels(weight)})
     sum = mix64(sum ^ part);
+  for (const double side :
+       {frame.window.left, frame.window.top, frame.window.right, frame.window.bottom})
+    sum = mix64(sum ^ std::bit_cast<std::uint64_t>(side));
   for (const std::string& lamp : lamps_off) sum = mix64(sum ^ hash64(lamp));
   PhotoParameters parameters = values;
   visit_fields(parameters, [&](const Parameter&, const double* first, int width) {
