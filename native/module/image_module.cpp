@@ -116,9 +116,11 @@ py::tuple read_small(const FilePath& path, int width, int height,
                      const std::optional<FilePath>& mask,
                      const std::optional<ResponseArgument>& response,
                      const std::optional<std::array<double, 2>>& counted,
-                     const std::optional<py::array_t<double, py::array::c_style>>& corners) {
+                     const std::optional<py::array_t<double, py::array::c_style>>& corners,
+                     const std::optional<FilePath>& exclude) {
   Reading reading;
   reading.mask = mask.value_or(FilePath{}).text;
+  reading.exclude = exclude.value_or(FilePath{}).text;
   if (response) reading.response = response_of(*response);
   if (counted) limit(reading.response, *counted);
   if (corners) {
@@ -246,7 +248,7 @@ Raises:
     OSError: as `probe`, and for a truncated or damaged file.)");
   m.def("read_at_size", &read_small, "path"_a, "width"_a, "height"_a, "mask"_a = py::none(),
         py::kw_only(), "response"_a = py::none(), "counted"_a = py::none(),
-        "corners"_a = py::none(), R"(Reads a photo through an area filter.
+        "corners"_a = py::none(), "exclude"_a = py::none(), R"(Reads a photo through an area filter.
 
 Args:
     width, height: of the result, at most those of the photo.
@@ -258,10 +260,11 @@ Args:
         not looked for besides.
     corners: (height + 1, width + 1, 2) where the corners of the pixels lie in the photo, x and y in
         its pixels from its top left corner, NaN for nowhere; left out, evenly over all of it.
+    exclude: path of a picture as the mask, of which what is at least half white does not count.
 Returns:
     reference (height, width, 3) float32, linear Rec. 709; weight (height, width) float32, alpha
-    times mask, 0 where a photo pixel below is not usable or none is; inside (height, width) bool:
-    alpha and mask are nowhere 0 below; info and mask_info (None without a mask): dicts of `probe`
+    times masks, 0 where a photo pixel below is not usable or none is; inside (height, width) bool:
+    alpha and masks are nowhere 0 below; info and mask_info (None without a mask): dicts of `probe`
     with counts as in `read`.
 Raises:
     OSError: as `read`, for photo or mask. ValueError: an argument out of range.)");

@@ -54,7 +54,13 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     read = read_scene(scene)
     problems = list(read.problems)
     captures = read_captures(
-        read, wanted.captures, wanted.settings.height, problems, [], packed_photos()
+        read,
+        wanted.captures,
+        wanted.settings.height,
+        problems,
+        [],
+        packed_photos(),
+        {item.owner for item in wanted.unknowns},
     )
     if problems:
         raise BadInput(problems)

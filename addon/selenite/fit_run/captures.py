@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,9 @@ from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import CameraValues, SceneValues
 from .photos import distortion
 from .photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
+from .photos.masks import background_of, masked
 from .photos.response import read_response
+from .photos.silhouette import Silhouettes
 from .photos.window import WHOLE, PhotoWindow, projection, window_of
 
 #: How the warning begins that names them.
@@ -102,9 +104,10 @@ def read_captures(
     problems: list[Problem],
     warnings: list[str],
     packed: Mapping[str, bytes],
+    fitted: Collection[str] = (),
 ) -> list[Capture]:
     """Reads every photo, of which several may be of one camera; all that is wrong goes to
-    `problems`."""
+    `problems`. fitted: the owners of what is fitted, whose silhouettes may be asked for."""
     if not requests:
         cure = "give one with --photo CAMERA=FILE or in the Captures panel"
         problems.append(Problem("Fit", "there is no photo", cure))
@@ -112,6 +115,7 @@ def read_captures(
     cameras = {camera.name: camera for camera in scene.cameras}
     requests = with_ids(requests, cameras)
     used: set[str] = set()
+    silhouettes = Silhouettes(scene, fitted)
     for request in requests:
         title = f"Photo '{request.photo}'"
         if not request.camera:
@@ -130,7 +134,7 @@ def read_captures(
         else:
             used.add(request.id)
             camera = cameras[request.camera]
-            capture = _read(camera, request, height, problems, warnings, packed)
+            capture = _read(camera, request, height, silhouettes, problems, warnings, packed)
             captures += [capture] if capture is not None else []
     left_out = [name for name in cameras if name not in {item.camera for item in requests}]
     if requests and left_out:
@@ -142,26 +146,31 @@ def _read(
     camera: CameraValues,
     request: CaptureRequest,
     height: int,
+    silhouettes: Silhouettes,
     problems: list[Problem],
     warnings: list[str],
     packed: Mapping[str, bytes],
 ) -> Capture | None:
     title, mask_title = f"Photo '{request.photo}'", f"Mask '{request.mask}'"
+    exclude_title = f"Exclude '{request.exclude}'"
     found = len(problems)
     info = header(title, request.photo, problems, packed, as_linear=True)
     response = read_response(request.response, problems)
-    mask = None
-    if request.mask:
-        mask = header(mask_title, request.mask, problems, packed, as_linear=False)
+    masks = {
+        name: header(name, file, problems, packed, as_linear=False)
+        for name, file in ((mask_title, request.mask), (exclude_title, request.exclude))
+        if file
+    }
+    background_of(request, problems)
     if info is None:
         return None
     size = (info["width"], info["height"])
     window = window_of(camera, request, size, info["orientation"], problems)
-    if mask is not None:
-        mask_size = (mask["width"], mask["height"])
+    for name, mask in masks.items():
+        mask_size = (mask["width"], mask["height"]) if mask is not None else size
         if not same_aspect(mask_size, size, MASK_TOLERANCE):
             cause = f"it is {pixels(mask_size)}, its photo {size[0]} x {size[1]}"
-            problems.append(Problem(mask_title, cause, "give a mask of the photo's shape"))
+            problems.append(Problem(name, cause, "give a mask of the photo's shape"))
     rows = min(height, size[1])
     columns = min(size[0], max(1, round(rows * size[0] / size[1])))
     remarks: list[str] = []
@@ -171,14 +180,19 @@ def _read(
     if window is None or len(problems) > found:
         return None
     try:
-        with as_file(request.photo, packed) as path, as_file(request.mask, packed) as mask_path:
-            reference, weight, _, info, mask = native.image().read_at_size(
-                path, columns, rows, mask_path or None,
+        with (
+            as_file(request.photo, packed) as path,
+            as_file(request.mask, packed) as mask_path,
+            as_file(request.exclude, packed) as exclude_path,
+        ):
+            reference, weight, inside, info, mask = native.image().read_at_size(
+                path, columns, rows, mask_path or None, exclude=exclude_path or None,
                 response=response, counted=request.clip, corners=corners,
             )  # fmt: skip
     except (OSError, ValueError, MemoryError) as error:
-        is_mask = bool(request.mask) and str(error).startswith(f"'{mask_path}'")
-        problems.append(unreadable(mask_title if is_mask else title, error))
+        paths = {mask_title: mask_path, exclude_title: exclude_path}
+        named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
+        problems.append(unreadable(next(named, title), error))
         return None
     if not (weight > 0).any():
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
@@ -187,11 +201,17 @@ def _read(
     remarks += [f"{title}: {text}" for text in info["warnings"]]
     if mask is not None:
         remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
-    warnings += [text for text in remarks if text not in warnings]
-    return Capture(
+    capture = Capture(
         request.id, camera.name, request.photo, size, reference, weight, window.aspect,
-        warnings=tuple(remarks), window=window.fractions,
+        window=window.fractions,
     )  # fmt: skip
+    weight = masked(
+        request, reference, weight, inside, capture.frame, silhouettes, problems, remarks
+    )
+    if len(problems) > found:
+        return None
+    warnings += [text for text in remarks if text not in warnings]
+    return replace(capture, weight=weight, warnings=tuple(remarks))
 
 
 def _corners(

@@ -17,6 +17,7 @@ from ..scene_read.values import SceneValues
 from . import fields as all_fields
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
+from .photos import suspicion
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
 from .staging.plan import Stage
@@ -71,7 +72,8 @@ def prepare(
         sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
         if (request.captures and not good) or min(sizes, default=1) < 1:
             return []  # it has been told why
-        return read_captures(values, good, height, problems, warn, packed or {})
+        owners = {item.owner for item in requests}
+        return read_captures(values, good, height, problems, warn, packed or {}, owners)
 
     for item in request.captures:
         problems += _not_files(item)
@@ -81,6 +83,10 @@ def prepare(
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(all_fields.with_fields(values, fields))
+    if captures_at is None:
+        depth, threads = request.settings.depth, request.settings.threads
+        found = (suspicion.remark(item, scene, depth, threads) for item in captures)
+        warnings += [text for text in found if text]
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
     by_height = {request.settings.height: captures}
     stages = []

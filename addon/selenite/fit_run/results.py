@@ -180,8 +180,8 @@ def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
 def _write_pictures(
     plan: FitPlan, result: dict[str, Any], folder: Path, progress: Callable[[str, float], None]
 ) -> None:
-    """Per photo: initial, optimised, reference, error (absolute difference, black where the photo
-    does not count). Both renders use the same seed, so that their difference is the fit's."""
+    """Per photo: initial, optimised, reference, error (absolute difference), each black where the
+    photo does not count. Both renders use the same seed, so that their difference is the fit's."""
     optimised = scene_at(plan, result)
     stems = file_stems(item.id for item in plan.captures)
     steps = 2 * len(plan.captures)
@@ -191,14 +191,15 @@ def _write_pictures(
         initial = _render(plan, plan.scene, capture)
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
         final = _render(plan, optimised, capture)
-        error = np.abs(final - capture.reference) * (capture.weight > 0)[..., None]
+        error = np.abs(final - capture.reference)
+        counts = (capture.weight > 0)[..., None]
         for name, pixels in (
             ("initial", initial),
             ("optimised", final),
             ("reference", capture.reference),
             ("error", error),
         ):
-            pixels = np.ascontiguousarray(pixels, np.float32)
+            pixels = np.ascontiguousarray(np.where(counts, pixels, 0), np.float32)
             native.image().write_exr(str(folder / f"{stem}_{name}.exr"), pixels)
             native.image().write_png(str(folder / f"{stem}_{name}.png"), pixels)
 

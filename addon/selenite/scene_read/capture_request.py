@@ -13,7 +13,8 @@ PACKED = "packed:"
 #: Degrees of freedom of a photo's gain: none, one for all channels, one for each.
 GAINS = ("none", "scalar", "rgb")
 #: Responses that have a name; GAMMA is followed by an exponent, all else is a file.
-RESPONSES, GAMMA = ("auto", "srgb", "linear"), "gamma:"
+AUTO_RESPONSE, GAMMA = "auto", "gamma:"
+RESPONSES = (AUTO_RESPONSE, "srgb", "linear")
 #: Beyond any number of a request.
 LARGEST = 1e300
 #: Pixels that can be taken off a silhouette.
@@ -69,7 +70,7 @@ class CaptureRequest:
     lights: tuple[str, ...] | None = None
     world: bool = True
     transforms: tuple[tuple[str, tuple[float, ...]], ...] = ()
-    response: str = "auto"
+    response: str = AUTO_RESPONSE
     size: tuple[int, int] | None = None
     crop: tuple[int, int, int, int] | None = None
     distortion: LensDistortion | None = None
@@ -133,7 +134,7 @@ class CaptureRequest:
             lights=_lights(data),
             world=_flag(data, "world", True) is not False,
             transforms=_transforms(data),
-            response=_text(data, "response", "auto"),
+            response=_text(data, "response", AUTO_RESPONSE),
             size=_whole(data, "size", 2),  # type: ignore[arg-type]
             crop=_whole(data, "crop", 4),  # type: ignore[arg-type]
             distortion=_distortion(data),

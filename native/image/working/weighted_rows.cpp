@@ -23,7 +23,7 @@ bool same_shape(const PictureInfo& a, const PictureInfo& b) {
 
 }  // namespace
 
-PhotoMask::PhotoMask(const std::string& path, const PictureInfo& photo) {
+PhotoMask::PhotoMask(const std::string& path, const PictureInfo& photo, MaskKind kind) {
   const PhotoRows rows(path, false);
   info_ = rows.info();
   const int width = info_.width, height = info_.height;
@@ -42,7 +42,9 @@ PhotoMask::PhotoMask(const std::string& path, const PictureInfo& photo) {
       counts_.add(use[x]);
       const float mean = (rgb[3 * x] + rgb[3 * x + 1] + rgb[3 * x + 2]) / 3;
       above += mean > 1;
-      const float value = use[x] == PixelUse::kCounts ? std::clamp(mean, 0.f, 1.f) : 0;
+      float value = use[x] == PixelUse::kCounts ? std::clamp(mean, 0.f, 1.f) : 0;
+      if (kind == MaskKind::kExclude)
+        value = use[x] == PixelUse::kCounts && mean < 0.5f ? 1.f : 0.f;
       values_.push_back(static_cast<std::uint16_t>(std::lround(value * kMaskTop)));
     }
   }
@@ -79,9 +81,9 @@ const WeightedRows::Row& WeightedRows::at(int y) {
   row.counts.resize(width);
   use_.resize(width);
   photo_.convert(y, row.rgb.data(), row.weight.data(), use_.data());
-  if (!mask_.empty()) {
-    std::vector<float> mask(width);
-    mask_.row(y, mask.data());
+  std::vector<float> mask(width);
+  for (const PhotoMask& part : masks_) {
+    part.row(y, mask.data());
     for (std::size_t x = 0; x < width; ++x) row.weight[x] *= mask[x];
   }
   for (std::size_t x = 0; x < width; ++x) {

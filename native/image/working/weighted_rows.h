@@ -11,15 +11,17 @@
 
 namespace selenite {
 
+/// What a mask's white means: what counts, or what does not.
+enum class MaskKind { kInclude, kExclude };
+
 /// A mask of any size, laid over a photo of the same shape. A pixel of the photo has the mean of the
-/// mask where it lies, and 0 if any of that is 0.
+/// mask where it lies, and 0 if any of that is 0. One that excludes is 0 where its picture is at
+/// least half white.
 class PhotoMask {
  public:
-  PhotoMask() = default;  ///< none: 1 everywhere
   /// Throws FileError: unreadable, or of another shape than the photo.
-  PhotoMask(const std::string& path, const PictureInfo& photo);
+  PhotoMask(const std::string& path, const PictureInfo& photo, MaskKind kind = MaskKind::kInclude);
 
-  bool empty() const { return values_.empty(); }
   /// Of the photo's row `y`, as many as the photo is wide.
   void row(int y, float* out) const;
   const PictureInfo& info() const { return info_; }
@@ -32,7 +34,7 @@ class PhotoMask {
   std::vector<AreaSpan> across_, down_;
 };
 
-/// A photo's rows with their weights, alpha times mask, converted when they are asked for.
+/// A photo's rows with their weights, alpha times masks, converted when they are asked for.
 class WeightedRows {
  public:
   struct Row {
@@ -42,7 +44,8 @@ class WeightedRows {
     std::vector<std::uint8_t> counts;  ///< (width): inside, and the pixel can be used
   };
 
-  WeightedRows(const PhotoRows& photo, const PhotoMask& mask) : photo_(photo), mask_(mask) {}
+  WeightedRows(const PhotoRows& photo, const std::vector<PhotoMask>& masks)
+      : photo_(photo), masks_(masks) {}
   /// Valid until `forget_before`.
   const Row& at(int y);
   /// Rows above `y` will not be asked for again.
@@ -53,7 +56,7 @@ class WeightedRows {
 
  private:
   const PhotoRows& photo_;
-  const PhotoMask& mask_;
+  const std::vector<PhotoMask>& masks_;
   std::map<int, Row> rows_;
   PixelCounts counts_;
   std::vector<PixelUse> use_;

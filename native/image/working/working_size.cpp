@@ -165,18 +165,23 @@ void check_size(const std::string& path, int width, int height, const Reading& r
 
 WorkingPhoto read_at_size(const std::string& path, int width, int height, const Reading& reading) {
   WorkingPhoto result;
-  PhotoMask mask;
-  if (!reading.mask.empty()) {
+  std::vector<PhotoMask> masks;
+  const auto add_mask = [&](const std::string& file, MaskKind kind) {
+    if (file.empty()) return;
     const PictureInfo photo = probe_photo(path);
-    mask = with_memory(reading.mask, [&] { return PhotoMask(reading.mask, photo); });
-    result.mask_info = mask.info();
-    result.mask_counts = mask.counts();
+    with_memory(file, [&] { masks.emplace_back(file, photo, kind); });
+  };
+  add_mask(reading.mask, MaskKind::kInclude);
+  if (!masks.empty()) {
+    result.mask_info = masks[0].info();
+    result.mask_counts = masks[0].counts();
   }
+  add_mask(reading.exclude, MaskKind::kExclude);
   with_memory(path, [&] {
     const PhotoRows photo(path, true, reading.response);
     result.info = photo.info();
     check_size(path, width, height, reading, result.info);
-    WeightedRows rows(photo, mask);
+    WeightedRows rows(photo, masks);
     if (reading.corners.empty()) {
       filter_evenly(rows, width, height, result);
     } else {

@@ -14,14 +14,15 @@ namespace selenite {
 struct WorkingPhoto {
   PictureInfo info, mask_info;       ///< of the files, with warnings of their pixels
   std::vector<float> reference;      ///< (height, width, 3) linear Rec. 709
-  std::vector<float> weight;         ///< (height, width) in [0, 1]: alpha times mask
-  std::vector<std::uint8_t> inside;  ///< (height, width): alpha and mask are nowhere 0 below
+  std::vector<float> weight;         ///< (height, width) in [0, 1]: alpha times masks
+  std::vector<std::uint8_t> inside;  ///< (height, width): alpha and masks are nowhere 0 below
   PixelCounts counts, mask_counts;   ///< of the pixels of the files
 };
 
 /// How a photo is brought to the size of a fit.
 struct Reading {
-  std::string mask{};  ///< path; of the photo's shape
+  std::string mask{};     ///< path; of the photo's shape
+  std::string exclude{};  ///< the same; its white does not count
   Response response{};
   /// Where the corners of the pixels lie in the photo, (height + 1, width + 1, 2): x, y in its pixels
   /// from its top left corner; NaN: nowhere. Empty: evenly over all of it.

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...paths import why_not_file
 from ...problems import Problem
-from ...scene_read.capture_request import GAMMA, RESPONSES
+from ...scene_read.capture_request import AUTO_RESPONSE, GAMMA, RESPONSES
 
 #: What the native reader takes: a name, an exponent, or rows (code value, red, green, blue).
 NativeResponse = str | float | list[tuple[float, float, float, float]]
@@ -21,7 +21,7 @@ _LARGEST_TABLE = 10_000_000  # bytes
 def read_response(text: str, problems: list[Problem]) -> NativeResponse | None:
     """None for "auto", which takes what the file says; None, with a problem, if there is none."""
     title = f"Response '{text}'"
-    if text == "auto":
+    if text == AUTO_RESPONSE:
         return None
     if text in RESPONSES:
         return text
