@@ -30,7 +30,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.cycles_check import render_settings, sheet
     from selenite.fit_run.captures import read_captures
     from selenite.fit_run.fields import with_grids
-    from selenite.fit_run.photos.window import cropped_camera
+    from selenite.fit_run.photos.window import WHOLE, cropped_camera
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
     from selenite.paths import file_stems
@@ -71,6 +71,12 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     shown += [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
+    # Where one photo is cropped, each sets the lens of its camera.
+    lenses: dict[str, Any] = {item.id: item.camera for item in captures}
+    if any(item.window != WHOLE for item in captures):
+        for item in captures:
+            whole = cameras[item.camera]
+            lenses[item.id] = cropped_camera(whole, item.aspect, item.window)
     stems = file_stems(item.id for item in captures)
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
@@ -85,7 +91,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             native_scene,
             capture,
             stems[capture.id],
-            cropped_camera(cameras[capture.camera], capture.aspect, capture.window),
+            lenses[capture.id],
             pixel_aspect,
             wanted.settings,
             samples,
