@@ -7,7 +7,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from .. import native
 from ..problems import Problem, listed
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import CameraValues, SceneValues
+from .light_states import AS_IN_SCENE, light_state
 
 #: How the warning begins that names them.
 LEFT_OUT = "Cameras without a photo are left out"
@@ -38,7 +39,7 @@ class Capture:
     photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
-    lamps_off: names of the lamps that were off when it was taken.
+    lights: which were on, and where lamps stood: see light_states.light_state.
     warnings: what the reader says of photo and mask.
     """
 
@@ -50,7 +51,7 @@ class Capture:
     weight: np.ndarray
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    lamps_off: tuple[str, ...] = ()
+    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
 
     @property
@@ -72,7 +73,7 @@ class Capture:
             "weight": self.weight,
             "frame": self.frame,
             "gain": self.gain,
-            "lamps_off": list(self.lamps_off),
+            "lights": self.lights,
         }
 
 
@@ -112,7 +113,8 @@ def read_captures(
             used.add(request.id)
             camera = cameras[request.camera]
             capture = _read(camera, request, height, problems, warnings, packed)
-            captures += [capture] if capture is not None else []
+            lights = light_state(scene, request, problems)
+            captures += [replace(capture, lights=lights)] if capture is not None else []
     left_out = [name for name in cameras if name not in {item.camera for item in requests}]
     if requests and left_out:
         warnings.append(f"{LEFT_OUT}: {listed(left_out)}")

@@ -15,6 +15,7 @@ from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
 from . import fields as all_fields
+from . import light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .request import RunRequest, UnknownRequest
@@ -77,6 +78,7 @@ def prepare(
         problems += _not_files(item)
 
     captures = photos(request.settings.height, warnings)
+    warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction

@@ -8,6 +8,7 @@ import bpy
 from . import (
     apply_operators,
     camera_operators,
+    capture_lights,
     check_operators,
     fit_operators,
     panels,
@@ -19,6 +20,7 @@ from . import (
 )
 
 _MODULES = (
+    capture_lights,
     properties,
     row_operators,
     fit_operators,

@@ -18,6 +18,7 @@ from ..fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
 from ..fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
+from .capture_lights import SeleniteCaptureLights
 
 SCHEMA = 1
 
@@ -122,6 +123,8 @@ class SeleniteCapture(bpy.types.PropertyGroup):
     mask_path: StringProperty(
         name="Mask", subtype="FILE_PATH", description="Picture whose black pixels do not count"
     )
+    # Light state: see capture_lights.
+    lights: PointerProperty(type=SeleniteCaptureLights)
 
 
 class SeleniteRow(bpy.types.PropertyGroup):

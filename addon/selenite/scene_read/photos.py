@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import PurePath
+from typing import Any
 
 import bpy
 
@@ -22,6 +23,7 @@ def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
                 camera=_name(row, names),
                 photo=photo_name(row.photo) if row.photo is not None else "",
                 mask=bpy.path.abspath(row.mask_path),
+                **_light_state(row.lights),
             )
             for row in rows
         ]
@@ -41,6 +43,21 @@ def ids_of(scene: bpy.types.Scene) -> list[str]:
     requests = (CaptureRequest(name, "") for name in used if name)
     found = iter(with_ids(requests, names.values()))
     return [next(found).id if name else "" for name in used]
+
+
+def _light_state(lights: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Fields of a request. A lamp or collection that is not chosen is a lamp without a name, which
+    `fit_run.light_states` refuses."""
+    lamps: tuple[str, ...] | None = None
+    if lights.mode == "LAMP":
+        lamps = (lights.lamp.name if lights.lamp is not None else "",)
+    elif lights.mode == "COLLECTION":
+        chosen = lights.collection.all_objects if lights.collection is not None else None
+        lamps = ("",) if chosen is None else tuple(x.name for x in chosen if x.type == "LIGHT")
+    elif lights.mode == "NONE":
+        lamps = ()
+    frame = lights.frame if lights.use_frame else None
+    return {"lights": lamps, "world": lights.world, "frame": frame}
 
 
 def _name(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> str:

@@ -47,9 +47,11 @@ def read_as_rendered(
     scene: bpy.types.Scene,
     cameras: Sequence[bpy.types.Object],
     read: Callable[[bpy.types.Depsgraph], None],
+    frame: int | None = None,
 ) -> Problem | None:
     """Calls `read` with the scene's graph in render mode, which also evaluates `cameras`, whatever
     hides them. The graph and all in it are gone afterwards. Returns what stands in the way.
+    frame: evaluated there; None: where the scene is. Original datablocks keep their values.
 
     The user's handlers do not run. What `read` raises is raised.
     """
@@ -80,7 +82,10 @@ def read_as_rendered(
         bpy.utils.register_class(Reader)
         stack.callback(bpy.utils.unregister_class, Reader)
         prepared = stack.enter_context(_prepared(scene, layer.name, cameras))
-        # The operator takes the frame from the context's scene.
+        # The operator takes the frame from the context's scene. Only setting it as a number leaves
+        # originals as they are: going there would undo what the user has moved and not keyed.
+        if frame is not None:
+            stack.enter_context(_set(scene, {"frame_current": frame, "frame_subframe": 0.0}))
         stack.enter_context(bpy.context.temp_override(scene=scene, view_layer=layer))
         stack.enter_context(without_words())
         try:
