@@ -51,7 +51,7 @@ def read_as_rendered(
 ) -> Problem | None:
     """Calls `read` with the scene's graph in render mode, which also evaluates `cameras`, whatever
     hides them. The graph and all in it are gone afterwards. Returns what stands in the way.
-    frame: evaluated there; None: where the scene is. Original datablocks keep their values.
+    frame: where it is evaluated; None: where the scene is.
 
     The user's handlers do not run. What `read` raises is raised.
     """
@@ -71,7 +71,12 @@ def read_as_rendered(
         def render(self, depsgraph: bpy.types.Depsgraph) -> None:
             called.append(True)
             try:
+                # Of this graph alone: the scene itself stays where it is.
+                if frame is not None:
+                    self.frame_set(frame, 0.0)
                 read(depsgraph)
+                if frame is not None:
+                    self.frame_set(scene.frame_current, scene.frame_subframe)
             except Exception as error:  # Blender would print and forget it
                 failures.append(error)
 
@@ -82,10 +87,7 @@ def read_as_rendered(
         bpy.utils.register_class(Reader)
         stack.callback(bpy.utils.unregister_class, Reader)
         prepared = stack.enter_context(_prepared(scene, layer.name, cameras))
-        # The operator takes the frame from the context's scene. Only setting it as a number leaves
-        # originals as they are: going there would undo what the user has moved and not keyed.
-        if frame is not None:
-            stack.enter_context(_set(scene, {"frame_current": frame, "frame_subframe": 0.0}))
+        # The operator takes the frame from the context's scene.
         stack.enter_context(bpy.context.temp_override(scene=scene, view_layer=layer))
         stack.enter_context(without_words())
         try:
