@@ -185,6 +185,8 @@ _PHYSICAL = "no refraction towards lights that no micronormal gives; Cycles has 
 def _add_check(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "check", ".commands.check")
     parser.add_argument("scene", metavar="SCENE.blend")
+    captures = "photos and how they were taken; default: the captures of the scene"
+    parser.add_argument("--captures", metavar="FILE.json", help=captures)
 
 
 def _add_view(parser: argparse.ArgumentParser, spp: int) -> None:
@@ -220,6 +222,10 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
     _add_view(parser, spp=64)
     parser.add_argument("--out", required=True, metavar="F.exr", help="OpenEXR (linear) or PNG")
     parser.add_argument("--sem", metavar="F2.exr", help="standard error of the mean per pixel")
+    captures = "photos and how they were taken, or the folder of a fit, with the gains it has found"
+    parser.add_argument("--captures", metavar="FILE.json", help=captures)
+    capture = "shows what a fit compares with this photo: camera, size, lights, gain"
+    parser.add_argument("--capture", metavar="ID", help=capture)
 
 
 def _add_gradient(commands: argparse._SubParsersAction) -> None:

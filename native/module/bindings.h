@@ -12,6 +12,7 @@
 
 namespace selenite {
 
+struct Scene;
 struct SceneBuilder;
 
 /// A photo's frame as Python gives it: (aspect, width, height), and of a crop also its window,
@@ -29,6 +30,8 @@ void bind_parameters(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
 /// Objects, and what rays see of them and of lights.
 void bind_visibility(pybind11::class_<SceneBuilder>& builder);
+/// Light states of a scene.
+void bind_lights(pybind11::class_<Scene>& scene);
 void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);

@@ -13,6 +13,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,8 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     )
     if problems:
         raise BadInput(problems)
+    gains = request["gains"]
+    captures = [replace(one, gain=tuple(gains.get(one.id, one.gain))) for one in captures]
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     grids = _grids(folder, request["grids"])
     # Selenite renders the grids inside their meshes, as they were fitted, Cycles Volume objects.
@@ -146,12 +149,14 @@ def _check(
 
     from selenite import native
     from selenite.cycles_check.compare import Estimate, misfit
+    from selenite.cycles_check.light_state import under_lights
     from selenite.cycles_check.render import estimate
+    from selenite.fit_run.capture_render import under_its_lights
 
     height, width = capture.reference.shape[:2]
     note("Selenite's picture", 0.0)
     film = native.core().render(
-        native_scene,
+        under_its_lights(native_scene, capture),
         capture.camera,
         width,
         height,
@@ -162,16 +167,18 @@ def _check(
         frame=capture.frame_of_render,
     )
     ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
-    cycles = estimate(
-        scene,
-        camera,
-        (width, height),
-        samples,
-        range(settings.seed, settings.seed + SEEDS),
-        folder / "cycles.exr",
-        lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
-        pixel_aspect,
-    )
+    with under_lights(scene, capture.lights):
+        cycles = estimate(
+            scene,
+            camera,
+            (width, height),
+            samples,
+            range(settings.seed, settings.seed + SEEDS),
+            folder / "cycles.exr",
+            lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
+            pixel_aspect,
+        )
+    ours, cycles = (one.times(capture.gain) for one in (ours, cycles))
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted

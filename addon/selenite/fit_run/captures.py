@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from .. import native
 from ..problems import Problem, listed
 from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import CameraValues, SceneValues
+from .light_states import AS_IN_SCENE, light_state
 from .photos import distortion
 from .photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
 from .photos.masks import background_of, masked
@@ -41,7 +42,7 @@ class Capture:
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
     window: what the photo shows of what the camera takes, left, top, right, bottom in [0, 1].
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
-    lamps_off: names of the lamps that were off when it was taken.
+    lights: which were on, and where lamps stood: see light_states.light_state.
     warnings: what the reader says of photo and mask.
     """
 
@@ -53,7 +54,7 @@ class Capture:
     weight: np.ndarray
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    lamps_off: tuple[str, ...] = ()
+    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
 
@@ -93,7 +94,7 @@ class Capture:
             "weight": self.weight,
             "frame": self.frame,
             "gain": self.gain,
-            "lamps_off": list(self.lamps_off),
+            "lights": self.lights,
         }
 
 
@@ -135,7 +136,8 @@ def read_captures(
             used.add(request.id)
             camera = cameras[request.camera]
             capture = _read(camera, request, height, silhouettes, problems, warnings, packed)
-            captures += [capture] if capture is not None else []
+            lights = light_state(scene, request, problems)
+            captures += [replace(capture, lights=lights)] if capture is not None else []
     left_out = [name for name in cameras if name not in {item.camera for item in requests}]
     if requests and left_out:
         warnings.append(f"{LEFT_OUT}: {listed(left_out)}")

@@ -15,6 +15,7 @@ from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
 from . import fields as all_fields
+from . import light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .photos import suspicion
@@ -79,14 +80,13 @@ def prepare(
         problems += _not_files(item)
 
     captures = photos(request.settings.height, warnings)
+    warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(all_fields.with_fields(values, fields))
     if captures_at is None:
-        depth, threads = request.settings.depth, request.settings.threads
-        found = (suspicion.remark(item, scene, depth, threads) for item in captures)
-        warnings += [text for text in found if text]
+        warnings += _suspicions(values, request, captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
     by_height = {request.settings.height: captures}
     stages = []
@@ -114,6 +114,20 @@ def prepare(
         millimetres=values.millimetres,
         stages=tuple(stages),
     )
+
+
+def _suspicions(
+    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Any
+) -> list[str]:
+    """Of the photos, beside what the scene renders at its start values."""
+    asked = with_ids(request.captures, (camera.name for camera in values.cameras))
+    free = {item.id for item in asked if item.gain not in ("", "none")}
+    depth, threads = request.settings.depth, request.settings.threads
+    found = (
+        suspicion.remark(item, scene, depth, threads, finds_gain=item.id in free)
+        for item in captures
+    )
+    return [text for text in found if text]
 
 
 def _not_files(capture: CaptureRequest) -> list[Problem]:

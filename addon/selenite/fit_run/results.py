@@ -20,6 +20,7 @@ from ..atomic_files import write_json
 from ..parameters import Values
 from ..paths import file_stems
 from . import trust
+from .capture_render import Gain, gain_of, shown, under_its_lights
 from .captures import Capture
 from .fields import FieldUnknown, images
 from .job import fitted_values, scene_at
@@ -188,9 +189,10 @@ def _write_pictures(
     for index, capture in enumerate(plan.captures):
         stem = stems[capture.id]
         progress(f"initial picture of {capture.id}", 2 * index / steps)
-        initial = _render(plan, plan.scene, capture)
+        gain = gain_of(capture, result)
+        initial = _render(plan, plan.scene, capture, gain)
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
-        final = _render(plan, optimised, capture)
+        final = _render(plan, optimised, capture, gain)
         error = np.abs(final - capture.reference)
         counts = (capture.weight > 0)[..., None]
         for name, pixels in (
@@ -204,11 +206,11 @@ def _write_pictures(
             native.image().write_png(str(folder / f"{stem}_{name}.png"), pixels)
 
 
-def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa: ANN401
+def _render(plan: FitPlan, scene: Any, capture: Capture, gain: Gain) -> np.ndarray:  # noqa: ANN401
     settings = plan.request.settings
     height, width = capture.reference.shape[:2]
     film = native.core().render(
-        scene,
+        under_its_lights(scene, capture),
         capture.camera,
         width,
         height,
@@ -218,7 +220,7 @@ def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa:
         threads=settings.threads,
         frame=capture.frame,
     )
-    return film.image
+    return shown(film.image, gain)
 
 
 def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:

@@ -15,6 +15,10 @@ GAINS = ("none", "scalar", "rgb")
 #: Responses that have a name; GAMMA is followed by an exponent, all else is a file.
 AUTO_RESPONSE, GAMMA = "auto", "gamma:"
 RESPONSES = (AUTO_RESPONSE, "srgb", "linear")
+#: Numbers that say where a lamp was: a place, with a quaternion, a matrix.
+PLACES = (3, 7, 16)
+#: Of a scene in Blender.
+FRAMES = (-1048574, 1048574)
 #: Beyond any number of a request.
 LARGEST = 1e300
 #: Pixels that can be taken off a silhouette.
@@ -46,7 +50,9 @@ class CaptureRequest:
     id: unique in a run; "" for the usual one, see `with_ids`.
     gain: one of GAINS, or "" for that of the run.
     lights: the lamps that were on; None: all. world: whether the world's light was on.
-    transforms: where lamps were, object to world, 16 numbers row by row; by the object's name.
+    transforms: where lamps were, in world space, by the object's name: a place (3 numbers), a place
+    and a quaternion (w, x, y, z: 7 in all), or object to world row by row (16); what is not given
+    stays as in the scene. frame: lamps stand as at this frame of the scene; None: as they are.
     response: "auto" (as the file says), "srgb", "linear", "gamma:2.2", or a .csv of a table.
     size: (width, height) of the whole photo in pixels; None: that of the file.
     crop: the part of it that the file holds, x0, y0, x1, y1 in pixels from the top left corner.
@@ -70,6 +76,7 @@ class CaptureRequest:
     lights: tuple[str, ...] | None = None
     world: bool = True
     transforms: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    frame: int | None = None
     response: str = AUTO_RESPONSE
     size: tuple[int, int] | None = None
     crop: tuple[int, int, int, int] | None = None
@@ -108,7 +115,7 @@ class CaptureRequest:
             if value == getattr(usual, item.name):
                 continue
             if item.name == "transforms":
-                value = {name: [list(m[i : i + 4]) for i in (0, 4, 8, 12)] for name, m in value}
+                value = {name: _rows(numbers) for name, numbers in value}
             elif isinstance(value, LensDistortion):
                 value = asdict(value)
             elif isinstance(value, tuple):
@@ -134,6 +141,7 @@ class CaptureRequest:
             lights=_lights(data),
             world=_flag(data, "world", True) is not False,
             transforms=_transforms(data),
+            frame=_frame(data),
             response=_text(data, "response", AUTO_RESPONSE),
             size=_whole(data, "size", 2),  # type: ignore[arg-type]
             crop=_whole(data, "crop", 4),  # type: ignore[arg-type]
@@ -249,7 +257,7 @@ def _silhouette(data: Mapping[str, Any]) -> int | None:
 
 
 def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """A matrix is a list of 4 rows, or of all 16 numbers."""
+    """A matrix is a list of 4 rows, or of all 16 numbers; a place may stand alone."""
     value = data.get("transforms")
     if value is None:
         return ()
@@ -261,11 +269,30 @@ def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]],
         if isinstance(rows, list) and len(rows) == 4:
             flat = [number for row in rows for number in _numbers(row, key, 4)]
         else:
-            flat = list(_numbers(rows, key, 16))
-        if flat[12:] != [0.0, 0.0, 0.0, 1.0]:
+            count = len(rows) if isinstance(rows, list) and len(rows) in PLACES else 16
+            flat = list(_numbers(rows, key, count))
+        if len(flat) == 16 and flat[12:] != [0.0, 0.0, 0.0, 1.0]:
             raise ValueError(f"its '{key}' has the last row {flat[12:]}, not 0, 0, 0, 1")
+        if len(flat) == 7 and not any(flat[3:]):
+            raise ValueError(f"its '{key}' has the quaternion 0, 0, 0, 0, which is no rotation")
         found.append((name, tuple(flat)))
     return tuple(found)
+
+
+def _rows(numbers: tuple[float, ...]) -> list[Any]:
+    if len(numbers) != 16:
+        return list(numbers)
+    return [list(numbers[i : i + 4]) for i in (0, 4, 8, 12)]
+
+
+def _frame(data: Mapping[str, Any]) -> int | None:
+    value = data.get("frame")
+    if value is None:
+        return None
+    low, high = FRAMES
+    if type(value) is not int or not low <= value <= high:
+        raise ValueError(f"its 'frame' is {value!r}, not a whole number from {low} to {high}")
+    return value
 
 
 def _distortion(data: Mapping[str, Any]) -> LensDistortion | None:

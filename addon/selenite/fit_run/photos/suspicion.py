@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ... import native
+from ..capture_render import shown, under_its_lights
 from ..captures import Capture
 from .background import Background, border
 
@@ -22,9 +23,16 @@ _ROWS, _SPP, _SEED = 48, 32, 1 << 43
 _BLACK, _BRIGHTER, _OTHER = 0.01, 4.0, 1.5
 
 
-def remark(capture: Capture, scene: Any, depth: int, threads: int) -> str:  # noqa: ANN401 - native
+def remark(
+    capture: Capture,
+    scene: Any,  # noqa: ANN401 - a native Scene
+    depth: int,
+    threads: int,
+    *,
+    finds_gain: bool = False,
+) -> str:
     """A warning if pixels of one colour join the photo's border, count, and the scene renders
-    something else there; "" if not."""
+    something else there; "" if not. finds_gain: of the photo, so that only black tells."""
     behind = Background(None, _EVEN).pixels(capture.reference) & (capture.weight > 0)
     rim = border(behind.shape)
     if behind.mean() < _LEAST or behind[rim].mean() < _LEAST_BORDER:
@@ -36,15 +44,17 @@ def remark(capture: Capture, scene: Any, depth: int, threads: int) -> str:  # no
     if not small.any():
         return ""
     film = native.core().render(
-        scene, capture.camera, columns, rows, _SPP, seed=_SEED, depth=depth, threads=threads,
+        under_its_lights(scene, capture), capture.camera, columns, rows, _SPP,
+        seed=_SEED, depth=depth, threads=threads,
         frame=capture.frame_of_render,
     )  # fmt: skip
     photo = float(np.median(capture.reference[behind].mean(axis=-1)))
-    render = float(np.median(film.image[small].mean(axis=-1)))
+    picture = shown(film.image, capture.gain)
+    render = float(np.median(picture[small].mean(axis=-1)))
     if photo < _BLACK:
         differs = render > _BLACK and render > _BRIGHTER * photo
     else:
-        differs = not photo / _OTHER <= render <= photo * _OTHER
+        differs = not finds_gain and not photo / _OTHER <= render <= photo * _OTHER
     if not differs:
         return ""
     what = "black" if photo < _BLACK else f"of one brightness, {photo:.2g}"
