@@ -87,8 +87,15 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "dropped": result["dropped"],
         "model": plan.model,
         "pictures": file_stems(item.id for item in plan.captures),
+        "captures": {item.id: _of_capture(item, result) for item in plan.captures},
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
+
+
+def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
+    """What the fit has found of a photo, and how much of it counts."""
+    found: dict[str, Any] = result.get("captures", {}).get(capture.id, {})
+    return {**found, "mask_share": capture.mask_share}
 
 
 def finished(
