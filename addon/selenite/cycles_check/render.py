@@ -40,7 +40,7 @@ def render(
     name = camera if isinstance(camera, str) else camera.name
     scene.camera = named_cameras(scene)[name]
     if not isinstance(camera, str):
-        _set_lens(scene.camera.data, camera)
+        _set_lens(scene.camera.data, camera)  # type: ignore[arg-type]
     scene.render.resolution_x, scene.render.resolution_y = size
     if pixel_aspect is not None:  # both sides are at least 1 in Blender
         scene.render.pixel_aspect_x = max(pixel_aspect, 1)
@@ -57,7 +57,7 @@ def render(
 
 def _set_lens(data: bpy.types.Camera, values: CameraValues) -> None:
     data.animation_data_clear()  # it would win
-    data.sensor_fit = values.sensor_fit
+    data.sensor_fit = values.sensor_fit  # type: ignore[assignment]
     data.sensor_width, data.sensor_height = values.sensor_width, values.sensor_height
     data.lens, data.ortho_scale = values.lens_mm, values.ortho_scale
     data.shift_x, data.shift_y = values.shift_x, values.shift_y

@@ -49,13 +49,6 @@ class Seen:
         return fisher.information(self.jacobian, self.picture, self.weight, noise)
 
 
-def _size_of(capture: Capture) -> tuple[int, int]:
-    """(width, height) of a pass at a photo's camera."""
-    height, width = capture.reference.shape[:2]
-    scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
-    return max(1, round(width * scale)), max(1, round(height * scale))
-
-
 class PhotoInformation:
     """At the cameras of a scene, for the unknowns of a plan.
 

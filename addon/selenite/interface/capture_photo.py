@@ -136,8 +136,7 @@ class SeleniteCapturePhoto(bpy.types.PropertyGroup):
 def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
     """A box that opens; what is switched off shows its switch alone."""
     box = layout.box()
-    icon = "TRIA_DOWN" if photo.expanded else "TRIA_RIGHT"
-    box.prop(photo, "expanded", icon=icon, emboss=False)
+    box.prop(photo, "expanded", icon="TRIA_DOWN" if photo.expanded else "TRIA_RIGHT", emboss=False)
     if not photo.expanded:
         return
     column = box.column()

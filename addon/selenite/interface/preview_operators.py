@@ -56,7 +56,7 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
         areas = context.screen.areas if context.screen is not None else ()
         editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
         if editor is not None:
-            editor.spaces.active.image = image
+            editor.spaces.active.image = image  # type: ignore[attr-defined]
         else:
             self.report({"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
         return {"FINISHED"}
@@ -65,7 +65,7 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
 def _image(capture: Capture) -> bpy.types.Image:
     """The photo, and red where it does not count."""
     height, width = capture.reference.shape[:2]
-    image = bpy.data.images.get(IMAGE)
+    image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
     if image is None:
         image = bpy.data.images.new(IMAGE, width, height, float_buffer=True)
     elif tuple(image.size) != (width, height):

@@ -69,8 +69,8 @@ def _table(path: Path) -> list[tuple[float, float, float, float]]:
             raise ValueError(f"its line {number} has {len(values)} numbers, not 2 or 4 as all")
         if not all(math.isfinite(value) and value >= 0 for value in values):
             raise ValueError(f"its line {number} holds a number that is not finite or below 0")
-        light = values[1:] * (1 if columns == 4 else 3)
-        row = (values[0], *light)
+        red, green, blue = values[1:] * (1 if columns == 4 else 3)
+        row = (values[0], red, green, blue)
         if values[0] > 1:
             raise ValueError(
                 f"its code value {values[0]:g} in line {number} is above 1: divide code values by "
