@@ -22,7 +22,8 @@ class FakeLayout:
         assert icon in bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
         self.drawn.append(text)
 
-    def prop(self, data, name, text=None, index=-1, emboss=True):
+    def prop(self, data, name, text=None, index=-1, emboss=True, icon="NONE"):
+        assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
         assert name in data.bl_rna.properties, name
         self.drawn.append(name if text is None else text)
 

@@ -65,6 +65,7 @@ def request(folder, **settings):
         "values": {"Body:base_color": [0.1, 0.2, 0.3]},
         "grids": {},
         "images": {},
+        "gains": {},
     }
 
 

@@ -18,11 +18,11 @@ from contextlib import suppress
 from typing import Any, NoReturn, TextIO
 
 from . import __version__
+from .commands.capture_arguments import add_captures
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
 from .problems import BadInput, Failed, Problem
-from .scene_read.capture_request import GAINS
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -185,6 +185,8 @@ _PHYSICAL = "no refraction towards lights that no micronormal gives; Cycles has 
 def _add_check(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "check", ".commands.check")
     parser.add_argument("scene", metavar="SCENE.blend")
+    captures = "photos and how they were taken; default: the captures of the scene"
+    parser.add_argument("--captures", metavar="FILE.json", help=captures)
 
 
 def _add_view(parser: argparse.ArgumentParser, spp: int) -> None:
@@ -220,6 +222,10 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
     _add_view(parser, spp=64)
     parser.add_argument("--out", required=True, metavar="F.exr", help="OpenEXR (linear) or PNG")
     parser.add_argument("--sem", metavar="F2.exr", help="standard error of the mean per pixel")
+    captures = "photos and how they were taken, or the folder of a fit, with the gains it has found"
+    parser.add_argument("--captures", metavar="FILE.json", help=captures)
+    capture = "shows what a fit compares with this photo: camera, size, lights, gain"
+    parser.add_argument("--capture", metavar="ID", help=capture)
 
 
 def _add_gradient(commands: argparse._SubParsersAction) -> None:
@@ -251,24 +257,6 @@ def _add_probe(commands: argparse._SubParsersAction) -> None:
     )
 
 
-def _add_captures(parser: argparse.ArgumentParser, photo: str) -> None:
-    """--photo with its help, and --mask."""
-    many = {"action": "append", "default": []}
-    more = "may be given several times, for one camera too: its photos are CAMERA, CAMERA#2, ..."
-    parser.add_argument("--photo", **many, metavar="CAMERA=FILE", help=f"{more}; {photo}")
-    mask = "black pixels of it do not count; PHOTO: the camera's name, or CAMERA#2 for its second"
-    parser.add_argument("--mask", **many, metavar="PHOTO=FILE", help=mask)
-    parser.add_argument("--captures", metavar="FILE.json", help="photos and how they were taken")
-    gain = "factor on the render that the fit finds for each photo; default: none"
-    parser.add_argument("--gain", choices=GAINS, help=gain)
-    parser.add_argument(
-        "--align",
-        action="store_true",
-        default=None,
-        help="find a shift and roll of each photo within 4 pixels",
-    )
-
-
 def _add_fit(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "fit", ".commands.fit")
     add = parser.add_argument
@@ -276,7 +264,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
-    _add_captures(parser, "default: the captures of the scene")
+    add_captures(parser, "default: the captures of the scene")
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     grid = (
@@ -328,7 +316,7 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     add("scene", metavar="SCENE", help=scene)
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what is unknown")
-    _add_captures(parser, "default: the captures of the scene")
+    add_captures(parser, "default: the captures of the scene")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     value = "a value to compute at; default: the fitted one, or the scene's"
     add("--set", **many, metavar="OWNER:PARAM=V[,V,V]", help=value)
@@ -352,7 +340,7 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     many = {"action": "append", "default": []}
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what the fits find")
     photo = "whose cameras and sizes count; its content does not. Default: the scene's cameras"
-    _add_captures(parser, photo)
+    add_captures(parser, photo)
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     add("--budget", type=float, default=300.0, metavar="SECONDS", help="in all (%(default)g)")
     add("--loss", help="of every fit; default: robust")

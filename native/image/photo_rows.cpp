@@ -15,14 +15,20 @@ constexpr float kGamutTolerance = 0.01f;  // of the largest channel
 
 }  // namespace
 
-PhotoRows::PhotoRows(const std::string& path, bool as_linear) : as_linear_(as_linear) {
+PhotoRows::PhotoRows(const std::string& path, bool as_linear, const Response& response)
+    : as_linear_(as_linear), counted_(response.counted) {
   Contents contents = examine(path);
   Decoder decoder(path, contents);
   info_ = picture_info(path, contents, decoder.form(), as_linear, encoding_);
+  if (!response.curves.empty()) {
+    std::copy_n(response.curves.begin(), 3, encoding_.curves.begin());
+    info_.color = "the given response";
+  }
   samples_ = decoder.read();
-  if (as_linear) clipping_ = clipping_levels(samples_);
+  if (as_linear && response.finds_clipping) clipping_ = clipping_levels(samples_);
   if (samples_.is_float()) return;
   const int top = info_.bit_depth == 8 ? 255 : 65535;
+  for (CodeRange& range : counted_) range = {range.lowest * top, range.highest * top};
   for (std::size_t c = 0; c < 3; ++c) {
     tables_[c].reserve(static_cast<std::size_t>(top) + 1);
     for (int i = 0; i <= top; ++i) tables_[c].push_back(decode(c, static_cast<double>(i) / top));
@@ -32,6 +38,12 @@ PhotoRows::PhotoRows(const std::string& path, bool as_linear) : as_linear_(as_li
 float PhotoRows::decode(std::size_t channel, double stored) const {
   const TransferCurve& curve = encoding_.curves[channel];
   return static_cast<float>(curve.linear() ? stored : curve.decode(stored));
+}
+
+PixelUse PhotoRows::counted(std::size_t channel, double stored) const {
+  const CodeRange& range = counted_[channel];
+  if (stored >= clipping_[channel].from || stored > range.highest) return PixelUse::kClipped;
+  return stored < range.lowest ? PixelUse::kTooDark : PixelUse::kCounts;
 }
 
 /// Of decoded values: primaries are converted, and what cannot count becomes 0.
@@ -90,7 +102,7 @@ void PhotoRows::convert_values(const std::vector<T>& values, int y, float* rgb, 
           found = PixelUse::kClipped;
         out[c] = std::isfinite(stored) && stored >= 0 ? decode(c, stored) : 0;
       }
-      if (stored >= clipping_[c].from && found == PixelUse::kCounts) found = PixelUse::kClipped;
+      if (found == PixelUse::kCounts) found = counted(c, static_cast<double>(stored));
     }
     if (found != PixelUse::kNotFinite) {
       const PixelUse finished = finish(out);
@@ -106,7 +118,7 @@ void PhotoRows::convert(int y, float* rgb, float* alpha, PixelUse* use) const {
              samples_.values);
 }
 
-std::vector<std::string> PhotoRows::counted(const PixelCounts& counts) const {
+std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts) const {
   std::vector<std::string> warnings;
   const auto add = [&](PixelUse use, const std::string& what) {
     const std::int64_t count = counts[use];
@@ -117,14 +129,18 @@ std::vector<std::string> PhotoRows::counted(const PixelCounts& counts) const {
   add(PixelUse::kNotFinite, "not finite (NaN or infinite)");
   add(PixelUse::kNegative, "below 0");
   add(PixelUse::kOutsideGamut, "outside the colours of Rec. 709, in which Cycles renders,");
-  constexpr double kWorthSaying = 0.001;
-  const double share = static_cast<double>(counts[PixelUse::kClipped]) /
-                       std::max<double>(1, static_cast<double>(counts.all()));
-  if (share > kWorthSaying) {
+  const auto add_share = [&](PixelUse use, const char* what) {
+    constexpr double kWorthSaying = 0.001;
+    const double share =
+        static_cast<double>(counts[use]) / std::max<double>(1, static_cast<double>(counts.all()));
+    if (!(share > kWorthSaying)) return;
     std::array<char, 32> percent{};
     std::snprintf(percent.data(), percent.size(), "%.1f%%", 100 * share);
-    warnings.push_back(std::string(percent.data()) + " of its pixels are clipped and do not count");
-  }
+    warnings.push_back(std::string(percent.data()) + " of its pixels are " + what +
+                       " and do not count");
+  };
+  add_share(PixelUse::kClipped, "clipped");
+  add_share(PixelUse::kTooDark, "darker than what counts");
   if (std::any_of(clipping_.begin(), clipping_.end(),
                   [](const ClippingLevel& level) { return level.is_even_white; }))
     warnings.emplace_back(

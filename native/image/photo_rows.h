@@ -9,6 +9,7 @@
 #include "image/clipping.h"
 #include "image/color/encoding.h"
 #include "image/read.h"
+#include "image/response.h"
 
 namespace selenite {
 
@@ -17,9 +18,9 @@ class PhotoRows {
  public:
   /// Decodes the file. A mask (`as_linear` false) keeps its stored values, divided by the top of
   /// integers. Throws FileError.
-  PhotoRows(const std::string& path, bool as_linear);
+  PhotoRows(const std::string& path, bool as_linear, const Response& response = {});
 
-  /// What is known once all is decoded; `warnings` without those that `counted` adds.
+  /// What is known once all is decoded; `warnings` without those that `remarks` adds.
   const PictureInfo& info() const { return info_; }
   bool has_alpha() const { return samples_.alpha >= 0; }
 
@@ -28,13 +29,14 @@ class PhotoRows {
   void convert(int y, float* rgb, float* alpha, PixelUse* use) const;
 
   /// Warnings of pixels that do not count; `counts` is of the whole frame.
-  std::vector<std::string> counted(const PixelCounts& counts) const;
+  std::vector<std::string> remarks(const PixelCounts& counts) const;
 
  private:
   template <class T>
   void convert_values(const std::vector<T>& values, int y, float* rgb, float* alpha,
                       PixelUse* use) const;
   float decode(std::size_t channel, double stored) const;
+  PixelUse counted(std::size_t channel, double stored) const;
   PixelUse finish(float* rgb) const;
 
   bool as_linear_;
@@ -42,6 +44,7 @@ class PhotoRows {
   Samples samples_;
   ColorEncoding encoding_;
   std::array<ClippingLevel, 3> clipping_;
+  std::array<CodeRange, 3> counted_;          ///< as stored
   std::array<std::vector<float>, 3> tables_;  ///< of integers
 };
 

@@ -36,11 +36,12 @@ enum class PixelUse : std::uint8_t {
   kClipped,       ///< see clipping.h
   kOutsideGamut,  ///< Rec. 709 has no such colour
   kOutsideFile,   ///< of the frame, but not stored
+  kTooDark,       ///< below the code values that count, see response.h
 };
-inline constexpr std::size_t kPixelUses = 6;
+inline constexpr std::size_t kPixelUses = 7;
 /// As in Python's `counts`.
 inline constexpr std::array<const char*, kPixelUses> kPixelUseNames{
-    "used", "not_finite", "negative", "clipped", "outside_gamut", "outside_file"};
+    "used", "not_finite", "negative", "clipped", "outside_gamut", "outside_file", "too_dark"};
 
 /// Pixels of each use.
 class PixelCounts {

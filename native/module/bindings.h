@@ -2,25 +2,36 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
 
+#include <array>
 #include <tuple>
+#include <variant>
 
 #include "scene/camera.h"
 
 namespace selenite {
 
+struct Scene;
 struct SceneBuilder;
 
-/// A photo's frame as Python gives it: (aspect, width, height).
-using FrameTuple = std::tuple<double, int, int>;
+/// A photo's frame as Python gives it: (aspect, width, height), and of a crop also its window,
+/// (left, top, right, bottom).
+using WholeFrame = std::tuple<double, int, int>;
+using FrameTuple = std::variant<WholeFrame, std::tuple<double, int, int, std::array<double, 4>>>;
 inline PhotoFrame frame_of(const FrameTuple& t) {
-  return {std::get<0>(t), std::get<1>(t), std::get<2>(t)};
+  if (const auto* whole = std::get_if<WholeFrame>(&t))
+    return {std::get<0>(*whole), std::get<1>(*whole), std::get<2>(*whole)};
+  const auto& [aspect, width, height, window] = std::get<1>(t);
+  return {aspect, width, height, {window[0], window[1], window[2], window[3]}};
 }
 
 void bind_parameters(pybind11::module_& m);
 void bind_scene(pybind11::module_& m);
 /// Objects, and what rays see of them and of lights.
 void bind_visibility(pybind11::class_<SceneBuilder>& builder);
+/// Light states of a scene.
+void bind_lights(pybind11::class_<Scene>& scene);
 void bind_render(pybind11::module_& m);
 void bind_fit(pybind11::module_& m);
 void bind_photo_jacobian(pybind11::module_& m);

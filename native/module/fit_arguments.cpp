@@ -12,55 +12,13 @@
 #include "fit/problem/fields.h"
 #include "module/bindings.h"
 #include "module/float_array.h"
+#include "module/light_state_binding.h"
+#include "module/named.h"
 
 namespace py = pybind11;
 
 namespace selenite {
 namespace {
-
-/// A dict of named values: an unknown key is an error, so that a misspelt one is not ignored.
-class Named {
- public:
-  Named(const py::handle& object, std::string what, std::vector<const char*> keys)
-      : what_(std::move(what)), keys_(std::move(keys)) {
-    if (!py::isinstance<py::dict>(object)) throw py::value_error(what_ + " must be a dict");
-    values_ = py::reinterpret_borrow<py::dict>(object);
-    for (const auto& [key, value] : values_) {
-      const std::string name = py::str(key);
-      if (std::find(keys_.begin(), keys_.end(), name) == keys_.end())
-        throw py::value_error(what_ + ": key '" + name + "' is unknown; the keys are " + listed());
-    }
-  }
-  bool has(const char* key) const { return values_.contains(key) && !values_[key].is_none(); }
-  py::object get(const char* key) const {
-    if (!has(key))
-      throw py::value_error(what_ + ": '" + key + "' is missing; the keys are " + listed());
-    return values_[key];
-  }
-  template <class T>
-  T as(const char* key) const {
-    try {
-      return get(key).cast<T>();
-    } catch (const py::cast_error&) {
-      throw py::value_error(what_ + ": " + key + " = " + std::string(py::repr(values_[key])) +
-                            " has the wrong type or is out of range");
-    }
-  }
-  template <class T>
-  void take(const char* key, T& value) const {
-    if (has(key)) value = as<T>(key);
-  }
-
- private:
-  std::string listed() const {
-    std::string text;
-    for (const char* key : keys_) text += (text.empty() ? "" : ", ") + std::string(key);
-    return text;
-  }
-  std::string what_;
-  std::vector<const char*> keys_;
-  py::dict values_;
-};
 
 constexpr std::array<std::string_view, 3> kGainFreedoms{"none", "scalar", "rgb"};
 
@@ -68,15 +26,14 @@ constexpr std::array<std::string_view, 3> kGainFreedoms{"none", "scalar", "rgb"}
 
 Photo photo_of(const py::handle& object, std::size_t index) {
   const std::string what = "photos[" + std::to_string(index) + "]";
-  std::vector<const char*> keys{"id", "camera", "reference", "weight", "frame", "lamps_off",
-                                "free_gain"};
+  std::vector<const char*> keys{"id", "camera", "reference", "weight",    "frame",
+                                "lights", "free_gain"};
   for (const Parameter& parameter : photo_parameter_table().rows)
     keys.push_back(parameter.name.data());
   const Named named(object, what, std::move(keys));
   Photo photo;
   photo.camera = named.as<std::string>("camera");
   named.take("id", photo.id);
-  named.take("lamps_off", photo.lamps_off);
   if (named.has("free_gain")) {
     const auto name = named.as<std::string>("free_gain");
     const auto found = std::ranges::find(kGainFreedoms, name);
@@ -84,6 +41,7 @@ Photo photo_of(const py::handle& object, std::size_t index) {
       throw py::value_error(what + ": free_gain = '" + name + "' is not none, scalar or rgb");
     photo.gain_freedom = static_cast<GainFreedom>(found - kGainFreedoms.begin());
   }
+  if (named.has("lights")) photo.lights = light_state_of(named.get("lights"), what + ": lights");
   visit_fields(photo.values, [&](const Parameter& parameter, double* first, int width) {
     const char* key = parameter.name.data();  // of a literal: it ends with 0
     if (!named.has(key)) return;

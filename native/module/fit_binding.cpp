@@ -203,9 +203,9 @@ Args:
     scene: copied; later changes of the argument do not matter.
     photos: list of dict {id: str, unique, or None for the camera's name; camera: str, of any number
         of photos; reference: (h, w, 3) float32 linear radiance, row 0 at the top; weight: (h, w)
-        float32 >= 0 or None; frame (aspect, width, height): as for `render`; lamps_off: names of the
-        lamps that were off; free_gain: "none", "scalar" or "rgb", a factor on its gain that the fit
-        finds; by name, the values of its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
+        float32 >= 0 or None; frame: as for `render`; lights: as for Scene.with_lights; free_gain:
+        "none", "scalar" or "rgb", a factor on its gain that the fit finds; by name, the values of
+        its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; owner is a material, a lamp, "World" or the id of a photo; the bounds hold for
         every component. The parameters "albedo_grid" and

@@ -3,14 +3,19 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <optional>
+#include <variant>
+#include <vector>
 
 #include "image/file_error.h"
 #include "image/limits.h"
 #include "image/read.h"
 #include "image/resize.h"
-#include "image/working_size.h"
+#include "image/working/working_size.h"
 #include "image/write.h"
+#include "math/error.h"
 #include "math/srgb.h"
 #include "module/file_path.h"
 #include "module/float_array.h"
@@ -74,13 +79,65 @@ py::tuple read_file(const FilePath& path, bool as_linear) {
   return py::make_tuple(to_array(std::move(photo.pixels), {h, w, 3}), alpha, info);
 }
 
+/// "srgb", "linear", the exponent of a power, or the rows of a table.
+using ResponseArgument = std::variant<std::string, double, std::vector<std::array<double, 4>>>;
+
+Response response_of(const ResponseArgument& argument) {
+  if (const auto* rows = std::get_if<std::vector<std::array<double, 4>>>(&argument))
+    return table_response(*rows);
+  TransferCurve curve;
+  if (const auto* exponent = std::get_if<double>(&argument)) {
+    if (!(*exponent > 0) || !std::isfinite(*exponent))
+      throw InvalidArgument("response: the exponent " + std::to_string(*exponent) +
+                            " is not permitted; give a finite number above 0");
+    curve = power_curve(*exponent);
+  } else if (const std::string& name = std::get<std::string>(argument); name == "srgb") {
+    curve = srgb_curve();
+  } else if (name != "linear") {
+    throw InvalidArgument("response: '" + name + "' is not known; give srgb or linear");
+  }
+  Response response;
+  response.curves.assign(3, curve);
+  return response;
+}
+
+/// Nothing is looked for besides where the code values that count are given.
+void limit(Response& response, const std::array<double, 2>& counted) {
+  const auto [lowest, highest] = counted;
+  if (!(lowest < highest))
+    throw InvalidArgument("counted: (" + std::to_string(lowest) + ", " + std::to_string(highest) +
+                          ") is not permitted; give the lower code value first");
+  for (CodeRange& range : response.counted)
+    range = {std::max(range.lowest, lowest), std::min(range.highest, highest)};
+  response.finds_clipping = false;
+}
+
 py::tuple read_small(const FilePath& path, int width, int height,
-                     const std::optional<FilePath>& mask) {
+                     const std::optional<FilePath>& mask,
+                     const std::optional<ResponseArgument>& response,
+                     const std::optional<std::array<double, 2>>& counted,
+                     const std::optional<py::array_t<double, py::array::c_style>>& corners,
+                     const std::optional<FilePath>& exclude) {
+  Reading reading;
+  reading.mask = mask.value_or(FilePath{}).text;
+  reading.exclude = exclude.value_or(FilePath{}).text;
+  if (response) reading.response = response_of(*response);
+  if (counted) limit(reading.response, *counted);
+  if (corners) {
+    if (corners->ndim() != 3 || corners->shape(0) != height + 1 || corners->shape(1) != width + 1 ||
+        corners->shape(2) != 2)
+      throw py::value_error("corners have shape " + shape_text(*corners) +
+                            "; it must be (height + 1, width + 1, 2)");
+    reading.corners.assign(corners->data(), corners->data() + corners->size());
+  }
   WorkingPhoto photo;
   {
     py::gil_scoped_release release;
-    photo = read_at_size(path.text, mask.value_or(FilePath{}).text, width, height);
+    photo = read_at_size(path.text, width, height, reading);
   }
+  py::array_t<bool> inside({height, width});
+  std::transform(photo.inside.begin(), photo.inside.end(), inside.mutable_data(),
+                 [](std::uint8_t value) { return value != 0; });
   py::dict info = info_dict(photo.info);
   info["counts"] = counts_dict(photo.counts);
   py::object mask_info = py::none();
@@ -89,7 +146,8 @@ py::tuple read_small(const FilePath& path, int width, int height,
     mask_info["counts"] = counts_dict(photo.mask_counts);
   }
   return py::make_tuple(to_array(std::move(photo.reference), {height, width, 3}),
-                        to_array(std::move(photo.weight), {height, width}), info, mask_info);
+                        to_array(std::move(photo.weight), {height, width}), inside, info,
+                        mask_info);
 }
 
 struct Shape {
@@ -185,21 +243,31 @@ Returns:
     pixels (h, w, 3) float32, linear Rec. 709, row 0 at the top, colour not multiplied by alpha;
     alpha (h, w) float32 or None; info: the dict of `probe` and usable (h, w) bool, and counts, the
     number of pixels that are used, not_finite, negative (both 0 in `pixels`), clipped,
-    outside_gamut and outside_file.
+    outside_gamut, outside_file and too_dark (see `counted` of `read_at_size`).
 Raises:
     OSError: as `probe`, and for a truncated or damaged file.)");
   m.def("read_at_size", &read_small, "path"_a, "width"_a, "height"_a, "mask"_a = py::none(),
-        R"(Reads a photo through an area filter.
+        py::kw_only(), "response"_a = py::none(), "counted"_a = py::none(),
+        "corners"_a = py::none(), "exclude"_a = py::none(), R"(Reads a photo through an area filter.
 
 Args:
     width, height: of the result, at most those of the photo.
-    mask: path of a picture of the photo's size; the mean of its channels in [0, 1] is a weight.
+    mask: path of a picture of the photo's shape and any size; the mean of its channels in [0, 1] is
+        a weight. A pixel of the photo has weight 0 where one below of the mask is 0.
+    response: how code values became of light, in place of what the file says: "srgb", "linear", the
+        exponent of a power, or rows (code value, red, green, blue), linear between them.
+    counted: (lowest, highest) code value that counts, 1 at the top of integers. Given, clipping is
+        not looked for besides.
+    corners: (height + 1, width + 1, 2) where the corners of the pixels lie in the photo, x and y in
+        its pixels from its top left corner, NaN for nowhere; left out, evenly over all of it.
+    exclude: path of a picture as the mask, of which what is at least half white does not count.
 Returns:
     reference (height, width, 3) float32, linear Rec. 709; weight (height, width) float32, alpha
-    times mask, 0 where a photo pixel below is not usable; info and mask_info (None without a mask):
-    dicts of `probe` with counts as in `read`.
+    times masks, 0 where a photo pixel below is not usable or none is; inside (height, width) bool:
+    alpha and masks are nowhere 0 below; info and mask_info (None without a mask): dicts of `probe`
+    with counts as in `read`.
 Raises:
-    OSError: as `read`, for photo or mask. ValueError: a size out of range.)");
+    OSError: as `read`, for photo or mask. ValueError: an argument out of range.)");
   m.def(
       "resize", &resized, "pixels"_a, "width"_a, "height"_a,
       R"(Area filter in linear light: each new pixel is the exact mean over the rectangle it covers.

@@ -164,17 +164,19 @@ void bind_render(py::module_& m) {
       .def_property_readonly("seconds", [](const NamedFilm& f) { return f.film.seconds; })
       .def_property_readonly("cpu_seconds", [](const NamedFilm& f) { return f.film.cpu_seconds; });
 
-  m.def("render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a,
-        py::kw_only(), "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
-        "lanes"_a = 0, "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
-        "progress"_a = py::none(),
-        "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
-        "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"
-        "number of threads. frame: (aspect, width, height) where the picture is\n"
-        "compared with a photo of so many pixels that was brought to its size by an area filter;\n"
-        "aspect is that of what the camera takes, width / height; 0: no photo. lanes: paths that\n"
-        "a thread traces in lockstep, 1 or 8; 0: eight where processor and scene permit. Raises\n"
-        "ValueError, KeyError, Cancelled.");
+  m.def(
+      "render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a, py::kw_only(),
+      "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{}, "lanes"_a = 0,
+      "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
+      "progress"_a = py::none(),
+      "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
+      "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"
+      "number of threads. frame: (aspect, width, height) where the picture is\n"
+      "compared with a photo of so many pixels that was brought to its size by an area filter;\n"
+      "aspect is that of all that the camera takes, width / height; 0: no photo. A fourth entry\n"
+      "(left, top, right, bottom) is what the picture shows of it, in [0, 1]: a crop. lanes:\n"
+      "paths that a thread traces in lockstep, 1 or 8; 0: eight where processor and scene permit.\n"
+      "Raises ValueError, KeyError, Cancelled.");
 
   m.def(
       "lanes_obstacle", [](const Scene& scene) { return lanes_obstacle(scene); }, "scene"_a,

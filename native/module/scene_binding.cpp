@@ -333,8 +333,9 @@ void bind_builder(py::module_& m) {
 
 void bind_scene(py::module_& m) {
   bind_builder(m);
-  py::class_<Scene>(m, "Scene", "Immutable scene; `with_values` shares its geometry.")
-      .def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })
+  py::class_<Scene> scene(m, "Scene", "Immutable scene; `with_values` shares its geometry.");
+  bind_lights(scene);
+  scene.def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })
       .def_property_readonly("materials",
                              [](const Scene& s) { return names_of(s.appearance.materials); })
       .def_property_readonly("lights", [](const Scene& s) { return names_of(s.appearance.lights); })

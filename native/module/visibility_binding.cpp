@@ -94,6 +94,12 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
           "The same of a lamp. lit, shading: bits of the lit_sets that it shines on, and of the "
           "shadow_sets that cast its shadows.")
       .def(
+          "set_light_object",
+          [](SceneBuilder& b, int light, const std::string& object) {
+            at(b.appearance.lights, light, "Light").object = object;
+          },
+          "light"_a, "object"_a, "The object that places a lamp; else it is called as the lamp.")
+      .def(
           "set_world_visibility",
           [](SceneBuilder& b, const std::vector<std::string>& visible_to, int max_bounces,
              bool transparent_film, double film_roughness) {

@@ -54,24 +54,34 @@ void PhotoFrame::check() const {
     throw InvalidArgument("Photo frame: photo of " + std::to_string(width) + " x " +
                           std::to_string(height) +
                           " pixels is not permitted; set both to at least 1, or 0 (no photo)");
+  const auto inside = [](double low, double high) { return low >= 0 && low < high && high <= 1; };
+  if (!inside(window.left, window.right) || !inside(window.top, window.bottom))
+    throw InvalidArgument("Photo frame: window (" + std::to_string(window.left) + ", " +
+                          std::to_string(window.top) + ", " + std::to_string(window.right) + ", " +
+                          std::to_string(window.bottom) +
+                          ") is not permitted; set left < right and top < bottom in [0, 1]");
 }
 
 PixelCamera::PixelCamera(const Camera& camera, int width, int height, const PhotoFrame& frame)
     : camera_(camera),
       photo_across_(cut_pixels(frame.width, width)),
-      photo_down_(cut_pixels(frame.height, height)),
-      aspect_x_(camera.pixel_aspect_x * (frame.aspect > 0 ? frame.aspect * height / width : 1)),
-      width_(width * aspect_x_),
-      height_(height * camera.pixel_aspect_y) {
+      photo_down_(cut_pixels(frame.height, height)) {
+  // Pixels of all that the camera takes, of which the picture may be a part.
+  const FrameWindow& window = frame.window;
+  const double columns = width / (window.right - window.left);
+  const double rows = height / (window.bottom - window.top);
+  aspect_x_ = camera.pixel_aspect_x * (frame.aspect > 0 ? frame.aspect * rows / columns : 1);
+  const double all_across = columns * aspect_x_, all_down = rows * camera.pixel_aspect_y;
   const bool vertical = camera.sensor_fit == SensorFit::kVertical;
   const bool horizontal = camera.sensor_fit == SensorFit::kHorizontal;
-  fit_ = vertical ? height_ : (horizontal || width_ > height_ ? width_ : height_);
+  const double fit =
+      vertical ? all_down : (horizontal || all_across > all_down ? all_across : all_down);
   // AUTO fits the larger side but always reads the sensor's width.
   const double sensor = vertical ? camera.sensor_height_mm : camera.sensor_width_mm;
-  focal_ = camera.orthographic ? fit_ / camera.ortho_scale : camera.lens_mm / sensor * fit_;
+  focal_ = camera.orthographic ? fit / camera.ortho_scale : camera.lens_mm / sensor * fit;
   unit_ = 1 / focal_;
-  left_ = (camera.shift_x * fit_ - width_ / 2) * unit_;
-  top_ = (camera.shift_y * fit_ + height_ / 2) * unit_;
+  left_ = (camera.shift_x * fit - all_across / 2 + window.left * all_across) * unit_;
+  top_ = (camera.shift_y * fit + all_down / 2 - window.top * all_down) * unit_;
   eye_ = Vec3f(camera.to_world.translation());
 }
 
@@ -83,8 +93,8 @@ Vec2<double> PixelCamera::project(const Vec3d& point) const {
   if (!c.orthographic && !(depth > 0))
     return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   const double divisor = c.orthographic ? 1 : depth;
-  return {(width_ / 2 + focal_ * x / divisor - c.shift_x * fit_) / aspect_x_,
-          (height_ / 2 - (focal_ * y / divisor - c.shift_y * fit_)) / c.pixel_aspect_y};
+  return {(x / divisor - left_) * focal_ / aspect_x_,
+          (top_ - y / divisor) * focal_ / c.pixel_aspect_y};
 }
 
 }  // namespace selenite

@@ -36,12 +36,18 @@ struct Camera {
   void check();
 };
 
+/// Part of what a camera takes, as fractions of its width and height from the top left corner.
+struct FrameWindow {
+  double left = 0, top = 0, right = 1, bottom = 1;
+};
+
 /// The photo that a picture is a smaller form of, which a render of the picture's size then equals:
 /// widths and heights are whole, so the shapes differ by up to half a pixel, and where one pixel of
 /// the photo lies in two of the picture, both have their share of all of it. Default: no photo.
 struct PhotoFrame {
-  double aspect = 0;          ///< of what the camera takes, width / height in pixels
+  double aspect = 0;          ///< of all that the camera takes, width / height in pixels
   int width = 0, height = 0;  ///< of the photo
+  FrameWindow window{};       ///< what the photo shows of it: a crop
 
   /// Throws InvalidArgument.
   void check() const;
@@ -102,8 +108,6 @@ class PixelCamera {
   const Camera& camera_;
   float photo_across_ = 0, photo_down_ = 0;  ///< the photo's pixels a pixel; 0: a whole number
   double aspect_x_;                          ///< of a pixel
-  double width_, height_;                    ///< aspect-corrected
-  double fit_;                               ///< fitted dimension, aspect-corrected pixels
   double focal_;       ///< pixels per unit slope (perspective) or per world unit (orthographic)
   double unit_;        ///< 1 / focal
   double left_, top_;  ///< edges of the picture, in the units of `unit`

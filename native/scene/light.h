@@ -68,6 +68,8 @@ struct LightHit {
 /// A lamp. Lamps never hide anything: rays see their radiance and go on.
 struct Light {
   std::string name;
+  std::string object{};  ///< that places it; empty: called as the lamp
+  bool on = true;        ///< else it is as if it were not there: see LightState
   LightKind kind = LightKind::kPoint;
   LightUnits units = LightUnits::kBlender4;
   LightParameters values;
@@ -94,6 +96,7 @@ struct Light {
   /// Checks every value (InvalidArgument) and derives the rest; `origin` is the geometry's.
   void prepare(const Vec3d& origin);
   bool is_delta() const;
+  const std::string& place() const { return object.empty() ? name : object; }
   bool has_place() const { return kind != LightKind::kSun; }
   /// A box around the lamp; not for a sun.
   Box bounds() const;

@@ -149,15 +149,16 @@ void World::check() const {
 }
 
 Colorf World::factor(const Vec3f& d) const {
+  if (!on) return {};
   if (!map) return {1, 1, 1};
   return map->radiance({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
 }
 float World::density(const Vec3f& d) const {
-  if (!map) return 0;
+  if (!map || !on) return 0;
   return map->density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
 }
 float World::cycles_density(const Vec3f& d) const {
-  if (!map) return 0;
+  if (!map || !on) return 0;
   return map->cycles_density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
 }
 Vec3f World::sample(float u1, float u2, float& density_out) const {

@@ -81,6 +81,7 @@ class EnvironmentMap {
 /// Background: constant, or an image times the colour.
 struct World {
   WorldParameters values;
+  bool on = true;  ///< else it is black: see LightState
   std::shared_ptr<const EnvironmentMap> map;
   std::array<Vec3f, 3> to_map{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< rows; orthonormal
   RayKinds visible_to = kAllRays;
@@ -92,7 +93,7 @@ struct World {
   double film_roughness = -1;
 
   void check() const;
-  /// Radiance at colour 1 and strength 1.
+  /// Radiance at colour 1 and strength 1; 0 where it is off.
   Colorf factor(const Vec3f& direction) const;
   float density(
       const Vec3f& direction) const;  ///< 0 where there is no image: not sampled as a light

@@ -149,6 +149,7 @@ TEST(PhotoFingerprint, ChangesWithEachPartOfThePhoto) {
       [](Photo& p) { p.width = 2, p.height = 8; },
       [](Photo& p) { p.frame.aspect = 1.01; },
       [](Photo& p) { p.frame.width = 41; },
+      [](Photo& p) { p.frame.window.right = 0.9; },
       [](Photo& p) { p.reference[7].g = std::nextafter(p.reference[7].g, 2.f); },
       [](Photo& p) { std::swap(p.reference[7].r, p.reference[7].g); },
       [](Photo& p) { p.weight[15] = 0.5f; }};

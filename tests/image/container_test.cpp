@@ -7,7 +7,7 @@
 #include "image/picture_bytes.h"
 #include "image/read.h"
 #include "image/temporary_folder.h"
-#include "image/working_size.h"
+#include "image/working/working_size.h"
 #include "image/write.h"
 
 // Which picture of a file is the photo, and what in it is colour, alpha, or neither.

@@ -16,7 +16,7 @@ POWERS = {"Key": 300.0, "Fill": 120.0}
 GAIN = (1.7, 1.0, 0.6)
 
 
-def floor(**powers: float) -> Any:  # noqa: ANN401 - a native Scene has no Python type
+def floor(world: float = 1.0, fill_at: tuple[float, ...] = (2.0, 0, 2), **powers: float) -> Any:  # noqa: ANN401 - a native Scene has no Python type
     """A matte square from 3 m above, under lamps at its sides."""
     builder = _core.SceneBuilder()
     material = builder.add_material("Floor", {"base_color": [0.5, 0.4, 0.3], "roughness": 1.0})
@@ -25,25 +25,29 @@ def floor(**powers: float) -> Any:  # noqa: ANN401 - a native Scene has no Pytho
     normals = np.tile(np.array([0, 0, 1], np.float32), (6, 1))
     mesh = builder.add_mesh("Floor", corners, triangles, normals, np.zeros(2, np.int32))
     builder.add_object("Floor", mesh, np.eye(4), [material])
-    for x, name in ((-2.0, "Key"), (2.0, "Fill")):
+    for place, name in (((-2.0, 0, 2), "Key"), (fill_at, "Fill")):
         matrix = np.eye(4)
-        matrix[:3, 3] = (x, 0, 2)
+        matrix[:3, 3] = place
         power = powers.get(name, POWERS[name])
         builder.add_point_light(name, matrix, power, np.ones(3), 0.1, True)
-    builder.set_world(np.full(3, 0.05), 1.0)
+    builder.set_world(np.full(3, 0.05), world)
     above = np.eye(4)
     above[2, 3] = 3
     builder.add_camera("Camera", above, "PERSP", 50, 36, 24, "AUTO", 0, 0, 1, 0.01, 100)
     return builder.build()
 
 
-def capture(name: str, **lamps_off: float) -> Capture:
-    film = _core.render(floor(**lamps_off), "Camera", SIZE, SIZE, 64, threads=1, seed=9)
+def lights(lamps: list[str] | None = None, world: bool = True, **places: tuple) -> dict:
+    return {"lamps": lamps, "world": world, "places": places}
+
+
+def capture(name: str, lamps: list[str] | None = None) -> Capture:
+    """Of a scene without the light of other lamps."""
+    dark = {lamp: 0.0 for lamp in POWERS if lamps is not None and lamp not in lamps}
+    film = _core.render(floor(**dark), "Camera", SIZE, SIZE, 64, threads=1, seed=9)
     picture = np.ascontiguousarray(film.image, np.float32)
     weight = np.ones((SIZE, SIZE), np.float32)
-    return Capture(
-        name, "Camera", "", (SIZE, SIZE), picture, weight, 1.0, lamps_off=tuple(lamps_off)
-    )
+    return Capture(name, "Camera", "", (SIZE, SIZE), picture, weight, 1.0, lights=lights(lamps))
 
 
 def unknown(owner: str, parameter: str, start: list[float], low: float, high: float) -> dict:
@@ -68,7 +72,7 @@ def fitted(captures: list[Capture], unknowns: list[dict]) -> dict[str, list[floa
 
 # The photos have 64 pixels of 64 samples: a percent at most.
 def test_lamps_that_were_off_give_the_power_of_the_others() -> None:
-    captures = [capture("Left", Fill=0), capture("Right", Key=0)]
+    captures = [capture("Left", ["Key"]), capture("Right", ["Fill"])]
     unknowns = [unknown(name, "power", [200], 1, 1000) for name in POWERS]
     values = fitted(captures, unknowns)
     for name, power in POWERS.items():
@@ -88,11 +92,38 @@ def test_a_gain_is_fitted_or_given() -> None:
 def test_what_is_wrong_with_them_is_named() -> None:
     photo = capture("Left").native()
     unknowns = [unknown("Key", "power", [200], 1, 1000)]
-    with pytest.raises(KeyError, match="its lamp 'Rim', which was off, is not in the scene"):
-        _core.Fit(floor(), [photo | {"lamps_off": ["Rim"]}], unknowns, {})
+    with pytest.raises(
+        KeyError, match="Photo 'Left': lamp 'Rim' is not in the scene; lamps: 'Key', "
+    ):
+        _core.Fit(floor(), [photo | {"lights": lights(["Rim"])}], unknowns, {})
+    with pytest.raises(ValueError, match="'Key'.*is not a finite number"):
+        there = np.full((4, 4), np.nan)
+        _core.Fit(floor(), [photo | {"lights": lights(Key=(there, None))}], unknowns, {})
+    with pytest.raises(
+        ValueError, match="key 'lamp' is unknown; the keys are lamps, world, places"
+    ):
+        _core.Fit(floor(), [photo | {"lights": {"lamp": ["Key"]}}], unknowns, {})
     with pytest.raises(ValueError, match="gain has 1 values; it takes 3"):
         _core.Fit(floor(), [photo | {"gain": [2]}], unknowns, {})
     with pytest.raises(ValueError, match=r"Left:gain = 0 lies outside \[0.001, 1000\]"):
         _core.Fit(floor(), [photo | {"gain": [1, 0, 1]}], unknowns, {})
     with pytest.raises(KeyError, match="'Key' is no photo, and 'gain' is a parameter of photos"):
         _core.Fit(floor(), [photo], [unknown("Key", "gain", [1, 1, 1], 0.1, 10)], {})
+
+
+def picture(scene: Any) -> np.ndarray:  # noqa: ANN401 - a native Scene has no Python type
+    return _core.render(scene, "Camera", SIZE, SIZE, 16, threads=1, seed=3).image
+
+
+def test_a_scene_under_other_lights_renders_as_one_that_was_built_so() -> None:
+    whole = floor()
+    assert whole.light_objects == ["Key", "Fill"]
+    alone = whole.with_lights(lights(["Key"], world=False))
+    np.testing.assert_array_equal(picture(alone), picture(floor(Fill=0.0, world=0.0)))
+    there = np.eye(4)
+    there[:3, 3] = (0, 2, 2)
+    moved = whole.with_lights(lights(Fill=(there, None)))
+    np.testing.assert_array_equal(picture(moved), picture(floor(fill_at=(0, 2, 2))))
+    half = whole.with_lights(lights(["Fill"], world=False, Fill=(there, 0.5)))
+    ones = whole.with_lights(lights(["Fill"], world=False, Fill=(there, None)))
+    np.testing.assert_allclose(picture(half), 0.5 * picture(ones), rtol=1e-6)

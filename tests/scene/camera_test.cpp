@@ -140,6 +140,31 @@ TEST_P(CameraView, RoundedPicturesShowTheSameFrame) {
       }
   }
 }
+
+TEST_P(CameraView, CropsShowTheirPartOfTheFrame) {
+  const View& v = GetParam();
+  const Camera c = camera();
+  const double aspect = static_cast<double>(v.width) / v.height;
+  const PixelCamera whole(c, v.width, v.height);
+  const FrameWindow windows[] = {{0.25, 0.1, 0.75, 0.4}, {0, 0.5, 0.125, 1}, {0.9, 0, 1, 1}};
+  for (const FrameWindow& window : windows)
+    for (const auto& [w, h] : {std::pair{21, 16}, {7, 90}}) {
+      const PixelCamera crop(c, w, h, {aspect, 0, 0, window});
+      for (const double fx : {0.0, 0.37, 1.0})
+        for (const double fy : {0.0, 0.81, 1.0}) {
+          const double x = window.left + fx * (window.right - window.left);
+          const double y = window.top + fy * (window.bottom - window.top);
+          const Ray expected =
+              whole.ray(static_cast<float>(x * v.width), static_cast<float>(y * v.height));
+          const Ray got = crop.ray(static_cast<float>(fx * w), static_cast<float>(fy * h));
+          EXPECT_LT(length(got.direction - expected.direction), 1e-5);
+          EXPECT_LT(length(got.origin - expected.origin), 1e-4);
+          const Vec2<double> back = crop.project(Vec3d(got.origin) + Vec3d(got.direction) * 3.0);
+          EXPECT_NEAR(back.x, fx * w, 2e-3);
+          EXPECT_NEAR(back.y, fy * h, 2e-3);
+        }
+    }
+}
 INSTANTIATE_TEST_SUITE_P(All, CameraView, testing::ValuesIn(all_views()));
 
 TEST(Camera, CentreAndCornersOfTheDefaultCamera) {

@@ -7,11 +7,15 @@ import argparse
 from typing import Any
 
 from .. import mean_free_path, parameters
+from ..fit_run import light_states
+from ..fit_run.capture_files import read_captures_file
 from ..fit_run.captures import read_captures
+from ..fit_run.light_states import described
 from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL
-from ..problems import BadInput, listed
-from ..scene_read.capture_request import with_ids
+from ..paths import absolute
+from ..problems import BadInput, Problem, listed
+from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
 from .scene import open_scene
 from .terminal import say
@@ -36,13 +40,16 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             paths = paths_traced(built)
         except BadInput as error:
             problems = error.problems
-    captures = captures_of(scene)
+    problems = list(problems)
+    captures = _captures(args, captures_of(scene), problems)
     warnings = list(values.warnings)
     remarks_of: dict[str, list[str]] = {}
+    lights_of: dict[str, str] = {}
     if captures:
-        problems = list(problems)
         read = read_captures(values, captures, PHOTO_HEIGHT, problems, warnings, packed_photos())
         remarks_of = {item.id: list(item.warnings) for item in read}
+        lights_of = {item.id: described(item.lights) for item in read}
+        warnings += light_states.remarks(values, captures)
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     report = {
         "scene": args.scene,
@@ -56,6 +63,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
                 "camera": item.camera,
                 "photo": item.photo,
                 "mask": item.mask,
+                "lights": lights_of.get(item.id),
                 "warnings": remarks_of.get(item.id, []),
             }
             for item in with_ids(captures, (item.name for item in values.cameras))
@@ -63,7 +71,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "objects": len(values.objects),
         "triangles": values.triangle_count(),
         "dropped_triangles": dropped,
-        "lights": [{"name": item.name, "kind": item.kind} for item in values.lights],
+        "lights": [
+            {"name": item.name, "object": item.object, "kind": item.kind} for item in values.lights
+        ],
         "owners": {
             owner.name: _owner(owner, values.millimetres) for owner in values.owners.values()
         },
@@ -79,6 +89,19 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for remark in remarks:
         say(f"{'render setting' if remark.spoils else 'remark'}: {remark.line()}")
     return report
+
+
+def _captures(
+    args: argparse.Namespace, stored: list[CaptureRequest], problems: list[Problem]
+) -> list[CaptureRequest]:
+    """Those of --captures, or else of the scene."""
+    if args.captures is None:
+        return stored
+    try:
+        return list(read_captures_file(absolute(args.captures)))
+    except BadInput as error:
+        problems += error.problems
+        return []
 
 
 def _model(values: SceneValues) -> str:

@@ -26,7 +26,7 @@ from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
 from ..problems import BadInput, Problem, problems_of
-from ..scene_read.capture_request import CaptureRequest, with_ids
+from ..scene_read.capture_request import AUTO_RESPONSE, MOST_ERODED, CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
 from . import arguments
 from .fit_results import deliver
@@ -129,7 +129,8 @@ def _choose_stages(plan: FitPlan, plan_of: Callable[[RunRequest], FitPlan]) -> F
 def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     """What an unfinished run asked for, and the results of what it has done."""
     others = (
-        "fit", "photo", "captures", "mask", "gain", "align", "start", "bounds", "grid", "unseen",
+        "fit", "photo", "captures", "mask", "exclude", "silhouette", "background", "response",
+        "gain", "align", "start", "bounds", "grid", "unseen",
         "preset", "stages", *_SETTINGS,
     )  # fmt: skip
     for name in others:
@@ -286,8 +287,8 @@ def captures_from(
     values: SceneValues,
     problems: list[Problem],
 ) -> tuple[CaptureRequest, ...]:
-    """--captures, --photo, or else what is stored; --mask adds to any, by the id of a photo.
-    --gain and --align are those of photos that do not say."""
+    """--captures, --photo, or else what is stored; --mask and --exclude add to any, by the id of a
+    photo. The others are those of photos that do not say."""
     if args.captures:
         if args.photo:
             cause, cure = "--photo is given too", "list all photos in the file"
@@ -299,22 +300,41 @@ def captures_from(
     cameras = [*(camera.name for camera in values.cameras), *values.unusable_cameras]
     given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
     captures = with_ids(given or stored, (camera.name for camera in values.cameras))
-    masks: dict[str, str] = {}
-    ids = [item.id for item in captures]
-    for name, mask in arguments.files(args.mask, problems, ids):
-        if name in masks:
-            problems.append(Problem(f"Photo '{name}'", "it has two masks", "keep one"))
-        elif name not in {item.id for item in captures}:
-            camera = name.partition("#")[0]
-            cause, cure = "a mask is given but no photo", f"add --photo {camera}=FILE"
-            problems.append(Problem(f"Photo '{name}'", cause, cure))
-        masks[name] = mask
+    masks = _masks(args.mask, captures, problems)
+    excluded = _masks(args.exclude, captures, problems)
+    if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
+        cure = f"give a number of pixels from 0 to {MOST_ERODED}"
+        problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
+    response = args.response or AUTO_RESPONSE
+    if CaptureRequest("", "", response=response).response_file:
+        response = str(absolute(response))
     return tuple(
         replace(
             item,
             mask=masks.get(item.id, item.mask),
+            exclude=excluded.get(item.id, item.exclude),
             gain=item.gain or args.gain or "",
             align=item.align if item.align is not None else args.align,
+            silhouette=item.silhouette if item.silhouette is not None else args.silhouette,
+            background=item.background or args.background or "",
+            response=response if item.response == AUTO_RESPONSE else item.response,
         )
         for item in captures
     )
+
+
+def _masks(
+    texts: Sequence[str], captures: Sequence[CaptureRequest], problems: list[Problem]
+) -> dict[str, str]:
+    """Files of --mask or --exclude by the id of a photo."""
+    found: dict[str, str] = {}
+    ids = [item.id for item in captures]
+    for name, mask in arguments.files(texts, problems, ids):
+        if name in found:
+            problems.append(Problem(f"Photo '{name}'", "it has two masks", "keep one"))
+        elif name not in ids:
+            camera = name.partition("#")[0]
+            cause, cure = "a mask is given but no photo", f"add --photo {camera}=FILE"
+            problems.append(Problem(f"Photo '{name}'", cause, cure))
+        found[name] = mask
+    return found

@@ -10,9 +10,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from ..fit_run.capture_render import gains_of
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
+from ..fit_run.light_pairing import with_warnings
 from ..fit_run.plan import FitPlan
 from ..fit_run.results import finished, result_json, summary, write_results
 from ..problems import BadInput
@@ -39,11 +41,16 @@ def deliver(
     import bpy
 
     errors: list[str] = []
+    known = set(result.get("notes", ()))
     with bar("writing") as shown:
 
         def note_progress(text: str, fraction: float) -> None:
             shown.update(fraction, note=text)
 
+        try:
+            result = with_warnings(plan, result, note_progress)
+        except (*_UNWRITTEN, KeyboardInterrupt) as error:
+            errors.append(f"Whether each photo has its own lights is not known ({_why(error)})")
         try:
             result = finished(plan, result, note_progress)
         except (*_UNWRITTEN, KeyboardInterrupt) as error:
@@ -53,6 +60,9 @@ def deliver(
         say(f"warning: {trouble}")
     for line in summary(plan, result):
         say(line)
+    for note in result["notes"]:
+        if note not in known:
+            say(f"warning: {note}")
     place = "no result folder is written" if folder is None else f"results in {folder}"
     say(f"stopped because: {result['stopped_because']}; {place}")
     report = result_json(plan, result, bpy.app.version_string)
@@ -191,7 +201,8 @@ def _check(
     grids = fitted_grids(plan.fields, result["fields_best"])
     try:
         images = _images(plan, folder)
-        job = CheckJob(scene, plan.request, fitted_values(plan, result), grids, images)
+        gains = gains_of(plan.captures, result)
+        job = CheckJob(scene, plan.request, fitted_values(plan, result), grids, images, gains)
         try:
             job.start()
             with bar("Cycles") as shown:

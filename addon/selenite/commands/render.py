@@ -1,16 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`selenite render`: one picture of one camera."""
+"""`selenite render`: one picture of one camera, or what a fit compares with a photo."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 from typing import Any
 
 from .. import native
+from ..fit_run.capture_render import Gain, shown, under_lights
+from ..fit_run.light_states import AS_IN_SCENE, described
 from ..problems import BadInput, Problem, refused
 from . import arguments
+from .capture_view import capture_view
 from .scene import RENDER, camera_of, native_scene, open_scene, picture_frame, picture_size
 from .terminal import say
+
+
+@dataclass(frozen=True)
+class View:
+    """What is rendered. capture: the id of a photo, "" for a plain camera."""
+
+    camera: str
+    size: tuple[int, int]
+    frame: tuple[float, int, int]
+    lights: Any = AS_IN_SCENE
+    gain: Gain = (1.0, 1.0, 1.0)
+    capture: str = ""
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -25,16 +41,33 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     _, values = open_scene(args.scene)
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
-    camera = camera_of(values, args.camera, problems)
-    width, height = picture_size(camera, args.width, args.height, problems)
+    view = None
+    if args.captures is not None or args.capture is not None:
+        found = capture_view(args, values, problems)
+        if found is not None:
+            capture, gain = found
+            height, width = capture.reference.shape[:2]
+            view = View(
+                capture.camera, (width, height), capture.frame, capture.lights, gain, capture.id
+            )
+    else:
+        camera = camera_of(values, args.camera, problems)
+        size = picture_size(camera, args.width, args.height, problems)
+        if camera is not None:
+            view = View(camera.name, size, picture_frame(camera, args.width, args.height))
     scene = native_scene(values, changes, problems)
-    if camera is None:  # cannot be: native_scene raises the problem that camera_of has found
+    if view is None:  # cannot be: native_scene raises the problem that was found
         raise BadInput(problems)
+    width, height = view.size
     say(f"rendering {width} x {height}, {args.spp} samples per pixel")
+    if view.capture:
+        say(
+            f"photo {view.capture}: camera '{view.camera}', {described(view.lights)}, {_gain(view)}"
+        )
     with refused(*RENDER):
         film = native.core().render(
-            scene,
-            camera.name,
+            under_lights(scene, view.lights),
+            view.camera,
             width,
             height,
             args.spp,
@@ -42,23 +75,34 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             depth=args.depth,
             threads=args.threads,
             lanes=args.lanes,
-            frame=picture_frame(camera, args.width, args.height),
+            frame=view.frame,
         )
+    picture = shown(film.image, view.gain)
     image = native.image()
-    (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), film.image)
+    (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), picture)
     if sem is not None:
-        image.write_exr(str(sem), film.standard_error)
+        image.write_exr(str(sem), shown(film.standard_error, view.gain))
     say(f"wrote {out} in {film.seconds:.1f} s")
-    return {
-        "camera": camera.name,
+    report = {
+        "camera": view.camera,
         "width": width,
         "height": height,
         "spp": film.spp,
         "seed": args.seed,
         "out": str(out),
         "sem": str(sem) if sem is not None else None,
-        "mean_image": film.image.mean(axis=(0, 1), dtype=float).tolist(),
+        "mean_image": picture.mean(axis=(0, 1), dtype=float).tolist(),
         "dropped": film.dropped,
         "seconds": film.seconds,
         "cpu_seconds": film.cpu_seconds,
     }
+    if view.capture:
+        report |= {
+            "capture": view.capture, "gain": list(view.gain), "lights": described(view.lights),
+        }  # fmt: skip
+    return report
+
+
+def _gain(view: View) -> str:
+    numbers = ", ".join(f"{number:.4g}" for number in dict.fromkeys(view.gain))
+    return f"gain {numbers}" if len(set(view.gain)) == 1 else f"gain {view.gain}"

@@ -29,6 +29,11 @@ class Estimate:
         error = np.asarray(film.standard_error, np.float64)
         return Estimate(np.asarray(film.image, np.float64), error**2)
 
+    def times(self, gain: Sequence[float]) -> Estimate:
+        """By channel: as a photo of this gain shows it."""
+        factor = np.asarray(gain, np.float64)
+        return Estimate(self.mean * factor, self.variance * factor**2)
+
     @staticmethod
     def exact(picture: np.ndarray) -> Estimate:
         """A photo: its noise is not known and counts as a difference."""

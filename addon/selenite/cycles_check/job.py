@@ -21,6 +21,7 @@ import bpy
 
 from .. import grid_files, parameters, write_back
 from ..atomic_files import write_json
+from ..fit_run.capture_render import Gain
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..problems import BadInput, Failed, Problem
@@ -53,12 +54,13 @@ class CheckJob:
         values: Mapping[tuple[str, str], Values],
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
         images: Mapping[str, str] | None = None,
+        gains: Mapping[str, Gain] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
-        colours have there, by material.
+        colours have there, by material. gains: of photos, by id, where a fit has found them.
         """
         problems = _unsaved_pictures()
         if problems:
@@ -75,6 +77,7 @@ class CheckJob:
                 "values": {parameters.join_name(*key): value for key, value in values.items()},
                 "grids": self._keep_grids(grids or {}),
                 "images": dict(images or {}),
+                "gains": dict(gains or {}),
                 # for the checkout and the legacy add-on, which are not where Python looks
                 "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
             })  # fmt: skip

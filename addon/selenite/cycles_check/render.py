@@ -14,6 +14,7 @@ import numpy as np
 
 from .. import native
 from ..scene_read.camera import named_cameras
+from ..scene_read.values import CameraValues
 from ..scene_read.without_words import without_words
 from .compare import Estimate
 from .render_settings import set_comparison
@@ -21,7 +22,7 @@ from .render_settings import set_comparison
 
 def render(
     scene: bpy.types.Scene,
-    camera: str,
+    camera: str | CameraValues,
     size: tuple[int, int],
     samples: int,
     seed: int,
@@ -30,12 +31,16 @@ def render(
 ) -> np.ndarray:
     """One render in comparison settings as (h, w, 3) float32, linear; left in `path` (OpenEXR).
 
-    size: (width, height). pixel_aspect: width / height of a pixel; None: the scene's.
+    size: (width, height). pixel_aspect: width / height of a pixel; None: the scene's. camera: its
+    name, or values whose lens takes the place of its own: that of a photo which is cropped.
     """
     set_comparison(scene, samples, seed)
     for marker in scene.timeline_markers:  # a camera bound to a marker would win
         marker.camera = None
-    scene.camera = named_cameras(scene)[camera]
+    name = camera if isinstance(camera, str) else camera.name
+    scene.camera = named_cameras(scene)[name]
+    if not isinstance(camera, str):
+        _set_lens(scene.camera.data, camera)  # type: ignore[arg-type]
     scene.render.resolution_x, scene.render.resolution_y = size
     if pixel_aspect is not None:  # both sides are at least 1 in Blender
         scene.render.pixel_aspect_x = max(pixel_aspect, 1)
@@ -50,9 +55,17 @@ def render(
     return pixels
 
 
+def _set_lens(data: bpy.types.Camera, values: CameraValues) -> None:
+    data.animation_data_clear()  # it would win
+    data.sensor_fit = values.sensor_fit  # type: ignore[assignment]
+    data.sensor_width, data.sensor_height = values.sensor_width, values.sensor_height
+    data.lens, data.ortho_scale = values.lens_mm, values.ortho_scale
+    data.shift_x, data.shift_y = values.shift_x, values.shift_y
+
+
 def estimate(
     scene: bpy.types.Scene,
-    camera: str,
+    camera: str | CameraValues,
     size: tuple[int, int],
     samples: int,
     seeds: range,

@@ -13,6 +13,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.cycles_check import render_settings, sheet
     from selenite.fit_run.captures import read_captures
     from selenite.fit_run.fields import with_grids
+    from selenite.fit_run.photos.window import WHOLE, cropped_camera
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
     from selenite.paths import file_stems
@@ -53,10 +55,18 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     read = read_scene(scene)
     problems = list(read.problems)
     captures = read_captures(
-        read, wanted.captures, wanted.settings.height, problems, [], packed_photos()
+        read,
+        wanted.captures,
+        wanted.settings.height,
+        problems,
+        [],
+        packed_photos(),
+        {item.owner for item in wanted.unknowns},
     )
     if problems:
         raise BadInput(problems)
+    gains = request["gains"]
+    captures = [replace(one, gain=tuple(gains.get(one.id, one.gain))) for one in captures]
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     grids = _grids(folder, request["grids"])
     # Selenite renders the grids inside their meshes, as they were fitted, Cycles Volume objects.
@@ -64,6 +74,12 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     shown += [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
+    # Where one photo is cropped, each sets the lens of its camera.
+    lenses: dict[str, Any] = {item.id: item.camera for item in captures}
+    if any(item.window != WHOLE for item in captures):
+        for item in captures:
+            whole = cameras[item.camera]
+            lenses[item.id] = cropped_camera(whole, item.aspect, item.window)
     stems = file_stems(item.id for item in captures)
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
@@ -78,6 +94,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             native_scene,
             capture,
             stems[capture.id],
+            lenses[capture.id],
             pixel_aspect,
             wanted.settings,
             samples,
@@ -121,6 +138,7 @@ def _check(
     native_scene: Any,
     capture: Any,
     stem: str,
+    camera: Any,
     pixel_aspect: float,
     settings: Any,
     samples: int,
@@ -131,12 +149,14 @@ def _check(
 
     from selenite import native
     from selenite.cycles_check.compare import Estimate, misfit
+    from selenite.cycles_check.light_state import under_lights
     from selenite.cycles_check.render import estimate
+    from selenite.fit_run.capture_render import under_its_lights
 
     height, width = capture.reference.shape[:2]
     note("Selenite's picture", 0.0)
     film = native.core().render(
-        native_scene,
+        under_its_lights(native_scene, capture),
         capture.camera,
         width,
         height,
@@ -144,19 +164,21 @@ def _check(
         seed=settings.seed,
         depth=settings.depth,
         threads=settings.threads,
-        frame=(capture.aspect, 0, 0),
+        frame=capture.frame_of_render,
     )
     ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
-    cycles = estimate(
-        scene,
-        capture.camera,
-        (width, height),
-        samples,
-        range(settings.seed, settings.seed + SEEDS),
-        folder / "cycles.exr",
-        lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
-        pixel_aspect,
-    )
+    with under_lights(scene, capture.lights):
+        cycles = estimate(
+            scene,
+            camera,
+            (width, height),
+            samples,
+            range(settings.seed, settings.seed + SEEDS),
+            folder / "cycles.exr",
+            lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
+            pixel_aspect,
+        )
+    ours, cycles = (one.times(capture.gain) for one in (ours, cycles))
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted

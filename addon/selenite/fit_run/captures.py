@@ -3,30 +3,33 @@
 
 from __future__ import annotations
 
-import re
-import tempfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from .. import native
 from ..problems import Problem, listed
-from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
+from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import CameraValues, SceneValues
+from .light_states import AS_IN_SCENE, light_state
+from .photos import distortion
+from .photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
+from .photos.masks import background_of, masked
+from .photos.response import read_response
+from .photos.silhouette import Silhouettes
+from .photos.window import WHOLE, PhotoWindow, projection, window_of
 
 #: How the warning begins that names them.
 LEFT_OUT = "Cameras without a photo are left out"
-READABLE = "give a whole PNG, JPEG, TIFF, OpenEXR or HDR file"
 
 #: Why a pixel is not used, by its name in the counts of the native reader.
 _UNUSED = {
     "not_finite": "not finite",
     "negative": "below 0",
     "clipped": "clipped",
+    "too_dark": "too dark",
     "outside_gamut": "outside Rec. 709",
     "outside_file": "not stored",
 }
@@ -35,11 +38,12 @@ _UNUSED = {
 @dataclass(frozen=True)
 class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
-    photo_size is (width, height) of the file. aspect is width / height of what the camera takes;
+    photo_size is (width, height) of the file. aspect: width / height of all that the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
     free_gain: what the fit finds of a factor on `gain`, one of GAINS.
+    window: what the photo shows of what the camera takes, left, top, right, bottom in [0, 1].
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
-    lamps_off: names of the lamps that were off when it was taken.
+    lights: which were on, and where lamps stood: see light_states.light_state.
     warnings: what the reader says of photo and mask.
     """
 
@@ -52,18 +56,36 @@ class Capture:
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
     free_gain: str = "none"
-    lamps_off: tuple[str, ...] = ()
+    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
+    window: tuple[float, float, float, float] = WHOLE
 
     @property
-    def frame(self) -> tuple[float, int, int]:
-        """(aspect, width, height) of the photo: makes a native render one of the reference."""
-        return (self.aspect, *self.photo_size)
+    def frame(self) -> tuple[Any, ...]:
+        """Aspect, width and height of the photo, and its window if it is cropped: makes a native
+        render one of the reference."""
+        return self._frame(*self.photo_size)
+
+    @property
+    def frame_of_render(self) -> tuple[Any, ...]:
+        """The same of a picture that shows what the photo shows, with pixels of its own."""
+        return self._frame(0, 0)
+
+    def _frame(self, width: int, height: int) -> tuple[Any, ...]:
+        whole = (self.aspect, width, height)
+        return whole if self.window == WHOLE else (*whole, self.window)
+
+    @property
+    def mask_share(self) -> float:
+        """The share of its pixels that count."""
+        return float((self.weight > 0).mean())
 
     def pixel_aspect(self, camera: CameraValues) -> float:
-        """Width / height of a pixel with which the reference holds all that its camera takes."""
+        """Width / height of a pixel with which the reference holds all of its window."""
         height, width = self.reference.shape[:2]
-        return self.aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
+        left, top, right, bottom = self.window
+        aspect = self.aspect * (right - left) / (bottom - top)
+        return aspect * height / width * camera.pixel_aspect_x / camera.pixel_aspect_y
 
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
@@ -75,7 +97,7 @@ class Capture:
             "frame": self.frame,
             "gain": self.gain,
             "free_gain": self.free_gain,
-            "lamps_off": list(self.lamps_off),
+            "lights": self.lights,
         }
 
 
@@ -86,9 +108,10 @@ def read_captures(
     problems: list[Problem],
     warnings: list[str],
     packed: Mapping[str, bytes],
+    fitted: Collection[str] = (),
 ) -> list[Capture]:
     """Reads every photo, of which several may be of one camera; all that is wrong goes to
-    `problems`."""
+    `problems`. fitted: the owners of what is fitted, whose silhouettes may be asked for."""
     if not requests:
         cure = "give one with --photo CAMERA=FILE or in the Captures panel"
         problems.append(Problem("Fit", "there is no photo", cure))
@@ -96,6 +119,7 @@ def read_captures(
     cameras = {camera.name: camera for camera in scene.cameras}
     requests = with_ids(requests, cameras)
     used: set[str] = set()
+    silhouettes = Silhouettes(scene, fitted)
     for request in requests:
         title = f"Photo '{request.photo}'"
         if not request.camera:
@@ -114,8 +138,9 @@ def read_captures(
         else:
             used.add(request.id)
             camera = cameras[request.camera]
-            capture = _read(camera, request, height, problems, warnings, packed)
-            captures += [capture] if capture is not None else []
+            capture = _read(camera, request, height, silhouettes, problems, warnings, packed)
+            lights = light_state(scene, request, problems)
+            captures += [replace(capture, lights=lights)] if capture is not None else []
     left_out = [name for name in cameras if name not in {item.camera for item in requests}]
     if requests and left_out:
         warnings.append(f"{LEFT_OUT}: {listed(left_out)}")
@@ -126,56 +151,94 @@ def _read(
     camera: CameraValues,
     request: CaptureRequest,
     height: int,
+    silhouettes: Silhouettes,
     problems: list[Problem],
     warnings: list[str],
     packed: Mapping[str, bytes],
 ) -> Capture | None:
     title, mask_title = f"Photo '{request.photo}'", f"Mask '{request.mask}'"
+    exclude_title = f"Exclude '{request.exclude}'"
     found = len(problems)
-    info = _header(title, request.photo, problems, packed, as_linear=True)
-    mask = None
-    if request.mask:
-        mask = _header(mask_title, request.mask, problems, packed, as_linear=False)
-    if info is None or len(problems) > found:
+    info = header(title, request.photo, problems, packed, as_linear=True)
+    response = read_response(request.response, problems)
+    masks = {
+        name: header(name, file, problems, packed, as_linear=False)
+        for name, file in ((mask_title, request.mask), (exclude_title, request.exclude))
+        if file
+    }
+    background_of(request, problems)
+    if info is None:
         return None
     size = (info["width"], info["height"])
-    if not _same_aspect(size, (camera.width, camera.height)):
-        problems.append(
-            Problem(
-                title,
-                f"it is {size[0]} x {size[1]} pixels, camera '{camera.name}' renders "
-                f"{camera.width} x {camera.height}",
-                "crop the photo or change the resolution of the scene to the same aspect",
-            )
-        )
-        return None
-    if mask is not None and (mask["width"], mask["height"]) != size:
-        cause = f"it is {mask['width']} x {mask['height']} pixels, its photo {size[0]} x {size[1]}"
-        problems.append(Problem(mask_title, cause, "give a mask of the photo's size"))
-        return None
+    window = window_of(camera, request, size, info["orientation"], problems)
+    for name, mask in masks.items():
+        mask_size = (mask["width"], mask["height"]) if mask is not None else size
+        if not same_aspect(mask_size, size, MASK_TOLERANCE):
+            cause = f"it is {pixels(mask_size)}, its photo {size[0]} x {size[1]}"
+            problems.append(Problem(name, cause, "give a mask of the photo's shape"))
     rows = min(height, size[1])
     columns = min(size[0], max(1, round(rows * size[0] / size[1])))
+    remarks: list[str] = []
+    corners = None
+    if window is not None and request.distortion is not None:
+        corners = _corners(camera, request, window, size, (columns, rows), problems, remarks)
+    if window is None or len(problems) > found:
+        return None
     try:
-        with _as_file(request.photo, packed) as path, _as_file(request.mask, packed) as mask_path:
-            reference, weight, info, mask = native.image().read_at_size(
-                path, columns, rows, mask_path or None
-            )
+        with (
+            as_file(request.photo, packed) as path,
+            as_file(request.mask, packed) as mask_path,
+            as_file(request.exclude, packed) as exclude_path,
+        ):
+            reference, weight, inside, info, mask = native.image().read_at_size(
+                path, columns, rows, mask_path or None, exclude=exclude_path or None,
+                response=response, counted=request.clip, corners=corners,
+            )  # fmt: skip
     except (OSError, ValueError, MemoryError) as error:
-        is_mask = bool(request.mask) and str(error).startswith(f"'{mask_path}'")
-        problems.append(_unreadable(mask_title if is_mask else title, error))
+        paths = {mask_title: mask_path, exclude_title: exclude_path}
+        named = (n for n, file in paths.items() if file and str(error).startswith(f"'{file}'"))
+        problems.append(unreadable(next(named, title), error))
         return None
     if not (weight > 0).any():
         cause = f"no pixel of it can be used ({_reasons(info['counts'])})"
         problems.append(Problem(title, cause, "give a better exposed photo or another mask"))
         return None
-    remarks = [f"{title}: {text}" for text in info["warnings"]]
+    remarks += [f"{title}: {text}" for text in info["warnings"]]
     if mask is not None:
         remarks += [f"{mask_title}: {text}" for text in mask["warnings"]]
-    warnings += [text for text in remarks if text not in warnings]
-    return Capture(
-        request.id, camera.name, request.photo, size, reference, weight, camera.aspect,
-        warnings=tuple(remarks), free_gain=request.gain or "none",
+    capture = Capture(
+        request.id, camera.name, request.photo, size, reference, weight, window.aspect,
+        window=window.fractions, free_gain=request.gain or "none",
     )  # fmt: skip
+    weight = masked(
+        request, reference, weight, inside, capture.frame, silhouettes, problems, remarks
+    )
+    if len(problems) > found:
+        return None
+    warnings += [text for text in remarks if text not in warnings]
+    return replace(capture, weight=weight, warnings=tuple(remarks))
+
+
+def _corners(
+    camera: CameraValues,
+    request: CaptureRequest,
+    window: PhotoWindow,
+    file_size: tuple[int, int],
+    working_size: tuple[int, int],
+    problems: list[Problem],
+    remarks: list[str],
+) -> np.ndarray | None:
+    """Where the picture's pixels lie in a photo that its lens distorts."""
+    assert request.distortion is not None  # noqa: S101 - asked for only then
+    title = f"Photo '{request.photo}'"
+    if camera.kind == "ORTHO":
+        cause = f"it has a distortion, and its camera '{camera.name}' is orthographic"
+        problems.append(Problem(title, cause, "use a perspective camera, or leave it out"))
+        return None
+    seen = projection(camera, window)
+    differs = distortion.disagreement(request.distortion, seen, window)
+    remarks += [f"{title}: {differs}"] if differs else []
+    return distortion.corners(request.distortion, seen, window, file_size, *working_size)
 
 
 def _reasons(counts: Mapping[str, int]) -> str:
@@ -187,52 +250,3 @@ def _reasons(counts: Mapping[str, int]) -> str:
     if counts["used"]:
         shares.append(f"{counts['used'] / total:.0%} masked, transparent, or next to such pixels")
     return ", ".join(shares)
-
-
-def _header(
-    title: str,
-    name: str,
-    problems: list[Problem],
-    packed: Mapping[str, bytes],
-    *,
-    as_linear: bool,
-) -> Mapping[str, Any] | None:
-    """What the header of a photo or mask says; None, with a problem, if it cannot be read."""
-    if not name.startswith(PACKED) and not Path(name).is_file():
-        problems.append(Problem(title, "the file does not exist", "correct the path"))
-        return None
-    if name.startswith(PACKED) and name not in packed:
-        problems.append(Problem(title, "the scene has no such image", "choose another photo"))
-        return None
-    try:
-        with _as_file(name, packed) as path:
-            return native.image().probe(path, as_linear=as_linear)
-    except (OSError, ValueError, MemoryError) as error:
-        problems.append(_unreadable(title, error))
-        return None
-
-
-def _unreadable(title: str, error: Exception) -> Problem:
-    """Of the native reader, whose messages are: path in quotes, cause; cure."""
-    text = re.sub(r"^'.*?' ", "it ", str(error), count=1)
-    cause, _, cure = text.rpartition("; ")
-    if not cause:
-        cause, cure = text or type(error).__name__, READABLE
-    return Problem(title, f"cannot be read: {cause}", cure)
-
-
-@contextmanager
-def _as_file(name: str, packed: Mapping[str, bytes]) -> Iterator[str]:
-    if name not in packed:
-        yield name
-        return
-    with tempfile.TemporaryDirectory(prefix="selenite-") as folder:
-        path = Path(folder) / "photo"
-        path.write_bytes(packed[name])
-        yield str(path)
-
-
-def _same_aspect(first: tuple[int, int], second: tuple[int, int]) -> bool:
-    """Equal up to one pixel of the smaller picture, since sizes are whole numbers."""
-    ratio = first[0] * second[1] / (first[1] * second[0])
-    return abs(ratio - 1) <= 1.0 / min(*first, *second)

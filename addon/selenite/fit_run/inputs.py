@@ -57,8 +57,7 @@ class Inputs:
 def inputs_of(values: SceneValues, request: RunRequest, packed: Mapping[str, bytes]) -> Inputs:
     """Digests of all that the request is about; files that cannot be read have none."""
     titles = {
-        **{f"Photo '{item.photo}'": item.photo for item in request.captures},
-        **{f"Mask '{item.mask}'": item.mask for item in request.captures if item.mask},
+        **{title: name for item in request.captures for title, name in item.files().items()},
         **{
             f"File '{item.grid}'": item.grid
             for item in request.unknowns

@@ -15,8 +15,10 @@ from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
 from . import fields as all_fields
+from . import light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
+from .photos import suspicion
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
 from .staging.plan import Stage
@@ -71,16 +73,20 @@ def prepare(
         sizes = [size for camera in values.cameras for size in (camera.width, camera.height)]
         if (request.captures and not good) or min(sizes, default=1) < 1:
             return []  # it has been told why
-        return read_captures(values, good, height, problems, warn, packed or {})
+        owners = {item.owner for item in requests}
+        return read_captures(values, good, height, problems, warn, packed or {}, owners)
 
     for item in request.captures:
         problems += _not_files(item)
 
     captures = photos(request.settings.height, warnings)
+    warnings += light_states.remarks(values, request.captures)
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(all_fields.with_fields(values, fields))
+    if captures_at is None:
+        warnings += _suspicions(values, request, captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
     by_height = {request.settings.height: captures}
     stages = []
@@ -110,15 +116,28 @@ def prepare(
     )
 
 
+def _suspicions(
+    values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Any
+) -> list[str]:
+    """Of the photos, beside what the scene renders at its start values."""
+    asked = with_ids(request.captures, (camera.name for camera in values.cameras))
+    free = {item.id for item in asked if item.gain not in ("", "none")}
+    depth, threads = request.settings.depth, request.settings.threads
+    found = (
+        suspicion.remark(item, scene, depth, threads, finds_gain=item.id in free)
+        for item in captures
+    )
+    return [text for text in found if text]
+
+
 def _not_files(capture: CaptureRequest) -> list[Problem]:
     """Folders, pipes and names that no file can have; what merely does not exist is told by who
     reads it."""
-    names = {f"Photo '{capture.photo}'": capture.photo, f"Mask '{capture.mask}'": capture.mask}
     found = []
-    for title, name in names.items():
+    for title, name in capture.files().items():
         why = "" if not name or name.startswith(PACKED) else why_not_file(name)
         if why and why != MISSING:
-            found.append(Problem(title, f"cannot be read ({why})", "give a picture"))
+            found.append(Problem(title, f"cannot be read ({why})", "give a file"))
     return found
 
 

@@ -20,6 +20,7 @@ from ..atomic_files import write_json
 from ..parameters import Values
 from ..paths import file_stems
 from . import trust
+from .capture_render import Gain, gain_of, shown, under_its_lights
 from .captures import Capture
 from .fields import FieldUnknown, images
 from .job import fitted_values, scene_at
@@ -86,8 +87,15 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "dropped": result["dropped"],
         "model": plan.model,
         "pictures": file_stems(item.id for item in plan.captures),
+        "captures": {item.id: _of_capture(item, result) for item in plan.captures},
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
+
+
+def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
+    """What the fit has found of a photo, and how much of it counts."""
+    found: dict[str, Any] = result.get("captures", {}).get(capture.id, {})
+    return {**found, "mask_share": capture.mask_share}
 
 
 def finished(
@@ -180,34 +188,36 @@ def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
 def _write_pictures(
     plan: FitPlan, result: dict[str, Any], folder: Path, progress: Callable[[str, float], None]
 ) -> None:
-    """Per photo: initial, optimised, reference, error (absolute difference, black where the photo
-    does not count). Both renders use the same seed, so that their difference is the fit's."""
+    """Per photo: initial, optimised, reference, error (absolute difference), each black where the
+    photo does not count. Both renders use the same seed, so that their difference is the fit's."""
     optimised = scene_at(plan, result)
     stems = file_stems(item.id for item in plan.captures)
     steps = 2 * len(plan.captures)
     for index, capture in enumerate(plan.captures):
         stem = stems[capture.id]
         progress(f"initial picture of {capture.id}", 2 * index / steps)
-        initial = _render(plan, plan.scene, capture)
+        gain = gain_of(capture, result)
+        initial = _render(plan, plan.scene, capture, gain)
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
-        final = _render(plan, optimised, capture)
-        error = np.abs(final - capture.reference) * (capture.weight > 0)[..., None]
+        final = _render(plan, optimised, capture, gain)
+        error = np.abs(final - capture.reference)
+        counts = (capture.weight > 0)[..., None]
         for name, pixels in (
             ("initial", initial),
             ("optimised", final),
             ("reference", capture.reference),
             ("error", error),
         ):
-            pixels = np.ascontiguousarray(pixels, np.float32)
+            pixels = np.ascontiguousarray(np.where(counts, pixels, 0), np.float32)
             native.image().write_exr(str(folder / f"{stem}_{name}.exr"), pixels)
             native.image().write_png(str(folder / f"{stem}_{name}.png"), pixels)
 
 
-def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa: ANN401
+def _render(plan: FitPlan, scene: Any, capture: Capture, gain: Gain) -> np.ndarray:  # noqa: ANN401
     settings = plan.request.settings
     height, width = capture.reference.shape[:2]
     film = native.core().render(
-        scene,
+        under_its_lights(scene, capture),
         capture.camera,
         width,
         height,
@@ -217,7 +227,7 @@ def _render(plan: FitPlan, scene: Any, capture: Capture) -> np.ndarray:  # noqa:
         threads=settings.threads,
         frame=capture.frame,
     )
-    return film.image
+    return shown(film.image, gain)
 
 
 def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:

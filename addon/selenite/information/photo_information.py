@@ -12,7 +12,10 @@ import numpy as np
 
 from .. import native
 from ..fit_run import cost
+from ..fit_run.capture_render import under_its_lights, under_lights
 from ..fit_run.captures import Capture
+from ..fit_run.light_states import most_common
+from ..fit_run.photos.window import WHOLE
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
@@ -56,9 +59,6 @@ class PhotoInformation:
     def __init__(self, plan: FitPlan, scene: Any) -> None:  # noqa: ANN401 - a native Scene
         self.plan = plan
         self._scene = scene
-        height, width = plan.captures[0].reference.shape[:2]
-        scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
-        self._size = max(1, round(width * scale)), max(1, round(height * scale))
         self._asked = [
             (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
             for item in plan.unknowns
@@ -75,6 +75,8 @@ class PhotoInformation:
         #: leaves the information open (native `relative_uncertainty`), the worst photo's.
         self.relative = self.doubt = 0.0
         self._seen: list[Seen] = []  # of each photo
+        #: The light state that most photos have: that of a photo to come.
+        self.usual_lights = most_common([item.lights for item in plan.captures])
         self._token = native.core().ProgressToken()
 
     def cancel(self) -> None:
@@ -120,17 +122,31 @@ class PhotoInformation:
         return found, fisher.determined(found, self.ranges)
 
     def _at_photo(self, capture: Capture, spp: int, number: int) -> Seen:
-        """Passes of other numbers have other random numbers."""
+        """Passes of other numbers have other random numbers. What the photo shows is compared
+        before its gain."""
         counts = capture.weight[..., None]
         planes = np.dstack([capture.reference * counts, counts]).astype(np.float32)
-        small = native.image().resize(np.ascontiguousarray(planes), *self._size)
+        size = _size_of(capture)
+        small = native.image().resize(np.ascontiguousarray(planes), *size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        return self._at(capture.camera, spp, number, picture if capture.photo else None, weight)
+        picture = np.ascontiguousarray(picture / np.array(capture.gain), np.float32)
+        scene = under_its_lights(self._scene, capture)
+        seen = self._at(scene, capture.camera, size, capture.frame, spp, number)
+        return Seen(seen, picture if capture.photo else None, weight)
 
     def at_place(self, camera: str, spp: int, number: int) -> Seen:
-        """From where there is no photo; all pixels count. Raises as `at_photos`."""
-        return self._at(camera, spp, number, None, np.ones(self._size[::-1], np.float32))
+        """From where there is no photo: all pixels count, size and shape are those of the first
+        photo, without its crop, and the lights are `usual_lights`. Raises as `at_photos`."""
+        first = self.plan.captures[0]
+        scene = under_lights(self._scene, self.usual_lights)
+        size, frame = _size_of(first), first.frame
+        if first.window != WHOLE:
+            rows = math.sqrt(size[0] * size[1] / first.aspect)
+            size = max(1, round(rows * first.aspect)), max(1, round(rows))
+            frame = (first.aspect, 0, 0)
+        weight = np.ones(size[::-1], np.float32)
+        return Seen(self._at(scene, camera, size, frame, spp, number), None, weight)
 
     def noise(self, settings: FitSettings) -> Noise:
         """After `at_photos`: of a fit with these settings; photos to come are compared at the size
@@ -138,7 +154,8 @@ class PhotoInformation:
         photos = self.plan.captures
         pixels = cost.pixels_at(photos, settings.height) / len(photos)
         spp = native.core().refinement_spp(settings.native())
-        return Noise(spp, self.relative, pixels / (self._size[0] * self._size[1]))
+        seen = sum(math.prod(_size_of(photo)) for photo in photos) / len(photos)
+        return Noise(spp, self.relative, pixels / seen)
 
     def _relative_error(self, capture: Capture) -> float:
         """Mean square of what a photo differs by, relative to its brightness, beyond the noise of
@@ -148,21 +165,28 @@ class PhotoInformation:
         if not capture.photo:
             return low**2
         settings = self.plan.request.settings
+        reference = np.ascontiguousarray(capture.reference / np.array(capture.gain), np.float32)
         found = native.core().photo_misfit(
-            self._scene, capture.camera, capture.reference, capture.weight, _RESIDUAL_SPP,
-            seed=_SEED + 8 * settings.seed, depth=settings.depth, threads=settings.threads,
-            frame=capture.frame, progress=self._token,
+            under_its_lights(self._scene, capture), capture.camera, reference, capture.weight,
+            _RESIDUAL_SPP, seed=_SEED + 8 * settings.seed, depth=settings.depth,
+            threads=settings.threads, frame=capture.frame, progress=self._token,
         )  # fmt: skip
         return float(np.clip(found, low**2, high**2))
 
     def _at(
-        self, camera: str, spp: int, number: int, picture: np.ndarray | None, weight: np.ndarray
-    ) -> Seen:
+        self,
+        scene: Any,  # noqa: ANN401 - a native Scene
+        camera: str,
+        size: tuple[int, int],
+        frame: tuple[Any, ...],
+        spp: int,
+        number: int,
+    ) -> Any:  # noqa: ANN401 - a native PhotoJacobian
         settings = self.plan.request.settings
         seen = native.core().photo_jacobian(
-            self._scene, self._asked, camera, *self._size, spp,
+            scene, self._asked, camera, *size, spp,
             seed=_SEED + 8 * settings.seed + number, depth=settings.depth,
-            threads=settings.threads, frame=self.plan.captures[0].frame, progress=self._token,
+            threads=settings.threads, frame=frame, progress=self._token,
         )  # fmt: skip
         if seen.not_finite:
             raise BadInput(
@@ -175,4 +199,11 @@ class PhotoInformation:
                     for name in seen.not_finite
                 ]
             )
-        return Seen(seen, picture, weight)
+        return seen
+
+
+def _size_of(capture: Capture) -> tuple[int, int]:
+    """Width and height of a Jacobian's picture, of the photo's shape."""
+    height, width = capture.reference.shape[:2]
+    scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
+    return max(1, round(width * scale)), max(1, round(height * scale))

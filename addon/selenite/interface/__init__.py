@@ -8,9 +8,12 @@ import bpy
 from . import (
     apply_operators,
     camera_operators,
+    capture_lights,
+    capture_photo,
     check_operators,
     fit_operators,
     panels,
+    preview_operators,
     properties,
     row_operators,
     stages,
@@ -19,8 +22,11 @@ from . import (
 )
 
 _MODULES = (
+    capture_lights,
+    capture_photo,
     properties,
     row_operators,
+    preview_operators,
     fit_operators,
     apply_operators,
     check_operators,

@@ -9,6 +9,7 @@ import bpy
 
 from ..cycles_check.job import CheckFailed, CheckJob, lines
 from ..cycles_check.render_settings import contents_of, set_for_fit
+from ..fit_run.capture_render import gains_of
 from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder, write_results
 from ..problems import BadInput, Problem
@@ -84,7 +85,8 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             if grids and (missing := grid_objects.why_not()):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
-            job = CheckJob(scene, request, values, grids, images)
+            gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
+            job = CheckJob(scene, request, values, grids, images, gains)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

@@ -16,6 +16,7 @@ from ..fit_run import trust
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import Inputs, changes, inputs_of
 from ..fit_run.job import FitFailed, FitJob, fitted_values
+from ..fit_run.light_pairing import with_warnings
 from ..fit_run.plan import prepare
 from ..fit_run.results import finished, new_folder, write_results
 from ..fit_run.staging.job import StagedJob, make_job
@@ -170,6 +171,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             redraw(context)
             return {"CANCELLED"}
         with _shown_progress(context) as note_progress:
+            result = with_warnings(RUN.plan, result, note_progress)
             RUN.result = finished(RUN.plan, result, note_progress)
         RUN.result["notes"] = (*RUN.result["notes"], *troubles)
         RUN.message = f"Stopped because: {result['stopped_because']}"

@@ -11,7 +11,7 @@ import bpy
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit_run.job import DESCENT
 from ..scene_read.photos import ids_of
-from . import field_rows, state
+from . import capture_lights, capture_photo, field_rows, state
 from .request import FIT_SETTINGS
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
@@ -90,6 +90,8 @@ class SELENITE_PT_captures(bpy.types.Panel):
             layout.prop(item, "camera")
             layout.template_ID(item, "photo", open="image.open")
             layout.prop(item, "mask_path")
+            capture_photo.draw(layout, item.how)
+            capture_lights.draw(layout, item.lights)
 
 
 class SELENITE_PT_parameters(bpy.types.Panel):

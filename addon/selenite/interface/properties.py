@@ -18,6 +18,8 @@ from ..fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
 from ..fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
+from .capture_lights import SeleniteCaptureLights
+from .capture_photo import SeleniteCapturePhoto
 
 SCHEMA = 1
 
@@ -122,6 +124,9 @@ class SeleniteCapture(bpy.types.PropertyGroup):
     mask_path: StringProperty(
         name="Mask", subtype="FILE_PATH", description="Picture whose black pixels do not count"
     )
+    # See capture_photo and capture_lights.
+    how: PointerProperty(type=SeleniteCapturePhoto)
+    lights: PointerProperty(type=SeleniteCaptureLights)
 
 
 class SeleniteRow(bpy.types.PropertyGroup):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..fit_run.light_states import described, is_as_in_scene
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
 
@@ -70,6 +71,8 @@ def advice(found: Suggestion) -> list[str]:
         lines.append("All values are known within a hundredth of their range already")
     if best.gain <= found.repeated:
         lines.append(f"Another photo from '{first}' itself would add as much")
+    if not all(is_as_in_scene(item.lights) for item in found.plan.captures):
+        lines.append(f"The lights of a next photo are taken as in most: {described(found.lights)}")
     left = [
         item.name
         for item, group in zip(found.plan.unknowns, found.groups, strict=True)
@@ -132,6 +135,7 @@ def as_json(found: Suggestion) -> dict[str, Any]:
             }
             for item, group in zip(found.plan.unknowns, found.groups, strict=True)
         },
+        "lights": described(found.lights),
         "same_photo_again_shrinks_to": math.exp(-found.repeated),
         "advice": advice(found),
         "places": places,

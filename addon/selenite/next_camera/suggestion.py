@@ -67,6 +67,8 @@ class Suggestion:
         self._photos = PhotoInformation(plan, scene)
         self.names, self.groups = self._photos.names, self._photos.groups
         self._slope, self._ranges = self._photos.slope, self._photos.ranges
+        #: Light state of a photo to come.
+        self.lights = self._photos.usual_lights
         #: Standard errors with the photos there are, (n,), and which are determined.
         self.errors = self.known = np.zeros(len(self.names))
         #: Whether all are known within a hundredth of their range.

@@ -143,6 +143,8 @@ def _add_light(builder: Any, light: LightValues) -> None:  # noqa: ANN401
         light_units=light.light_units,
         radiance_scale=light.radiance_scale,
     )
+    if light.object:
+        builder.set_light_object(index, light.object)
     builder.set_light_visibility(
         index,
         light.visible_to,

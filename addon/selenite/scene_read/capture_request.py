@@ -12,8 +12,17 @@ from typing import Any
 PACKED = "packed:"
 #: Degrees of freedom of a photo's gain: none, one for all channels, one for each.
 GAINS = ("none", "scalar", "rgb")
+#: Responses that have a name; GAMMA is followed by an exponent, all else is a file.
+AUTO_RESPONSE, GAMMA = "auto", "gamma:"
+RESPONSES = (AUTO_RESPONSE, "srgb", "linear")
+#: Numbers that say where a lamp was: a place, with a quaternion, a matrix.
+PLACES = (3, 7, 16)
+#: Of a scene in Blender.
+FRAMES = (-1048574, 1048574)
 #: Beyond any number of a request.
 LARGEST = 1e300
+#: Pixels that can be taken off a silhouette.
+MOST_ERODED = 100
 
 
 @dataclass(frozen=True)
@@ -41,12 +50,22 @@ class CaptureRequest:
     id: unique in a run; "" for the usual one, see `with_ids`.
     gain: one of GAINS, or "" for that of the run.
     lights: the lamps that were on; None: all. world: whether the world's light was on.
-    transforms: where lamps were, object to world, 16 numbers row by row; by the object's name.
+    transforms: where lamps were, in world space, by the object's name: a place (3 numbers), a place
+    and a quaternion (w, x, y, z: 7 in all), or object to world row by row (16); what is not given
+    stays as in the scene. frame: lamps stand as at this frame of the scene; None: as they are.
     response: "auto" (as the file says), "srgb", "linear", "gamma:2.2", or a .csv of a table.
     size: (width, height) of the whole photo in pixels; None: that of the file.
     crop: the part of it that the file holds, x0, y0, x1, y1 in pixels from the top left corner.
     distortion: of the lens; None: the photo is free of it.
     align: whether the fit finds a small shift and roll of the photo; None: as the run says.
+    pixel_aspect: width / height of the photo's pixels; None: that of the scene.
+    clip: lowest and highest code value that counts, 1 at the top of integers; None: clipping is
+    looked for.
+    silhouette: pixels that are taken off the rim of what the camera sees of the fitted objects;
+    None: the photo counts beside them too.
+    background: what does not count, "border" (what joins the photo's border in one colour) or
+    "R,G,B" in linear light, either with a tolerance as in "border:0.1"; "": nothing.
+    exclude: a picture whose white pixels do not count, or "".
     """
 
     camera: str
@@ -57,11 +76,35 @@ class CaptureRequest:
     lights: tuple[str, ...] | None = None
     world: bool = True
     transforms: tuple[tuple[str, tuple[float, ...]], ...] = ()
-    response: str = "auto"
+    frame: int | None = None
+    response: str = AUTO_RESPONSE
     size: tuple[int, int] | None = None
     crop: tuple[int, int, int, int] | None = None
     distortion: LensDistortion | None = None
     align: bool | None = None
+    pixel_aspect: float | None = None
+    clip: tuple[float, float] | None = None
+    silhouette: int | None = None
+    background: str = ""
+    exclude: str = ""
+
+    def files(self) -> dict[str, str]:
+        """The files that it names, by what they are called in messages."""
+        found = {f"Photo '{self.photo}'": self.photo}
+        if self.mask:
+            found[f"Mask '{self.mask}'"] = self.mask
+        if self.exclude:
+            found[f"Exclude '{self.exclude}'"] = self.exclude
+        if self.response_file:
+            found[f"Response '{self.response}'"] = self.response
+        return found
+
+    @property
+    def response_file(self) -> str:
+        """The file of its response, "" if that has a name."""
+        return (
+            "" if self.response in RESPONSES or self.response.startswith(GAMMA) else self.response
+        )
 
     def as_json(self) -> dict[str, Any]:
         """A dict of plain values, without what is as usual."""
@@ -72,7 +115,7 @@ class CaptureRequest:
             if value == getattr(usual, item.name):
                 continue
             if item.name == "transforms":
-                value = {name: [list(m[i : i + 4]) for i in (0, 4, 8, 12)] for name, m in value}
+                value = {name: _rows(numbers) for name, numbers in value}
             elif isinstance(value, LensDistortion):
                 value = asdict(value)
             elif isinstance(value, tuple):
@@ -98,11 +141,17 @@ class CaptureRequest:
             lights=_lights(data),
             world=_flag(data, "world", True) is not False,
             transforms=_transforms(data),
-            response=_text(data, "response", "auto"),
+            frame=_frame(data),
+            response=_text(data, "response", AUTO_RESPONSE),
             size=_whole(data, "size", 2),  # type: ignore[arg-type]
             crop=_whole(data, "crop", 4),  # type: ignore[arg-type]
             distortion=_distortion(data),
             align=_flag(data, "align", None),
+            pixel_aspect=_pixel_aspect(data),
+            clip=_clip(data),
+            silhouette=_silhouette(data),
+            background=_text(data, "background", ""),
+            exclude=_text(data, "exclude", ""),
         )
 
 
@@ -178,8 +227,37 @@ def _whole(data: Mapping[str, Any], key: str, count: int) -> tuple[int, ...] | N
     return tuple(int(number) for number in numbers)
 
 
+def _pixel_aspect(data: Mapping[str, Any]) -> float | None:
+    if data.get("pixel_aspect") is None:
+        return None
+    (value,) = _numbers([data["pixel_aspect"]], "pixel_aspect", 1)
+    if not 0.01 <= value <= 100:
+        raise ValueError(f"its 'pixel_aspect' is {value:g}, not in [0.01, 100]")
+    return value
+
+
+def _clip(data: Mapping[str, Any]) -> tuple[float, float] | None:
+    if data.get("clip") is None:
+        return None
+    low, high = _numbers(data["clip"], "clip", 2)
+    if not low < high:
+        raise ValueError(f"its 'clip' is [{low:g}, {high:g}]: the lower code value comes first")
+    return low, high
+
+
+def _silhouette(data: Mapping[str, Any]) -> int | None:
+    value = data.get("silhouette")
+    if value is None:
+        return None
+    if type(value) is not int or not 0 <= value <= MOST_ERODED:
+        raise ValueError(
+            f"its 'silhouette' is {value!r}, not a whole number of pixels in [0, {MOST_ERODED}]"
+        )
+    return value
+
+
 def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]], ...]:
-    """A matrix is a list of 4 rows, or of all 16 numbers."""
+    """A matrix is a list of 4 rows, or of all 16 numbers; a place may stand alone."""
     value = data.get("transforms")
     if value is None:
         return ()
@@ -191,11 +269,30 @@ def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]],
         if isinstance(rows, list) and len(rows) == 4:
             flat = [number for row in rows for number in _numbers(row, key, 4)]
         else:
-            flat = list(_numbers(rows, key, 16))
-        if flat[12:] != [0.0, 0.0, 0.0, 1.0]:
+            count = len(rows) if isinstance(rows, list) and len(rows) in PLACES else 16
+            flat = list(_numbers(rows, key, count))
+        if len(flat) == 16 and flat[12:] != [0.0, 0.0, 0.0, 1.0]:
             raise ValueError(f"its '{key}' has the last row {flat[12:]}, not 0, 0, 0, 1")
+        if len(flat) == 7 and not any(flat[3:]):
+            raise ValueError(f"its '{key}' has the quaternion 0, 0, 0, 0, which is no rotation")
         found.append((name, tuple(flat)))
     return tuple(found)
+
+
+def _rows(numbers: tuple[float, ...]) -> list[Any]:
+    if len(numbers) != 16:
+        return list(numbers)
+    return [list(numbers[i : i + 4]) for i in (0, 4, 8, 12)]
+
+
+def _frame(data: Mapping[str, Any]) -> int | None:
+    value = data.get("frame")
+    if value is None:
+        return None
+    low, high = FRAMES
+    if type(value) is not int or not low <= value <= high:
+        raise ValueError(f"its 'frame' is {value!r}, not a whole number from {low} to {high}")
+    return value
 
 
 def _distortion(data: Mapping[str, Any]) -> LensDistortion | None:

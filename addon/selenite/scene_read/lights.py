@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import bpy
@@ -11,16 +10,10 @@ import numpy as np
 
 from .. import parameters
 from ..problems import Problem
-from . import hosts, nodes
+from . import hosts, lamp_places, nodes
 from .values import LightValues, Owner
 
 _EMISSION = ("Color", "Strength")
-#: Why Cycles shows something else than a lamp's light where its axes are not at right angles.
-_SHEARED = {"AREA": "Cycles samples its light as if its sides were at right angles"}
-if not hosts.is_version_3():
-    _SHEARED["SPOT"] = "the light tree of Cycles leaves out a part of its cone"
-#: Cosine between axes from which they count as sheared: some 0.06 degrees, far above rounding.
-_SHEAR = 1e-3
 
 
 def read_light(
@@ -31,25 +24,22 @@ def read_light(
     library = light.library.filepath if light.library is not None else ""
     scale = hosts.light_scale(light)
     shape = _shape(light)
-    if not hosts.light_is_normalized(light):
-        scale *= _area(light, matrix)
+    normalized = hosts.light_is_normalized(light)
+    if not normalized:
+        scale *= lamp_places.area_of(light.type, shape, matrix)
     color: parameters.Values = tuple(light.color)
     temperature = hosts.temperature_color(light)
     if temperature is not None:
         color = tuple(a * b for a, b in zip(color, temperature, strict=True))
     values = LightValues(
-        name, light.type, matrix, light.energy, color, scale, hosts.light_units(), shape
-    )
+        name, light.type, matrix, light.energy, color, scale, hosts.light_units(), shape,
+        normalized=normalized,
+    )  # fmt: skip
     problems: list[Problem] = []
     if light.use_nodes and light.node_tree is not None:
         values, problems = _through_nodes(light, values, title)
-    if np.linalg.det(matrix[:3, :3]) == 0 or not np.isfinite(matrix).all():
-        cure = "give it and its parents a scale other than 0"
-        problems.append(Problem(title, "its scale flattens it to nothing", cure))
-    elif light.type in _SHEARED and _is_sheared(matrix):
-        cause = f"its parent shears it, and {_SHEARED[light.type]}"
-        cure = "give its parents an even scale (Object > Apply > Scale), or clear its parent"
-        problems.append(Problem(title, cause, cure))
+    if trouble := lamp_places.trouble_of(light.type, values.light_units, matrix):
+        problems.append(Problem(title, *trouble))
     owner = Owner(name, "light", light.name, library, {}, {})
     for parameter in parameters.of("light"):
         value = {"power": (values.power,), "color": values.color}[parameter.name]
@@ -102,24 +92,6 @@ def _shape(light: bpy.types.Light) -> dict[str, float | bool | str]:
 def _sides(light: bpy.types.Light) -> tuple[float, float]:
     """Width and height of an area lamp; squares and disks have one size for both."""
     return light.size, light.size_y if light.shape in {"RECTANGLE", "ELLIPSE"} else light.size
-
-
-def _is_sheared(matrix: np.ndarray) -> bool:
-    """Whether the axes of a lamp are not at right angles."""
-    axes = matrix[:3, :3] / np.linalg.norm(matrix[:3, :3], axis=0)
-    return bool(np.abs(axes.T @ axes - np.eye(3)).max() > _SHEAR)
-
-
-def _area(light: bpy.types.Light, matrix: np.ndarray) -> float:
-    """What Cycles multiplies the radiance by when the lamp is not normalised."""
-    if light.type == "SUN":
-        return math.pi * math.sin(light.angle / 2) ** 2 or 1.0
-    if light.type == "AREA":
-        size_x, size_y = _sides(light)
-        scale = np.linalg.norm(matrix[:3, :2], axis=0)
-        area = size_x * size_y * float(scale[0] * scale[1])
-        return area * (math.pi / 4 if light.shape in {"DISK", "ELLIPSE"} else 1.0)
-    return 4 * (math.pi * light.shadow_soft_size**2 or 1.0)  # the whole sphere; measured
 
 
 def _through_nodes(

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from pathlib import PurePath
+from typing import Any
 
 import bpy
 
 from .camera import named_cameras
 from .capture_request import PACKED, CaptureRequest, with_ids
+from .panel_photos import photo_fields
 
 
 def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
@@ -17,20 +19,28 @@ def captures_of(scene: bpy.types.Scene) -> list[CaptureRequest]:
     rows = [row for row in settings.captures if row.enabled] if settings is not None else []
     names = {item: name for name, item in named_cameras(scene).items()}
     if rows:
-        return [
-            CaptureRequest(
-                camera=_name(row, names),
-                photo=photo_name(row.photo) if row.photo is not None else "",
-                mask=bpy.path.abspath(row.mask_path),
-            )
-            for row in rows
-        ]
+        return [_of_row(row, names) for row in rows]
     found = []
     for camera, name in names.items():
         image = next((item.image for item in camera.data.background_images if item.image), None)
         if image is not None:
             found.append(CaptureRequest(name, photo_name(image), ""))
     return found
+
+
+def capture_of_row(row: bpy.types.PropertyGroup, scene: bpy.types.Scene) -> CaptureRequest:
+    """One row of the panel, whether it is ticked or not."""
+    return _of_row(row, {item: name for name, item in named_cameras(scene).items()})
+
+
+def _of_row(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> CaptureRequest:
+    return CaptureRequest(
+        camera=_name(row, names),
+        photo=photo_name(row.photo) if row.photo is not None else "",
+        mask=bpy.path.abspath(row.mask_path),
+        **photo_fields(row.how),
+        **_light_state(row.lights),
+    )
 
 
 def ids_of(scene: bpy.types.Scene) -> list[str]:
@@ -41,6 +51,21 @@ def ids_of(scene: bpy.types.Scene) -> list[str]:
     requests = (CaptureRequest(name, "") for name in used if name)
     found = iter(with_ids(requests, names.values()))
     return [next(found).id if name else "" for name in used]
+
+
+def _light_state(lights: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """Fields of a request. A lamp or collection that is not chosen is a lamp without a name, which
+    `fit_run.light_states` refuses."""
+    lamps: tuple[str, ...] | None = None
+    if lights.mode == "LAMP":
+        lamps = (lights.lamp.name if lights.lamp is not None else "",)
+    elif lights.mode == "COLLECTION":
+        chosen = lights.collection.all_objects if lights.collection is not None else None
+        lamps = ("",) if chosen is None else tuple(x.name for x in chosen if x.type == "LIGHT")
+    elif lights.mode == "NONE":
+        lamps = ()
+    frame = lights.frame if lights.use_frame else None
+    return {"lights": lamps, "world": lights.world, "frame": frame}
 
 
 def _name(row: bpy.types.PropertyGroup, names: dict[bpy.types.Object, str]) -> str:

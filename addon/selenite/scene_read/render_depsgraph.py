@@ -47,9 +47,11 @@ def read_as_rendered(
     scene: bpy.types.Scene,
     cameras: Sequence[bpy.types.Object],
     read: Callable[[bpy.types.Depsgraph], None],
+    frame: int | None = None,
 ) -> Problem | None:
     """Calls `read` with the scene's graph in render mode, which also evaluates `cameras`, whatever
     hides them. The graph and all in it are gone afterwards. Returns what stands in the way.
+    frame: where it is evaluated; None: where the scene is.
 
     The user's handlers do not run. What `read` raises is raised.
     """
@@ -69,7 +71,12 @@ def read_as_rendered(
         def render(self, depsgraph: bpy.types.Depsgraph) -> None:
             called.append(True)
             try:
+                # Of this graph alone: the scene itself stays where it is.
+                if frame is not None:
+                    self.frame_set(frame, 0.0)
                 read(depsgraph)
+                if frame is not None:
+                    self.frame_set(scene.frame_current, scene.frame_subframe)
             except Exception as error:  # Blender would print and forget it
                 failures.append(error)
 

@@ -26,6 +26,7 @@ from . import (
     world,
 )
 from .bodies import judge_bodies
+from .lamp_frames import LampFrames
 from .nodes import Unreadable
 from .render_depsgraph import read_as_rendered, remarks, view_layer_of
 from .textures import TextureRoom
@@ -57,6 +58,7 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     # Settings of the scene are its own again.
     _judge_properties(scene, layer, rendered, read)
     _note(read, [], list(remarks(scene)))
+    read.lamp_frames = LampFrames(scene, read)
     return read
 
 
@@ -342,7 +344,7 @@ def _read_lamp(
     rays = visibility.rays_that_see(lamp.original, lamp.instancer, layer)
     values = visibility.of_lamp(values, light, rays)
     lit, shading = (kind.bits_of(lamp.original) for kind in links)
-    read.lights.append(replace(values, lit=lit, shading=shading))
+    read.lights.append(replace(values, object=lamp.original.name, lit=lit, shading=shading))
     read.owners[name] = owner
     _note(read, problems, [])
 

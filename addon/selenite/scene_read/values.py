@@ -165,7 +165,8 @@ class MaterialValues:
 @dataclass(frozen=True)
 class LightValues:
     """A lamp at one place; one that stands at several is several of these, with one name, power and
-    colour. `shape` holds the arguments that only this kind of lamp has.
+    colour. `shape` holds the arguments that only this kind of lamp has. `object`: what places it.
+    `normalized`: its power is shared out over its area, else `radiance_scale` holds the area.
 
     `visible_to`: the kinds of rays that see it. `met_by_rays`: not only light sampling finds it.
     `max_bounces`: after more of them light sampling passes it over. `lit`, `shading`: bits of the
@@ -180,12 +181,24 @@ class LightValues:
     radiance_scale: float
     light_units: str
     shape: dict[str, float | bool | str]
+    object: str = ""
+    normalized: bool = True
     visible_to: tuple[str, ...] = SCATTERED_RAYS
     casts_shadows: bool = True
     met_by_rays: bool = True
     max_bounces: int = NO_LIMIT
     lit: int = ALL_SETS
     shading: int = ALL_SETS
+
+
+@dataclass(frozen=True)
+class LampFrame:
+    """Lamps at another frame of the scene: `places`, object to world by object, of those that
+    render then. `problems`: what else is different there; `warnings`: what may be."""
+
+    places: dict[str, np.ndarray]
+    problems: tuple[Problem, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -263,6 +276,7 @@ class SceneValues:
     world: WorldValues = field(default_factory=WorldValues)
     owners: dict[str, Owner] = field(default_factory=dict)
     bodies: list[BodyValues] = field(default_factory=list)
+    lamp_frames: dict[int, LampFrame] = field(default_factory=dict)
     millimetres: float | None = None
     physical_refraction: bool = False
     unusable_cameras: dict[str, str] = field(default_factory=dict)

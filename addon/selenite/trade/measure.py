@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import native
 from ..fit_run import cost
+from ..fit_run.capture_render import shown, under_its_lights
 from ..fit_run.captures import Capture
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import FitPlan
@@ -141,13 +142,14 @@ class Trade:
             for index, capture in enumerate(self._weights(self._tallest)):
                 height, width = capture.reference.shape[:2]
                 film = native.core().render(
-                    self.plan.scene, capture.camera, width, height, _PHOTO_CHUNK,
+                    under_its_lights(self.plan.scene, capture), capture.camera, width, height,
+                    _PHOTO_CHUNK,
                     seed=_PHOTO_SEED + settings.seed + (self.photo_spp << 20),
                     depth=settings.depth, threads=settings.threads,
-                    frame=(capture.aspect, 0, 0),
+                    frame=capture.frame_of_render,
                 )  # fmt: skip
                 before = sums[index]
-                image = film.image.astype(np.float64)
+                image = shown(film.image, capture.gain).astype(np.float64)
                 sums[index] = image if before is None else before + image
                 yield Step(0.0, f"photo {capture.id}")
             self.photo_spp += _PHOTO_CHUNK

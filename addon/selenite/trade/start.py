@@ -36,7 +36,8 @@ def trade_of(
     def captures_at(height: int) -> list[Capture]:
         if empty is not None:
             return empty(height)
-        return read_captures(values, request.captures, height, [], [], packed)
+        owners = {item.owner for item in request.unknowns}
+        return read_captures(values, request.captures, height, [], [], packed, owners)
 
     plan = prepare(values, request, packed, empty)
     if plan.fields:

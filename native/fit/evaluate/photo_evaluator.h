@@ -82,7 +82,7 @@ class PhotoEvaluator final : public Evaluator {
  private:
   /// What the photo shows.
   Scene scene_of(const Photo& photo, const Point& point) const {
-    return photo.appearance(model_.scene_at(point));
+    return photo.lights.applied_to(model_.scene_at(point));
   }
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
   Colorf gain_of(const Photo& photo, const Point& point) const;

@@ -64,24 +64,6 @@ std::string problem_of(Photo& photo) {
   return {};
 }
 
-bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::ranges::find(names, name) != names.end();
-}
-
-void check_lamps(const Scene& scene, const Photo& photo, ProblemList& problems) {
-  std::vector<std::string> lamps;
-  std::string listed;
-  for (const Light& lamp : scene.appearance.lights) {
-    lamps.push_back(lamp.name);
-    listed += (listed.empty() ? "'" : ", '") + lamp.name + "'";
-  }
-  for (const std::string& name : photo.lamps_off)
-    if (!contains(lamps, name))
-      problems.add_name(
-          "Photo '" + photo.id + "': its lamp '" + name +
-          "', which was off, is not in the scene; lamps: " + (listed.empty() ? "none" : listed));
-}
-
 }  // namespace
 
 const ParameterTable& photo_parameter_table() {
@@ -113,8 +95,11 @@ Photo Photo::resized(int longest) const {
   small.total_weight = 0;
   small.width = std::max(1, static_cast<int>(std::lround(width * scale)));
   small.height = std::max(1, static_cast<int>(std::lround(height * scale)));
-  small.frame = {frame.aspect, width, height};
-  if (!(small.frame.aspect > 0)) small.frame.aspect = static_cast<double>(width) / height;
+  const FrameWindow& window = frame.window;
+  small.frame = {frame.aspect, width, height, window};
+  if (!(small.frame.aspect > 0))
+    small.frame.aspect = static_cast<double>(width) / (window.right - window.left) /
+                         (height / (window.bottom - window.top));
   const double step_x = static_cast<double>(width) / small.width;
   const double step_y = static_cast<double>(height) / small.height;
   const auto covered = [](int i, double low, double high) {
@@ -145,23 +130,6 @@ Photo Photo::resized(int longest) const {
   return small.total_weight > 0 ? small : *this;
 }
 
-Scene Photo::appearance(Scene scene) const {
-  for (Light& lamp : scene.appearance.lights)
-    if (contains(lamps_off, lamp.name)) lamp.values.power = 0;
-  return scene;
-}
-
-bool Photo::shows(const Scene& scene, const ParameterRef& ref) const {
-  switch (ref.kind) {
-    case OwnerKind::kLight:
-      return !contains(lamps_off, scene.owner_name(ref));
-    case OwnerKind::kMaterial:
-    case OwnerKind::kWorld:
-      return true;
-  }
-  return true;
-}
-
 std::uint64_t Photo::fingerprint() const {
   const auto of_pixels = [](const auto& list) {
     return hash64({reinterpret_cast<const char*>(list.data()), list.size() * sizeof list[0]});
@@ -174,7 +142,10 @@ std::uint64_t Photo::fingerprint() const {
         static_cast<std::uint64_t>(gain_freedom),
         of_pixels(reference), of_pixels(weight)})
     sum = mix64(sum ^ part);
-  for (const std::string& lamp : lamps_off) sum = mix64(sum ^ hash64(lamp));
+  for (const double side :
+       {frame.window.left, frame.window.top, frame.window.right, frame.window.bottom})
+    sum = mix64(sum ^ std::bit_cast<std::uint64_t>(side));
+  sum = mix64(sum ^ lights.fingerprint());
   PhotoParameters parameters = values;
   visit_fields(parameters, [&](const Parameter&, const double* first, int width) {
     for (int i = 0; i < width; ++i) sum = mix64(sum ^ std::bit_cast<std::uint64_t>(first[i]));
@@ -195,7 +166,7 @@ void check_photos(const Scene& scene, std::vector<Photo>& photos) {
         throw InvalidArgument("Photo '" + photo.id +
                               "': another photo has its id; give each photo its own");
     });
-    check_lamps(scene, photo, problems);
+    problems.collect([&] { photo.lights.check(scene, "Photo '" + photo.id + "': "); });
   }
   problems.raise();
 }

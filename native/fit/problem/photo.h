@@ -8,6 +8,7 @@
 
 #include "render/driver/render.h"
 #include "render/film/film.h"
+#include "scene/lights/light_state.h"
 #include "scene/parameter_table.h"
 #include "scene/scene.h"
 
@@ -54,7 +55,7 @@ struct Photo {
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
   PhotoParameters values{};   ///< what is not unknown of them
   GainFreedom gain_freedom = GainFreedom::kNone;  ///< of a factor on `values.gain`
-  std::vector<std::string> lamps_off{};  ///< names of the lamps that were off
+  LightState lights{};        ///< which were on, and where
 
   /// What is rendered of it; null: all.
   std::shared_ptr<const PixelMask> pixels;
@@ -66,12 +67,8 @@ struct Photo {
   /// A pixel is the mean over those it covers. It has weight 0 where one of them has, since a
   /// render of it shows them all.
   Photo resized(int longest) const;
-  /// A scene as it was when the photo was taken: lamps that were off have no power.
-  Scene appearance(Scene scene) const;
-  /// Whether a parameter of the scene can show in the photo; else its derivative is 0.
-  bool shows(const Scene& scene, const ParameterRef& ref) const;
-  /// Hash of what a fit compares with: id, camera, size, frame, parameters, lamps that were off, and
-  /// every pixel and weight.
+  /// Hash of what a fit compares with: id, camera, size, frame, parameters, lights, and every pixel
+  /// and weight.
   std::uint64_t fingerprint() const;
 
   double total_weight = 0;  ///< sum of `weight`, set by `check_photos`

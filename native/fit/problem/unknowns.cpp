@@ -221,7 +221,7 @@ SlotLayout Unknowns::layout(const Scene& scene) const {
 }
 
 bool Unknowns::is_seen(std::size_t parameter, const Scene& scene, const Photo& photo) const {
-  return std::visit(Overloaded{[&](const ParameterRef& ref) { return photo.shows(scene, ref); },
+  return std::visit(Overloaded{[&](const ParameterRef& ref) { return photo.lights.shows(scene, ref); },
                                [&](const PhotoParameterRef& ref) { return ref.photo == photo.id; }},
                     parameters_[parameter]);
 }

@@ -32,7 +32,7 @@ class LaneLights {
   /// Radiance of lamps that the paths' rays meet on the way to what they hit.
   void add_lamps(const LaneMask& lit, const Lanes& reach, Paths& paths) const {
     const auto& lights = p_.scene.appearance.lights;
-    for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
+    for (const int i : p_.lamps) {
       if (lights[i].is_delta()) continue;
       LaneMask met(false);
       Lanes factor, light;
@@ -62,7 +62,7 @@ class LaneLights {
     const bool hit = rays.hits.instance[from] >= 0 && rays.hits.t[from] <= rays.t_max[from];
     LaneMask met(false);
     met.set(lane, true);
-    for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
+    for (const int i : p_.lamps) {
       if (!(lights[i].visible_to & kCameraRay)) continue;
       const float end = hit                     ? rays.hits.t[from]
                         : lights[i].has_place() ? rays.t_max[from]
@@ -74,9 +74,9 @@ class LaneLights {
   }
 
   void add_world(LaneMask missed, Paths& paths) const {
-    if (!camera_sees_world_) missed &= !paths.camera;
-    if (!any(missed)) return;
     const World& world = p_.scene.appearance.world;
+    if (!camera_sees_world_) missed &= !paths.camera;
+    if (!world.on || !any(missed)) return;
     Color<Lanes> shape(Lanes(1));
     Lanes light(0);
     if (world.map)

@@ -38,7 +38,8 @@ class DirectLight {
     const auto& lights = p_.scene.appearance.lights;
     const Vec3f& direction = path.ray.direction;
     const float t_min = path.travelled + path.ray.t_min;
-    for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
+    for (std::uint32_t lamp = 0; lamp < p_.lamps.size(); ++lamp) {
+      const int i = p_.lamps[lamp];
       if (!meets(path, lights[i])) continue;
       const float end = path.from_camera() && lights[i].has_place()
                             ? std::min(reach, path.travelled + path.ray.t_max)
@@ -51,7 +52,7 @@ class DirectLight {
       } else {
         Throughput<L> through = beta.branch();
         const Ray start{path.from + direction * t_min, direction, 0, kInfinity};
-        media.attenuate(start, hit->distance - t_min, random, kToLamp + i, through);
+        media.attenuate(start, hit->distance - t_min, random, kToLamp + lamp, through);
         radiance.add(through, p_.emitted.lamp(i, hit->factor), weight);
       }
     }
@@ -62,7 +63,7 @@ class DirectLight {
   void add_shadow_linked_lamps(const Path& path, const MediaStack<L>& media, const Random& random,
                                const Throughput<L>& beta, Radiance<L>& radiance) const {
     const auto& lights = p_.scene.appearance.lights;
-    for (int i = 0; i < static_cast<int>(lights.size()); ++i) {
+    for (const int i : p_.lamps) {
       LinkedSets links = lights[i].links;
       if (links.shading == LinkedSets::kAll || !shines_on(path, lights[i])) continue;
       const auto hit = lights[i].intersect(path.from, path.ray.direction, 0, kInfinity);
@@ -78,7 +79,8 @@ class DirectLight {
 
   void add_world(const Path& path, const Throughput<L>& beta, Radiance<L>& radiance) const {
     const World& world = p_.scene.appearance.world;
-    if (!(world.visible_to & path.kind) || (path.on_film && world.transparent_film)) return;
+    if (!world.on || !(world.visible_to & path.kind)) return;
+    if (path.on_film && world.transparent_film) return;
     const Vec3f& direction = path.ray.direction;
     const float light =
         path.from_camera() ? 0 : p_.lights.world_density(direction, as_cycles(path.refracted));

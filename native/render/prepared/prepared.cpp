@@ -42,7 +42,7 @@ void find_sealed(const Scene& scene, std::vector<PreparedMaterial<L>>& materials
   const Geometry& geometry = *scene.geometry;
   std::vector<Box> lights;
   for (const Light& light : scene.appearance.lights)
-    if (light.kind != LightKind::kSun) lights.push_back(light.bounds());
+    if (light.on && light.has_place()) lights.push_back(light.bounds());
   const auto& instances = geometry.instances();
   const auto has = [&](std::size_t instance, const auto& wanted) {
     return std::any_of(instances[instance].materials.begin(), instances[instance].materials.end(),
@@ -73,7 +73,15 @@ std::vector<bool> transparency_of(const std::vector<PreparedMaterial<L>>& materi
   return found;
 }
 
-/// All lights of the scene.
+/// The lamps that are on.
+std::vector<int> lamps_of(const Appearance& appearance) {
+  std::vector<int> found;
+  for (int i = 0; i < static_cast<int>(appearance.lights.size()); ++i)
+    if (appearance.lights[i].on) found.push_back(i);
+  return found;
+}
+
+/// All lights of the scene that are on.
 template <int L>
 LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted,
                    const std::vector<PreparedMaterial<L>>& materials) {
@@ -82,13 +90,13 @@ LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted
   };
   LightSet set;
   for (int i = 0; i < static_cast<int>(appearance.lights.size()); ++i)
-    set.lamps.push_back(use(emitted.is_lamp_ticked(i)));
+    set.lamps.push_back(appearance.lights[i].on ? use(emitted.is_lamp_ticked(i)) : LightUse::kNone);
   for (const PreparedMaterial<L>& material : materials) {
     const auto light = material.values.emission_color * material.values.emission_strength;
     const bool ticked = has_slope(light), emits = ticked || max_channel(value_of(light)) > 0;
     set.materials.push_back(emits ? use(ticked) : LightUse::kNone);
   }
-  set.world = use(emitted.is_world_ticked());
+  if (appearance.world.on) set.world = use(emitted.is_world_ticked());
   return set;
 }
 
@@ -103,6 +111,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
       exit(white_material<L>()),
       emitted(s.appearance, layout),
       lights(s, lights_of(s.appearance, emitted, materials)),
+      lamps(lamps_of(s.appearance)),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
       slot_room(slot_room_of(layout, slots)),
       roulette_scales(roulette_scales_of(s, layout, L == kTaped)) {

@@ -27,6 +27,8 @@ struct Prepared {
       exit;  ///< white and Lambertian: where light leaves after subsurface scattering
   LightRadiance<L> emitted;  ///< by lamps and the world
   LightSampler lights;
+  std::vector<int>
+      lamps;  ///< those that are on, by their numbers in the scene: no ray asks for others
   int slots;
   int slot_room;  ///< that many with what is added behind the last one
   /// How much a derivative counts beside the value when Russian roulette decides. Measured: a tenth

@@ -18,14 +18,17 @@ Visibility::Visibility(const Scene& scene, const std::vector<bool>& transparent)
     holdouts = holdouts || object.holdout;
   }
   for (const Light& light : lights) {
+    if (!light.on) continue;
     add(light.visible_to, kScatteredRays);
     uneven = uneven || !light.casts_shadows || !light.met_by_rays || light.max_bounces < kNoLimit ||
              !light.links.are_all();
     shadow_links = shadow_links || light.links.shading != LinkedSets::kAll;
     seen_lamps = seen_lamps || (light.visible_to & kCameraRay);
   }
-  add(world.visible_to, kScatteredRays);
-  uneven = uneven || world.max_bounces < kNoLimit;
+  if (world.on) {
+    add(world.visible_to, kScatteredRays);
+    uneven = uneven || world.max_bounces < kNoLimit;
+  }
   film_through_glass = world.transparent_film && world.film_roughness >= 0;
   for (std::size_t m = 0; m < materials.size(); ++m)
     uneven = uneven || (transparent[m] && !materials[m].transparent_shadows);

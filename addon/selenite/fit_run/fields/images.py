@@ -15,6 +15,7 @@ from ...parameters import Values
 from ...paths import file_stems, why_not_file
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
+from ..capture_render import under_its_lights
 from ..captures import Capture
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
@@ -140,7 +141,7 @@ def coverage(field: ImageUnknown, scene: Any, captures: Sequence[Capture]) -> np
     for item in captures:
         height, width = item.reference.shape[:2]
         _, texels = native.core().texture_gradient(
-            scene, item.camera, width, height, _COVERAGE_SPP, field.owner,
+            under_its_lights(scene, item), item.camera, width, height, _COVERAGE_SPP, field.owner,
             weight=item.weight, frame=item.frame,
         )  # fmt: skip
         total += np.abs(texels).mean(axis=2)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One photo of --captures, as a fit would compare with it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .. import native
+from ..fit_run.capture_files import read_captures_file
+from ..fit_run.capture_render import Gain, gain_of
+from ..fit_run.captures import Capture, read_captures
+from ..fit_run.request import read_run
+from ..json_text import read_json
+from ..paths import absolute, is_folder
+from ..problems import BadInput, Problem, listed
+from ..scene_read.capture_request import CaptureRequest, with_ids
+from ..scene_read.values import SceneValues
+
+_RESULT = "result.json"
+
+
+def capture_view(
+    args: argparse.Namespace, values: SceneValues, problems: list[Problem]
+) -> tuple[Capture, Gain] | None:
+    """--capture of --captures, at --height or the photo's own size, and its gain. --captures may
+    also be the folder of a fit, or its run.json: then gains are those that the fit has found."""
+    for name in ("camera", "width"):
+        if getattr(args, name) is not None:
+            cause = "the photo of --capture has its own"
+            cure = "leave it out" if name == "camera" else "give --height, or neither"
+            problems.append(Problem(f"Argument --{name}", cause, cure))
+    if args.captures is None:
+        cause, cure = "there is no list of photos", "add --captures FILE.json, or a result folder"
+        problems.append(Problem("Argument --capture", cause, cure))
+        return None
+    path = absolute(args.captures)
+    path = path / "run.json" if is_folder(path) else path
+    try:
+        captures = _captures_of(path)
+    except BadInput as error:
+        problems += error.problems
+        return None
+    captures = with_ids(captures, (camera.name for camera in values.cameras))
+    request = _chosen(args, captures, problems)
+    if request is None:
+        return None
+    from ..scene_read.photos import packed_photos
+
+    height = args.height if args.height is not None else native.image().largest_picture
+    found = read_captures(values, [request], height, problems, [], packed_photos())
+    if not found:
+        return None
+    try:
+        gain = gain_of(found[0], _result_of(path))
+    except ValueError as error:
+        cure = "give the folder of a fit that has ended"
+        problems.append(Problem(f"File '{path.with_name(_RESULT)}'", str(error), cure))
+        return None
+    return found[0], gain
+
+
+def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:
+    """Of a file of captures, or of a fit's run.json. Raises BadInput."""
+    return read_run(path).captures if path.name == "run.json" else read_captures_file(path)
+
+
+def _result_of(path: Path) -> dict[str, Any] | None:
+    """What a fit beside its run.json has found. Raises ValueError."""
+    result = path.with_name(_RESULT)
+    if path.name != "run.json" or not result.is_file():
+        return None
+    found = read_json(result)
+    return found if isinstance(found, dict) else None
+
+
+def _chosen(
+    args: argparse.Namespace, captures: Sequence[CaptureRequest], problems: list[Problem]
+) -> CaptureRequest | None:
+    """The one that --capture names; the only one without it."""
+    ids = [item.id for item in captures]
+    if args.capture is None and len(captures) == 1:
+        return captures[0]
+    cure = f"use one of {listed(ids)}"
+    if args.capture is None:
+        problems.append(Problem("Argument --capture", "which photo is not said", cure))
+        return None
+    if args.capture not in ids:
+        problems.append(Problem(f"Photo '{args.capture}'", "it is not in the list", cure))
+        return None
+    return captures[ids.index(args.capture)]

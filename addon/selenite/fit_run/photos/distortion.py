@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a photo that a lens distorts shows what the camera of the scene renders in each pixel.
+
+Brown's model: with x, y the slopes of a ray, r^2 = x^2 + y^2 and Metashape's order of p1 and p2,
+
+    x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + p1 (r^2 + 2 x^2) + 2 p2 x y
+    y' = y (1 + k1 r^2 + k2 r^4 + k3 r^6) + p2 (r^2 + 2 y^2) + 2 p1 x y
+
+and the photo's pixel is (cx + fx x', cy + fy y'). OpenCV has p1 and p2 exchanged.
+Source: Brown, Close-range camera calibration, Photogrammetric Engineering 37 (1971); Agisoft
+Metashape User Manual, appendix "Camera models".
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...scene_read.capture_request import LensDistortion
+from .window import PhotoWindow, Projection
+
+#: Beyond these, lens and camera are not of the same photo: shares of the focal length, and of the
+#: photo's longer side.
+_FOCAL, _CENTRE = 0.02, 0.02
+
+
+def distorted(lens: LensDistortion, slopes: np.ndarray) -> np.ndarray:
+    """(..., 2) slopes of rays -> (..., 2) pixels of the whole photo; NaN where the model folds
+    back, so that one place of the photo would be that of two rays."""
+    x, y = slopes[..., 0], slopes[..., 1]
+    r2, xy = x * x + y * y, 2 * x * y
+    radial = 1 + r2 * (lens.k1 + r2 * (lens.k2 + r2 * lens.k3))
+    out = np.empty(slopes.shape, np.float64)
+    shifted = radial * x + lens.p1 * (r2 + 2 * x * x) + lens.p2 * xy
+    out[..., 0] = lens.cx + lens.fx * shifted
+    shifted = radial * y + lens.p2 * (r2 + 2 * y * y) + lens.p1 * xy
+    out[..., 1] = lens.cy + lens.fy * shifted
+    out[r2 >= _folds_at(lens)] = np.nan
+    return out
+
+
+def _folds_at(lens: LensDistortion) -> float:
+    """The least r^2 at which r (1 + k1 r^2 + k2 r^4 + k3 r^6) stops to grow; infinite if none."""
+    roots = np.roots([7 * lens.k3, 5 * lens.k2, 3 * lens.k1, 1.0])
+    real = roots[(np.abs(roots.imag) < 1e-9 * (1 + np.abs(roots.real))) & (roots.real > 0)].real
+    return float(real.min()) if real.size else np.inf
+
+
+def corners(
+    lens: LensDistortion,
+    camera: Projection,
+    window: PhotoWindow,
+    file_size: tuple[int, int],
+    columns: int,
+    rows: int,
+) -> np.ndarray:
+    """(rows + 1, columns + 1, 2): where the corners of a picture's pixels lie in the file, in its
+    pixels; NaN for nowhere. The picture shows the window as the camera renders it."""
+    left, top, right, bottom = window.crop
+    across = left + (right - left) * np.arange(columns + 1) / columns
+    down = top + (bottom - top) * np.arange(rows + 1) / rows
+    slopes = np.empty((rows + 1, columns + 1, 2))
+    slopes[..., 0] = ((across - camera.centre[0]) / camera.focal[0])[None, :]
+    slopes[..., 1] = ((down - camera.centre[1]) / camera.focal[1])[:, None]
+    scale = file_size[0] / (right - left), file_size[1] / (bottom - top)
+    return (distorted(lens, slopes) - (left, top)) * scale
+
+
+def disagreement(lens: LensDistortion, camera: Projection, window: PhotoWindow) -> str:
+    """How the lens differs from the camera of the scene beyond what a calibration may; "" if it
+    does not. Each pixel is still taken from where the photo shows its ray."""
+    side = max(window.size)
+    focal = max(abs(lens.fx / camera.focal[0] - 1), abs(lens.fy / camera.focal[1] - 1))
+    centre = np.hypot(lens.cx - camera.centre[0], lens.cy - camera.centre[1])
+    if focal <= _FOCAL and centre <= _CENTRE * side:
+        return ""
+    return (
+        f"its distortion has focal lengths {lens.fx:.1f}, {lens.fy:.1f} and centre "
+        f"{lens.cx:.1f}, {lens.cy:.1f} pixels, its camera {camera.focal[0]:.1f}, "
+        f"{camera.focal[1]:.1f} and {camera.centre[0]:.1f}, {camera.centre[1]:.1f}: "
+        "check focal length and shift of the camera"
+    )

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A picture of what counts of a photo, in the Image Editor."""
+
+import bpy
+import numpy as np
+
+from ..fit_run.captures import Capture, read_captures
+from ..native import NativeUnavailable
+from ..problems import Problem
+from ..scene_read.photos import capture_of_row, packed_photos
+from ..scene_read.scene import read_scene
+
+#: Name of the image, which each preview replaces.
+IMAGE = "Selenite Mask"
+#: What does not count has this colour, and so much of the photo.
+_OUTSIDE, _SHOWN = (0.5, 0.0, 0.0), 0.25
+
+
+class SELENITE_OT_preview_mask(bpy.types.Operator):
+    """Show what counts of the active photo: the rest is red. Reads and renders it at the height of
+    the comparison"""
+
+    bl_idname = "selenite.preview_mask"
+    bl_label = "Preview Mask"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There is a row to show."""
+        settings = context.scene.selenite
+        return settings.active_capture < len(settings.captures)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Into the first Image Editor of the window; without one, the image is there."""
+        settings = context.scene.selenite
+        row = settings.captures[settings.active_capture]
+        problems: list[Problem] = []
+        try:
+            values = read_scene(context.scene)
+            request = capture_of_row(row, context.scene)
+            fitted = {item.owner for item in settings.rows if item.enabled}
+            height = settings.height
+            warnings: list[str] = []
+            found = read_captures(
+                values, [request], height, problems, warnings, packed_photos(), fitted
+            )
+        except NativeUnavailable as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for problem in problems:
+            self.report({"ERROR"}, problem.line())
+        if problems or not found:
+            return {"CANCELLED"}
+        image = _image(found[0])
+        self.report({"INFO"}, f"{found[0].mask_share:.0%} of the photo count")
+        areas = context.screen.areas if context.screen is not None else ()
+        editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
+        if editor is not None:
+            editor.spaces.active.image = image  # type: ignore[attr-defined]
+        else:
+            self.report({"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
+        return {"FINISHED"}
+
+
+def _image(capture: Capture) -> bpy.types.Image:
+    """The photo, and red where it does not count."""
+    height, width = capture.reference.shape[:2]
+    image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
+    if image is None:
+        image = bpy.data.images.new(IMAGE, width, height, float_buffer=True)
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    outside = np.array(_OUTSIDE) + _SHOWN * capture.reference
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = np.where((capture.weight > 0)[..., None], capture.reference, outside)
+    image.pixels.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
+    image.update()
+    return image
+
+
+CLASSES = (SELENITE_OT_preview_mask,)

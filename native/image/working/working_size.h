@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "image/read.h"
+#include "image/response.h"
+
+namespace selenite {
+
+/// A photo at the size of a fit.
+struct WorkingPhoto {
+  PictureInfo info, mask_info;       ///< of the files, with warnings of their pixels
+  std::vector<float> reference;      ///< (height, width, 3) linear Rec. 709
+  std::vector<float> weight;         ///< (height, width) in [0, 1]: alpha times masks
+  std::vector<std::uint8_t> inside;  ///< (height, width): alpha and masks are nowhere 0 below
+  PixelCounts counts, mask_counts;   ///< of the pixels of the files
+};
+
+/// How a photo is brought to the size of a fit.
+struct Reading {
+  std::string mask{};     ///< path; of the photo's shape
+  std::string exclude{};  ///< the same; its white does not count
+  Response response{};
+  /// Where the corners of the pixels lie in the photo, (height + 1, width + 1, 2): x, y in its pixels
+  /// from its top left corner; NaN: nowhere. Empty: evenly over all of it.
+  std::vector<double> corners{};
+};
+
+/// Reads a photo through an area filter, which follows the pixels' outlines if their corners are
+/// given. The pixels of the photo are never all in memory as floats. A pixel has weight only if all
+/// photo pixels in it can be used and none lies outside, so that neither the background nor a clipped
+/// highlight bleeds into it.
+/// Throws FileError, and InvalidArgument for a size that is not between 1 and that of the photo.
+WorkingPhoto read_at_size(const std::string& path, int width, int height,
+                          const Reading& reading = {});
+
+}  // namespace selenite

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photos that a lens distorts are undistorted as they are read."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from selenite import native
+from selenite.fit_run.captures import Capture, read_captures
+from selenite.problems import Problem
+from selenite.scene_read.capture_request import CaptureRequest, LensDistortion
+from selenite.scene_read.values import CameraValues, SceneValues
+
+WIDTH, HEIGHT = 480, 320
+#: 36 mm of sensor: a focal length of 400 pixels, and a centre off the middle.
+CAMERA = CameraValues(
+    name="Front", matrix=np.eye(4), kind="PERSP", lens_mm=30.0, sensor_width=36.0,
+    sensor_height=24.0, sensor_fit="HORIZONTAL", shift_x=0.01, shift_y=-0.005, ortho_scale=6.0,
+    clip_start=0.1, clip_end=100.0, pixel_aspect_x=1.0, pixel_aspect_y=1.0, width=WIDTH,
+    height=HEIGHT,
+)  # fmt: skip
+CENTRE = (WIDTH / 2 - 0.01 * WIDTH, HEIGHT / 2 - 0.005 * WIDTH)
+#: Up to 9 pixels at the corners.
+LENS = LensDistortion(
+    fx=400.0, fy=400.0, cx=CENTRE[0], cy=CENTRE[1], k1=-0.12, k2=0.05, k3=-0.01, p1=0.002, p2=-0.003
+)
+#: Where the ideal picture has dots, in its pixels.
+ACROSS, DOWN = np.arange(30.0, 451, 60), np.arange(22.0, 300, 55)
+DOTS = np.stack(np.meshgrid(ACROSS, DOWN), -1).reshape(-1, 2)
+SIGMA = 3.0
+
+
+def opencv_distorted(points: np.ndarray) -> np.ndarray:
+    """(n, 2) ideal pixels to those of the photo, by OpenCV's formulas with its p1 and p2."""
+    p1, p2 = LENS.p2, LENS.p1
+    x, y = ((points - (LENS.cx, LENS.cy)) / (LENS.fx, LENS.fy)).T
+    r2 = x**2 + y**2
+    radial = 1 + LENS.k1 * r2 + LENS.k2 * r2**2 + LENS.k3 * r2**3
+    xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x**2)
+    yd = y * radial + p1 * (r2 + 2 * y**2) + 2 * p2 * x * y
+    return np.stack([xd * LENS.fx + LENS.cx, yd * LENS.fy + LENS.cy], -1)
+
+
+def ideal_of(points: np.ndarray) -> np.ndarray:
+    """The inverse, by fixed-point iteration."""
+    found = points.copy()
+    for _ in range(20):
+        found += points - opencv_distorted(found)
+    assert np.abs(opencv_distorted(found) - points).max() < 1e-9
+    return found
+
+
+def dots_at(points: np.ndarray) -> np.ndarray:
+    """The ideal picture at (n, 2) places: grey with bright Gaussian dots."""
+    across = np.exp(-((points[:, :1] - ACROSS) ** 2) / (2 * SIGMA**2)).sum(1)
+    down = np.exp(-((points[:, 1:] - DOWN) ** 2) / (2 * SIGMA**2)).sum(1)
+    return 0.1 + 0.8 * across * down
+
+
+def photo(folder: Path, size: tuple[int, int] = (WIDTH, HEIGHT)) -> str:
+    """What the lens makes of the picture, each pixel the mean of 2 x 2 points in it."""
+    steps = (np.arange(2) + 0.5) / 2
+    total = np.zeros((size[1], size[0]))
+    for dx in steps:
+        for dy in steps:
+            x, y = np.meshgrid(np.arange(size[0]) + dx, np.arange(size[1]) + dy)
+            places = np.stack([x * WIDTH / size[0], y * HEIGHT / size[1]], -1).reshape(-1, 2)
+            total += dots_at(ideal_of(places)).reshape(total.shape) / 4
+    pixels = np.repeat(total[..., None], 3, axis=-1).astype(np.float32)
+    native.image().write_exr(str(folder / "photo.exr"), pixels)
+    return str(folder / "photo.exr")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return photo(tmp_path_factory.mktemp("whole"))
+
+
+def read(
+    path: str, height: int, warnings: list[str] | None = None, **asked: object
+) -> tuple[list[Capture], list[Problem]]:
+    problems: list[Problem] = []
+    asked.setdefault("distortion", LENS)
+    request = CaptureRequest("Front", path, **asked)  # type: ignore[arg-type]
+    scene = SceneValues(cameras=[CAMERA])
+    said = [] if warnings is None else warnings
+    return read_captures(scene, [request], height, problems, said, {}), problems
+
+
+def centres(picture: np.ndarray, dots: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Centroids of what is brighter than the ground around each of the dots; picture and dots
+    show so many pixels, and so do the results."""
+    rows, columns = picture.shape
+    y, x = np.mgrid[:rows, :columns] + 0.5
+    x, y = x * size[0] / columns, y * size[1] / rows
+    found = []
+    for dot in dots:
+        near = (np.abs(x - dot[0]) < 5 * SIGMA) & (np.abs(y - dot[1]) < 5 * SIGMA)
+        light = np.where(near, np.maximum(picture - 0.1, 0), 0)
+        found.append([(light * x).sum() / light.sum(), (light * y).sum() / light.sum()])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("height", [HEIGHT, HEIGHT // 2, 127])
+def test_dots_are_where_the_camera_renders_them(whole: str, height: int) -> None:
+    moved = np.linalg.norm(opencv_distorted(DOTS) - DOTS, axis=1)
+    assert moved.max() > 5
+    (capture,), problems = read(whole, height)
+    assert not problems
+    picture = capture.reference[..., 0].astype(np.float64)
+    assert np.abs(centres(picture, DOTS, (WIDTH, HEIGHT)) - DOTS).max() < 0.05
+
+
+def test_a_photo_in_other_pixels_is_undistorted_alike(tmp_path: Path) -> None:
+    """The lens is that of the whole photo, of which the file is a smaller copy."""
+    path = photo(tmp_path, (WIDTH // 2, HEIGHT // 2))
+    (capture,), problems = read(path, HEIGHT // 2, size=(WIDTH, HEIGHT))
+    assert not problems
+    picture = capture.reference[..., 0].astype(np.float64)
+    assert np.abs(centres(picture, DOTS, (WIDTH, HEIGHT)) - DOTS).max() < 0.05
+
+
+def test_a_crop_is_undistorted_as_part_of_its_photo(tmp_path: Path, whole: str) -> None:
+    pixels = native.image().read(whole)[0]
+    crop = (90, 60, 330, 260)
+    part = np.ascontiguousarray(pixels[crop[1] : crop[3], crop[0] : crop[2]])
+    native.image().write_exr(str(tmp_path / "part.exr"), part)
+    (capture,), problems = read(str(tmp_path / "part.exr"), 200, size=(WIDTH, HEIGHT), crop=crop)
+    assert not problems
+    inside = (DOTS > (110, 80)).all(1) & (DOTS < (310, 240)).all(1)
+    assert inside.sum() == 6
+    shifted = DOTS[inside] - crop[:2]
+    found = centres(capture.reference[..., 0].astype(np.float64), shifted, (240, 200))
+    assert np.abs(found - shifted).max() < 0.05
+
+
+def test_what_the_photo_does_not_show_has_no_weight(whole: str) -> None:
+    """A lens with k1 > 0 spreads the picture: its rim is outside of the photo."""
+    lens = replace(LENS, k1=0.3, k2=0.0, k3=0.0, p1=0.0, p2=0.0)
+    (capture,), problems = read(whole, HEIGHT, distortion=lens)
+    assert not problems
+    assert (capture.weight[[0, 0, -1, -1], [0, -1, 0, -1]] == 0).all()
+    assert capture.weight[HEIGHT // 2, WIDTH // 2] == 1
+    # Of the corner: r = .75, so the photo holds what is below .75 = r (1 + .3 r^2), r = .65.
+    assert 0.7 < capture.mask_share < 0.95
+
+
+def test_where_the_model_folds_back_nothing_is_seen(whole: str) -> None:
+    lens = replace(LENS, k1=-1.0, k2=0.0, k3=0.0, p1=0.0, p2=0.0)
+    (capture,), problems = read(whole, HEIGHT, distortion=lens)
+    assert not problems
+    # r (1 - r^2) grows up to r = .577, 231 pixels from the centre.
+    y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5
+    radius = np.hypot(x - CENTRE[0], y - CENTRE[1])
+    assert (capture.weight[radius > 233] == 0).all()
+    assert (capture.weight[radius < 150] > 0.999).all()
+
+
+def test_a_lens_of_another_camera_is_named(whole: str) -> None:
+    warnings: list[str] = []
+    read(whole, 32, warnings)
+    assert not warnings
+    read(whole, 32, warnings, distortion=replace(LENS, fx=800.0, fy=800.0))
+    assert "focal lengths 800.0, 800.0" in warnings[0]
+    assert "camera 400.0, 400.0" in warnings[0]
+
+
+def test_an_orthographic_camera_has_no_lens(whole: str) -> None:
+    problems: list[Problem] = []
+    request = CaptureRequest("Front", whole, distortion=LENS)
+    scene = SceneValues(cameras=[replace(CAMERA, kind="ORTHO")])
+    assert not read_captures(scene, [request], 32, problems, [], {})
+    assert "orthographic" in problems[0].cause
