@@ -3,17 +3,19 @@
 
 #include <array>
 #include <optional>
-#include <variant>
+#include <tuple>
+#include <type_traits>
 
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
-#include "model/sheen.h"
+#include "model/top_lobes.h"
 
 namespace selenite {
 
-/// Lobes in the order in which one is drawn.
-enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kSheen, kLobes };
+/// Lobes in the order in which one is drawn; those of `TopLobes` follow.
+enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kFirstTopLobe };
+inline constexpr int kLobes = kFirstTopLobe + kTopLobes;
 
 /// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
 /// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the
@@ -34,8 +36,8 @@ struct LayerWeights {
   U through_width2{};            ///< of the refraction, which version 1 may make wider
   Gloss<T> specular, glass, coat;
   MetalFresnel<U> metal;
-  std::conditional_t<kIsLanes<S>, std::monostate, Sheen<T>> sheen;
-  Color<T> sheen_weight{};  ///< of the sheen lobe, its albedo included
+  std::conditional_t<kIsLanes<S>, std::tuple<>, TopLobes<T>> top;
+  std::array<Color<T>, kTopLobes> top_weight{};  ///< of each, its albedo included
   Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{};
   Color<U> transparency{};
   /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.
@@ -50,7 +52,12 @@ struct LayerWeights {
   bool version1 = false;
   S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
-  bool has(Lobe lobe) const { return present[lobe]; }
+  bool has(int lobe) const { return present[lobe]; }
+  bool has_top_lobe() const {
+    for (int lobe = kFirstTopLobe; lobe < kLobes; ++lobe)
+      if (present[lobe]) return true;
+    return false;
+  }
   /// Weighted Fresnel terms of the reflections that share the base roughness.
   Color<T> base_reflectance(S cos_m) const {
     Color<T> sum{};
