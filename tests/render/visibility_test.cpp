@@ -355,7 +355,7 @@ TEST_P(HiddenFromSome, DerivativesAgreeWithDifferences) {
   const std::vector<double> at = scene.get(ref);
   DifferencePairs pairs;
   for (int seed = 0; seed < 12; ++seed) {
-    const RenderSettings settings = settings_of(8, 500, 40 + seed, 4);
+    const RenderSettings settings = settings_of(8, 800, 40 + seed, 4);
     const Film film = render_view(scene, settings, layout);
     ASSERT_TRUE(complete(film));
     const auto mean = [&](double by) {
