@@ -101,9 +101,11 @@ Principled<double> random_material(Engine& engine) {
     }
   });
   if (u(engine) < 0.5) {
-    for (auto x : {&Principled<double>::metallic, &Principled<double>::transmission,
-                   &Principled<double>::coat_weight, &Principled<double>::diffuse_roughness,
-                   &Principled<double>::sheen_weight})
+    using Member = double Principled<double>::*;  // that of a base class, too
+    for (const Member x : std::initializer_list<Member>{
+             &Principled<double>::metallic, &Principled<double>::transmission,
+             &Principled<double>::coat_weight, &Principled<double>::diffuse_roughness,
+             &Principled<double>::sheen_weight})
       if (u(engine) < 0.6) m.*x = 0;
     if (u(engine) < 0.3) m.base_color = Color<double>(0);
   }
