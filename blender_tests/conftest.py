@@ -26,9 +26,11 @@ def native():
 
 
 @pytest.fixture(autouse=True)
-def empty_scene():
-    """Factory settings without any object."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+def empty_scene(request):
+    """Factory settings without any object, but for a test that only looks at what its module has
+    rendered: hundreds of them would wait for a scene longer than for its picture."""
+    if request.node.get_closest_marker("without_scene") is None:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
 @pytest.fixture

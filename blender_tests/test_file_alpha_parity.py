@@ -77,6 +77,7 @@ def pictures(native, tmp_path_factory):
     return render_strips(native, tmp_path_factory.mktemp("files"), CASES)
 
 
+@pytest.mark.without_scene
 @pytest.mark.parametrize("label", CASES)
 def test_equals_cycles_or_is_refused_by_name(pictures, label):
     result = pictures[label]

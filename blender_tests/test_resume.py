@@ -29,6 +29,16 @@ from selenite.scene_read.capture_request import CaptureRequest
 pytestmark = pytest.mark.blender
 
 ROOT = Path(__file__).resolve().parent.parent
+#: The command line, which writes its state every tenth of a second in place of every few: a fit of
+#: a few seconds can then be killed between two of its iterations.
+WRITES_OFTEN = """
+import sys
+from selenite.cli import main
+from selenite.fit_run import checkpoint
+checkpoint._EVERY = checkpoint._STATE_EVERY = 0.1
+checkpoint._TIMES = 1.0
+sys.exit(main(sys.argv[1:]))
+"""
 COLOUR = (0.2, 0.6, 0.4)
 
 
@@ -51,7 +61,7 @@ def killed(words, fits, iterations):
     """Runs a fit in a process of its own, kills it after some iterations; its folder."""
     environment = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
     with subprocess.Popen(
-        [sys.executable, "-m", "selenite", *words],
+        [sys.executable, "-c", WRITES_OFTEN, *words, "--threads=1"],
         env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     ) as process:  # fmt: skip
         until = time.monotonic() + 120
@@ -62,7 +72,7 @@ def killed(words, fits, iterations):
                 if sum(part["iterations"] for part in parts) >= iterations:
                     break
             assert process.poll() is None, "it was to be killed while it runs"
-            time.sleep(0.05)
+            time.sleep(0.02)
         process.send_signal(signal.SIGKILL)
     (folder,) = fits.iterdir()
     assert folder.name.endswith(".unfinished")
@@ -77,7 +87,7 @@ def report_rows(report):
 def test_a_killed_run_gives_what_it_would_have_given(words, tmp_path, capsys):
     """Killed while it steps or refines, after its last state on disk; the same bits come out."""
     # Long enough that a fast machine is not done before the killer has looked twice.
-    words = [*words, "--iterations=12", "--spp=4096", "--seed=3"]
+    words = [*words, "--iterations=12", "--spp=1024", "--seed=3"]
     folder = killed(words, tmp_path / "fits", 5)
     (state,) = folder.glob("optimiser_1.state")
     assert state.stat().st_size > 1000

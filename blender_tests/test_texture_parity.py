@@ -260,6 +260,7 @@ def pictures(native, tmp_path_factory):
     return render_strips(native, tmp_path_factory.mktemp("textures"), CASES)
 
 
+@pytest.mark.without_scene
 @pytest.mark.parametrize("label", CASES)
 def test_equals_cycles(pictures, label):
     result = pictures[label]

@@ -9,7 +9,7 @@ import math
 import os
 import shutil
 import time
-from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from native_tests import run_native
@@ -53,7 +53,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
 
 
 def run_tests(options: argparse.Namespace) -> int:
-    """Runs the suites one after another. Two runs in one checkout would share the reports."""
+    """Runs the suites. Two runs in one checkout would share the reports."""
     with alone("tests"):
         return _run_suites(options)
 
@@ -62,25 +62,37 @@ def _run_suites(options: argparse.Namespace) -> int:
     shutil.rmtree(REPORTS, ignore_errors=True)
     REPORTS.mkdir(parents=True)
     started = time.monotonic()
-    total = Tally()
+    wanted = [name for name in SUITES if _is_wanted(name, options)]
+    tallies = {}
     lines = []
-    for name, suite in SUITES.items():
-        if options.suites or options.files:
-            wanted = name in options.suites
-            wanted |= any(_suite_of(path) == name for path in options.files)
-            if not wanted:
-                continue
-        say(f"tests: {name}")
-        before = time.monotonic()
-        tally = suite(options)
-        lines.append(f"{name:<10} {tally.line()} in {time.monotonic() - before:.0f} s")
-        total += tally
+    if "native" in wanted:
+        say("tests: native")
+        tallies["native"] = run_native(options)
+        seconds = time.monotonic() - started
+        lines.append(f"{'native':<10} {tallies['native'].line()} in {seconds:.0f} s")
+    with_pytest = [name for name in wanted if name in PYTEST_SUITES]
+    if with_pytest:
+        say(f"tests: {', '.join(with_pytest)}")
+    ended = _run_side_by_side([run for name in with_pytest for run in PYTEST_SUITES[name](options)])
+    for name in with_pytest:
+        own = [item for item in ended if item.run.suite == name]
+        keep_durations(name, {item.run.name: item.seconds for item in own})
+        tallies[name] = sum((item.tally for item in own), Tally())
+        seconds = sum(item.seconds for item in own)
+        lines.append(f"{name:<10} {tallies[name].line()}; its processes took {seconds:.0f} s")
+    total = sum(tallies.values(), Tally())
     print("\n" + "\n".join(lines))
     print(f"{'all':<10} {time.monotonic() - started:.0f} s, reports in {REPORTS.relative_to(ROOT)}")
     print(total.line(), flush=True)
     if total.passed + total.failed == 0:
         say("no test ran")
     return 0 if total.failed == 0 and total.passed > 0 else 1
+
+
+def _is_wanted(suite: str, options: argparse.Namespace) -> bool:
+    if not options.suites and not options.files:
+        return True
+    return suite in options.suites or any(_suite_of(path) == suite for path in options.files)
 
 
 def _suite_of(path: Path) -> str:
@@ -90,35 +102,58 @@ def _suite_of(path: Path) -> str:
     return "blender" if folder == "blender_tests" else "python"
 
 
-def _python(options: argparse.Namespace) -> Tally:
+@dataclass(frozen=True)
+class Run:
+    """A process of pytest."""
+
+    suite: str
+    name: str
+    command: list[str | Path]
+    size: int  # bytes of tests: what takes longer, as long as it has never run
+    limit: float  # seconds
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What became of it."""
+
+    run: Run
+    tally: Tally
+    seconds: float
+
+
+def _python(options: argparse.Namespace) -> list[Run]:
     """pytest of the modules, in one process."""
     files = [path for path in options.files if _suite_of(path) == "python"]
-    words = _pytest_words("python", files or [ROOT / "tests" / "python"], options)
-    return asyncio.run(_pytest("python", [PYTHON, RUN_PYTEST, *words], options))
+    files = files or [ROOT / "tests" / "python"]
+    words = _pytest_words("python", files, options)
+    return [_run_of("python", "python", [PYTHON, RUN_PYTEST, *words], files, options)]
 
 
-def _blender(options: argparse.Namespace) -> Tally:
+def _blender(options: argparse.Namespace) -> list[Run]:
     """pytest with bpy: a process per file, because one process can load one Blender once."""
-    runs: dict[Path, list[str | Path]] = {}
+    runs = []
     for path in _blender_files(options):
-        runs[path] = [PYTHON, RUN_PYTEST, *_pytest_words(path.stem, [path], options)]
-    return _files_side_by_side("blender", runs, options)
+        command = [PYTHON, RUN_PYTEST, *_pytest_words(path.stem, [path], options)]
+        runs.append(_run_of("blender", path.stem, command, [path], options))
+    return runs
 
 
-def _blender34(options: argparse.Namespace) -> Tally:
+def _blender34(options: argparse.Namespace) -> list[Run]:
     """The files that know the marker blender34, inside Debian's Blender."""
     files = [path for path in _blender_files(options) if "mark.blender34" in path.read_text()]
     if not files:
-        return Tally()
+        return []
     blender = os.environ.get("SELENITE_BLENDER34") or shutil.which("blender")
     if blender is None:
         raise Failed("no 'blender' found; SELENITE_BLENDER34 may name it")
     start = [blender, "-b", "--factory-startup", "--python-exit-code", "1"]
-    runs: dict[Path, list[str | Path]] = {}
+    runs = []
     for path in files:
         words = _pytest_words(path.stem, [path], options, "blender34")
-        runs[path] = [*start, "--python", RUN_IN_BLENDER, "--", *words]
-    return _files_side_by_side("blender34", runs, options)
+        command = [*start, "--python", RUN_IN_BLENDER, "--", *words]
+        runs.append(_run_of("blender34", path.stem, command, [path], options))
+    return runs
 
 
 def _blender_files(options: argparse.Namespace) -> list[Path]:
@@ -127,28 +162,23 @@ def _blender_files(options: argparse.Namespace) -> list[Path]:
     return sorted((ROOT / "blender_tests").glob("test_*.py"))
 
 
-def _files_side_by_side(
-    suite: str, runs: Mapping[Path, list[str | Path]], options: argparse.Namespace
-) -> Tally:
-    """A process for each file, those that take longest first."""
-    known = last_durations(suite)
-    seconds = {}
+def _run_of(
+    suite: str, name: str, command: list[str | Path], files: list[Path], options: argparse.Namespace
+) -> Run:
+    return Run(suite, name, command, sum(path.stat().st_size for path in files), options.limit)
 
-    def expected(path: Path) -> tuple[float, int]:  # what never ran may take long
-        return known.get(path.stem, math.inf), path.stat().st_size
 
-    async def run(path: Path) -> Tally:
-        begun = time.monotonic()
-        tally = await _pytest(f"{suite}.{path.stem}", runs[path], options)
-        seconds[path.stem] = time.monotonic() - begun
-        return tally
+def _run_side_by_side(runs: list[Run]) -> list[Ended]:
+    """All processes, those that take longest first: no core waits for the end of a suite."""
+    known = {suite: last_durations(suite) for suite in {run.suite for run in runs}}
 
-    async def run_all() -> list[Tally]:
-        return await side_by_side(run(path) for path in sorted(runs, key=expected, reverse=True))
+    def expected(run: Run) -> tuple[float, int]:  # what never ran may take long
+        return known[run.suite].get(run.name, math.inf), run.size
 
-    tallies = asyncio.run(run_all())
-    keep_durations(suite, seconds)
-    return sum(tallies, Tally())
+    async def run_all() -> list[Ended]:
+        return await side_by_side(_pytest(run) for run in sorted(runs, key=expected, reverse=True))
+
+    return asyncio.run(run_all())
 
 
 def _pytest_words(
@@ -166,13 +196,16 @@ def _pytest_words(
     return [*words, *options.extra]
 
 
-async def _pytest(name: str, command: list[str | Path], options: argparse.Namespace) -> Tally:
+async def _pytest(run: Run) -> Ended:
     """Runs pytest and shows what it printed when it has ended, so that no two are mixed."""
+    name = run.name if run.suite == run.name else f"{run.suite}.{run.name}"
     report, log = REPORTS / f"{name}.xml", REPORTS / f"{name}.log"
-    command = [*command, f"--junit-xml={report}"]
-    status = await run_limited(command, options.limit, _environment(name), log)
+    command = [*run.command, f"--junit-xml={report}"]
+    begun = time.monotonic()
+    status = await run_limited(command, run.limit, _environment(name), log)
+    seconds = time.monotonic() - begun
     print(log.read_text(errors="replace"), end="", flush=True)
-    return read_report(report, status)
+    return Ended(run, read_report(report, status), seconds)
 
 
 def _environment(name: str) -> dict[str, str]:
@@ -188,4 +221,5 @@ def _environment(name: str) -> dict[str, str]:
     }
 
 
-SUITES = {"native": run_native, "python": _python, "blender": _blender, "blender34": _blender34}
+PYTEST_SUITES = {"python": _python, "blender": _blender, "blender34": _blender34}
+SUITES = ("native", *PYTEST_SUITES)

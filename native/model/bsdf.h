@@ -97,8 +97,8 @@ class PrincipledBsdf {
   mask_t<S> transmits(const Vec3<S>& wo) const { return dot(point_.ng, wo) < S(0); }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.
   bool all_singular() const {
-    return !layers_.has(kDiffuse) && !layers_.has(kSheen) && !base_.spreads && !through_.spreads &&
-           !coat_.spreads;
+    return !layers_.has(kDiffuse) && !layers_.has_top_lobe() && !base_.spreads &&
+           !through_.spreads && !coat_.spreads;
   }
 
  private:
@@ -125,8 +125,9 @@ class PrincipledBsdf {
   template <bool kValue, bool kDensity>
   void evaluate(const Vec3<S>& wo, const DrawnNormal<S>& drawn, Color<T>& f, S& p) const {
     if (layers_.has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
-    if constexpr (!kIsLanes<S>)
-      if (layers_.has(kSheen)) add_sheen<kValue, kDensity>(wo, f, p);
+    for_each_top_lobe(layers_.top, [&](int i, const auto& lobe) {
+      if (layers_.has(kFirstTopLobe + i)) add_top_lobe<kValue, kDensity>(i, lobe, wo, f, p);
+    });
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
     // A direction above the bent normal's horizon but behind the surface, or the other way round,
@@ -160,11 +161,11 @@ class PrincipledBsdf {
     if constexpr (kDensity) p += layers_.pick[kDiffuse] * factor * kInvPi<S>;
   }
 
-  template <bool kValue, bool kDensity>
-  void add_sheen(const Vec3<S>& wo, Color<T>& f, S& p) const requires(!kIsLanes<T>) {
+  template <bool kValue, bool kDensity, class TopLobe>
+  void add_top_lobe(int i, const TopLobe& lobe, const Vec3<S>& wo, Color<T>& f, S& p) const {
     if (!(dot(point_.n, wo) > 0)) return;
-    if constexpr (kValue) f += layers_.sheen_weight * layers_.sheen.value(wo);
-    if constexpr (kDensity) p += layers_.pick[kSheen] * layers_.sheen.density(wo);
+    if constexpr (kValue) f += layers_.top_weight[i] * lobe.value(wo);
+    if constexpr (kDensity) p += layers_.pick[kFirstTopLobe + i] * lobe.density(wo);
   }
 
   template <bool kValue, bool kDensity>

@@ -52,11 +52,12 @@ inline BsdfSample<T> PrincipledBsdf<T>::draw(S u_lobe, S u1, S u2) const {
   Proposal proposal;
   if constexpr (!kIsLanes<S>) {
     if (choice.lobe[kSubsurface]) return enter(choice.left / layers_.pick[kSubsurface], u1, u2);
-    if (choice.lobe[kSheen]) {
-      proposal.wo = layers_.sheen.sample(u1, u2);
+    for_each_top_lobe(layers_.top, [&](int i, const auto& lobe) {
+      if (!choice.lobe[kFirstTopLobe + i]) return;
+      proposal.wo = lobe.sample(u1, u2);
       proposal.exists = proposal.diffuse = true;
-      return weigh(proposal);
-    }
+    });
+    if (proposal.exists) return weigh(proposal);
   }
   if (const mask_t<S>& diffuse = choice.lobe[kDiffuse]; active_.some(diffuse)) {
     const Frame<S> frame = Frame<S>::from_normal(point_.n);

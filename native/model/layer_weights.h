@@ -3,18 +3,20 @@
 
 #include <array>
 #include <optional>
-#include <variant>
+#include <tuple>
+#include <type_traits>
 
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
 #include "model/ray_kind.h"
-#include "model/sheen.h"
+#include "model/top_lobes.h"
 
 namespace selenite {
 
-/// Lobes in the order in which one is drawn.
-enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kSheen, kLobes };
+/// Lobes in the order in which one is drawn; those of `TopLobes` follow.
+enum Lobe { kDiffuse, kSubsurface, kSpecular, kMetal, kGlass, kCoat, kFirstTopLobe };
+inline constexpr int kLobes = kFirstTopLobe + kTopLobes;
 
 /// Weights of all lobes for one shading point and viewer direction, from top to bottom: transparency,
 /// sheen, coat, emission, metal, glass, dielectric specular, subsurface, diffuse. Constant over the
@@ -35,8 +37,8 @@ struct LayerWeights {
   U through_width2{};            ///< of the refraction, which version 1 may make wider
   Gloss<T> specular, glass, coat;
   MetalFresnel<U> metal;
-  std::conditional_t<kIsLanes<S>, std::monostate, Sheen<T>> sheen;
-  Color<T> sheen_weight{};  ///< of the sheen lobe, its albedo included
+  std::conditional_t<kIsLanes<S>, std::tuple<>, TopLobes<T>> top;
+  std::array<Color<T>, kTopLobes> top_weight{};  ///< of each, its albedo included
   Color<T> metal_weight{}, glass_through{}, diffuse{}, subsurface{}, emission{};
   Color<U> transparency{};
   /// Of the refraction on entry into subsurface scattering: squared GGX width, index of refraction.
@@ -51,17 +53,24 @@ struct LayerWeights {
   bool version1 = false;
   S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
-  bool has(Lobe lobe) const { return present[lobe]; }
+  bool has(int lobe) const { return present[lobe]; }
+  bool has_top_lobe() const {
+    for (int lobe = kFirstTopLobe; lobe < kLobes; ++lobe)
+      if (present[lobe]) return true;
+    return false;
+  }
   /// Takes away the lobes whose light comes along other kinds of rays. The glass of version 2, which
   /// reflects and refracts, is one lobe that goes only if both kinds do, as in Cycles.
   void keep(RayKinds kinds) {
-    const auto drop = [this](Lobe lobe) {
+    const auto drop = [this](int lobe) {
       present[lobe] = false;
       pick[lobe] = 0;
     };
     const bool reflects = kinds & kGlossyRay, refracts = kinds & kTransmissionRay;
-    if (!(kinds & kDiffuseRay))
-      for (const Lobe lobe : {kDiffuse, kSheen}) drop(lobe);
+    if (!(kinds & kDiffuseRay)) {  // as all top lobes are seen, fibres do not mirror
+      drop(kDiffuse);
+      for (int lobe = kFirstTopLobe; lobe < kLobes; ++lobe) drop(lobe);
+    }
     if (!reflects)
       for (const Lobe lobe : {kSpecular, kMetal, kCoat}) drop(lobe);
     if (!reflects && !refracts) drop(kGlass);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <variant>
 
 #include "model/active_lanes.h"
 #include "model/dielectric.h"
@@ -12,7 +11,6 @@
 #include "model/layer_weights.h"
 #include "model/principled.h"
 #include "model/shading_normal.h"
-#include "model/sheen.h"
 #include "model/subsurface.h"
 #include "model/tables/albedo_tables.h"
 
@@ -27,8 +25,8 @@ struct Layers : LayerWeights<T> {
       Weights::entry_eta, Weights::entry_width2, Weights::eta, Weights::glass, Weights::glass_flat,
       Weights::glass_least, Weights::glass_most, Weights::glass_through, Weights::glass_tint,
       Weights::macro_reflected, Weights::metal, Weights::metal_weight, Weights::pick,
-      Weights::present, Weights::retro_roughness, Weights::rough_diffuse, Weights::sheen,
-      Weights::sheen_weight, Weights::specular, Weights::subsurface, Weights::through_width2,
+      Weights::present, Weights::retro_roughness, Weights::rough_diffuse, Weights::specular,
+      Weights::subsurface, Weights::through_width2, Weights::top, Weights::top_weight,
       Weights::transparency, Weights::version1, Weights::width2;
 
   /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0. active: the lanes that
@@ -56,11 +54,7 @@ struct Layers : LayerWeights<T> {
   void stack(const Principled<U>& m, const U& alpha, const SurfacePoint<S>& point) {
     T w = alpha;  // what the layers above let through, one number for all channels
     const U roughness = clamp01(m.roughness);
-    if constexpr (!kIsLanes<S>) {
-      const T sheen_share = nonnegative(m.sheen_weight);
-      const Color<T> sheen_tint = map(m.sheen_tint, nonnegative);
-      if (matters(sheen_tint * (w * sheen_share))) add_sheen(m, sheen_tint, sheen_share, point, w);
-    }
+    for_each_top_lobe(top, [&](int i, auto& lobe) { add_top_lobe(i, lobe, m, point, w); });
     const U coat_weight = nonnegative(m.coat_weight);
     if (matters(w * coat_weight)) add_coat(m, coat_weight, w);
     const Color<T> below = present[kCoat] ? below_coat(m, coat_weight) : Color<T>(T(1));
@@ -175,17 +169,22 @@ struct Layers : LayerWeights<T> {
     return gloss;
   }
 
-  void add_sheen(const Principled<U>& m, const Color<T>& tint, const T& share,
-                 const SurfacePoint<S>& point, T& w) requires(!kIsLanes<T>) {
-    const Sheen<T> lobe(clamp01(m.sheen_roughness), point.n, point.wi);
-    if (!lobe.exists()) return;
-    const T reflected = lobe.albedo() * share;
-    sheen = lobe;
-    sheen_weight = tint * (reflected * w);
+  template <class TopLobe>
+  void add_top_lobe(int i, TopLobe& lobe, const Principled<T>& m, const SurfacePoint<S>& point,
+                    T& w) {
+    const T share = nonnegative(TopLobe::share(m));
+    const Color<T> tint = map(TopLobe::tint(m), nonnegative);
+    if (!matters(tint * (w * share))) return;
+    const TopLobe found(m, point);
+    if (!found.exists()) return;
+    const T reflected = found.albedo() * share;
+    lobe = found;
+    Color<T>& weight = top_weight[i];
+    weight = tint * (reflected * w);
     w = w * clamp01(T(1) - max_channel(tint) * reflected);
-    present[kSheen] = true;
-    estimate_[kSheen] = value_of(mean_channel(sheen_weight));
-    carries_slope_[kSheen] = has_slope(sheen_weight) || has_slope(m.sheen_roughness);
+    present[kFirstTopLobe + i] = true;
+    estimate_[kFirstTopLobe + i] = value_of(mean_channel(weight));
+    carries_slope_[kFirstTopLobe + i] = has_slope(weight) || TopLobe::shape_moves(m);
   }
 
   void add_coat(const Principled<U>& m, const U& coat_weight, T& w) {

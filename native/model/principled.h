@@ -6,6 +6,7 @@
 
 #include "math/color.h"
 #include "model/parameter.h"
+#include "model/top_lobes.h"
 
 namespace selenite {
 
@@ -32,7 +33,7 @@ struct Flavour {
 /// Values of Blender's Principled BSDF node, without anisotropy and thin film.
 /// Members start at the defaults of the node in Blender 4.5.
 template <class T>
-struct Principled {
+struct Principled : TopLobeParameters<T> {
   Color<T> base_color{T(0.8)};
   T roughness{0.5};
   T metallic{0};
@@ -46,9 +47,6 @@ struct Principled {
   T coat_roughness{T(0.03)};
   T coat_ior{1.5};
   Color<T> coat_tint{T(1)};
-  T sheen_weight{0};
-  T sheen_roughness{0.5};
-  Color<T> sheen_tint{T(1)};
   T transmission_roughness{0};
   Color<T> emission_color{T(1)};
   T emission_strength{0};
@@ -206,40 +204,7 @@ struct Principled {
                     .versions = Versions::k2,
                     .help = "Transmittance of the coat at normal incidence"},
           m.coat_tint);
-    visit(Parameter{.name = "sheen_weight",
-                    .sockets = "Sheen Weight",
-                    .unit = "1",
-                    .lower = 0,
-                    .upper = 1,
-                    .fit_lower = 0.001,
-                    .fit_upper = 0.999,
-                    .initial = 0,
-                    .versions = Versions::k2,
-                    .help = "Strength of the reflection by fibres on the surface, as on velvet"},
-          m.sheen_weight);
-    visit(Parameter{.name = "sheen_roughness",
-                    .sockets = "Sheen Roughness",
-                    .unit = "1",
-                    .lower = 0,
-                    .upper = 1,
-                    .fit_lower = 0.1,
-                    .fit_upper = 0.999,
-                    .initial = 0.5,
-                    .versions = Versions::k2,
-                    .help = "How far the fibres' reflection reaches from the rim inwards"},
-          m.sheen_roughness);
-    visit(Parameter{.name = "sheen_tint",
-                    .sockets = "Sheen Tint",
-                    .unit = "1",
-                    .lower = 0,
-                    .upper = 1,
-                    .fit_lower = 0.001,
-                    .fit_upper = 0.999,
-                    .initial = 1,
-                    .diagonal = false,
-                    .versions = Versions::k2,
-                    .help = "Colour of the fibres' reflection"},
-          m.sheen_tint);
+    TopLobeParameters<T>::fields(m, visit);
     visit(Parameter{.name = "transmission_roughness",
                     .sockets = "Transmission Roughness",
                     .unit = "1",

@@ -1,11 +1,59 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include "math/color.h"
 #include "math/sampling.h"
+#include "model/parameter.h"
+#include "model/shading_normal.h"
 #include "model/tables/sheen_table.h"
 #include "model/tables/table_axis.h"
 
 namespace selenite {
+
+template <class T>
+struct SheenParameters {
+  T sheen_weight{0};
+  T sheen_roughness{0.5};
+  Color<T> sheen_tint{T(1)};
+
+  template <class Self, class Visit>
+  static constexpr void fields(Self& m, Visit&& visit) {
+    visit(Parameter{.name = "sheen_weight",
+                    .sockets = "Sheen Weight",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 0,
+                    .versions = Versions::k2,
+                    .help = "Strength of the reflection by fibres on the surface, as on velvet"},
+          m.sheen_weight);
+    visit(Parameter{.name = "sheen_roughness",
+                    .sockets = "Sheen Roughness",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.1,
+                    .fit_upper = 0.999,
+                    .initial = 0.5,
+                    .versions = Versions::k2,
+                    .help = "How far the fibres' reflection reaches from the rim inwards"},
+          m.sheen_roughness);
+    visit(Parameter{.name = "sheen_tint",
+                    .sockets = "Sheen Tint",
+                    .unit = "1",
+                    .lower = 0,
+                    .upper = 1,
+                    .fit_lower = 0.001,
+                    .fit_upper = 0.999,
+                    .initial = 1,
+                    .diagonal = false,
+                    .versions = Versions::k2,
+                    .help = "Colour of the fibres' reflection"},
+          m.sheen_tint);
+  }
+};
 
 /// Reflection by fibres that stand on the surface, like those of velvet or dust: a cosine lobe under
 /// a linear transformation M that depends on roughness and the viewer's direction. In the frame whose
@@ -20,6 +68,16 @@ class Sheen {
   using S = scalar_t<T>;
 
  public:
+  using Parameters = SheenParameters<T>;
+  /// What is said of a material that has it.
+  static constexpr const char* kSeenAs = "has sheen";
+  static const T& share(const Parameters& m) { return m.sheen_weight; }
+  static const Color<T>& tint(const Parameters& m) { return m.sheen_tint; }
+  /// Whether value and directions have derivatives.
+  static bool shape_moves(const Parameters& m) { return has_slope(m.sheen_roughness); }
+
+  Sheen(const Parameters& m, const SurfacePoint<S>& point)
+      : Sheen(clamp01(m.sheen_roughness), point.n, point.wi) {}
   Sheen() = default;
   /// n: shading normal, world frame, like wi, the viewer's direction.
   Sheen(const T& roughness, const Vec3<S>& n, const Vec3<S>& wi) : z_(n) {

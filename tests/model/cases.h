@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "model/bsdf.h"
@@ -85,6 +87,15 @@ Vec3d random_direction(Engine& engine) {
   return direction(2 * u(engine) - 1, 2 * kPi<double> * u(engine));
 }
 
+/// Whether a parameter is one of a lobe of `TopLobes`.
+inline bool is_of_top_lobe(std::string_view name) {
+  const TopLobeParameters<double> none;
+  bool found = false;
+  TopLobeParameters<double>::fields(
+      none, [&](const Parameter& p, const auto&) { found = found || p.name == name; });
+  return found;
+}
+
 /// A material with every parameter drawn from [lower, upper] of a moderate range. Half of them leave
 /// whole lobes out, so that each lobe is also seen alone.
 template <class Engine>
@@ -102,9 +113,12 @@ Principled<double> random_material(Engine& engine) {
   });
   if (u(engine) < 0.5) {
     for (auto x : {&Principled<double>::metallic, &Principled<double>::transmission,
-                   &Principled<double>::coat_weight, &Principled<double>::diffuse_roughness,
-                   &Principled<double>::sheen_weight})
+                   &Principled<double>::coat_weight, &Principled<double>::diffuse_roughness})
       if (u(engine) < 0.6) m.*x = 0;
+    TopLobeParameters<double>::fields(m, [&](const Parameter& p, auto& member) {
+      if (p.name.ends_with("_weight") && u(engine) < 0.6)
+        member = std::remove_reference_t<decltype(member)>(0);
+    });
     if (u(engine) < 0.3) m.base_color = Color<double>(0);
   }
   return m;

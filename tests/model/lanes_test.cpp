@@ -180,7 +180,8 @@ Scene random_scene(Engine& engine, int number) {
     scene.name = "random";
     scene.backfacing = u(engine) < 0.3;
   }
-  m.sheen_weight = m.subsurface_weight = 0;
+  m.subsurface_weight = 0;
+  static_cast<TopLobeParameters<double>&>(m) = {};
   const auto sometimes = [&](double share) { return u(engine) < share; };
   // In version 1 the reflection of a lane is then below the least weight: a plain number leaves it out,
   // lanes do only if all of them would.
@@ -196,7 +197,7 @@ Scene random_scene(Engine& engine, int number) {
   scene.material = lift<Slopes>(m);
   std::vector<std::array<Slopes*, 3>> parameters;
   Principled<Slopes>::fields(scene.material, [&](const Parameter& p, auto& member) {
-    if (p.name.starts_with("s") && !p.name.starts_with("specular")) return;  // sheen, subsurface
+    if (p.name.starts_with("subsurface_") || cases::is_of_top_lobe(p.name)) return;
     if constexpr (requires { member.r; }) {
       parameters.push_back({&member.r, &member.g, &member.b});
     } else {

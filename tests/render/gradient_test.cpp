@@ -3,6 +3,7 @@
 
 #include <set>
 
+#include "model/cases.h"
 #include "render/picture_statistics.h"
 #include "scene/small_scenes.h"
 
@@ -32,9 +33,13 @@ Scene layered_scene(Flavour::Version version = Flavour::Version::kV2) {
   m.values.coat_roughness = 0.35;
   m.values.coat_ior = 1.6;
   m.values.coat_tint = {0.8, 0.6, 0.7};
-  m.values.sheen_weight = 0.2;
-  m.values.sheen_roughness = 0.45;
-  m.values.sheen_tint = {0.7, 0.8, 0.5};
+  TopLobeParameters<double>::fields(m.values, [](const Parameter& p, auto& member) {
+    if constexpr (requires { member.r; }) {
+      member = {0.7, 0.8, 0.5};
+    } else {
+      member = p.name.ends_with("_weight") ? 0.2 : 0.45;
+    }
+  });
   m.values.transmission_roughness = 0.3;
   m.values.emission_color = {0.3, 0.2, 0.4};
   m.values.emission_strength = 0.5;
@@ -181,12 +186,14 @@ Changes without_noise(const std::string& parameter, Side side) {
   Changes bare = opaque;
   if (parameter == "specular_tint" && side == Side::kDown) bare[3].second = 0;
   bare.emplace_back("coat_weight", 0);
-  if (parameter.starts_with("sheen_") && parameter != "sheen_weight") {
-    bare.emplace_back("sheen_weight", 1);
+  const bool top = cases::is_of_top_lobe(parameter);
+  const std::string weight = parameter.substr(0, parameter.find('_')) + "_weight";
+  if (top && parameter != weight) {
+    bare.emplace_back(weight, 1);
     bare.emplace_back("specular_level", 0);
     bare[3].second = 0;
   }
-  if (parameter.starts_with("specular_") || parameter.starts_with("sheen_")) return bare;
+  if (parameter.starts_with("specular_") || top) return bare;
   if (side != Side::kDown) return {};
   if (parameter == "ior") return bare;
   if (parameter == "transmission") return {{"alpha", 1}, {"metallic", 0}, {"coat_weight", 0}};

@@ -2,9 +2,20 @@
 #include "render/lanes/lanes.h"
 
 #include <set>
+#include <tuple>
+#include <type_traits>
 
 namespace selenite {
 namespace {
+
+/// What the first lobe of `TopLobes` that a material has is seen as; null: it has none.
+template <class Values, class Acts, class... Top>
+const char* top_lobe(const Values& values, const Acts& acts,
+                     std::type_identity<std::tuple<Top...>>) {
+  const char* found = nullptr;
+  ((found = !found && acts(Top::share(values)) ? Top::kSeenAs : found), ...);
+  return found;
+}
 
 /// What of a material alone is in the way; null if nothing is.
 template <int L>
@@ -14,7 +25,8 @@ const char* obstacle(const PreparedMaterial<L>& m) {
   if (m.transparent) return "lets rays pass straight through (alpha)";
   if (m.emissive) return "emits light";
   if (acts(m.values.subsurface_weight)) return "scatters light under its surface";
-  if (acts(m.values.sheen_weight)) return "has sheen";
+  if (const char* top = top_lobe(m.values, acts, std::type_identity<TopLobes<PathScalar<L>>>()))
+    return top;
   if (!m.has_medium) return nullptr;
   if (m.density_grid || m.albedo_grid) return "has a medium that varies";
   if (!m.sealed) return "has a medium into which light may be seen (a lamp near it, or an opening)";
