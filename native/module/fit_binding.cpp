@@ -132,13 +132,24 @@ py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
                                         "explained"_a = report.misfit.explained));
 }
 
-/// The free gains, by the id of a photo.
-py::dict gains_dict(const FitJob& job, const std::vector<Colorf>& gains) {
+py::dict captures_dict(const FitJob& job, const std::vector<PhotoReport>& reports) {
   py::dict found;
-  for (std::size_t i = 0; i < gains.size(); ++i) {
+  for (std::size_t i = 0; i < reports.size(); ++i) {
     const Photo& photo = job.photos()[i];
-    if (photo.gain_freedom != GainFreedom::kNone)
-      found[py::str(photo.id)] = py::make_tuple(gains[i].r, gains[i].g, gains[i].b);
+    const auto& [gain, error, alignment, rms] = reports[i];
+    py::dict one("residual_rms"_a = rms);
+    if (photo.align)
+      one["shift"] = py::make_tuple(alignment.x, alignment.y, alignment.roll);
+    if (photo.gain_freedom != GainFreedom::kNone) {
+      py::list interval;
+      for (int c = 0; c < 3; ++c) {
+        const double wide = std::exp(kQuantile90 * error[c] / gain[c]);
+        interval.append(py::make_tuple(gain[c] / wide, gain[c] * wide));
+      }
+      one["gain"] = py::make_tuple(gain.r, gain.g, gain.b);
+      one["gain_interval_90"] = interval;
+    }
+    found[py::str(photo.id)] = one;
   }
   return found;
 }
@@ -152,7 +163,7 @@ py::dict result_dict(const FitJob& job) {
                   "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
                   "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
                   "best_validation_standard_error"_a = r.best_validation_standard_error,
-                  "gains"_a = gains_dict(job, r.gains), "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
+                  "captures"_a = captures_dict(job, r.photos), "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
                   "model_error"_a = py::dict("relative"_a = r.model_error.relative,
                                              "absolute"_a = r.model_error.absolute,
                                              "shift"_a = r.model_error.shift),
@@ -204,7 +215,8 @@ Args:
     photos: list of dict {id: str, unique, or None for the camera's name; camera: str, of any number
         of photos; reference: (h, w, 3) float32 linear radiance, row 0 at the top; weight: (h, w)
         float32 >= 0 or None; frame: as for `render`; lights: as for Scene.with_lights; free_gain:
-        "none", "scalar" or "rgb", a factor on its gain that the fit finds; by name, the values of
+        "none", "scalar" or "rgb", a factor on its gain that the fit finds; align: whether it
+        finds a small shift and roll; by name, the values of
         its parameters that are not the usual ones}. Pixels that are not finite must have weight 0.
     unknowns: list of dict {owner, parameter, start: (1,) or (3,), minimum, maximum, learning_rate
         (0.03)}; owner is a material, a lamp, "World" or the id of a photo; the bounds hold for
@@ -261,7 +273,7 @@ seconds, seconds_left (NaN: unknown yet), values
       .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
-best_validation_standard_error, gains {photo: (r, g, b)} of those that are free, start_validation, kept_start, model_error {relative, absolute, shift},
+best_validation_standard_error, captures {photo: {residual_rms, and of a free gain: gain (r, g, b), gain_interval_90, of one that is aligned: shift (x, y in pixels, roll in radians)}}, start_validation, kept_start, model_error {relative, absolute, shift},
 iterations, stopped_because, error, optimiser, samples, seconds,
 cpu_seconds, dropped, search, report, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.

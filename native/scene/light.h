@@ -39,7 +39,7 @@ struct LightParameters {
                     .unit = "1",
                     .lower = 0,
                     .upper = 1e6,
-                    .fit_lower = 0.001,
+                    .fit_lower = 0,
                     .fit_upper = 1,
                     .initial = 1,
                     .effect = Effect::kEmission,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/residual_model.h"
+#include "fit/objective/residual_model.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/synthetic_renderer.h"
 #include "math/rng.h"
 

@@ -38,7 +38,7 @@ KNOWS = {
 # The folders of a room in their order: each may include itself and those before it
 LAYERS = {
     "render": ("film", "derivatives", "prepared", "media", "path", "lanes", "driver"),
-    "fit": ("problem", "evaluate", "solver", "inference", "state", "phases", "run"),
+    "fit": ("problem", "objective", "evaluate", "solver", "inference", "state", "phases", "run"),
 }
 
 # Where Blender may be imported at the head of a file ...

@@ -82,10 +82,29 @@ def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
 
 
-def test_intervals_are_from_noise_only_where_a_misfit_remains() -> None:
-    words = trust.words(ROUGHNESS, result(explained=False))
-    noise_only = "interval from noise only; a model error remains, so it may be too narrow"
-    assert words == [f"{noise_only}: 0.280 to 0.320"]
+def test_a_misfit_that_remains_stands_beside_each_interval() -> None:
+    words = trust.words(ROUGHNESS, result(value=0.09, explained=False))
+    assert words == [
+        "90 % by how photos and their parts differ, with 30 % unexplained: 0.280 to 0.320"
+    ]
+
+
+@pytest.mark.parametrize("value", [-1.32, -0.5, 0.0])
+def test_a_misfit_that_noise_hides_is_not_called_explained(value: float) -> None:
+    """Glass with a medium under a point lamp: few paths find the lamp."""
+    found = result(value=value, standard_error=0.49)
+    assert "hides whether the photos are explained" in trust.words(ROUGHNESS, found)[0]
+    assert "Misfit: not known" in said(found)
+    assert "within noise" not in said(found)
+
+
+def test_a_misfit_far_below_zero_is_not_called_explained() -> None:
+    assert "Misfit: not known" in said(result(value=-0.004, standard_error=0.001))
+
+
+def test_a_fit_that_found_nothing_better_than_its_start_says_so() -> None:
+    assert "these are the start's" in said(result() | {"kept_start": True})
+    assert "these are the start's" not in said(result())
 
 
 def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:

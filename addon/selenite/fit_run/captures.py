@@ -40,6 +40,7 @@ class Capture:
     """A photo and its camera: reference (h, w, 3) float32 linear, weight (h, w) float32 in [0, 1];
     photo_size is (width, height) of the file. aspect: width / height of all that the camera takes;
     that of the reference is only near it, for its width is a whole number. id: see CaptureRequest.
+    align: whether the fit finds a small shift and roll of it.
     free_gain: what the fit finds of a factor on `gain`, one of GAINS.
     window: what the photo shows of what the camera takes, left, top, right, bottom in [0, 1].
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
@@ -56,6 +57,7 @@ class Capture:
     aspect: float
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
     free_gain: str = "none"
+    align: bool = False
     lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
@@ -97,6 +99,7 @@ class Capture:
             "frame": self.frame,
             "gain": self.gain,
             "free_gain": self.free_gain,
+            "align": self.align,
             "lights": self.lights,
         }
 
@@ -209,6 +212,7 @@ def _read(
     capture = Capture(
         request.id, camera.name, request.photo, size, reference, weight, window.aspect,
         window=window.fractions, free_gain=request.gain or "none",
+        align=bool(request.align),
     )  # fmt: skip
     weight = masked(
         request, reference, weight, inside, capture.frame, silhouettes, problems, remarks

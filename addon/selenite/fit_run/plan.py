@@ -81,10 +81,15 @@ def prepare(
 
     captures = photos(request.settings.height, warnings)
     warnings += light_states.remarks(values, request.captures)
+    if not values.problems and not _has_light(values, unknowns):
+        cause = "no lamp, world or material of it gives light, and none of them is fitted"
+        cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
+        problems.append(Problem("Scene", cause, cure))
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(all_fields.with_fields(values, fields))
+    warnings += _gauge(captures, names)
     if captures_at is None:
         warnings += _suspicions(values, request, captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
@@ -114,6 +119,37 @@ def prepare(
         millimetres=values.millimetres,
         stages=tuple(stages),
     )
+
+
+#: What a gain of all photos can make up for, by the end of its name.
+_BRIGHTNESS = ("base_color", "base_color_texture", "albedo", "power", "strength", "emission_color")
+
+
+def _gauge(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
+    """Of gains that nothing holds."""
+    bright = [name for name in names if name.rpartition(":")[2] in _BRIGHTNESS]
+    if not bright or not captures or any(item.free_gain == "none" for item in captures):
+        return []
+    return [
+        f"The gain of every photo is free, and {bright[0]} can make up for it: only the prior of a "
+        "gain (about 1, within a factor of two) holds the brightness; set the gain of one photo to "
+        "none to hold it by that photo"
+    ]
+
+
+def _has_light(values: SceneValues, unknowns: Sequence[Unknown]) -> bool:
+    """Whether a render of the scene can show anything."""
+    if any(item.parameter.effect == "emission" for item in unknowns):
+        return True
+    lamps = any(lamp.power > 0 and max(lamp.color) > 0 for lamp in values.lights)
+    world = values.world
+    sky = world.strength > 0 and max(world.color) > 0
+    shine = any(
+        material.values.get("emission_strength", (0.0,))[0] > 0
+        or "emission_strength" in material.maps
+        for material in values.materials
+    )
+    return lamps or sky or shine
 
 
 def _suspicions(

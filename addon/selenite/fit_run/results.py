@@ -78,6 +78,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "misfit": trust.misfit(result),
         "alternative_minima": trust.alternative_minima(result),
         "ambiguous": trust.ambiguous(result),
+        "loss": _loss(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],
         "stopped_because": result["stopped_because"],
@@ -92,9 +93,26 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
     } | of_stages
 
 
+def _loss(result: dict[str, Any]) -> dict[str, Any]:
+    """Of the start and of the result, by the same weights and random numbers; null where it was not
+    validated. model_error: what the residuals show, see docs/method/losses.md."""
+    return {
+        "start": result.get("start_validation"),
+        "result": result.get("best_validation"),
+        "standard_error": result.get("best_validation_standard_error"),
+        "start_kept": bool(result.get("kept_start")),
+        "model_error": result.get("model_error"),
+    }
+
+
 def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
     """What the fit has found of a photo, and how much of it counts."""
-    found: dict[str, Any] = result.get("captures", {}).get(capture.id, {})
+    found: dict[str, Any] = dict(result.get("captures", {}).get(capture.id, {}))
+    if "shift" in found:  # in pixels of the file
+        height, width = capture.reference.shape[:2]
+        across, down, roll = found["shift"]
+        columns, rows = capture.photo_size
+        found["shift"] = [across * columns / width, down * rows / height, math.degrees(roll)]
     return {**found, "mask_share": capture.mask_share}
 
 

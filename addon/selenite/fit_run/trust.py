@@ -15,6 +15,9 @@ from .unknowns import Unknown
 
 #: Between these an image of the same body can compensate for a transmission.
 _PART_CLEAR = (0.05, 0.95)
+#: Standard error of a misfit beyond which it says nothing: a fifth of the brightness, squared. And
+#: standard errors below 0 that no noise explains which a render knows of.
+_HIDDEN, _BELOW = 0.04, 3.0
 #: What a parameter without a report says.
 UNKNOWN: dict[str, Any] = {
     "standard_error": None,
@@ -61,9 +64,14 @@ def _reported(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any] | None
 
 
 def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
-    """For result.json; None where there was no refinement."""
+    """For result.json; None where there was no refinement. `hidden`: noise of the renders hides
+    whether the photos are explained."""
     report = _report(result)
-    return dict(report["misfit"]) if report.get("passes") else None
+    if not report.get("passes"):
+        return None
+    found: dict[str, Any] = dict(report["misfit"])
+    value, error = found["value"], found["standard_error"]
+    return found | {"hidden": error > _HIDDEN or value < -_BELOW * error}
 
 
 def _has_fields(result: dict[str, Any]) -> bool:
@@ -109,14 +117,16 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
 
 
 def _confidence(result: dict[str, Any]) -> str:
-    """What an interval is worth. It accounts for noise and for voxels fitted with the value, so a
-    model error makes it too narrow; what voxels leave of the photos may be such an error."""
+    """What an interval is worth. It accounts for noise, for voxels fitted with the value, and for
+    errors that pixels of a part or of a photo share: not for those that all photos share."""
     left = misfit(result)
+    if left is not None and left["hidden"]:
+        return "90 %, but noise of the renders hides whether the photos are explained"
     if left is None or left["explained"]:
         return "90 %"
     if _has_fields(result):
         return "90 %, provided that the misfit is the grid's"
-    return "interval from noise only; a model error remains, so it may be too narrow"
+    return f"90 % by how photos and their parts differ, with {_share(left):.0f} % unexplained"
 
 
 def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
@@ -183,6 +193,11 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             f"Alternative minimum, equivalent within noise: {all_of_it}. Decide by eye, or take "
             "another photo, more samples or larger pictures"
         )
+    if result.get("kept_start"):
+        lines.append(
+            "No values were found whose loss is below that of the start: these are the start's. "
+            "Check lights, cameras and masks"
+        )
     if left is not None:
         lines.append(_misfit_text(left, _has_fields(result)))
     found = result.get("search") or {}
@@ -192,11 +207,21 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _share(left: dict[str, Any]) -> float:
+    """Percent of the photos' brightness."""
+    return float(100 * max(left["value"], 0.0) ** 0.5)
+
+
 def _misfit_text(left: dict[str, Any], has_fields: bool) -> str:
+    if left["hidden"]:
+        return (
+            f"Misfit: not known ({left['value']:.3g} +- {left['standard_error']:.2g} of squared "
+            "brightness): few bright paths make most of the renders; take more samples, or larger "
+            "lamps"
+        )
     if left["explained"]:
         return "Misfit: the photos are explained within noise"
-    share = 100 * max(left["value"], 0.0) ** 0.5
-    text = f"Misfit: {share:.1f} % of the photos' brightness is not explained"
+    text = f"Misfit: {_share(left):.1f} % of the photos' brightness is not explained"
     if has_fields:
         return f"{text}: the grid or image has not converged, or there is another cause"
     return f"{text} by these parameters; check lights, camera and geometry"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "fit/evaluate/half_buffers.h"
+#include "fit/objective/half_buffers.h"
 #include "fit/evaluate/wiener_filter.h"
 
 namespace selenite {

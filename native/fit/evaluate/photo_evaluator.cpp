@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "fit/evaluate/closed_form_gain.h"
+#include "fit/objective/closed_form_gain.h"
 #include "fit/evaluate/field_loss.h"
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/evaluate/seeds.h"
 #include "model/field_index.h"
 
@@ -127,14 +127,30 @@ void PhotoEvaluator::members(SavedState& state) {
     ids.push_back(id);
     gains.push_back(gain);
   }
-  state(ids, gains);
-  if (state.reading())
-    for (std::size_t i = 0; i < ids.size(); ++i) gains_[ids[i]] = gains[i];
+  std::vector<std::string> aligned;
+  std::vector<Alignment> alignments;
+  for (const auto& [id, alignment] : alignments_) {
+    aligned.push_back(id);
+    alignments.push_back(alignment);
+  }
+  state(ids, gains, aligned, alignments);
+  if (!state.reading()) return;
+  for (std::size_t i = 0; i < ids.size(); ++i) gains_[ids[i]] = gains[i];
+  for (std::size_t i = 0; i < aligned.size(); ++i) alignments_[aligned[i]] = alignments[i];
 }
 
 Colorf PhotoEvaluator::found_gain(const Photo& photo) const {
   const auto found = gains_.find(photo.id);
   return found == gains_.end() ? Colorf(1) : found->second;
+}
+
+Alignment PhotoEvaluator::alignment(const Photo& photo) const {
+  const auto found = alignments_.find(photo.id);
+  return found == alignments_.end() ? Alignment() : found->second;
+}
+
+Camera PhotoEvaluator::camera_of(const Scene& scene, const Photo& photo) const {
+  return alignment(photo).apply(scene.camera(photo.camera), photo.width, photo.height, photo.frame);
 }
 
 /// Some pixels alone do not tell the gain of a photo.
@@ -143,9 +159,17 @@ void PhotoEvaluator::find_gain(const Photo& photo, const Film& film) {
   gains_[photo.id] = closed_form_gain(film, photo, gain_weights(model_.problem, photo));
 }
 
+/// For the next render. Photos at another size than the problem's are too small to tell.
+void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
+  const auto is_photo = [&](const Photo& one) { return &one == &photo; };
+  if (!photo.align || std::ranges::none_of(model_.problem.photos, is_photo)) return;
+  alignments_[photo.id] =
+      improved(alignment(photo), film, photo, gain_weights(model_.problem, photo));
+}
+
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,
                              int spp, std::uint64_t seed) {
-  Film film = settings_->renderer(scene, scene.camera(photo.camera), layout,
+  Film film = settings_->renderer(scene, camera_of(scene, photo), layout,
                                   render_settings(photo, spp, seed), progress_);
   counts_->add(film, photo);
   return film;
@@ -159,6 +183,7 @@ Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Eval
     apply_gain(gain, film);
     find_gain(photo, film);
     apply_gain(found_gain(photo), film);
+    find_alignment(photo, film);
     return film;
   }
   Point there = point;
@@ -175,6 +200,7 @@ Film PhotoEvaluator::evaluate(const Point& point, const Photo& photo, const Eval
   apply_gain(gain, film, slot);
   find_gain(photo, film);
   apply_gain(found_gain(photo), film);
+  find_alignment(photo, film);
   return film;
 }
 
@@ -184,7 +210,7 @@ FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& ph
   const Scene scene = scene_of(photo, point);
   // That of the last render of the photo: this one is differentiated while it is made.
   const Colorf gain = gain_of(photo, point) * found_gain(photo);
-  FieldGradient found = loss_field_gradient(scene, scene.camera(photo.camera), fields, photo,
+  FieldGradient found = loss_field_gradient(scene, camera_of(scene, photo), fields, photo,
                                             loss_of_rendered(std::move(loss), gain),
                                             render_settings(photo, how.spp, how.seed), progress_);
   counts_->add(found.film, photo);
@@ -192,6 +218,7 @@ FieldGradient PhotoEvaluator::field_gradient(const Point& point, const Photo& ph
   const Colorf before = found_gain(photo);
   find_gain(photo, found.film);  // for the next one
   apply_gain(before, found.film);
+  find_alignment(photo, found.film);
   return found;
 }
 
@@ -201,13 +228,14 @@ FieldJacobian PhotoEvaluator::field_jacobian(const Point& point, const Photo& ph
                                              const Evaluation& how) {
   const Scene scene = scene_of(photo, point);
   FieldJacobian found =
-      render_field_jacobian(scene, scene.camera(photo.camera), fields.refs(),
+      render_field_jacobian(scene, camera_of(scene, photo), fields.refs(),
                             render_settings(photo, how.spp, how.seed), weights, cell, progress_);
   counts_->add(found.film, photo);
   const Colorf fixed = gain_of(photo, point);
   apply_gain(fixed, found.film);
   find_gain(photo, found.film);
   apply_gain(found_gain(photo), found.film);
+  find_alignment(photo, found.film);
   apply_gain(fixed * found_gain(photo), photo, fields, found.fields);
   return found;
 }

@@ -9,6 +9,7 @@
 
 #include "fit/evaluate/field_loss.h"
 #include "fit/evaluate/finite_differences.h"
+#include "fit/objective/alignment.h"
 #include "fit/problem/fit_problem.h"
 #include "fit/problem/point.h"
 #include "render/driver/field_gradient.h"
@@ -72,6 +73,8 @@ class PhotoEvaluator final : public Evaluator {
   Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) override;
   /// The free gain of a photo, as the last render of it gives; 1 before the first.
   Colorf found_gain(const Photo& photo) const;
+  /// With which the next render of a photo is made.
+  Alignment alignment(const Photo& photo) const;
   /// Picture, and the derivative of the loss by every value of the fields.
   FieldGradient field_gradient(const Point& point, const Photo& photo, const Fields& fields,
                                FilmLoss loss, const Evaluation& how);
@@ -87,6 +90,8 @@ class PhotoEvaluator final : public Evaluator {
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
   Colorf gain_of(const Photo& photo, const Point& point) const;
   void find_gain(const Photo& photo, const Film& film);
+  void find_alignment(const Photo& photo, const Film& film);
+  Camera camera_of(const Scene& scene, const Photo& photo) const;
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);
 
@@ -95,6 +100,7 @@ class PhotoEvaluator final : public Evaluator {
   RenderCounts* counts_;
   Progress* progress_ = nullptr;
   std::map<std::string, Colorf> gains_{};  ///< by the id of a photo
+  std::map<std::string, Alignment> alignments_{};  ///< likewise
 };
 
 }  // namespace selenite

@@ -15,10 +15,19 @@ struct Validation {
   std::vector<float> parts;  ///< of `unbiased`, pixel by pixel, all photos
   Color<double> bias;
   std::vector<Colorf> gains;  ///< free ones, of each photo
+  std::vector<Alignment> alignments;
   /// What it is about, so that it can be judged anew.
   std::shared_ptr<const std::vector<Film>> films = std::make_shared<std::vector<Film>>();
 
   void members(SavedState& state);
+};
+
+/// What a fit says of one photo.
+struct PhotoReport {
+  Colorf gain{1, 1, 1};        ///< that the fit found; 1 where it is not free
+  Colorf gain_error{0, 0, 0};  ///< its standard error, the other values given
+  Alignment alignment;
+  double residual_rms = 0;     ///< root mean square of render minus photo, without the render's noise
 };
 
 /// Newest picture of each photo, null before the first; never changed afterwards.
@@ -29,6 +38,9 @@ Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Fi
 /// `previews` takes the pictures. Throws what `evaluate` throws.
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews);
+
+/// What a validation says of each photo.
+std::vector<PhotoReport> report_photos(const FitProblem& problem, const Validation& validation);
 
 /// Whether `one` is worse by more than so many standard errors of the difference, pixel against pixel:
 /// the seeds are the same, so most of the noise is common to both. Nothing is worse than an empty one.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "fit/evaluate/half_buffers.h"
+#include "fit/objective/half_buffers.h"
 #include "fit/problem/reparametrization.h"
 #include "render/driver/render.h"
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/evaluate/seeds.h"
 
 namespace selenite {
@@ -71,8 +71,9 @@ bool Descent::iterate(FitRun& run) {
             problem_->settings().accumulate ? nullptr : optimiser_->clone(), field_steps(run)};
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
+  const double keep = kept();
   step_all(block, reverted, next);
-  learn(next);
+  problem_->scalars().weights->learn(next.seen, keep, done_ + 1);
   restart_.forget();
   run.point.scalars = result.last = from.scalars;
   if (reverted) result.fields_last = result.fields_best;
@@ -169,11 +170,11 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
     next.field_adam.step(next.point.fields, next.gradients, next.how);
 }
 
-/// What the renders of this iteration say of the weights of the next ones.
-void Descent::learn(const Next& next) const {
+/// Share of earlier residuals that still counts: the values have moved since.
+double Descent::kept() const {
   const GaussNewton* const scalars = gauss_newton();
-  problem_->scalars().weights->learn(next.seen, scalars ? scalars->kept() : options_.kept,
-                                     done_ + 1);
+  if (!scalars) return options_.kept;
+  return std::max(scalars->damping().kept(), GaussNewtonOptions{}.least_jacobian_kept);
 }
 
 bool Descent::is_over(const FitRun& run) const {
@@ -187,8 +188,8 @@ bool Descent::begin_restart(const FitRun& run) {
 
 /// Accepts the optimiser's estimate, once it has been compared with low roughness.
 bool Descent::finish(FitRun& run) {
-  if (!settled_) problem_->scalars().weights->settle();
-  settled_ = true;
+  if (!weighed_) problem_->scalars().weights->weigh_answer();
+  weighed_ = true;
   run.follow_weights();
   // Beside fields the last values: each block of scalars begins afresh.
   const Vector x = strategy_->alternates
@@ -266,7 +267,7 @@ void Descent::members(SavedState& state) {
     state(*joint_);
   else
     optimiser_->members(state);
-  state(field_adam_, field_means_, restart_, done_, settled_);
+  state(field_adam_, field_means_, restart_, done_, weighed_);
 }
 
 }  // namespace selenite

@@ -20,7 +20,7 @@ struct DescentOptions {
   /// Pixels of the photos that together determine a texel, first and last, and the largest share of an
   /// image over which its gradient is smoothed.
   double first_spread = 800, last_spread = 8, largest_spread = 1.0 / 80;
-  /// Share of what an iteration of Adam keeps of earlier residuals and noise.
+  /// Share that an iteration of Adam keeps of earlier residuals and noise.
   double kept = 0.8;
   double newest = 0.3;  ///< share of the last step in the mean that ends a block of an image
 };
@@ -48,7 +48,7 @@ class Descent final : public Phase {
   bool iterate(FitRun& run);
   void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
   void observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const;
-  void learn(const Next& next) const;
+  double kept() const;
   void step_all(const Block& block, bool reverted, Next& next);
   bool begin_restart(const FitRun& run);
   bool is_over(const FitRun& run) const;
@@ -67,7 +67,7 @@ class Descent final : public Phase {
   FieldValues field_means_;                  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;
-  bool settled_ = false;  ///< the weights are those of the end
+  bool weighed_ = false;  ///< the weights are those of the end
 };
 
 }  // namespace selenite

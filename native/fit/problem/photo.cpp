@@ -139,7 +139,7 @@ std::uint64_t Photo::fingerprint() const {
        {hash64(id), hash64(camera), static_cast<std::uint64_t>(width),
         static_cast<std::uint64_t>(height), std::bit_cast<std::uint64_t>(frame.aspect),
         static_cast<std::uint64_t>(frame.width), static_cast<std::uint64_t>(frame.height),
-        static_cast<std::uint64_t>(gain_freedom),
+        static_cast<std::uint64_t>(gain_freedom), static_cast<std::uint64_t>(align),
         of_pixels(reference), of_pixels(weight)})
     sum = mix64(sum ^ part);
   for (const double side :

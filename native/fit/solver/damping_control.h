@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "fit/problem/significance.h"
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 
 namespace selenite {
 

@@ -20,8 +20,7 @@ GaussNewton::GaussNewton(const Problem& problem, const GaussNewtonOptions& optio
 
 void GaussNewton::members(SavedState& state) {
   if (own_weights_) state(*own_weights_);
-  state(instruments_, equations_, damping_, iteration_, converged_, accepted_, weights_version_,
-        kept_);
+  state(instruments_, equations_, damping_, iteration_, converged_, accepted_, weights_version_);
 }
 
 Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
@@ -111,7 +110,6 @@ Vector GaussNewton::end_step(const Vector& u, const DampedStep& step,
   damping_.note_step((next - u).cwiseQuotient(cap).cwiseAbs().maxCoeff());
   accepted_.push_back(next);
   if (accepted_.size() > options_.averaged) accepted_.pop_front();
-  kept_ = jacobian_kept;
   if (own_weights_) own_weights_->learn(seen, jacobian_kept, iteration_);
   return problem_->unknowns.project(reparametrization_.to_values(next));
 }

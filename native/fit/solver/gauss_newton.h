@@ -12,7 +12,7 @@
 #include "fit/solver/damping_control.h"
 #include "fit/solver/instrumental_variables.h"
 #include "fit/solver/optimiser.h"
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/solver/recursive_least_squares.h"
 
 namespace selenite {
@@ -82,8 +82,6 @@ class GaussNewton final : public ResidualOptimiser {
   PhotoEquations equations(std::size_t i, const Film& residual) const;
   const Reparametrization& reparametrization() const { return reparametrization_; }
   const PhotoWeights& weights() const { return own_weights_ ? *own_weights_ : *problem_->weights; }
-  /// Share of what was learned before that the last step keeps.
-  double kept() const { return kept_; }
 
   // The parts of a step, for `JointGaussNewton`. Each `step` calls them in this order.
 
@@ -119,7 +117,6 @@ class GaussNewton final : public ResidualOptimiser {
   RecursiveLeastSquares equations_;
   DampingControl damping_;
   int iteration_ = 0;
-  double kept_ = 1;
   bool converged_ = false;
   std::deque<Vector> accepted_;  ///< the newest iterates, in `Reparametrization`
 };

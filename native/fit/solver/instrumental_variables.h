@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "fit/evaluate/half_buffers.h"
+#include "fit/objective/half_buffers.h"
 #include "fit/evaluate/wiener_filter.h"
 #include "fit/problem/saved_state.h"
 

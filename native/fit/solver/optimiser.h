@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "fit/evaluate/finite_differences.h"
-#include "fit/evaluate/half_buffers.h"
+#include "fit/objective/half_buffers.h"
 #include "fit/problem/problem.h"
 
 namespace selenite {

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "fit/evaluate/half_buffers.h"
+#include "fit/objective/half_buffers.h"
 #include "fit/solver/instrumental_variables.h"
 
 namespace selenite {

@@ -16,7 +16,6 @@ void BestIterate::note(HistoryRow& row, const Validation& validation, FitResult&
   if (!first && yields(row.values, validation, result)) return;
   best_ = validation;
   result.best = row.values;
-  result.gains = validation.gains;
   result.fields_best = result.fields_last;
   result.best_iteration = row.iteration;
   result.best_validation = row.validation;
@@ -26,9 +25,10 @@ void BestIterate::note(HistoryRow& row, const Validation& validation, FitResult&
 void BestIterate::reweigh(const FitProblem& problem, FitResult& result) {
   for (Validation* one : {&smallest_, &best_, &start_})
     if (!one->parts.empty()) {
-      std::vector<Colorf> gains = std::move(one->gains);
-      *one = judge(problem, one->films);
-      one->gains = std::move(gains);
+      Validation judged = judge(problem, one->films);
+      judged.gains = std::move(one->gains);
+      judged.alignments = std::move(one->alignments);
+      *one = std::move(judged);
     }
   if (best_.parts.empty()) return;
   result.best_validation = best_.unbiased;

@@ -20,6 +20,7 @@ class BestIterate {
   void note_start(const Validation& validation) { start_ = validation; }
   bool has_start() const { return !start_.parts.empty(); }
   const Validation& start() const { return start_; }
+  void keep_start() { best_ = start_; }
   /// Judges anew what it knows, by weights that have been learned.
   void reweigh(const FitProblem& problem, FitResult& result);
   const Validation& validation() const { return best_; }

@@ -46,7 +46,7 @@ void FitResult::members(SavedState& state) {
     if (state.reading()) shared = std::make_shared<const FieldValues>(std::move(values));
   };
   state(last, best, best_iteration, best_validation, best_validation_standard_error,
-        gains, start_validation, model_error, kept_start, iterations,
+        photos, start_validation, model_error, kept_start, iterations,
         phase, phase_fraction, search, report, history);
   fields(fields_last);
   fields(fields_best);

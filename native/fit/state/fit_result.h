@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "fit/evaluate/photo_evaluator.h"
-#include "fit/evaluate/residual_model.h"
+#include "fit/objective/residual_model.h"
+#include "fit/evaluate/validation.h"
 #include "fit/inference/confidence_intervals.h"
 
 namespace selenite {
@@ -53,7 +54,7 @@ struct FitResult : RenderCounts {
   int best_iteration = 0;
   double best_validation = 0;  ///< NaN: none yet
   double best_validation_standard_error = 0;
-  std::vector<Colorf> gains;    ///< free ones of the photos, that belong to `best`
+  std::vector<PhotoReport> photos;  ///< at `best`; empty while the fit runs
   double start_validation = 0;  ///< of the user's values, by the same weights; NaN: none
   ModelError model_error{};     ///< that the residuals show, by the newest weights
   bool kept_start = false;      ///< `best` is the start, as nothing better was found

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 
 namespace selenite {
 namespace {
@@ -47,7 +47,7 @@ void FitRun::keep_start_if_best() {
   result.best = start.scalars;
   result.fields_best = std::make_shared<FieldValues>(start.fields);
   result.best_iteration = 0;
-  result.gains = best.start().gains;
+  best.keep_start();
   result.best_validation = best.start().unbiased;
   result.best_validation_standard_error = std::sqrt(best.start().variance);
   result.kept_start = true;
@@ -86,6 +86,7 @@ bool FitRun::accept(const Vector& x, const Validation& validation, bool confirme
 }
 
 bool FitRun::stop(StopReason reason, std::string message) {
+  if (!best.validation().parts.empty()) result.photos = report_photos(problem, best.validation());
   result.stopped = reason;
   result.message = std::move(message);
   return false;

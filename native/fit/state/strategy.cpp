@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/solver/joint_gauss_newton.h"
 #include "math/error.h"
 

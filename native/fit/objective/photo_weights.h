@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "fit/evaluate/half_buffers.h"
-#include "fit/evaluate/residual_model.h"
+#include "fit/objective/half_buffers.h"
+#include "fit/objective/residual_model.h"
 #include "fit/problem/pixel_weights.h"
 
 namespace selenite {
@@ -42,7 +42,7 @@ class PhotoWeights {
   /// weights have changed: losses in other weights do not compare.
   bool learn(std::span<const Observation> seen, double keep, int iteration);
   /// Puts all that has been learned into the weights, now that the residuals are those of the answer.
-  void settle();
+  void weigh_answer();
   /// Grows with each change.
   int version() const { return version_; }
   /// By the newest residuals that were weighed.

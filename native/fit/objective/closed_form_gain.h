@@ -11,6 +11,7 @@ namespace selenite {
 /// Sources: docs/measurements/constants.md, "GainPriorOptions".
 struct GainPriorOptions {
   double log_deviation = 0.7;  ///< standard deviation of log gain before any photo: a factor of two
+  int blocks = 10;             ///< along the longer side of a photo
   int steps = 30;              ///< of Newton's method, at most
 };
 inline constexpr GainPriorOptions kGainPrior;
@@ -19,6 +20,11 @@ inline constexpr GainPriorOptions kGainPrior;
 /// the likelihood of the photo times the prior. 1 where the render is black or nothing is free. `film`
 /// has no gain yet; `weights`: precisions of the residuals times their shares, which sum to 1.
 Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::VectorXf& weights);
+
+/// Standard error of such a gain, the other values given, by how blocks of pixels scatter: neighbours
+/// share what no gain explains. `film` has the gain.
+Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,
+                  const Eigen::VectorXf& weights);
 
 /// One half of a film, as rows of a Jacobian are: 3 numbers a pixel.
 struct HalfPicture {

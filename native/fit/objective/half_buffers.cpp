@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/half_buffers.h"
+#include "fit/objective/half_buffers.h"
 
-#include "fit/evaluate/closed_form_gain.h"
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/alignment.h"
+#include "fit/objective/closed_form_gain.h"
+#include "fit/objective/photo_weights.h"
 
 namespace selenite {
 namespace {
@@ -58,7 +59,9 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
   Eigen::VectorXf picture_a, picture_b, weights;
-  if (photo.gain_freedom != GainFreedom::kNone) {
+  AlignmentSlopes slopes;
+  if (photo.align) slopes = alignment_slopes(photo);
+  if (photo.gain_freedom != GainFreedom::kNone || photo.align) {
     picture_a = as_vector(film.half_a);
     picture_b = odd_half(film, film.mean, film.half_a);
     weights = gain_weights(problem, photo);
@@ -72,6 +75,10 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
     const Eigen::VectorXf covariance = as_vector(slot.covariance) * (2 * scale);
     set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
     set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
+    if (photo.align && !photo.pixels) {
+      eliminate_alignment(slopes, photo, weights, halves.jacobian_a.col(k));
+      eliminate_alignment(slopes, photo, weights, halves.jacobian_b.col(k));
+    }
     if (photo.gain_freedom == GainFreedom::kNone || photo.pixels) continue;
     eliminate_gain({picture_a, halves.variance}, photo, weights, covariance, row.channel,
                    halves.jacobian_a.col(k));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/residual_model.h"
+#include "fit/objective/residual_model.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>

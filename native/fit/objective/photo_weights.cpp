@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/photo_weights.h"
+#include "fit/objective/photo_weights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -68,7 +68,7 @@ bool PhotoWeights::learn(std::span<const Observation> seen, double keep, int ite
   return true;
 }
 
-void PhotoWeights::settle() {
+void PhotoWeights::weigh_answer() {
   if (weighted_ && renders_ > 0) weigh(true);
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/evaluate/closed_form_gain.h"
+#include "fit/objective/closed_form_gain.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "math/scalar.h"
 
@@ -54,6 +55,36 @@ Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::Vecto
     return Colorf(static_cast<float>(gain_of(a.r + a.g + a.b, b.r + b.g + b.b, prior)));
   return {static_cast<float>(gain_of(a.r, b.r, prior)), static_cast<float>(gain_of(a.g, b.g, prior)),
           static_cast<float>(gain_of(a.b, b.b, prior))};
+}
+
+Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,
+                  const Eigen::VectorXf& weights) {
+  const bool together = photo.gain_freedom == GainFreedom::kScalar;
+  const int side =
+      std::max((std::max(film.width, film.height) + kGainPrior.blocks - 1) / kGainPrior.blocks, 1);
+  const int columns = (film.width + side - 1) / side, rows = (film.height + side - 1) / side;
+  std::vector<Color<double>> scores(static_cast<std::size_t>(columns) * rows);
+  Color<double> strength;
+  for (std::size_t i = 0; i < film.size(); ++i) {
+    const int x = static_cast<int>(i) % film.width, y = static_cast<int>(i) / film.width;
+    Color<double>& score = scores[static_cast<std::size_t>(y / side * columns + x / side)];
+    for (int c = 0; c < 3; ++c) {
+      const double weight = weights[static_cast<Eigen::Index>(3 * i) + c], mean = film.mean[i][c];
+      const double variance = std::max(film.variance[i][c], 0.f);
+      strength[c] += weight * (mean * mean - variance);
+      score[c] += weight * (mean * (mean - photo.reference[i][c]) - variance);
+    }
+  }
+  Colorf error;
+  for (int c = 0; c < 3; ++c) {
+    double squares = 0;
+    for (const Color<double>& one : scores)
+      squares += square(together ? one.r + one.g + one.b : one[c]);
+    const double all = together ? strength.r + strength.g + strength.b : strength[c];
+    const double relative = all > 0 ? std::sqrt(squares) / all : kGainPrior.log_deviation;
+    error[c] = gain[c] * static_cast<float>(std::min(relative, kGainPrior.log_deviation));
+  }
+  return error;
 }
 
 void eliminate_gain(const HalfPicture& half, const Photo& photo, const Eigen::VectorXf& weights,

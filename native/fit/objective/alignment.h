@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fit/problem/photo.h"
+#include "render/film/film.h"
+#include "scene/camera.h"
+
+namespace selenite {
+
+/// Sources: docs/measurements/constants.md, "AlignmentOptions".
+struct AlignmentOptions {
+  double most = 4;        ///< pixels of the picture, either way; of a roll at the farthest corner
+  double deviation = 2;   ///< standard deviation in pixels before any photo
+  double step = 0.7;      ///< share of each estimate that is taken: it has the noise of one render
+};
+inline constexpr AlignmentOptions kAlignment;
+
+/// Where a camera stood beside what the scene says: pixels of the picture, and radians about its axis.
+struct Alignment {
+  double x = 0, y = 0, roll = 0;
+  /// The camera with it, for a picture of that size.
+  Camera apply(Camera camera, int width, int height, const PhotoFrame& frame) const;
+};
+
+/// What the photo changes by where its camera moves by a pixel to the right, a pixel down, and rolls by
+/// a radian: by the photo's own gradient. A column each, 3 numbers a pixel; 0 where a neighbour does not
+/// count.
+using AlignmentSlopes = Eigen::Matrix<float, Eigen::Dynamic, 3>;
+AlignmentSlopes alignment_slopes(const Photo& photo);
+
+/// The alignment after another look at a render with the present one: a step of least squares, within
+/// bounds. `weights` as of `closed_form_gain`.
+Alignment improved(const Alignment& present, const Film& film, const Photo& photo,
+                   const Eigen::VectorXf& weights);
+
+/// Takes from a column of derivatives what a change of the alignment makes of the picture, as
+/// `eliminate_gain` does for the gain.
+void eliminate_alignment(const AlignmentSlopes& slopes, const Photo& photo,
+                         const Eigen::VectorXf& weights, Eigen::Ref<Eigen::VectorXf> column);
+
+}  // namespace selenite
