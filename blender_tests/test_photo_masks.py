@@ -138,3 +138,25 @@ def test_a_white_background_of_a_grey_world_is_named(values, tmp_path):
     native.image().write_exr(path, pixels)
     plan = prepare(values, request(path))
     assert [text for text in plan.warnings if "is of one brightness, 0.97" in text]
+
+
+@pytest.mark.parametrize("asked", [{"silhouette": 1}, {"background": "border:0.02"}])
+def test_a_masked_background_does_not_matter(values, tmp_path, asked):
+    """Black, white or grey: a fit is given the same, bit by bit. Noise needs a silhouette."""
+    plain = photo(values, tmp_path / "plain.exr")
+    behind = hits(values, (32, 24)) == 0
+    given = []
+    noise = np.random.default_rng(5).random((24, 32, 3))
+    for index, background in enumerate((0.0, 1.9, 0.18, noise)):
+        if index == 3 and "silhouette" not in asked:
+            continue
+        pixels = native.image().read(plain)[0].copy()
+        pixels[behind] = (noise if index == 3 else np.full_like(noise, background))[behind]
+        path = str(tmp_path / f"{index}.exr")
+        native.image().write_exr(path, np.ascontiguousarray(pixels, np.float32))
+        found = capture_of(values, path, {"Body", "Block"}, **asked)
+        given.append((found.weight, np.where((found.weight > 0)[..., None], found.reference, 0)))
+    for weight, reference in given:
+        assert (weight > 0).sum() > 80
+        np.testing.assert_array_equal(weight, given[0][0])
+        np.testing.assert_array_equal(reference, given[0][1])

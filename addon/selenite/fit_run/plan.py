@@ -19,6 +19,7 @@ from . import light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .photos import suspicion
+from .photos.silhouette import Silhouettes
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan
 from .staging.plan import Stage
@@ -91,7 +92,7 @@ def prepare(
     scene = build_scene(all_fields.with_fields(values, fields))
     warnings += _gauge(captures, names)
     if captures_at is None:
-        warnings += _suspicions(values, request, captures, scene)
+        warnings += _suspicions(values, replace(request, unknowns=requests), captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
     by_height = {request.settings.height: captures}
     stages = []
@@ -158,9 +159,14 @@ def _suspicions(
     """Of the photos, beside what the scene renders at its start values."""
     asked = with_ids(request.captures, (camera.name for camera in values.cameras))
     free = {item.id for item in asked if item.gain not in ("", "none")}
+    owners = {item.owner for item in request.unknowns}
+    silhouettes = Silhouettes(values, owners)
+    lit = not owners <= {item.name for item in values.materials}
     depth, threads = request.settings.depth, request.settings.threads
     found = (
-        suspicion.remark(item, scene, depth, threads, finds_gain=item.id in free)
+        suspicion.remark(
+            item, scene, silhouettes, depth, threads, black_only=lit or item.id in free
+        )
         for item in captures
     )
     return [text for text in found if text]

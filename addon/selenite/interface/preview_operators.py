@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A picture of what counts of a photo, in the Image Editor."""
 
+from typing import Any
+
 import bpy
 import numpy as np
 
@@ -73,7 +75,8 @@ def _image(capture: Capture) -> bpy.types.Image:
     outside = np.array(_OUTSIDE) + _SHOWN * capture.reference
     pixels = np.ones((height, width, 4), np.float32)
     pixels[..., :3] = np.where((capture.weight > 0)[..., None], capture.reference, outside)
-    image.pixels.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
+    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
+    into.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
     image.update()
     return image
 

@@ -26,13 +26,18 @@ class Silhouettes:
         self._scene: Any = None
 
     def inside(self, camera: str, frame: tuple[Any, ...], size: tuple[int, int]) -> np.ndarray:
-        """(h, w) bool: pixels that show nothing else. size: (width, height). Raises ValueError for
-        a scene that the native module refuses."""
+        """(h, w) bool: pixels that show nothing else. Size and errors as of `coverage`."""
+        covered: np.ndarray = self.coverage(camera, frame, size) > 1 - 0.5 / _SPP
+        return covered
+
+    def coverage(self, camera: str, frame: tuple[Any, ...], size: tuple[int, int]) -> np.ndarray:
+        """(h, w): the share of each pixel that shows them. size: (width, height). Raises ValueError
+        for a scene that the native module refuses."""
         if self._scene is None:
             self._scene = build(self._glowing())
         film = native.core().render(self._scene, camera, *size, _SPP, depth=1, frame=frame)
-        covered: np.ndarray = film.image[..., 0] > 1 - 0.5 / _SPP
-        return covered
+        share: np.ndarray = film.image[..., 0]
+        return share
 
     def _glowing(self) -> SceneValues:
         """The scene in the dark; its surfaces are black, but those of the materials shine."""

@@ -11,11 +11,13 @@ from ... import native
 from ..capture_render import shown, under_its_lights
 from ..captures import Capture
 from .background import Background, border
+from .silhouette import Silhouettes
 
 #: Largest difference of one colour in sRGB code values: what compression leaves.
 _EVEN = 0.02
-#: The least share of the photo, and of its border, that such a background takes.
-_LEAST, _LEAST_BORDER = 0.05, 0.25
+#: The least share of the photo, and of its border, that such a background takes, and the largest:
+#: beyond it is a photo of nothing else.
+_LEAST, _LEAST_BORDER, _MOST = 0.05, 0.25, 0.95
 #: Rows and samples of the render beside it.
 _ROWS, _SPP, _SEED = 48, 32, 1 << 43
 #: Linear light that is black, and how much brighter than it the scene has to be. Of another colour:
@@ -26,27 +28,31 @@ _BLACK, _BRIGHTER, _OTHER = 0.01, 4.0, 1.5
 def remark(
     capture: Capture,
     scene: Any,  # noqa: ANN401 - a native Scene
+    silhouettes: Silhouettes,
     depth: int,
     threads: int,
     *,
-    finds_gain: bool = False,
+    black_only: bool = False,
 ) -> str:
     """A warning if pixels of one colour join the photo's border, count, and the scene renders
-    something else there; "" if not. finds_gain: of the photo, so that only black tells."""
+    something else there that is not fitted; "" if not. black_only: light or gain are fitted, so no
+    other brightness tells."""
     behind = Background(None, _EVEN).pixels(capture.reference) & (capture.weight > 0)
     rim = border(behind.shape)
-    if behind.mean() < _LEAST or behind[rim].mean() < _LEAST_BORDER:
+    if not _LEAST <= behind.mean() <= _MOST or behind[rim].mean() < _LEAST_BORDER:
         return ""
     height, width = behind.shape
     rows = min(_ROWS, height)
     columns = max(1, round(width * rows / height))
     small = native.image().resize(behind.astype(np.float32), columns, rows) > 1 - 1e-4
+    frame = capture.frame_of_render
+    small &= silhouettes.coverage(capture.camera, frame, (columns, rows)) == 0
     if not small.any():
         return ""
     film = native.core().render(
         under_its_lights(scene, capture), capture.camera, columns, rows, _SPP,
         seed=_SEED, depth=depth, threads=threads,
-        frame=capture.frame_of_render,
+        frame=frame,
     )  # fmt: skip
     photo = float(np.median(capture.reference[behind].mean(axis=-1)))
     picture = shown(film.image, capture.gain)
@@ -54,7 +60,7 @@ def remark(
     if photo < _BLACK:
         differs = render > _BLACK and render > _BRIGHTER * photo
     else:
-        differs = not finds_gain and not photo / _OTHER <= render <= photo * _OTHER
+        differs = not black_only and not photo / _OTHER <= render <= photo * _OTHER
     if not differs:
         return ""
     what = "black" if photo < _BLACK else f"of one brightness, {photo:.2g}"
