@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/objective/alignment.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "fit/problem/pixel_weights.h"
+#include "fit/synthetic_renderer.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 48;
+
+/// A smooth picture with slopes in both directions.
+Colorf scenery(double x, double y) {
+  const auto level = static_cast<float>(0.5 + 0.3 * std::sin(0.31 * x + 0.05 * y) * std::cos(0.23 * y));
+  return Colorf(level, 0.8f * level, 0.6f);
+}
+
+Photo photo() {
+  Photo photo = photo_of_size("Left", kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      photo.reference[static_cast<std::size_t>(y) * kWidth + x] = scenery(x + 0.5, y + 0.5);
+  photo.align = true;
+  check_photo(photo);
+  return photo;
+}
+
+/// Of a camera that sees what lies off by `wrong`, once it is moved by `present`.
+Film render(const Alignment& wrong, const Alignment& present) {
+  Film film(kWidth, kHeight, 4);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const double roll = present.roll - wrong.roll, px = x + 0.5, py = y + 0.5;
+      // Right and up from the middle, turned against the clock.
+      const double right = px - kWidth / 2.0, up = kHeight / 2.0 - py;
+      const double to_right = std::cos(roll) * right - std::sin(roll) * up;
+      const double to_up = std::sin(roll) * right + std::cos(roll) * up;
+      film.mean[static_cast<std::size_t>(y) * kWidth + x] =
+          scenery(kWidth / 2.0 + to_right + present.x - wrong.x,
+                  kHeight / 2.0 - to_up + present.y - wrong.y);
+    }
+  return film;
+}
+
+TEST(Alignment, IsFoundByThePhotosOwnGradient) {
+  const Photo one = photo();
+  const Eigen::VectorXf weights = relative_weights(one, 1);
+  const Alignment wrong{1.7, -2.2, 0.01};
+  Alignment found;
+  for (int look = 0; look < 12; ++look) found = improved(found, render(wrong, found), one, weights);
+  EXPECT_NEAR(found.x, wrong.x, 0.03);
+  EXPECT_NEAR(found.y, wrong.y, 0.03);
+  EXPECT_NEAR(found.roll, wrong.roll, 5e-4);
+}
+
+TEST(Alignment, StaysWithinFourPixels) {
+  const Photo one = photo();
+  const Eigen::VectorXf weights = relative_weights(one, 1);
+  Alignment found;
+  for (int look = 0; look < 12; ++look) found = improved(found, render({5, 0, 0}, found), one, weights);
+  EXPECT_EQ(found.x, kAlignment.most);
+}
+
+// What the moved camera sees at a pixel is what it saw at the pixel farther on.
+TEST(Alignment, MovesTheCameraByPixels) {
+  Camera camera;
+  camera.to_world = Mat4::identity();
+  const Alignment moved{1.5, -2.5, 0};
+  const Camera other = moved.apply(camera, kWidth, kHeight, {});
+  const Vec3d point{0.1, -0.2, -3};
+  const Vec2<double> before = PixelCamera(camera, kWidth, kHeight).project(point);
+  const Vec2<double> after = PixelCamera(other, kWidth, kHeight).project(point);
+  EXPECT_NEAR(before.x - after.x, moved.x, 1e-9);
+  EXPECT_NEAR(before.y - after.y, moved.y, 1e-9);
+  // A roll against the clock: a point to the right appears lower.
+  const Camera rolled = Alignment{0, 0, 0.1}.apply(camera, kWidth, kHeight, {});
+  const Vec3d right{1, 0, -3};
+  const Vec2<double> was = PixelCamera(camera, kWidth, kHeight).project(right);
+  const Vec2<double> is = PixelCamera(rolled, kWidth, kHeight).project(right);
+  EXPECT_NEAR(is.y - was.y, std::sin(0.1) * (was.x - kWidth / 2.0), 1e-9);
+}
+
+// A parameter that moves the picture as the alignment does is left with nothing.
+TEST(Alignment, EliminationTakesWhatAShiftMakesOfThePicture) {
+  const Photo one = photo();
+  const AlignmentSlopes slopes = alignment_slopes(one);
+  Eigen::VectorXf column = 2 * slopes.col(0) - slopes.col(1);
+  const float before = column.norm();
+  eliminate_alignment(slopes, one, relative_weights(one, 1), column);
+  EXPECT_LT(column.norm(), 0.02f * before);
+}
+
+}  // namespace
+}  // namespace selenite
