@@ -156,8 +156,11 @@ def _has_light(values: SceneValues, unknowns: Sequence[Unknown]) -> bool:
 def _suspicions(
     values: SceneValues, request: RunRequest, captures: Sequence[Capture], scene: Any
 ) -> list[str]:
-    """Of the photos, beside what the scene renders at its start values."""
+    """Of the photos without a mask, beside what the scene renders at its start values."""
     asked = with_ids(request.captures, (camera.name for camera in values.cameras))
+    unmasked = {
+        item.id for item in asked if not (item.mask or item.background) and item.silhouette is None
+    }
     free = {item.id for item in asked if item.gain not in ("", "none")}
     owners = {item.owner for item in request.unknowns}
     silhouettes = Silhouettes(values, owners)
@@ -168,6 +171,7 @@ def _suspicions(
             item, scene, silhouettes, depth, threads, black_only=lit or item.id in free
         )
         for item in captures
+        if item.id in unmasked
     )
     return [text for text in found if text]
 
