@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from .. import native
@@ -24,7 +25,7 @@ class View:
     camera: str
     size: tuple[int, int]
     frame: tuple[float, int, int]
-    lights: Any = AS_IN_SCENE
+    lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     gain: Gain = (1.0, 1.0, 1.0)
     capture: str = ""
 

@@ -180,8 +180,11 @@ class _View:
             halves = self._scaled(halves)
         a, b = (self.picture - half for half in halves)
         share = self.weight / self.weight.sum()
-        mean = float((self.picture.mean(axis=2) * share).sum())
-        bright = np.maximum(self.picture.mean(axis=2), 0.0) ** 2 + (_DARK * mean) ** 2
+        photo, render = self.picture.mean(axis=2), (halves[0] + halves[1]).mean(axis=2) / 2
+        mean = float((photo * share).sum())
+        # Of both pictures: where light falls in one of them alone, the error is 2 and no more, so
+        # that a few dark pixels do not decide.
+        bright = (photo**2 + render**2) / 2 + (_DARK * mean) ** 2
         square = (a * b).mean(axis=2) / np.maximum(bright, np.finfo(np.float32).tiny)
         weights = _blocks(self.weight)
         sums = _blocks(square * self.weight)
