@@ -134,7 +134,7 @@ def _blender(options: argparse.Namespace) -> list[Run]:
     """pytest with bpy: a process per file, because one process can load one Blender once."""
     runs = []
     for path in _blender_files(options):
-        command = [PYTHON, RUN_PYTEST, *_pytest_words(path.stem, [path], options)]
+        command: list[str | Path] = [PYTHON, RUN_PYTEST, *_pytest_words(path.stem, [path], options)]
         runs.append(_run_of("blender", path.stem, command, [path], options))
     return runs
 
@@ -151,7 +151,7 @@ def _blender34(options: argparse.Namespace) -> list[Run]:
     runs = []
     for path in files:
         words = _pytest_words(path.stem, [path], options, "blender34")
-        command = [*start, "--python", RUN_IN_BLENDER, "--", *words]
+        command: list[str | Path] = [*start, "--python", RUN_IN_BLENDER, "--", *words]
         runs.append(_run_of("blender34", path.stem, command, [path], options))
     return runs
 
