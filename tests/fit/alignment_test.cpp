@@ -68,7 +68,6 @@ TEST(Alignment, StaysWithinFourPixels) {
 // What the moved camera sees at a pixel is what it saw at the pixel farther on.
 TEST(Alignment, MovesTheCameraByPixels) {
   Camera camera;
-  camera.to_world = Mat4::identity();
   const Alignment moved{1.5, -2.5, 0};
   const Camera other = moved.apply(camera, kWidth, kHeight, {});
   const Vec3d point{0.1, -0.2, -3};
