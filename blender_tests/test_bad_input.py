@@ -77,8 +77,8 @@ def _mask_of_a_second_photo(folder):
     return [*_good(folder), f"--mask=Camera#2={made.photo(folder / 'mask.png')}"]
 
 
-def _mask_of_another_size(folder):
-    return [*_good(folder), f"--mask=Camera={made.photo(folder / 'mask.png', size=(16, 12))}"]
+def _mask_of_another_shape(folder):
+    return [*_good(folder), f"--mask=Camera={made.photo(folder / 'mask.png', size=(16, 16))}"]
 
 
 def _mask_of_nothing(folder):
@@ -179,7 +179,7 @@ CASES = {
         _mask_of_a_second_photo,
         "Photo 'Camera#2': a mask is given but no photo; add --photo Camera=FILE",
     ),
-    "mask of another size": (_mask_of_another_size, "it is 16 x 12 pixels, its photo 32 x 24"),
+    "mask of another shape": (_mask_of_another_shape, "it is 16 x 16 pixels, its photo 32 x 24"),
     "mask of nothing": (_mask_of_nothing, "no pixel of it can be used"),
     "photo argument": (_photo_argument, "it is not CAMERA=FILE"),
     "no Principled": (_no_principled, "Material 'Body': is made of node 'Glass BSDF'"),
@@ -208,7 +208,7 @@ CASES = {
     "iterations": (_more("--iterations=0"), "Setting 'iterations': 0 lies outside"),
     "learning rate": (_more("--learning-rate=nan"), "Setting 'learning_rate': nan lies outside"),
     "loss": (_more("--loss=l2"), "Setting 'loss': 'l2' is not known"),
-    "spp": (_more("--spp=1"), "loss 'dual-buffer' needs 2 samples"),
+    "spp": (_more("--spp=1"), "loss 'robust' needs 2 samples"),
     "optimiser": (_more("--optimiser=sgd"), "Setting 'optimiser': 'sgd' is not known"),
     "out": (_out_is_a_file, "taken': it is a file"),
     "save": (_more("--save=nowhere/out.blend"), "its folder does not exist"),

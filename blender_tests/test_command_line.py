@@ -45,7 +45,7 @@ def test_check_says_what_was_understood(scene, capsys):
     assert report["cameras"] == [{"name": "Camera", "kind": "PERSP", "width": 32, "height": 24}]
     assert report["owners"]["Body"]["parameters"]["roughness"]["value"] == [0.5]
     assert report["owners"]["World"]["datablock"] == "Studio"
-    assert report["lights"] == [{"name": "Key Light", "kind": "POINT"}]
+    assert report["lights"] == [{"name": "Key Light", "object": "Key Light", "kind": "POINT"}]
     assert report["problems"] == []
 
 
@@ -216,7 +216,7 @@ def test_fit_finds_the_colour_and_writes_everything(scene, tmp_path, capsys):
     row = report["parameters"]["Body:base_color"]
     assert row["value"] == pytest.approx([0.2, 0.6, 0.4], abs=0.02)
     assert row["initial"] == pytest.approx([0.8, 0.4, 0.2])
-    assert (row["minimum"], row["maximum"], row["unit"]) == (0.001, 0.999, "1")
+    assert (row["minimum"], row["maximum"], row["unit"]) == (0.0, 1.0, "1")
     assert report["schema"] == results.SCHEMA
     folder = Path(report["folder"])
     names = {item.name for item in folder.iterdir()}

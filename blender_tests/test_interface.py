@@ -52,8 +52,8 @@ def test_losses_of_the_panel_are_the_native_ones():
     numbers = {item[0]: item[3] for item in properties.LOSS_ITEMS}
     assert list(numbers) == [row["name"] for row in native.core().losses()]
     # What .blend files hold.
-    kept = ("dual-buffer", "mse", "brightness-independent-mse", "mae", "mean-bias-error")
-    assert {name: numbers[name] for name in kept} == dict(zip(kept, range(5), strict=True))
+    kept = ("dual-buffer", "mse", "brightness-independent-mse", "mae", "mean-bias-error", "robust")
+    assert {name: numbers[name] for name in kept} == dict(zip(kept, range(6), strict=True))
     optimisers = [item[0] for item in properties.OPTIMISER_ITEMS]
     assert sorted(optimisers) == sorted(
         ["auto", *(row["name"] for row in native.core().optimisers())]

@@ -113,7 +113,7 @@ def test_run_json_repeats_the_stages_with_the_same_bytes(scene, tmp_path, capsys
             [{"name": "a", "parameters": ["Body:ior"], "spp": 1, "height": 0}],
             ("--fit=Body:base_color",),
             ["Stage 1 'a': 'Body:ior' is not fitted", "Stage 1 'a', setting 'height': 0 lies",
-             "Stage 1 'a', setting 'spp': loss 'dual-buffer' needs 2",
+             "Stage 1 'a', setting 'spp': loss 'robust' needs 2",
              "Parameter 'Body:base_color': it is in no stage"],
         ),
         (

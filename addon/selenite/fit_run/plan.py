@@ -82,14 +82,14 @@ def prepare(
 
     captures = photos(request.settings.height, warnings)
     warnings += light_states.remarks(values, request.captures)
-    if not values.problems and not _has_light(values, unknowns):
-        cause = "no lamp, world or material of it gives light, and none of them is fitted"
-        cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
-        problems.append(Problem("Scene", cause, cure))
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(all_fields.with_fields(values, fields))
+    if not _has_light(values, unknowns):
+        cause = "no lamp, world or material of it gives light, and none of them is fitted"
+        cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
+        raise BadInput(Problem("Scene", cause, cure))
     warnings += _gauge(captures, names)
     if captures_at is None:
         warnings += _suspicions(values, replace(request, unknowns=requests), captures, scene)

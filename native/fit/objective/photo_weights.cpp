@@ -82,12 +82,15 @@ void PhotoWeights::weigh(bool with_model_error) {
     const Sums& sums = sums_[i];
     variances.push_back(
         box_blur(sums.variance, photo.width, photo.height, options_.noise_radius) / renders);
-    if (!with_model_error) continue;
     products_.push_back(sums.half_a.cwiseProduct(sums.half_b) / (renders * renders));
     residuals.push_back(
         {photo, residual_variance(photo, variances.back(), options_), products_.back()});
   }
-  model_ = with_model_error ? ResidualModel(residuals) : ResidualModel();
+  model_ = ResidualModel(residuals);
+  if (!with_model_error && model_.size(residuals) < options_.plain_model_error) {
+    model_ = ResidualModel();
+    products_.clear();
+  }
   for (std::size_t i = 0; i < weights_.size(); ++i) weights_[i] = by_variance(i, variances[i]);
   set_scale();
   ++version_;

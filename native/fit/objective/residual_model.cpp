@@ -49,6 +49,18 @@ struct ThreeEquations {
   }
   double value(const Three& x) const { return x.dot(normal * x) / 2 - right.dot(x); }
 
+  /// The same with the last number at most `most`: beyond that it is fixed.
+  Three solve(double most) const {
+    const Three free = solve();
+    if (free[2] <= most) return free;
+    ThreeEquations others = *this;
+    others.right -= most * normal.col(2);
+    others.normal.row(2).setZero();
+    others.normal.col(2).setZero();
+    Three x = others.solve();
+    x[2] = most;
+    return x;
+  }
   /// The best of all solutions whose numbers are not below 0: each subset of them may be 0.
   Three solve() const {
     Three best = Three::Zero();
@@ -109,9 +121,20 @@ ResidualModel::ResidualModel(std::span<const PhotoResiduals> photos,
                       share / square(static_cast<double>(variance[i])));
       }
     }
-    const Three squares = equations.solve().cwiseSqrt();
+    const Three squares = equations.solve(square(options_.most_shift)).cwiseSqrt();
     error_ = {squares[0], squares[1], squares[2]};
   }
+}
+
+double ResidualModel::size(std::span<const PhotoResiduals> photos) const {
+  double sum = 0;
+  for (const PhotoResiduals& one : photos) {
+    const ErrorScales scales(one.photo);
+    const Eigen::VectorXf ratio = scales.variance(error_).cwiseQuotient(scales.relative);
+    for (Eigen::Index i = 0; i < ratio.size(); ++i)
+      sum += one.photo.share(static_cast<std::size_t>(i / 3)) * static_cast<double>(ratio[i]);
+  }
+  return std::sqrt(sum / static_cast<double>(photos.size()));
 }
 
 /// (nu + 1) / (nu + q), q the mean of residuals around a pixel in units of their variance.

@@ -14,6 +14,7 @@ class SavedState;
 struct ResidualModelOptions {
   double degrees_of_freedom = 4;  ///< of Student's t
   int sweeps = 12;                ///< of expectation and maximisation
+  double most_shift = 1;          ///< pixels: farther off it is no misalignment
   int radius = 2;                 ///< of the neighbourhood by which a pixel is judged
 };
 
@@ -50,6 +51,8 @@ class ResidualModel {
   ResidualModel(std::span<const PhotoResiduals> photos, const ResidualModelOptions& options = {});
 
   const ModelError& error() const { return error_; }
+  /// The error as a share of brightness: root of the mean of its variance over squared brightness.
+  double size(std::span<const PhotoResiduals> photos) const;
   /// The weight of a normal residual times what its neighbourhood leaves of it: 1 / variance, 3 numbers a
   /// pixel. The pixel itself does not count, or noise of the photo would be weighed by its size.
   Eigen::VectorXf precision(const PhotoResiduals& photo) const;

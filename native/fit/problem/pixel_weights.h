@@ -23,8 +23,10 @@ struct PixelWeightsOptions {
   /// Iteration at which Gauss-Newton first puts the noise into its weights; it doubles each time.
   int first_weighing = 3;
   /// From this one on the model error that residuals show joins: before they are mostly those of a start
-  /// that is far from the answer.
+  /// that is far from the answer. A plain one, as a share of brightness, joins at once: by relative
+  /// weights dark pixels would rule.
   int first_model_error = 12;
+  double plain_model_error = 0.2;
 };
 inline constexpr PixelWeightsOptions kPixelWeights;
 
