@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,10 +31,10 @@ def read_json(path: Path, largest: int = LARGEST) -> Any:  # noqa: ANN401 - what
         raise ValueError(why)
     try:
         with path.open("rb") as file:
-            data = file.read(largest + 1)
-        if len(data) > largest:
-            raise ValueError(f"it has more than {largest >> 20} MiB")
-        return json.loads(data.decode("utf-8-sig"))
+            # The size comes first: read(largest) would reserve as much for a file of any size.
+            if os.fstat(file.fileno()).st_size > largest:
+                raise ValueError(f"it has more than {largest >> 20} MiB")
+            return json.loads(file.read().decode("utf-8-sig"))
     except OSError as error:
         raise ValueError((error.strerror or str(error)).lower()) from error
     except RecursionError as error:

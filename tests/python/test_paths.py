@@ -7,6 +7,7 @@ import itertools
 import os
 import shutil
 import sys
+import tracemalloc
 from pathlib import Path
 from typing import NamedTuple
 
@@ -149,3 +150,15 @@ def test_what_is_no_json_is_told(content: bytes, words: str, tmp_path: Path) -> 
         read_json(path, largest)
     with pytest.raises(ValueError, match="pipe or a device"):
         read_json(Path("/dev/zero"))
+
+
+def test_json_takes_memory_by_the_size_of_its_file(tmp_path: Path) -> None:
+    """Not by the largest that is permitted, which a state of a fit reaches only with big grids."""
+    path = tmp_path / "a.json"
+    write_json(path, {"a": 1})
+    tracemalloc.start()
+    try:
+        assert read_json(path, 1 << 30) == {"a": 1}
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
