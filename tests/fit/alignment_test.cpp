@@ -51,7 +51,7 @@ TEST(Alignment, IsFoundByThePhotosOwnGradient) {
   const Eigen::VectorXf weights = relative_weights(one, 1);
   const Alignment wrong{1.7, -2.2, 0.01};
   Alignment found;
-  for (int look = 0; look < 12; ++look) found = improved(found, render(wrong, found), one, weights);
+  for (int step = 0; step < 12; ++step) found = improved(found, render(wrong, found), one, weights);
   EXPECT_NEAR(found.x, wrong.x, 0.03);
   EXPECT_NEAR(found.y, wrong.y, 0.03);
   EXPECT_NEAR(found.roll, wrong.roll, 5e-4);
@@ -61,7 +61,7 @@ TEST(Alignment, StaysWithinFourPixels) {
   const Photo one = photo();
   const Eigen::VectorXf weights = relative_weights(one, 1);
   Alignment found;
-  for (int look = 0; look < 12; ++look) found = improved(found, render({5, 0, 0}, found), one, weights);
+  for (int step = 0; step < 12; ++step) found = improved(found, render({5, 0, 0}, found), one, weights);
   EXPECT_EQ(found.x, kAlignment.most);
 }
 

@@ -79,10 +79,10 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     EXPECT_TRUE(fit.result().message.empty()) << fit.result().message;
     return fit.result();
   };
-  const FitResult held = fit_of(GainFreedom::kNone), free = fit_of(GainFreedom::kRgb);
+  const FitResult with_gauge = fit_of(GainFreedom::kNone), free = fit_of(GainFreedom::kRgb);
   for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_NEAR(held.best[static_cast<Eigen::Index>(k)], 0.6, 0.01);
-    EXPECT_TRUE(held.report.components[k].determined);
+    EXPECT_NEAR(with_gauge.best[static_cast<Eigen::Index>(k)], 0.6, 0.01);
+    EXPECT_TRUE(with_gauge.report.components[k].determined);
     EXPECT_FALSE(free.report.components[k].determined);
   }
 }

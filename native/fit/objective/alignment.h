@@ -30,7 +30,7 @@ struct Alignment {
 using AlignmentSlopes = Eigen::Matrix<float, Eigen::Dynamic, 3>;
 AlignmentSlopes alignment_slopes(const Photo& photo);
 
-/// The alignment after another look at a render with the present one: a step of least squares, within
+/// The alignment after a render with the present one: a step of least squares, within
 /// bounds. `weights` as of `closed_form_gain`.
 Alignment improved(const Alignment& present, const Film& film, const Photo& photo,
                    const Eigen::VectorXf& weights);
