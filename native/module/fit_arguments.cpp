@@ -26,8 +26,8 @@ constexpr std::array<std::string_view, 3> kGainFreedoms{"none", "scalar", "rgb"}
 
 Photo photo_of(const py::handle& object, std::size_t index) {
   const std::string what = "photos[" + std::to_string(index) + "]";
-  std::vector<const char*> keys{"id", "camera", "reference", "weight",    "frame",
-                                "lights", "free_gain", "align"};
+  std::vector<const char*> keys{"id",    "camera", "reference", "weight",
+                                "frame", "lights", "free_gain", "align"};
   for (const Parameter& parameter : photo_parameter_table().rows)
     keys.push_back(parameter.name.data());
   const Named named(object, what, std::move(keys));

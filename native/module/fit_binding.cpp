@@ -138,8 +138,7 @@ py::dict captures_dict(const FitJob& job, const std::vector<PhotoReport>& report
     const Photo& photo = job.photos()[i];
     const auto& [gain, error, alignment, rms] = reports[i];
     py::dict one("residual_rms"_a = rms);
-    if (photo.align)
-      one["shift"] = py::make_tuple(alignment.x, alignment.y, alignment.roll);
+    if (photo.align) one["shift"] = py::make_tuple(alignment.x, alignment.y, alignment.roll);
     if (photo.gain_freedom != GainFreedom::kNone) {
       py::list interval;
       for (int c = 0; c < 3; ++c) {
@@ -163,7 +162,8 @@ py::dict result_dict(const FitJob& job) {
                   "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
                   "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
                   "best_validation_standard_error"_a = r.best_validation_standard_error,
-                  "captures"_a = captures_dict(job, r.photos), "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
+                  "captures"_a = captures_dict(job, r.photos),
+                  "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
                   "model_error"_a = py::dict("relative"_a = r.model_error.relative,
                                              "absolute"_a = r.model_error.absolute,
                                              "shift"_a = r.model_error.shift),

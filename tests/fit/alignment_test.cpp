@@ -15,7 +15,8 @@ constexpr int kWidth = 64, kHeight = 48;
 
 /// A smooth picture with slopes in both directions.
 Colorf scenery(double x, double y) {
-  const auto level = static_cast<float>(0.5 + 0.3 * std::sin(0.31 * x + 0.05 * y) * std::cos(0.23 * y));
+  const auto level =
+      static_cast<float>(0.5 + 0.3 * std::sin(0.31 * x + 0.05 * y) * std::cos(0.23 * y));
   return Colorf(level, 0.8f * level, 0.6f);
 }
 
@@ -61,7 +62,8 @@ TEST(Alignment, StaysWithinFourPixels) {
   const Photo one = photo();
   const Eigen::VectorXf weights = relative_weights(one, 1);
   Alignment found;
-  for (int step = 0; step < 12; ++step) found = improved(found, render({5, 0, 0}, found), one, weights);
+  for (int step = 0; step < 12; ++step)
+    found = improved(found, render({5, 0, 0}, found), one, weights);
   EXPECT_EQ(found.x, kAlignment.most);
 }
 

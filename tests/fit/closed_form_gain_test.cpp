@@ -59,6 +59,7 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     settings.optimiser = "gauss-newton";
     settings.iterations = 20;
     settings.spp = 8;
+    settings.refinement = "on";
     settings.renderer = [](const Scene& scene, const Camera&, const SlotLayout& layout,
                            const RenderSettings& render_settings, Progress*) {
       const double colour = scene.appearance.materials[0].values.base_color.r;
@@ -80,6 +81,8 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     return fit.result();
   };
   const FitResult with_gauge = fit_of(GainFreedom::kNone), free = fit_of(GainFreedom::kRgb);
+  ASSERT_EQ(with_gauge.report.components.size(), 3u);
+  ASSERT_EQ(free.report.components.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(with_gauge.best[static_cast<Eigen::Index>(k)], 0.6, 0.01);
     EXPECT_TRUE(with_gauge.report.components[k].determined);

@@ -58,8 +58,7 @@ TEST(ClusteredScores, IndependentPixelsAreLeftAlone) {
 
 // Squares of 4 x 4 pixels, the size of a block, share a number: 16 times as few are independent.
 TEST(ClusteredScores, ErrorsThatNeighboursShareCountByTheirNumber) {
-  const double found = widening(
-      1, [&](int, int x, int y) { return of_pixel(5, 0, x / 4, y / 4); });
+  const double found = widening(1, [&](int, int x, int y) { return of_pixel(5, 0, x / 4, y / 4); });
   EXPECT_NEAR(found, 4, 0.6);
 }
 

@@ -60,8 +60,8 @@ TEST_P(FieldsLoss, GradientAddsUpToThatOfOneAlbedo) {
   plain.appearance.materials[0].values.albedo = Color<double>(double(0.6f));
   const Photo photo = photos_of(smoke(std::vector<float>(8, 0.9f)), 16)[0];
   const Fields fields(grid, {grid_unknown()});
-  const FieldGradient found =
-      loss_field_gradient(grid, grid.cameras[0], fields, photo, {loss, photo}, settings_of(16, 7), nullptr);
+  const FieldGradient found = loss_field_gradient(grid, grid.cameras[0], fields, photo,
+                                                  {loss, photo}, settings_of(16, 7), nullptr);
   const SlotLayout layout(plain, {plain.find("Smoke", "albedo")});
   const Film film = render(plain, plain.cameras[0], layout, settings_of(16, 7));
   const Vector want = loss_gradient(layout, film, loss.evaluate(film, photo));

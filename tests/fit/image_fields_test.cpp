@@ -49,8 +49,9 @@ TEST(ImageFields, GradientAddsUpToThatOfOneBaseColour) {
   const SlotLayout layout(plain, {plain.find("Board", "base_color")});
   const Film film = render(plain, plain.cameras[0], layout, square_settings(kSize, 16, 7));
   for (const Loss& loss : losses()) {
-    const FieldGradient found = loss_field_gradient(scene, scene.cameras[0], fields, photo, {loss, photo},
-                                                    square_settings(kSize, 16, 7), nullptr);
+    const FieldGradient found =
+        loss_field_gradient(scene, scene.cameras[0], fields, photo, {loss, photo},
+                            square_settings(kSize, 16, 7), nullptr);
     const Vector want = loss_gradient(layout, film, loss.evaluate(film, photo));
     for (std::size_t c = 0; c < 3; ++c) {
       double sum = 0;

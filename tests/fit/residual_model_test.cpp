@@ -41,9 +41,7 @@ PhotoResiduals residuals(const Photo& photo, const Eigen::VectorXf& error) {
   return {photo, Eigen::VectorXf::Constant(error.size(), 1e-8f), error.cwiseAbs2()};
 }
 
-ModelError found(const PhotoResiduals& one) {
-  return ResidualModel(std::span(&one, 1)).error();
-}
+ModelError found(const PhotoResiduals& one) { return ResidualModel(std::span(&one, 1)).error(); }
 
 // A t distribution of normal residuals has a scale of about 0.9 of theirs.
 TEST(ResidualModel, FindsEachPartOfTheErrorByItsPattern) {

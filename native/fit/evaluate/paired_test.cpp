@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "fit/objective/half_buffers.h"
 #include "fit/evaluate/wiener_filter.h"
+#include "fit/objective/half_buffers.h"
 
 namespace selenite {
 

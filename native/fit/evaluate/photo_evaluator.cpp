@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "fit/objective/closed_form_gain.h"
 #include "fit/evaluate/field_loss.h"
-#include "fit/objective/photo_weights.h"
 #include "fit/evaluate/seeds.h"
+#include "fit/objective/closed_form_gain.h"
+#include "fit/objective/photo_weights.h"
 #include "model/field_index.h"
 
 namespace selenite {

@@ -99,7 +99,7 @@ class PhotoEvaluator final : public Evaluator {
   const FitSettings* settings_;
   RenderCounts* counts_;
   Progress* progress_ = nullptr;
-  std::map<std::string, Colorf> gains_{};  ///< by the id of a photo
+  std::map<std::string, Colorf> gains_{};          ///< by the id of a photo
   std::map<std::string, Alignment> alignments_{};  ///< likewise
 };
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/evaluate/seeds.h"
+#include "fit/evaluate/tiled_loss.h"
 #include "fit/objective/closed_form_gain.h"
 #include "fit/objective/photo_weights.h"
-#include "fit/evaluate/seeds.h"
 #include "fit/problem/saved_state.h"
-#include "fit/evaluate/tiled_loss.h"
 #include "math/scalar.h"
 
 namespace selenite {

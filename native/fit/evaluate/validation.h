@@ -27,7 +27,7 @@ struct PhotoReport {
   Colorf gain{1, 1, 1};        ///< that the fit found; 1 where it is not free
   Colorf gain_error{0, 0, 0};  ///< its standard error, the other values given
   Alignment alignment;
-  double residual_rms = 0;     ///< root mean square of render minus photo, without the render's noise
+  double residual_rms = 0;  ///< root mean square of render minus photo, without the render's noise
 };
 
 /// Newest picture of each photo, null before the first; never changed afterwards.

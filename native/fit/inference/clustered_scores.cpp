@@ -10,8 +10,10 @@
 namespace selenite {
 namespace {
 
-constexpr std::array kStudent95{6.3138, 2.9200, 2.3534, 2.1318, 2.0150, 1.9432, 1.8946, 1.8595, 1.8331};
-constexpr std::array kChiSquare99{6.635, 9.210, 11.345, 13.277, 15.086, 16.812, 18.475, 20.090, 21.666};
+constexpr std::array kStudent95{6.3138, 2.9200, 2.3534, 2.1318, 2.0150,
+                                1.9432, 1.8946, 1.8595, 1.8331};
+constexpr std::array kChiSquare99{6.635,  9.210,  11.345, 13.277, 15.086,
+                                  16.812, 18.475, 20.090, 21.666};
 
 }  // namespace
 
@@ -25,8 +27,7 @@ double student_quantile_95(std::size_t freedom) {
 
 double chi_square_ratio_99(std::size_t freedom) {
   const double n = static_cast<double>(std::max<std::size_t>(freedom, 1));
-  if (freedom <= kChiSquare99.size())
-    return kChiSquare99[static_cast<std::size_t>(n) - 1] / n;
+  if (freedom <= kChiSquare99.size()) return kChiSquare99[static_cast<std::size_t>(n) - 1] / n;
   // Wilson and Hilferty.
   return std::pow(1 - 2 / (9 * n) + 2.3263 * std::sqrt(2 / (9 * n)), 3);
 }
@@ -44,7 +45,8 @@ void ClusteredScores::begin_photo(const Photo& photo) {
 
 void ClusteredScores::add(std::size_t pixel, const Vector& score, const Eigen::MatrixXd& normal) {
   const int x = static_cast<int>(pixel) % width_, y = static_cast<int>(pixel) / width_;
-  Cluster& block = blocks_[first_block_ + static_cast<std::size_t>(y / side_ * columns_ + x / side_)];
+  Cluster& block =
+      blocks_[first_block_ + static_cast<std::size_t>(y / side_ * columns_ + x / side_)];
   for (Cluster* one : {&block, &photos_.back()}) {
     one->score += score;
     one->normal += normal;

@@ -23,7 +23,8 @@ struct ClusterOptions {
 struct Cluster {
   Vector score;            ///< its part of the gradient
   Eigen::MatrixXd normal;  ///< and of the normal matrix
-  explicit Cluster(Eigen::Index n = 0) : score(Vector::Zero(n)), normal(Eigen::MatrixXd::Zero(n, n)) {}
+  explicit Cluster(Eigen::Index n = 0)
+      : score(Vector::Zero(n)), normal(Eigen::MatrixXd::Zero(n, n)) {}
   void members(SavedState& state) { state(score, normal); }
 };
 

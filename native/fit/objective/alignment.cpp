@@ -11,9 +11,7 @@ namespace selenite {
 namespace {
 
 /// Pixels from the middle of a picture to its corner: a roll moves no pixel farther than that times it.
-double reach_of(const Photo& photo) {
-  return std::hypot(photo.width, photo.height) / 2;
-}
+double reach_of(const Photo& photo) { return std::hypot(photo.width, photo.height) / 2; }
 
 /// Normal matrix of the three, with the prior.
 Eigen::Matrix3d normal_of(const AlignmentSlopes& slopes, const Photo& photo,
@@ -69,8 +67,8 @@ AlignmentSlopes alignment_slopes(const Photo& photo) {
       for (int c = 0; c < 3; ++c) {
         const float dx = (photo.reference[right][c] - photo.reference[left][c]) / 2;
         const float dy = (photo.reference[down][c] - photo.reference[up][c]) / 2;
-        slopes.row(static_cast<Eigen::Index>(3 * at(x, y)) + c)
-            << dx, dy, static_cast<float>(dx * below - dy * across);
+        slopes.row(static_cast<Eigen::Index>(3 * at(x, y)) + c) << dx, dy,
+            static_cast<float>(dx * below - dy * across);
       }
     }
   return slopes;
@@ -83,11 +81,12 @@ Alignment improved(const Alignment& present, const Film& film, const Photo& phot
   for (Eigen::Index i = 0; i < weights.size(); ++i) {
     const auto pixel = static_cast<std::size_t>(i / 3);
     const int c = static_cast<int>(i % 3);
-    const double residual = static_cast<double>(film.mean[pixel][c]) -
-                            static_cast<double>(photo.reference[pixel][c]);
+    const double residual =
+        static_cast<double>(film.mean[pixel][c]) - static_cast<double>(photo.reference[pixel][c]);
     right -= static_cast<double>(weights[i]) * residual * slopes.row(i).cast<double>().transpose();
   }
-  const Eigen::Vector3d step = normal_of(slopes, photo, weights).ldlt().solve(right) * kAlignment.step;
+  const Eigen::Vector3d step =
+      normal_of(slopes, photo, weights).ldlt().solve(right) * kAlignment.step;
   const auto bounded = [](double value, double most) { return std::clamp(value, -most, most); };
   return {bounded(present.x + step[0], kAlignment.most),
           bounded(present.y + step[1], kAlignment.most),

@@ -11,9 +11,9 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "AlignmentOptions".
 struct AlignmentOptions {
-  double most = 4;        ///< pixels of the picture, either way; of a roll at the farthest corner
-  double deviation = 2;   ///< standard deviation in pixels before any photo
-  double step = 0.7;      ///< share of each estimate that is taken: it has the noise of one render
+  double most = 4;       ///< pixels of the picture, either way; of a roll at the farthest corner
+  double deviation = 2;  ///< standard deviation in pixels before any photo
+  double step = 0.7;     ///< share of each estimate that is taken: it has the noise of one render
 };
 inline constexpr AlignmentOptions kAlignment;
 

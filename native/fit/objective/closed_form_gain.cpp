@@ -53,7 +53,8 @@ Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::Vecto
   const double prior = prior_strength(photo);
   if (photo.gain_freedom == GainFreedom::kScalar)
     return Colorf(static_cast<float>(gain_of(a.r + a.g + a.b, b.r + b.g + b.b, prior)));
-  return {static_cast<float>(gain_of(a.r, b.r, prior)), static_cast<float>(gain_of(a.g, b.g, prior)),
+  return {static_cast<float>(gain_of(a.r, b.r, prior)),
+          static_cast<float>(gain_of(a.g, b.g, prior)),
           static_cast<float>(gain_of(a.b, b.b, prior))};
 }
 

@@ -18,8 +18,7 @@ Eigen::VectorXf gain_weights(const Problem& problem, const Photo& photo) {
   const auto photos = problem.photos.size();
   if (problem.weights)
     for (std::size_t i = 0; i < photos; ++i)
-      if (&problem.photos[i] == &photo)
-        return (*problem.weights)[i] * static_cast<float>(photos);
+      if (&problem.photos[i] == &photo) return (*problem.weights)[i] * static_cast<float>(photos);
   return relative_weights(photo, 1);
 }
 
@@ -43,8 +42,8 @@ Eigen::VectorXf PhotoWeights::by_variance(std::size_t i, const Eigen::VectorXf& 
   const Photo& photo = (*photos_)[i];
   if (products_.empty()) return noise_weights(photo, photos_->size(), variance, options_);
   return shares(photo, photos_->size())
-      .cwiseProduct(model_.precision(
-          {photo, residual_variance(photo, variance, options_), products_[i]}));
+      .cwiseProduct(
+          model_.precision({photo, residual_variance(photo, variance, options_), products_[i]}));
 }
 
 bool PhotoWeights::learn(std::span<const Observation> seen, double keep, int iteration) {
@@ -80,8 +79,8 @@ void PhotoWeights::weigh(bool with_model_error) {
   for (std::size_t i = 0; i < weights_.size(); ++i) {
     const Photo& photo = (*photos_)[i];
     const Sums& sums = sums_[i];
-    variances.push_back(
-        box_blur(sums.variance, photo.width, photo.height, options_.noise_radius) / renders);
+    variances.push_back(box_blur(sums.variance, photo.width, photo.height, options_.noise_radius) /
+                        renders);
     products_.push_back(sums.half_a.cwiseProduct(sums.half_b) / (renders * renders));
     residuals.push_back(
         {photo, residual_variance(photo, variances.back(), options_), products_.back()});

@@ -54,7 +54,7 @@ class PhotoWeights {
  private:
   /// Sums over recent iterations.
   struct Sums {
-    Eigen::VectorXf variance;  ///< of one sample
+    Eigen::VectorXf variance;        ///< of one sample
     Eigen::VectorXf half_a, half_b;  ///< of the residuals
     void members(SavedState& state);
   };
@@ -66,12 +66,12 @@ class PhotoWeights {
   PixelWeightsOptions options_;
   std::vector<Eigen::VectorXf> weights_;
   std::vector<Sums> sums_;
-  double renders_ = 0;                ///< in `sums_`
-  int next_;                          ///< iteration at which they enter the weights
+  double renders_ = 0;  ///< in `sums_`
+  int next_;            ///< iteration at which they enter the weights
   int version_ = 0;
   ResidualModel model_;
   std::vector<Eigen::VectorXf> products_;  ///< residuals as of the newest weights; empty: none yet
-  double scale_ = 1;                  ///< of `of_loss`
+  double scale_ = 1;                       ///< of `of_loss`
 };
 
 /// Precisions of a photo's residuals times their shares, which sum to 1: of one of the problem's photos

@@ -69,7 +69,8 @@ struct ThreeEquations {
       for (int k = 0; k < 3; ++k)
         if ((subset >> k & 1) != 0 && normal(k, k) > 0) free.push_back(k);
       if (free.empty()) continue;
-      const Eigen::VectorXd scale = Eigen::VectorXd(normal.diagonal()(free)).cwiseSqrt().cwiseInverse();
+      const Eigen::VectorXd scale =
+          Eigen::VectorXd(normal.diagonal()(free)).cwiseSqrt().cwiseInverse();
       const Eigen::MatrixXd scaled = scale.asDiagonal() * normal(free, free) * scale.asDiagonal();
       const Eigen::LDLT<Eigen::MatrixXd> solver(scaled);
       if (solver.info() != Eigen::Success || !solver.isPositive()) continue;

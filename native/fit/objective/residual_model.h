@@ -28,8 +28,10 @@ struct ModelError {
 /// What is known of the residuals of one photo; 3 numbers a pixel.
 struct PhotoResiduals {
   const Photo& photo;
-  Eigen::VectorXf variance;  ///< beside the model error: noise of the render in the end, and the floor
-  Eigen::VectorXf product;   ///< of independent halves of the residual: its square, without their noise
+  Eigen::VectorXf
+      variance;  ///< beside the model error: noise of the render in the end, and the floor
+  Eigen::VectorXf
+      product;  ///< of independent halves of the residual: its square, without their noise
 };
 
 /// The squared sizes by which the parts of a model error count, per photo.

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <functional>
 
-#include "fit/objective/photo_weights.h"
 #include "fit/evaluate/seeds.h"
+#include "fit/objective/photo_weights.h"
 
 namespace selenite {
 
@@ -144,8 +144,7 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
       next.gradients.clear();
     }
     if (accumulate) continue;
-    next.point.scalars =
-        next.optimiser->step(next.point.scalars, std::span(next.seen).last<1>());
+    next.point.scalars = next.optimiser->step(next.point.scalars, std::span(next.seen).last<1>());
   }
 }
 

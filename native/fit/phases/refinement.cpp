@@ -55,8 +55,8 @@ void Refinement::gather_first_jacobians(Evaluator& evaluator) {
       std::max(pass_spp(point_.report.passes) / options_.derivative_share, kLeastOfDerivatives);
   for (int portion = 0; portion < options_.warm_ups; ++portion)
     for (std::size_t v = 0; v < point_.problem->photos.size(); ++v)
-      point_.gauss_newton.gather(
-          point_.x, derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
+      point_.gauss_newton.gather(point_.x,
+                                 derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
   has_jacobians_ = true;
 }
 

@@ -177,7 +177,8 @@ constexpr std::array kLosses{
          "colour only. Unbiased from 2 samples on",
          1, false, false, false, mean_bias_error},
     Loss{"robust", "Robust",
-         "Squares relative to what each pixel is known by: noise of the render, and the error of the "
+         "Squares relative to what each pixel is known by: noise of the render, and the error of "
+         "the "
          "model that the residuals show. Outliers count less. Without the bias of noise; needs 2 "
          "samples",
          2, true, true, true, robust},

@@ -55,8 +55,8 @@ struct Photo {
   std::vector<float> weight;  ///< per pixel, >= 0; 0 = background, clipped or not a number
   PhotoParameters values{};   ///< what is not unknown of them
   GainFreedom gain_freedom = GainFreedom::kNone;  ///< of a factor on `values.gain`
-  bool align = false;         ///< whether a fit finds a small shift and roll of its camera
-  LightState lights{};        ///< which were on, and where
+  bool align = false;   ///< whether a fit finds a small shift and roll of its camera
+  LightState lights{};  ///< which were on, and where
 
   /// What is rendered of it; null: all.
   std::shared_ptr<const PixelMask> pixels;

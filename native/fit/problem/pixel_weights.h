@@ -11,7 +11,7 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "PixelWeightsOptions".
 struct PixelWeightsOptions {
-  double dim_share = 0.3;     ///< of the photo's mean, added to a pixel's brightness
+  double dim_share = 0.3;  ///< of the photo's mean, added to a pixel's brightness
   /// The same where Adam steps fields by the samples of one iteration: noise of dark pixels would move
   /// them.
   double dim_share_of_fields = 3;

@@ -221,9 +221,10 @@ SlotLayout Unknowns::layout(const Scene& scene) const {
 }
 
 bool Unknowns::is_seen(std::size_t parameter, const Scene& scene, const Photo& photo) const {
-  return std::visit(Overloaded{[&](const ParameterRef& ref) { return photo.lights.shows(scene, ref); },
-                               [&](const PhotoParameterRef& ref) { return ref.photo == photo.id; }},
-                    parameters_[parameter]);
+  return std::visit(
+      Overloaded{[&](const ParameterRef& ref) { return photo.lights.shows(scene, ref); },
+                 [&](const PhotoParameterRef& ref) { return ref.photo == photo.id; }},
+      parameters_[parameter]);
 }
 
 }  // namespace selenite

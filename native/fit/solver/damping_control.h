@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "fit/problem/significance.h"
 #include "fit/objective/photo_weights.h"
+#include "fit/problem/significance.h"
 
 namespace selenite {
 

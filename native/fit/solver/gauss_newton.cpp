@@ -15,7 +15,8 @@ GaussNewton::GaussNewton(const Problem& problem, const GaussNewtonOptions& optio
       instruments_(problem.photos.size(), InstrumentalVariables(options.instruments)),
       equations_(problem.unknowns.size()),
       damping_(options.damping) {
-  if (!problem.weights) own_weights_.emplace(problem.photos, problem.loss.weighted, options.weights);
+  if (!problem.weights)
+    own_weights_.emplace(problem.photos, problem.loss.weighted, options.weights);
 }
 
 void GaussNewton::members(SavedState& state) {

@@ -6,13 +6,13 @@
 #include <optional>
 #include <vector>
 
+#include "fit/objective/photo_weights.h"
 #include "fit/problem/reparametrization.h"
 #include "fit/problem/saved_state.h"
 #include "fit/solver/damped_step.h"
 #include "fit/solver/damping_control.h"
 #include "fit/solver/instrumental_variables.h"
 #include "fit/solver/optimiser.h"
-#include "fit/objective/photo_weights.h"
 #include "fit/solver/recursive_least_squares.h"
 
 namespace selenite {
@@ -111,8 +111,8 @@ class GaussNewton final : public ResidualOptimiser {
   const Problem* problem_;
   GaussNewtonOptions options_;
   Reparametrization reparametrization_;
-  std::optional<PhotoWeights> own_weights_;  ///< where the problem has none
-  int weights_version_ = 0;  ///< that losses so far are by
+  std::optional<PhotoWeights> own_weights_;         ///< where the problem has none
+  int weights_version_ = 0;                         ///< that losses so far are by
   std::vector<InstrumentalVariables> instruments_;  ///< of each photo
   RecursiveLeastSquares equations_;
   DampingControl damping_;

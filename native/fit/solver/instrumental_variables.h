@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "fit/objective/half_buffers.h"
 #include "fit/evaluate/wiener_filter.h"
+#include "fit/objective/half_buffers.h"
 #include "fit/problem/saved_state.h"
 
 namespace selenite {

@@ -45,9 +45,9 @@ void FitResult::members(SavedState& state) {
     state(values);
     if (state.reading()) shared = std::make_shared<const FieldValues>(std::move(values));
   };
-  state(last, best, best_iteration, best_validation, best_validation_standard_error,
-        photos, start_validation, model_error, kept_start, iterations,
-        phase, phase_fraction, search, report, history);
+  state(last, best, best_iteration, best_validation, best_validation_standard_error, photos,
+        start_validation, model_error, kept_start, iterations, phase, phase_fraction, search,
+        report, history);
   fields(fields_last);
   fields(fields_best);
 }

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "fit/evaluate/photo_evaluator.h"
-#include "fit/objective/residual_model.h"
 #include "fit/evaluate/validation.h"
 #include "fit/inference/confidence_intervals.h"
+#include "fit/objective/residual_model.h"
 
 namespace selenite {
 
@@ -55,10 +55,10 @@ struct FitResult : RenderCounts {
   double best_validation = 0;  ///< NaN: none yet
   double best_validation_standard_error = 0;
   std::vector<PhotoReport> photos;  ///< at `best`; empty while the fit runs
-  double start_validation = 0;  ///< of the user's values, by the same weights; NaN: none
-  ModelError model_error{};     ///< that the residuals show, by the newest weights
-  bool kept_start = false;      ///< `best` is the start, as nothing better was found
-  int iterations = 0;  ///< steps done
+  double start_validation = 0;      ///< of the user's values, by the same weights; NaN: none
+  ModelError model_error{};         ///< that the residuals show, by the newest weights
+  bool kept_start = false;          ///< `best` is the start, as nothing better was found
+  int iterations = 0;               ///< steps done
   StopReason stopped = StopReason::kNone;
   std::string message;  ///< why, where `stopped` does not say it all
   PhaseKind phase = PhaseKind::kDescent;

@@ -57,8 +57,7 @@ void FitRun::keep_start_if_best() {
 }
 
 void FitRun::members(SavedState& state) {
-  state(point, result, best, weights_version_, *problem.scalars().weights,
-        evaluator);
+  state(point, result, best, weights_version_, *problem.scalars().weights, evaluator);
 }
 
 HistoryRow FitRun::row(const Point& at) const {
