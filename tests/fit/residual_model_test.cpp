@@ -57,8 +57,8 @@ TEST(ResidualModel, FindsEachPartOfTheErrorByItsPattern) {
   const ModelError absolute = found(residuals(photo, error_of(scales.absolute, 0.1f)));
   EXPECT_NEAR(absolute.absolute, 0.1, 0.015);
   EXPECT_LT(absolute.relative, 0.05);
-  const ModelError shift = found(residuals(photo, error_of(scales.shift, 1.5f)));
-  EXPECT_NEAR(shift.shift, 1.5, 0.3);
+  const ModelError shift = found(residuals(photo, error_of(scales.shift, 0.7f)));
+  EXPECT_NEAR(shift.shift, 0.7, 0.1);
   EXPECT_LT(shift.relative, 0.02);
 }
 

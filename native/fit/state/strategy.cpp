@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/state/strategy.h"
 
+#include <limits>
 #include <string>
 
 #include "fit/objective/photo_weights.h"
@@ -53,7 +54,10 @@ Strategy::Strategy(FitProblem& problem)
           JointGaussNewton::applies(problem.fields(), problem.photos());
   refines = wants_refinement(problem, joint);
   PixelWeightsOptions weights;
-  if (!problem.fields().empty() && !joint) weights.dim_share = weights.dim_share_of_fields;
+  if (!problem.fields().empty() && !joint) {
+    weights.dim_share = weights.dim_share_of_fields;  // no dark pixel rules
+    weights.plain_model_error = std::numeric_limits<double>::infinity();
+  }
   problem.set_weights(
       std::make_shared<PhotoWeights>(problem.photos(), problem.loss().weighted, weights));
   if (!alternates) return;
