@@ -16,6 +16,14 @@ import pytest
 COUNT = 24
 
 
+def assert_equals_cycles(result):
+    """result: a case's (ours, Cycles'), (COUNT, 3) each, or why there is none."""
+    if isinstance(result, str):
+        pytest.skip(result)
+    ours, cycles = result
+    np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)
+
+
 class NotHere(Exception):
     """Why this Blender does not have a case."""
 

@@ -7,6 +7,7 @@ import bpy
 import made_geometry as geometry
 import made_scenes as made
 import pytest
+from refusals import assert_fit_refused, files_of
 
 from selenite.cli import main
 
@@ -216,25 +217,9 @@ CASES = {
 }
 
 
-def _files(folder):
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
-
-
 @pytest.mark.parametrize("case", CASES)
 def test_fit_refuses(case, tmp_path, monkeypatch, capsys):
-    make, words = CASES[case]
-    monkeypatch.chdir(tmp_path)
-    arguments = make(tmp_path)
-    scene = made.save(tmp_path / "scene.blend")
-    before = _files(tmp_path)
-    status = main(["fit", scene, "--iterations=2", "--height=12", *arguments])
-    lines = [line for line in capsys.readouterr().err.splitlines() if words in line]
-    assert status == 2
-    assert lines, words
-    object_name, _, rest = lines[0].removeprefix("fit: ").partition(": ")
-    cause, _, cure = rest.partition("; ")
-    assert object_name and cause and cure
-    assert _files(tmp_path) == before
+    assert_fit_refused(CASES[case], tmp_path, monkeypatch, capsys)
 
 
 def test_all_problems_are_told_at_once(tmp_path, capsys):
@@ -272,10 +257,10 @@ def test_other_commands_refuse(words, expected, tmp_path, monkeypatch, capsys):
     (tmp_path / "run.json").write_text('{"schema": 99}')
     (tmp_path / "broken.json").write_text("{")
     monkeypatch.chdir(tmp_path)
-    before = _files(tmp_path)
+    before = files_of(tmp_path)
     assert main(words) == 2
     assert expected in capsys.readouterr().err
-    assert _files(tmp_path) == before
+    assert files_of(tmp_path) == before
 
 
 @pytest.mark.parametrize("words", [[], ["paint"], ["render", "scene.blend"], ["fit", "--spp=x"]])

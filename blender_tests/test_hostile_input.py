@@ -9,7 +9,8 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
-from test_bad_input import _files, _good, _good_photo, _more
+from refusals import assert_fit_refused, files_of
+from test_bad_input import _good, _good_photo, _more
 
 from selenite import native
 from selenite.cli import main
@@ -147,21 +148,7 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_fit_refuses(case, tmp_path, monkeypatch, capsys):
-    make, words = CASES[case]
-    monkeypatch.chdir(tmp_path)
-    arguments = make(tmp_path)
-    scene = made.save(tmp_path / "scene.blend")
-    before = _files(tmp_path)
-    status = main(["fit", scene, "--iterations=2", "--height=12", *arguments])
-    said = capsys.readouterr().err
-    lines = [line for line in said.splitlines() if words in line]
-    assert status == 2, said
-    assert lines, f"{words} not in {said}"
-    name, _, rest = lines[0].removeprefix("fit: ").partition(": ")
-    cause, _, cure = rest.partition("; ")
-    assert name and cause and cure
-    assert "Traceback" not in said
-    assert _files(tmp_path) == before
+    assert_fit_refused(CASES[case], tmp_path, monkeypatch, capsys)
 
 
 @pytest.mark.parametrize(
@@ -195,12 +182,12 @@ def test_other_commands_refuse(words, expected, tmp_path, monkeypatch, capsys):
     (tmp_path / "half.blend").write_bytes(whole[: len(whole) // 2])
     (tmp_path / "list.json").write_text("[]")
     monkeypatch.chdir(tmp_path)
-    before = _files(tmp_path)
+    before = files_of(tmp_path)
     status = main(words)
     said = capsys.readouterr().err
     assert status == 2, said
     assert expected in said and "Traceback" not in said and "internal error" not in said
-    assert _files(tmp_path) == before
+    assert files_of(tmp_path) == before
 
 
 def test_drivers_that_do_not_run_are_named(tmp_path, capsys):

@@ -6,11 +6,10 @@ vector, whole numbers cut off towards 0. Rows as in test_texture_parity.
 """
 
 import made_scenes as made
-import numpy as np
 import pytest
 from made_images import image
 from node_groups import VALUES, group, shown, source, through
-from strips import render_strips, shine, texture
+from strips import assert_equals_cycles, render_strips, shine, texture
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
@@ -241,8 +240,4 @@ def pictures(native, tmp_path_factory):
 @pytest.mark.without_scene
 @pytest.mark.parametrize("label", CASES)
 def test_equals_cycles(pictures, label):
-    result = pictures[label]
-    if isinstance(result, str):
-        pytest.skip(result)
-    ours, cycles = result
-    np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)
+    assert_equals_cycles(pictures[label])

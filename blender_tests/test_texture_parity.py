@@ -11,7 +11,16 @@ import made_scenes as made
 import numpy as np
 import pytest
 from made_images import image
-from strips import COLOURS, NotHere, render_both, render_strips, shine, shining, texture
+from strips import (
+    COLOURS,
+    NotHere,
+    assert_equals_cycles,
+    render_both,
+    render_strips,
+    shine,
+    shining,
+    texture,
+)
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
@@ -263,11 +272,7 @@ def pictures(native, tmp_path_factory):
 @pytest.mark.without_scene
 @pytest.mark.parametrize("label", CASES)
 def test_equals_cycles(pictures, label):
-    result = pictures[label]
-    if isinstance(result, str):
-        pytest.skip(result)
-    ours, cycles = result
-    np.testing.assert_allclose(ours, cycles, rtol=1e-4, atol=2e-5)
+    assert_equals_cycles(pictures[label])
 
 
 @pytest.mark.parametrize("name", [None, *[name for name, _, _ in COLOURS]])

@@ -50,9 +50,10 @@ Film render(const Alignment& wrong, const Alignment& present) {
 TEST(Alignment, IsFoundByThePhotosOwnGradient) {
   const Photo one = photo();
   const Eigen::VectorXf weights = relative_weights(one, 1);
+  const AlignmentEquations equations(one, weights);
   const Alignment wrong{1.7, -2.2, 0.01};
   Alignment found;
-  for (int step = 0; step < 12; ++step) found = improved(found, render(wrong, found), one, weights);
+  for (int step = 0; step < 12; ++step) found = equations.improved(found, render(wrong, found));
   EXPECT_NEAR(found.x, wrong.x, 0.03);
   EXPECT_NEAR(found.y, wrong.y, 0.03);
   EXPECT_NEAR(found.roll, wrong.roll, 5e-4);
@@ -61,9 +62,9 @@ TEST(Alignment, IsFoundByThePhotosOwnGradient) {
 TEST(Alignment, StaysWithinFourPixels) {
   const Photo one = photo();
   const Eigen::VectorXf weights = relative_weights(one, 1);
+  const AlignmentEquations equations(one, weights);
   Alignment found;
-  for (int step = 0; step < 12; ++step)
-    found = improved(found, render({5, 0, 0}, found), one, weights);
+  for (int step = 0; step < 12; ++step) found = equations.improved(found, render({5, 0, 0}, found));
   EXPECT_EQ(found.x, kAlignment.most);
 }
 
@@ -91,7 +92,8 @@ TEST(Alignment, EliminationTakesWhatAShiftMakesOfThePicture) {
   const AlignmentSlopes slopes = alignment_slopes(one);
   Eigen::VectorXf column = 2 * slopes.col(0) - slopes.col(1);
   const float before = column.norm();
-  eliminate_alignment(slopes, one, relative_weights(one, 1), column);
+  const Eigen::VectorXf weights = relative_weights(one, 1);
+  AlignmentEquations(one, weights).eliminate(column);
   EXPECT_LT(column.norm(), 0.02f * before);
 }
 

@@ -120,25 +120,6 @@ Colorf PhotoEvaluator::gain_of(const Photo& photo, const Point& point) const {
   return Colorf(model_.problem.unknowns.photo_values(photo, point.scalars).gain);
 }
 
-void PhotoEvaluator::members(SavedState& state) {
-  std::vector<std::string> ids;
-  std::vector<Colorf> gains;
-  for (const auto& [id, gain] : gains_) {
-    ids.push_back(id);
-    gains.push_back(gain);
-  }
-  std::vector<std::string> aligned;
-  std::vector<Alignment> alignments;
-  for (const auto& [id, alignment] : alignments_) {
-    aligned.push_back(id);
-    alignments.push_back(alignment);
-  }
-  state(ids, gains, aligned, alignments);
-  if (!state.reading()) return;
-  for (std::size_t i = 0; i < ids.size(); ++i) gains_[ids[i]] = gains[i];
-  for (std::size_t i = 0; i < aligned.size(); ++i) alignments_[aligned[i]] = alignments[i];
-}
-
 Colorf PhotoEvaluator::found_gain(const Photo& photo) const {
   const auto found = gains_.find(photo.id);
   return found == gains_.end() ? Colorf(1) : found->second;
@@ -163,8 +144,8 @@ void PhotoEvaluator::find_gain(const Photo& photo, const Film& film) {
 void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
   const auto is_photo = [&](const Photo& one) { return &one == &photo; };
   if (!photo.align || std::ranges::none_of(model_.problem.photos, is_photo)) return;
-  alignments_[photo.id] =
-      improved(alignment(photo), film, photo, gain_weights(model_.problem, photo));
+  const Eigen::VectorXf weights = gain_weights(model_.problem, photo);
+  alignments_[photo.id] = AlignmentEquations(photo, weights).improved(alignment(photo), film);
 }
 
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,

@@ -64,7 +64,7 @@ class PhotoEvaluator final : public Evaluator {
       : model_(std::move(model)), settings_(&settings), counts_(&counts) {}
 
   /// What it remembers of the photos.
-  void members(SavedState& state);
+  void members(SavedState& state) { state(gains_, alignments_); }
 
   /// Renders from now on report to `progress` and can be cancelled through it; null: neither.
   void watch(Progress* progress) { progress_ = progress; }

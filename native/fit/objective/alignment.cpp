@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/objective/alignment.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "fit/objective/half_buffers.h"
 #include "math/scalar.h"
 
 namespace selenite {
@@ -12,18 +12,6 @@ namespace {
 
 /// Pixels from the middle of a picture to its corner: a roll moves no pixel farther than that times it.
 double reach_of(const Photo& photo) { return std::hypot(photo.width, photo.height) / 2; }
-
-/// Normal matrix of the three, with the prior.
-Eigen::Matrix3d normal_of(const AlignmentSlopes& slopes, const Photo& photo,
-                          const Eigen::VectorXf& weights) {
-  const Eigen::Matrix<double, Eigen::Dynamic, 3> g = slopes.cast<double>();
-  Eigen::Matrix3d normal = g.transpose() * weights.cast<double>().asDiagonal() * g;
-  const auto count = static_cast<double>(
-      3 * std::ranges::count_if(photo.weight, [](float weight) { return weight > 0; }));
-  const double prior = 1 / (square(kAlignment.deviation) * count);
-  normal.diagonal() += Eigen::Vector3d(prior, prior, prior * square(reach_of(photo)));
-  return normal;
-}
 
 /// By how much the shifts of a camera change where its picture moves by a pixel.
 Vec2<double> shift_of_pixel(Camera camera, int width, int height, const PhotoFrame& frame) {
@@ -74,31 +62,32 @@ AlignmentSlopes alignment_slopes(const Photo& photo) {
   return slopes;
 }
 
-Alignment improved(const Alignment& present, const Film& film, const Photo& photo,
-                   const Eigen::VectorXf& weights) {
-  const AlignmentSlopes slopes = alignment_slopes(photo);
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (Eigen::Index i = 0; i < weights.size(); ++i) {
-    const auto pixel = static_cast<std::size_t>(i / 3);
-    const int c = static_cast<int>(i % 3);
-    const double residual =
-        static_cast<double>(film.mean[pixel][c]) - static_cast<double>(photo.reference[pixel][c]);
-    right -= static_cast<double>(weights[i]) * residual * slopes.row(i).cast<double>().transpose();
-  }
-  const Eigen::Vector3d step =
-      normal_of(slopes, photo, weights).ldlt().solve(right) * kAlignment.step;
+AlignmentEquations::AlignmentEquations(const Photo& photo, const Eigen::VectorXf& weights)
+    : photo_(photo), weights_(weights), slopes_(alignment_slopes(photo)) {
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> g = slopes_.cast<double>();
+  Eigen::Matrix3d normal = g.transpose() * weights.cast<double>().asDiagonal() * g;
+  const auto count = static_cast<double>(
+      3 * std::ranges::count_if(photo.weight, [](float weight) { return weight > 0; }));
+  const double prior = 1 / (square(kAlignment.deviation) * count);
+  normal.diagonal() += Eigen::Vector3d(prior, prior, prior * square(reach_of(photo)));
+  normal_.compute(normal);
+}
+
+Eigen::Vector3d AlignmentEquations::solve(const Eigen::VectorXf& column) const {
+  return normal_.solve(slopes_.cast<double>().transpose() *
+                       weights_.cwiseProduct(column).cast<double>());
+}
+
+Alignment AlignmentEquations::improved(const Alignment& present, const Film& film) const {
+  const Eigen::Vector3d step = -kAlignment.step * solve(mean_residual(film, photo_));
   const auto bounded = [](double value, double most) { return std::clamp(value, -most, most); };
   return {bounded(present.x + step[0], kAlignment.most),
           bounded(present.y + step[1], kAlignment.most),
-          bounded(present.roll + step[2], kAlignment.most / reach_of(photo))};
+          bounded(present.roll + step[2], kAlignment.most / reach_of(photo_))};
 }
 
-void eliminate_alignment(const AlignmentSlopes& slopes, const Photo& photo,
-                         const Eigen::VectorXf& weights, Eigen::Ref<Eigen::VectorXf> column) {
-  const Eigen::Vector3d common =
-      slopes.cast<double>().transpose() * weights.cwiseProduct(column).cast<double>();
-  const Eigen::Vector3d share = normal_of(slopes, photo, weights).ldlt().solve(common);
-  column -= slopes * share.cast<float>();
+void AlignmentEquations::eliminate(Eigen::Ref<Eigen::VectorXf> column) const {
+  column -= slopes_ * solve(column).cast<float>();
 }
 
 }  // namespace selenite

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "fit/problem/photo.h"
@@ -30,14 +31,25 @@ struct Alignment {
 using AlignmentSlopes = Eigen::Matrix<float, Eigen::Dynamic, 3>;
 AlignmentSlopes alignment_slopes(const Photo& photo);
 
-/// The alignment after a render with the present one: a step of least squares, within
-/// bounds. `weights` as of `closed_form_gain`.
-Alignment improved(const Alignment& present, const Film& film, const Photo& photo,
-                   const Eigen::VectorXf& weights);
+/// Normal equations of a photo's alignment, with its prior. `weights` as of `closed_form_gain`. Both
+/// must outlive it.
+class AlignmentEquations {
+ public:
+  AlignmentEquations(const Photo& photo, const Eigen::VectorXf& weights);
+  /// The alignment after a render with the present one: a step of least squares, within bounds.
+  Alignment improved(const Alignment& present, const Film& film) const;
+  /// Takes from a column of derivatives what a change of the alignment makes of the picture, as
+  /// `eliminate_gain` does for the gain.
+  void eliminate(Eigen::Ref<Eigen::VectorXf> column) const;
 
-/// Takes from a column of derivatives what a change of the alignment makes of the picture, as
-/// `eliminate_gain` does for the gain.
-void eliminate_alignment(const AlignmentSlopes& slopes, const Photo& photo,
-                         const Eigen::VectorXf& weights, Eigen::Ref<Eigen::VectorXf> column);
+ private:
+  /// By which the three explain `column`.
+  Eigen::Vector3d solve(const Eigen::VectorXf& column) const;
+
+  const Photo& photo_;
+  const Eigen::VectorXf& weights_;
+  AlignmentSlopes slopes_;
+  Eigen::LDLT<Eigen::Matrix3d> normal_;
+};
 
 }  // namespace selenite

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/objective/half_buffers.h"
 
+#include <optional>
+
 #include "fit/objective/alignment.h"
 #include "fit/objective/closed_form_gain.h"
 #include "fit/objective/photo_weights.h"
@@ -33,6 +35,10 @@ void set_column(Jacobian& jacobian, Eigen::Index column, const Eigen::VectorXf& 
 
 }  // namespace
 
+Eigen::VectorXf mean_residual(const Film& film, const Photo& photo) {
+  return as_vector(film.mean) - as_vector(photo.reference);
+}
+
 Halves residual_halves(const Film& film, const Photo& photo) {
   Halves halves;
   halves.residual_a = as_vector(film.half_a) - as_vector(photo.reference);
@@ -59,13 +65,13 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
   Eigen::VectorXf picture_a, picture_b, weights;
-  AlignmentSlopes slopes;
-  if (photo.align) slopes = alignment_slopes(photo);
   if (photo.gain_freedom != GainFreedom::kNone || photo.align) {
     picture_a = as_vector(film.half_a);
     picture_b = odd_half(film, film.mean, film.half_a);
     weights = gain_weights(problem, photo);
   }
+  std::optional<AlignmentEquations> alignment;
+  if (photo.align) alignment.emplace(photo, weights);
   for (Eigen::Index k = 0; k < unknowns; ++k) {
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
     const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
@@ -75,11 +81,11 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
     const Eigen::VectorXf covariance = as_vector(slot.covariance) * (2 * scale);
     set_column(halves.jacobian_a, k, as_vector(slot.half_a), row.channel, scale);
     set_column(halves.jacobian_b, k, odd_half(film, slot.mean, slot.half_a), row.channel, scale);
-    if (photo.align && !photo.pixels) {
-      eliminate_alignment(slopes, photo, weights, halves.jacobian_a.col(k));
-      eliminate_alignment(slopes, photo, weights, halves.jacobian_b.col(k));
+    if (alignment) {
+      alignment->eliminate(halves.jacobian_a.col(k));
+      alignment->eliminate(halves.jacobian_b.col(k));
     }
-    if (photo.gain_freedom == GainFreedom::kNone || photo.pixels) continue;
+    if (photo.gain_freedom == GainFreedom::kNone) continue;
     eliminate_gain({picture_a, halves.variance}, photo, weights, covariance, row.channel,
                    halves.jacobian_a.col(k));
     eliminate_gain({picture_b, halves.variance}, photo, weights, covariance, row.channel,

@@ -33,6 +33,8 @@ struct Halves {
   }
 };
 
+/// Render minus photo, 3 numbers a pixel.
+Eigen::VectorXf mean_residual(const Film& film, const Photo& photo);
 /// Without the Jacobians.
 Halves residual_halves(const Film& film, const Photo& photo);
 std::vector<Halves> residual_halves(const std::vector<Photo>& photos,

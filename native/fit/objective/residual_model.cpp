@@ -3,11 +3,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "fit/objective/alignment.h"
 #include "fit/problem/saved_state.h"
 #include "math/scalar.h"
 
@@ -15,28 +14,6 @@ namespace selenite {
 namespace {
 
 using Three = Eigen::Vector3d;
-
-/// Squared length of the photo's gradient, by central differences within what counts.
-Eigen::VectorXf squared_gradient(const Photo& photo) {
-  Eigen::VectorXf out = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(3 * photo.size()));
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * photo.width + x; };
-  for (int y = 0; y < photo.height; ++y)
-    for (int x = 0; x < photo.width; ++x) {
-      if (photo.weight[at(x, y)] == 0) continue;
-      const auto slope = [&](int dx, int dy) {
-        const int left = std::max(x - dx, 0), right = std::min(x + dx, photo.width - 1);
-        const int top = std::max(y - dy, 0), bottom = std::min(y + dy, photo.height - 1);
-        const std::size_t from = at(left, top), to = at(right, bottom);
-        const int way = (right - left) + (bottom - top);
-        if (way == 0 || photo.weight[from] == 0 || photo.weight[to] == 0) return Colorf(0.f);
-        return (photo.reference[to] - photo.reference[from]) / static_cast<float>(way);
-      };
-      const Colorf across = slope(1, 0), down = slope(0, 1);
-      for (int c = 0; c < 3; ++c)
-        out[static_cast<Eigen::Index>(3 * at(x, y)) + c] = square(across[c]) + square(down[c]);
-    }
-  return out;
-}
 
 /// Normal equations of a least squares problem of three numbers.
 struct ThreeEquations {
@@ -86,7 +63,8 @@ struct ThreeEquations {
 }  // namespace
 
 ErrorScales::ErrorScales(const Photo& photo)
-    : relative(brightness(photo).cwiseAbs2()), shift(squared_gradient(photo)) {
+    : relative(brightness(photo).cwiseAbs2()),
+      shift(alignment_slopes(photo).leftCols<2>().rowwise().squaredNorm()) {
   double mean = 0;
   for (std::size_t i = 0; i < photo.size(); ++i)
     for (int c = 0; c < 3; ++c) mean += photo.share(i) * std::max(photo.reference[i][c], 0.f);

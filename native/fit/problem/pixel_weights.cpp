@@ -2,7 +2,6 @@
 #include "fit/problem/pixel_weights.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace selenite {
 namespace {
@@ -53,23 +52,21 @@ Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
 }
 
 Eigen::VectorXf mean_around(const Eigen::VectorXf& level, const Photo& photo, int radius) {
-  const int width = photo.width, height = photo.height;
-  Eigen::VectorXf masked = level, counts = Eigen::VectorXf::Ones(level.size());
-  for (std::size_t i = 0; i < photo.size(); ++i) {
-    if (photo.weight[i] > 0) continue;
-    masked.segment<3>(static_cast<Eigen::Index>(3 * i)).setZero();
-    counts.segment<3>(static_cast<Eigen::Index>(3 * i)).setZero();
-  }
-  const Eigen::VectorXf blurred = box_blur(masked, width, height, radius);
-  const Eigen::VectorXf share = box_blur(counts, width, height, radius);
-  Eigen::VectorXf out = masked;  // of a pixel that is alone
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto all = static_cast<float>(inside(x, width, radius) * inside(y, height, radius));
-      const Eigen::Index at = 3 * (static_cast<Eigen::Index>(width) * y + x);
-      const float others = std::round(share[at] * all) - counts[at];
-      if (others > 0)
-        out.segment<3>(at) = (blurred.segment<3>(at) * all - masked.segment<3>(at)) / others;
+  // Sums over the others themselves: the pixel's own number would leave its rounding in a difference.
+  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * photo.width + x; };
+  Eigen::VectorXf out = level;
+  for (int y = 0; y < photo.height; ++y)
+    for (int x = 0; x < photo.width; ++x) {
+      Eigen::Array3d sum = Eigen::Array3d::Zero();
+      int count = 0;
+      for (int q = std::max(y - radius, 0); q <= std::min(y + radius, photo.height - 1); ++q)
+        for (int p = std::max(x - radius, 0); p <= std::min(x + radius, photo.width - 1); ++p) {
+          if ((p == x && q == y) || photo.weight[at(p, q)] == 0) continue;
+          sum += level.segment<3>(static_cast<Eigen::Index>(3 * at(p, q))).array().cast<double>();
+          ++count;
+        }
+      if (count > 0)
+        out.segment<3>(static_cast<Eigen::Index>(3 * at(x, y))) = (sum / count).cast<float>();
     }
   return out;
 }

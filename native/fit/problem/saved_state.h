@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -125,6 +126,18 @@ class SavedState {
     std::vector<char> items(part.begin(), part.end());
     list(items);
     if (reading_) part.assign(items.begin(), items.end());
+  }
+  template <class T>
+  void one(std::map<std::string, T>& part) {
+    std::vector<std::string> keys;
+    std::vector<T> values;
+    for (const auto& [key, value] : part) {
+      keys.push_back(key);
+      values.push_back(value);
+    }
+    (*this)(keys, values);
+    if (keys.size() != values.size()) damaged();
+    for (std::size_t i = 0; i < keys.size(); ++i) part[keys[i]] = values[i];
   }
   template <class T>
   void one(std::deque<T>& part) {

@@ -36,7 +36,6 @@ bool Fit::step(Progress* progress) {
 
 void Fit::enter(std::unique_ptr<Phase> phase) {
   if (!phase) {
-    run_.keep_start_if_best();
     run_.stop(run_.result.iterations < all_iterations() ? StopReason::kConverged
                                                         : StopReason::kIterations);
     return;

@@ -85,6 +85,7 @@ bool FitRun::accept(const Vector& x, const Validation& validation, bool confirme
 }
 
 bool FitRun::stop(StopReason reason, std::string message) {
+  keep_start_if_best();
   if (!best.validation().parts.empty()) result.photos = report_photos(problem, best.validation());
   result.stopped = reason;
   result.message = std::move(message);

@@ -28,9 +28,6 @@ struct FitRun {
   }
   /// Judges anew by weights that have changed, if they have.
   void follow_weights();
-  /// Returns the start where all that was found is worse by more than noise; the intervals then reach
-  /// there.
-  void keep_start_if_best();
   /// A row of the history for a point, without losses.
   HistoryRow row(const Point& at) const;
   /// Moves to x, whose validation that is, as the final state so far. `confirmed`: more samples than a
@@ -44,6 +41,10 @@ struct FitRun {
   void members(SavedState& state);
 
  private:
+  /// Returns the start where all that was found is worse by more than noise; the intervals then reach
+  /// there.
+  void keep_start_if_best();
+
   int weights_version_ = 0;  ///< that validations are by
 };
 
