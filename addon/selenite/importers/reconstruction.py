@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What every reader of a reconstruction gives: cameras, meshes and points, in no program's terms.
+
+World frame of a reconstruction: right-handed, axes as in its file. Cameras look along +z, x to the
+right and y down in the photo. Lengths in units of the file; pixels of the whole photo, whose first
+pixel has its centre at (0.5, 0.5). All in double precision.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+
+class ReconstructionError(ValueError):
+    """A file cannot be read: its name, the element, the cause and the cure, in one line."""
+
+    def __init__(self, file: Path | str, element: str, cause: str, cure: str) -> None:
+        self.file, self.element, self.cause, self.cure = str(file), element, cause, cure
+        super().__init__(f"{Path(file).name}: {element}: {cause}; {cure}")
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole with Brown's distortion (radial k1 to k3, tangential p1 and p2 in Metashape's
+    order); fx, fy, cx, cy in pixels of a photo of width x height."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+
+    @property
+    def distorted(self) -> bool:
+        """Whether any coefficient differs from 0."""
+        return any((self.k1, self.k2, self.k3, self.p1, self.p2))
+
+
+@dataclass(frozen=True)
+class ReconstructedCamera:
+    """A photo's camera.
+
+    label: as in the file, unique in a reconstruction. camera_to_world: 4 x 4, a rotation and the
+    centre. intrinsics: None where the file does not know them (X3D has a field of view only).
+    field_of_view: the smaller of both angles in radians, where intrinsics is None. photo: as named
+    by the file, "" if it names none; the importer looks for it. mask: likewise.
+    """
+
+    label: str
+    camera_to_world: np.ndarray
+    intrinsics: Intrinsics | None = None
+    field_of_view: float | None = None
+    photo: str = ""
+    mask: str = ""
+
+
+@dataclass(frozen=True)
+class ReconstructedMesh:
+    """Triangles. positions: (vertices, 3). triangles: (triangles, 3) indices into positions.
+    uvs: (triangles, 3, 2) with v up, or None. normals: (triangles, 3, 3) or None.
+    colors: (vertices, 3) linear, or None. texture: a picture's path, or None."""
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+    uvs: np.ndarray | None = None
+    normals: np.ndarray | None = None
+    colors: np.ndarray | None = None
+    texture: Path | None = None
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """What a file holds.
+
+    name: the file's, without suffix. points: (n, 3). meters_per_unit: None where the file does not
+    say. remarks: what was left out and why, a line each (cameras without a pose, models of lenses
+    that Brown's does not cover). region: 4 x 4 of the box of interest, unit cube to world, or None.
+    """
+
+    name: str
+    cameras: tuple[ReconstructedCamera, ...] = ()
+    meshes: tuple[ReconstructedMesh, ...] = ()
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    meters_per_unit: float | None = None
+    remarks: tuple[str, ...] = ()
+    region: np.ndarray | None = None
