@@ -19,6 +19,7 @@ from typing import Any, NoReturn, TextIO
 
 from . import __version__
 from .commands.capture_arguments import add_captures
+from .commands.environment_arguments import NO_ENVIRONMENT, add_environment
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
@@ -274,6 +275,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
     unseen = "texels that no photo sees stay as they were, or are filled from those around them"
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
+    add_environment(parser)
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="what is minimised; default: robust. An unknown name lists them all")
     add(
@@ -310,7 +312,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
 
 def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "next-camera", ".commands.next_camera")
-    parser.set_defaults(start=[], grid=[], unseen=[])  # --set says at which values
+    # --set says at which values
+    parser.set_defaults(start=[], grid=[], unseen=[], **NO_ENVIRONMENT)
     add = parser.add_argument
     scene = "a .blend file, or the folder or run.json of a fit: then at its fitted values"
     add("scene", metavar="SCENE", help=scene)
@@ -332,9 +335,8 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
 
 def _add_trade(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "trade", ".commands.trade")
-    parser.set_defaults(
-        start=[], grid=[], unseen=[]
-    )  # the truth is the scene's, starts lie away from it
+    # The truth is the scene's, starts lie away from it.
+    parser.set_defaults(start=[], grid=[], unseen=[], **NO_ENVIRONMENT)
     add = parser.add_argument
     add("scene", metavar="SCENE.blend")
     many = {"action": "append", "default": []}
