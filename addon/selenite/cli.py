@@ -227,6 +227,8 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--captures", metavar="FILE.json", help=captures)
     capture = "shows what a fit compares with this photo: camera, size, lights, gain"
     parser.add_argument("--capture", metavar="ID", help=capture)
+    result = "folder of a fit: renders what it has found, its grids and images with it"
+    parser.add_argument("--result", metavar="DIR", help=result)
 
 
 def _add_gradient(commands: argparse._SubParsersAction) -> None:

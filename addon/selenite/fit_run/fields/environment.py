@@ -30,6 +30,8 @@ PROJECTIONS = ("equirect", "mirror_ball")
 _MOST_RADIANCE, _GREY = 1e4, 0.05
 #: Rows of the picture that shows the image to people; each texel is a square of it.
 _VIEW_ROWS = 128
+#: Share of its texels that are not brighter than that picture can show.
+_SHOWN = 0.9
 _NAME = "World"  # of its owner, as the native module calls it
 
 
@@ -88,17 +90,11 @@ def view_of(values: np.ndarray) -> np.ndarray:
     """(h, w, 3) linear, of at least `_VIEW_ROWS` rows: the image as bright as a picture can show it
     without its brightest lights. values: of an EnvironmentUnknown."""
     brightness = values.mean(axis=-1)
-    usual = 2 * float(np.average(brightness, weights=_row_weights(values), axis=None))
-    most = max(float(np.quantile(brightness, 0.9)), usual)
+    most = float(np.quantile(brightness, _SHOWN)) or float(brightness.max())
     scaled = values / most if most > 0 else values
     times = max(1, _VIEW_ROWS // values.shape[0])
     shown = np.clip(scaled, 0, 1).repeat(times, axis=0).repeat(times, axis=1)
     return np.ascontiguousarray(shown, np.float32)
-
-
-def _row_weights(values: np.ndarray) -> np.ndarray:
-    rows, columns = values.shape[:2]
-    return np.repeat(sphere.solid_angles(rows, columns)[:, None], columns, axis=1)
 
 
 def fitted_environment(
