@@ -11,13 +11,14 @@
 namespace selenite {
 
 /// A fit whose grids and images are still of one colour each, seen as a fit of few numbers: in place of
-/// an albedo grid stands the one albedo of its material, of an image its one base colour. A search can
+/// an albedo grid stands the one albedo of its material, of an image its one base colour, of the world's
+/// image a colour that multiplies it. A search can
 /// go through these, and voxels and texels by their thousands start from what it finds. Otherwise
 /// whatever else darkens a body (extinction, IOR, roughness) is fitted to make up for them while they
 /// are far off.
 class UniformFields {
  public:
-  /// None where voxels or texels differ (something told where they start), where no scalar or no colour
+  /// None where voxels or texels of a material differ (something told where they start), where no scalar or no colour
   /// is unknown, or where there are more than kFewUnknowns numbers. All arguments but the first two must
   /// outlive it.
   static std::unique_ptr<UniformFields> of(const Scene& scene,
@@ -27,7 +28,8 @@ class UniformFields {
   UniformFields(const UniformFields&) = delete;  // the problem refers to members
   UniformFields& operator=(const UniformFields&) = delete;
 
-  /// The scalars of the fit in their order, then a colour for each albedo grid and image.
+  /// The scalars of the fit in their order, then a colour for each albedo grid and image. That of the
+  /// world's image stays within `kTintFactor` of 1.
   const Problem& problem() const { return problem_; }
   const Reparametrization& reparametrization() const { return reparametrization_; }
   /// Without the albedo grids and images that are unknown.
@@ -38,10 +40,12 @@ class UniformFields {
   FieldValues fields(const Vector& x) const;
 
  private:
+  static constexpr double kTintFactor = 30;
   /// A field for which one colour stands.
   struct Colour {
     std::size_t field;
-    std::shared_ptr<const Texture> image;  ///< none: an albedo grid
+    std::shared_ptr<const Texture> image;  ///< none: an albedo grid, or the world's image
+    bool tints = false;                    ///< it multiplies what the field starts with
     /// As the field holds it, from linear light, and back.
     Color<double> stored(const Color<double>& linear) const;
     Color<double> linear(const Color<double>& stored) const;
