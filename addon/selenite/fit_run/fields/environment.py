@@ -105,6 +105,11 @@ def fitted_environment(
     return next(found, None)
 
 
+def usual_maximum(world: WorldValues) -> float:
+    """The largest value of a texel by default, in radiance over the strength."""
+    return _MOST_RADIANCE / world.strength if world.strength > 0 else _MOST_RADIANCE
+
+
 def own_name(scene: SceneValues, name: str) -> str:
     """Of a world that is called by its datablock's name."""
     owner = scene.owners.get(_NAME)
@@ -134,7 +139,7 @@ def environment_unknown(
     if not start.any():
         start = np.full_like(start, _GREY / strength)
         notes += (f"the world is black, and starts at a grey of radiance {_GREY:g}",)
-    low, high = _bounds(request, max(_MOST_RADIANCE / strength, 10 * float(start.max())), title)
+    low, high = _bounds(request, max(usual_maximum(scene.world), 10 * float(start.max())), title)
     rate = rate_of(request, settings, title)
     clamped = np.clip(start, np.float32(low), np.float32(high))
     filled = replace(
