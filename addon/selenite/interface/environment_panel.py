@@ -15,7 +15,11 @@ from .. import native
 from ..fit_run.fields import EnvironmentUnknown, fitted_environment
 from ..fit_run.fields.environment import view_of
 from ..fit_run.job import FitFailed
-from .state import RUN
+from ..problems import BadInput
+from ..scene_read.scene import read_scene
+from ..write_back import suns
+from .problem_reports import report_problems
+from .state import RUN, is_idle
 
 IMAGE = "Selenite Environment"
 #: Seconds between two pictures.
@@ -85,23 +89,53 @@ class SELENITE_PT_environment(bpy.types.Panel):
     bl_idname = "SELENITE_PT_environment"
     bl_label = "Environment"
     bl_parent_id = "SELENITE_PT_fit"
+    bl_options = {"DEFAULT_CLOSED"}
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """The newest picture and its size, where the image of the world is fitted; lamps of it."""
+        unknown = field()
+        if unknown is not None:
+            rows, columns = unknown.values.shape[:2]
+            self.layout.label(text=f"{columns} x {rows} directions", icon="WORLD")
+            image: Any = bpy.data.images.get(IMAGE)
+            if image is not None and image.preview is not None:
+                self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
+        self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
+
+
+class SELENITE_OT_lamps_from_environment(bpy.types.Operator):
+    """Make Sun lamps of the bright spots of the world's image, and take their light out of it"""
+
+    bl_idname = "selenite.lamps_from_environment"
+    bl_label = "Lamps from Environment"
+    bl_options = {"REGISTER", "UNDO"}
+
+    count: bpy.props.IntProperty(
+        name="Suns", default=4, min=1, soft_max=16, description="At most, the strongest first"
+    )
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """The image of the world is fitted, or was."""
-        return field() is not None
+        """Nothing runs."""
+        return is_idle()
 
-    def draw(self, _context: bpy.types.Context) -> None:
-        """The newest picture and its size."""
-        unknown = field()
-        if unknown is None:
-            return
-        rows, columns = unknown.values.shape[:2]
-        self.layout.label(text=f"{columns} x {rows} directions", icon="WORLD")
-        image: Any = bpy.data.images.get(IMAGE)
-        if image is not None and image.preview is not None:
-            self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All or nothing; one undo step."""
+        try:
+            values = read_scene(context.scene)
+            found, rest = suns.proposed(values, self.count)
+            done = suns.add(context.scene, values, found, rest)
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        except native.NativeUnavailable as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for item in found:
+            self.report({"INFO"}, suns.text(item))
+        self.report({"INFO"}, done)
+        return {"FINISHED"}
 
 
 def _tick() -> float | None:
@@ -115,4 +149,4 @@ def _tick() -> float | None:
     return _EVERY if running else None
 
 
-CLASSES = (SELENITE_PT_environment,)
+CLASSES = (SELENITE_OT_lamps_from_environment, SELENITE_PT_environment)
