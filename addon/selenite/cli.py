@@ -157,6 +157,7 @@ def build_parser() -> argparse.ArgumentParser:
     _add_fit(commands)
     _add_next_camera(commands)
     _add_trade(commands)
+    _add_lamps(commands)
     _add_demo(commands)
     return parser
 
@@ -172,6 +173,7 @@ def _command(
         "fit": "fits parameters to photos",
         "next-camera": "ranks places for the next photo by the information it would add",
         "trade": "measures time against error on a scene",
+        "lamps": "makes suns of the bright spots of the world's image",
         "demo": "fits the demo scene",
     }[name]
     parser = commands.add_parser(name, help=summary, description=summary.capitalize() + ".")
@@ -227,6 +229,8 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
     parser.add_argument("--captures", metavar="FILE.json", help=captures)
     capture = "shows what a fit compares with this photo: camera, size, lights, gain"
     parser.add_argument("--capture", metavar="ID", help=capture)
+    result = "folder of a fit: renders what it has found, its grids and images with it"
+    parser.add_argument("--result", metavar="DIR", help=result)
 
 
 def _add_gradient(commands: argparse._SubParsersAction) -> None:
@@ -353,6 +357,17 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add("--out", metavar="DIR", help="gets trade.csv, trade.json and trade.png")
     expected = "prints the expected seconds and errors of each preset, without fits; writes nothing"
     add("--expected", action="store_true", help=expected)
+
+
+def _add_lamps(commands: argparse._SubParsersAction) -> None:
+    parser = _command(commands, "lamps", ".commands.lamps")
+    parser.add_argument("scene", metavar="SCENE.blend")
+    count = "suns at most, the strongest first (%(default)s)"
+    parser.add_argument("--count", type=_at_least(1), default=4, metavar="N", help=count)
+    result = "folder of a fit: the image is the one that it has found"
+    parser.add_argument("--result", metavar="DIR", help=result)
+    saved = "saves a copy with the suns and the rest of the image"
+    parser.add_argument("--save", metavar="OUT.blend", help=f"{saved}; without it they are listed")
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("numpy", reason="NumPy is not installed")
 
-from selenite.environments import mirror_ball, sphere  # noqa: E402
+from selenite.environments import bright_spots, mirror_ball, sphere  # noqa: E402
 
 
 def turned_about_z(angle: float) -> np.ndarray:
@@ -112,3 +112,44 @@ def test_a_photo_of_a_mirror_ball_gives_the_room_back() -> None:
     assert error[seen].max() < 0.05
     assert mirror_ball.why_not(photo) == ""
     assert "400 x 300 pixels are no square" in mirror_ball.why_not(photo[:300])
+
+
+def irradiance(image: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(3,): of a surface that faces `normal`, under an interpolated image."""
+    d = sphere.directions(256, 512)
+    light = sphere.looked_up(image.astype(np.float64), d)
+    weight = sphere.solid_angles(256, 512)[:, None] * np.maximum(d @ normal, 0)
+    return np.asarray((light * weight[..., None]).sum(axis=(0, 1)))
+
+
+def test_suns_hold_the_light_that_is_taken_out() -> None:
+    image = np.full((32, 64, 3), 0.3, np.float32)
+    image[8:10, 40:42] = (90, 60, 30)  # high up
+    image[20, 0] = image[20, 63] = (10, 20, 40)  # over the seam
+    found, rest = bright_spots.suns(image, 4)
+    assert len(found) == 2
+    np.testing.assert_allclose(rest, 0.3, rtol=1e-5)
+    high, low = found
+    assert high.irradiance[0] > high.irradiance[2] and low.irradiance[2] > low.irradiance[0]
+    for sun in found:
+        before, after = (irradiance(item, np.array(sun.direction)) for item in (image, rest))
+        others = sum(
+            np.array(item.irradiance) * max(0.0, float(np.dot(item.direction, sun.direction)))
+            for item in found
+        )
+        np.testing.assert_allclose(before - after, others, rtol=0.02)
+    d = sphere.directions(32, 64)[8:10, 40:42].mean(axis=(0, 1))
+    assert np.dot(high.direction, d / np.linalg.norm(d)) > 0.9999
+    # Two texels of 5.6 degrees, and what interpolation adds at their rims.
+    assert np.degrees(high.angle) == pytest.approx(2 * 5.6, rel=0.35)
+    assert np.dot(low.direction, (-1, 0, low.direction[2])) > 0.999 - low.direction[2] ** 2
+
+
+def test_no_more_suns_than_asked_for_and_none_without_a_spot() -> None:
+    image = np.full((16, 32, 3), 0.3, np.float32)
+    assert bright_spots.suns(image, 4)[0] == []
+    for column, radiance in ((3, 40), (12, 90), (22, 60)):
+        image[5, column] = radiance
+    found, rest = bright_spots.suns(image, 2)
+    assert len(found) == 2 and rest[5, 3, 0] == 40
+    assert found[0].irradiance[0] / found[1].irradiance[0] == pytest.approx(90 / 60, rel=0.01)

@@ -11,6 +11,7 @@ from . import (
     capture_lights,
     capture_photo,
     check_operators,
+    environment_panel,
     fit_operators,
     panels,
     preview_operators,
@@ -33,6 +34,7 @@ _MODULES = (
     time_operators,
     camera_operators,
     panels,
+    environment_panel,
     stages,
 )
 _command: object | None = None
@@ -52,6 +54,7 @@ def register() -> None:
 def unregister() -> None:
     """The inverse of `register`; whatever runs is stopped first."""
     global _command
+    environment_panel.end()
     state.CHECK.stop()
     state.TRADE.stop()
     state.NEXT.stop()

@@ -34,6 +34,12 @@ def show(scene: bpy.types.Scene, values: SceneValues, path: str) -> str:
     Its strength stays; what was linked stays in the tree, unlinked. Raises BadInput, and then
     nothing has changed.
     """
+    return show_pixels(scene, values, _read(path))
+
+
+def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray) -> str:
+    """The same of an image that is there: (h, w, 3) float32, linear, row 0 at the top, in the frame
+    of the world."""
     owner = values.owners.get(world.WORLD)
     found = datablock(view_layers.worlds(scene), owner) if owner is not None else None
     if found is None:
@@ -44,7 +50,6 @@ def show(scene: bpy.types.Scene, values: SceneValues, path: str) -> str:
         cause, _, cure = reason.partition(": ")
         cause = f"it cannot take an image ({cause})"
         raise BadInput(Problem(title, cause, cure or "undo the change"))
-    pixels = _read(path)
     image = _image(f"{found.name} environment", pixels)
     tree, end = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
     before = nodes.link_of(inlet)

@@ -30,6 +30,8 @@ PROJECTIONS = ("equirect", "mirror_ball")
 _MOST_RADIANCE, _GREY = 1e4, 0.05
 #: Rows of the picture that shows the image to people; each texel is a square of it.
 _VIEW_ROWS = 128
+#: Share of its texels that are not brighter than that picture can show.
+_SHOWN = 0.9
 _NAME = "World"  # of its owner, as the native module calls it
 
 
@@ -88,17 +90,11 @@ def view_of(values: np.ndarray) -> np.ndarray:
     """(h, w, 3) linear, of at least `_VIEW_ROWS` rows: the image as bright as a picture can show it
     without its brightest lights. values: of an EnvironmentUnknown."""
     brightness = values.mean(axis=-1)
-    usual = 2 * float(np.average(brightness, weights=_row_weights(values), axis=None))
-    most = max(float(np.quantile(brightness, 0.9)), usual)
+    most = float(np.quantile(brightness, _SHOWN)) or float(brightness.max())
     scaled = values / most if most > 0 else values
     times = max(1, _VIEW_ROWS // values.shape[0])
     shown = np.clip(scaled, 0, 1).repeat(times, axis=0).repeat(times, axis=1)
     return np.ascontiguousarray(shown, np.float32)
-
-
-def _row_weights(values: np.ndarray) -> np.ndarray:
-    rows, columns = values.shape[:2]
-    return np.repeat(sphere.solid_angles(rows, columns)[:, None], columns, axis=1)
 
 
 def fitted_environment(
@@ -107,6 +103,11 @@ def fitted_environment(
     """The fitted image of the world; None where it is not among `fields`."""
     found = (arrays[item.name] for item in fields if isinstance(item, EnvironmentUnknown))
     return next(found, None)
+
+
+def usual_maximum(world: WorldValues) -> float:
+    """The largest value of a texel by default, in radiance over the strength."""
+    return _MOST_RADIANCE / world.strength if world.strength > 0 else _MOST_RADIANCE
 
 
 def own_name(scene: SceneValues, name: str) -> str:
@@ -138,7 +139,7 @@ def environment_unknown(
     if not start.any():
         start = np.full_like(start, _GREY / strength)
         notes += (f"the world is black, and starts at a grey of radiance {_GREY:g}",)
-    low, high = _bounds(request, max(_MOST_RADIANCE / strength, 10 * float(start.max())), title)
+    low, high = _bounds(request, max(usual_maximum(scene.world), 10 * float(start.max())), title)
     rate = rate_of(request, settings, title)
     clamped = np.clip(start, np.float32(low), np.float32(high))
     filled = replace(
