@@ -71,6 +71,7 @@ class FieldGaussNewton {
                                               const FieldGaussNewtonOptions& options = {});
 
   int cell() const { return cell_; }  ///< pixels along a side of it
+  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
   /// Of each pixel of photo i in its cell.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
@@ -136,7 +137,6 @@ class FieldGaussNewton {
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
-  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
   /// What is expected of all numbers before any photo, where the fit begins at `values`: of voxels
   /// these themselves, of the world's image their mean in the colour of the world at the start.
   void set_prior(const Eigen::VectorXd& values);
