@@ -42,6 +42,8 @@ class Progress:
     phase_fraction: float = 0.0
     stage: str = ""
     notes: tuple[str, ...] = ()
+    stage_index: int = 0
+    own_iteration: int = 0  # of the stage
 
     @property
     def fraction(self) -> float:
@@ -124,6 +126,7 @@ class FitJob:
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
+            own_iteration=state["iteration"],
             iterations=state["iterations"],
             loss=state["loss"],
             seconds=state["seconds"],

@@ -13,9 +13,9 @@ from ..scene_read.values import Owner
 from ..write_back import Key
 from ..write_back import grids as grid_objects
 from . import field_rows
-from .fit_operators import three
 from .problem_reports import report_problems
 from .request import refresh_rows
+from .running.kept_result import three
 
 
 class SELENITE_OT_apply(bpy.types.Operator):

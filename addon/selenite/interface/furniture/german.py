@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""German texts of the interface."""
+
+GERMAN = {
+    "Start Fit": "Anpassung starten",
+}

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The active parameter: always as high, so that nothing below moves when another one is chosen."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import field_rows
+from ..texts import letters, translated, wrapped
+from .labels import unit_text
+
+#: Lines of text below the name, and of controls.
+TEXT_LINES = 2
+CONTROL_LINES = 5
+
+
+def draw(layout: bpy.types.UILayout, context: bpy.types.Context, row: object) -> None:
+    """row: the active one, or None."""
+    box = layout.box()
+    _draw_text(box.column(align=True), context, row)
+    column = box.column(align=True)
+    lines = 0
+    if row is not None and not row.reason:
+        lines = _draw_controls(column, row)
+    for _ in range(CONTROL_LINES - lines):
+        column.label(text="")
+
+
+def _draw_text(
+    column: bpy.types.UILayout, context: bpy.types.Context, row: bpy.types.PropertyGroup | None
+) -> None:
+    """Name, and in a fixed number of lines why it is locked, or what its value means."""
+    title, text, icon = translated("No parameter is chosen"), "", "NONE"
+    if row is not None:
+        title = f"{row.label}, {row.owner}{unit_text(row.unit) and f' [{row.unit}]'}"
+        text = row.reason or row.note or translated(row.help)
+        icon = "LOCKED" if row.reason else "NONE"
+    column.label(text=title, icon=icon, translate=False)
+    lines = wrapped(text, letters(context))
+    if len(lines) > TEXT_LINES:  # the tooltip of the row has all of it
+        lines = lines[:TEXT_LINES]
+        lines[-1] = f"{lines[-1]} ..."
+    for line in [*lines, *[""] * (TEXT_LINES - len(lines))]:
+        column.label(text=line, translate=False)
+
+
+def _draw_controls(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> int:
+    """Returns how many lines it has used."""
+    lines = 3
+    line = column.row(align=True)
+    line.prop(row, "use_start", text="")
+    value = line.row(align=True)
+    value.enabled = row.use_start
+    if row.width == 1:
+        value.prop(row, "start", index=0, text=translated("Start"))
+    else:
+        value.label(text=translated("Start"))
+        for index in range(row.width):
+            value.prop(row, "start", index=index, text="")
+    line = column.row(align=True)
+    line.prop(row, "minimum", text=translated("Min"))
+    line.prop(row, "maximum", text=translated("Max"))
+    if not field_rows.is_field(row):
+        column.prop(row, "learning_rate")
+        return lines
+    line = column.row(align=True)
+    for name in field_rows.shown(row)[:2]:
+        line.prop(row, name, text="")
+    for name in field_rows.shown(row)[2:]:
+        column.prop(row, name)
+        lines += 1
+    column.prop(row, "learning_rate")
+    return lines + 1

@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of parameters, read from the scene, and the usual ticks."""
+
+from __future__ import annotations
+
+import bpy
+
+from ... import native
+from ...cycles_check.render_settings import contents_of
+from ...fit_run.unknowns import USUAL
+from ...problems import Problem
+from ...scene_read.scene import read_scene
+from ..request import refresh_rows
+from ..state import CHECK, remember_shapes
+
+_USUAL = {"material": USUAL, "light": ("power",), "world": ("strength",)}
+
+
+def list_parameters(scene: bpy.types.Scene) -> list[Problem]:
+    """Fills the list; returns what stands in the way of a render. Raises NativeUnavailable."""
+    values = read_scene(scene)
+    native.core().prepare()  # while the user ticks
+    refresh_rows(scene, values)
+    remember_shapes(scene.name, values)
+    CHECK.contents[scene.name] = contents_of(scene)
+    return list(values.problems)
+
+
+def tick_usual(settings: bpy.types.PropertyGroup, owner: str) -> int:
+    """Ticks what is usually unknown of an owner and not locked; returns how many."""
+    found = [
+        row
+        for row in settings.rows
+        if row.owner == owner and row.parameter in _USUAL[row.kind] and not row.reason
+    ]
+    for row in found:
+        row.enabled = True
+    return len(found)

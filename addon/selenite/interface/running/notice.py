@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The end of a fit is noticed: a report, a line in the status bar, and the result in sight."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..texts import translated
+
+#: Seconds that the line stays in the status bar.
+_SHOWN_FOR = 15.0
+
+
+def notify(
+    operator: bpy.types.Operator, context: bpy.types.Context, scene: bpy.types.Scene
+) -> None:
+    """Reports the verdict, shows it in the status bar, and opens the result as a pop-up."""
+    verdict = scene.selenite.verdict
+    text = translated("Fit ended: {}").format(verdict or translated("see Result"))
+    operator.report({"INFO"}, text)
+    if bpy.app.background:
+        return
+    for window in context.window_manager.windows:
+        window.workspace.status_text_set(text)
+    bpy.app.timers.register(_give_back, first_interval=_SHOWN_FOR)
+    if hasattr(bpy.types, "SELENITE_OT_show_result"):
+        bpy.app.timers.register(_open_result, first_interval=0.1)
+
+
+def _give_back() -> None:
+    from ..state import is_idle
+
+    if not is_idle():
+        return
+    for window in bpy.context.window_manager.windows:
+        window.workspace.status_text_set(None)
+
+
+def _open_result() -> None:
+    """A pop-up can only open where a 3D View is."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                region = next(item for item in area.regions if item.type == "WINDOW")
+                with bpy.context.temp_override(window=window, area=area, region=region):
+                    if bpy.ops.selenite.show_result.poll():
+                        bpy.ops.selenite.show_result("INVOKE_DEFAULT")
+                return
