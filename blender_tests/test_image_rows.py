@@ -13,7 +13,8 @@ import undo_steps
 from drawn_panels import draw
 
 from selenite import native
-from selenite.interface import panels, properties, request, state
+from selenite.interface import panels, request, state
+from selenite.interface.rows import properties as row_properties
 from selenite.scene_read import openvdb_files
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
@@ -158,8 +159,12 @@ def test_rows_keep_what_is_set_and_are_reset(settings, tmp_path):
 
 
 def test_numbers_of_enums_stay_as_files_have_them():
-    assert [item[::3] for item in properties.GRID_ITEMS] == [("new", 0), ("scene", 1), ("file", 2)]
-    unseen = [item[::3] for item in properties.UNSEEN_ITEMS]
+    assert [item[::3] for item in row_properties.GRID_ITEMS] == [
+        ("new", 0),
+        ("scene", 1),
+        ("file", 2),
+    ]
+    unseen = [item[::3] for item in row_properties.UNSEEN_ITEMS]
     assert unseen == [("auto", 0), ("keep", 1), ("fill", 2)]
 
 

@@ -96,6 +96,8 @@ class SELENITE_OT_save_result(WorksInThread):
         return Saving(RUN.plan, RUN.result, folder, bpy.app.version_string)
 
     def _end(self, work: Saving | None) -> set[str]:
+        if work is not None and work.trouble:
+            self.report({"ERROR"}, work.trouble)
         if work is None or work.folder is None:
             return {"CANCELLED"}
         RUN.folder = work.folder

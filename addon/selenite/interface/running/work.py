@@ -114,14 +114,15 @@ class Finishing:
 
 
 class Saving:
-    """Writes a result folder with its pictures; afterwards `folder` is there. `steps` raises
-    OSError."""
+    """Writes a result folder with its pictures; afterwards `folder` is there, or `trouble` says why
+    it is not."""
 
     def __init__(self, plan: FitPlan, result: dict[str, Any], parent: Path, host: str) -> None:
         self._plan, self._result, self._parent, self._host = plan, result, parent, host
         self._stop = threading.Event()
         self._step = Step(0.0, "writing the result")
         self.folder: Path | None = None
+        self.trouble = ""
 
     @property
     def step(self) -> Step:
@@ -137,6 +138,9 @@ class Saving:
             )
         except _Cancelled:
             return
+        except OSError as error:
+            cure = "choose another folder"
+            self.trouble = f"Cannot write to '{self._parent}': {error}; {cure}"
 
     def cancel(self) -> None:
         """Ends after the picture that is rendered now; no folder is left."""
