@@ -2,18 +2,14 @@
 """The first fit of a new user in a real window, from an open scene whose cameras are named like the
 photos: every click is counted, ticks of the interface are, and the time that Cancel takes."""
 
-import shutil
-import sys
 import time
 from pathlib import Path
 
 import bpy
-from _driving import ENDLESS, FOLDER, in_window, picture, press_escape, run
+from _driving import ENDLESS, click_tab, in_window, picture, press_escape, run, whole_screen
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scenes"))
-SCENE = Path(__file__).resolve().parents[2] / "scenes" / "jade_pendant"
-
-from selenite.interface import panels, state  # noqa: E402
+from selenite.interface import panels, state
+from selenite.interface.furniture.links import made_sample
 
 CLICKS: list[str] = []
 MOST_CLICKS = 6
@@ -27,15 +23,8 @@ def click(what):
 
 
 def prepare():
-    """The demo's pendant with its dark start, saved beside a folder of photos."""
-    import jade_pendant
-
-    path = FOLDER / "pendant.blend"
-    jade_pendant.EXAMPLE.save_start(path)
-    (FOLDER / "photos").mkdir()
-    for name in ("Front", "Side"):
-        shutil.copy(SCENE / f"{name}.png", FOLDER / "photos")
-    bpy.ops.wm.open_mainfile(filepath=str(path))
+    """The sample scene: the demo's pendant with its dark start, beside a folder of photos."""
+    bpy.ops.wm.open_mainfile(filepath=str(made_sample()))
 
 
 def browser():
@@ -88,6 +77,8 @@ def steps():
     show_window()
     yield 1.0
     click("the tab Selenite")
+    click_tab()
+    yield 1.0
     picture("1_open")
     click("Load Photos")
     in_window(bpy.ops.selenite.load_photos, "INVOKE_DEFAULT")
@@ -96,7 +87,7 @@ def steps():
     assert Path(browser()[1].spaces.active.params.directory.decode()).name == "photos"
     assert browser()[1].spaces.active.params.display_type == "THUMBNAIL"
     assert browser()[1].spaces.active.params.filename == ""
-    picture("2_photos")
+    whole_screen("2_photos")
     click("A: all photos")
     in_browser(bpy.ops.file.select_all, action="SELECT")
     yield 0.3
@@ -149,4 +140,4 @@ def steps():
     picture("6_stopped")
 
 
-run(steps, panels)
+run(steps, panels, shown=())

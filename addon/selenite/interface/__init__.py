@@ -57,6 +57,7 @@ def register() -> None:
     global _command
     for module in _MODULES:
         for item in module.CLASSES:
+            _describe(item)
             bpy.utils.register_class(item)
     languages.register()
     icon.register()
@@ -86,6 +87,12 @@ def unregister() -> None:
     for module in reversed(_MODULES):
         for item in reversed(module.CLASSES):
             bpy.utils.unregister_class(item)
+
+
+def _describe(item: type) -> None:
+    """Its docstring as a tooltip of one paragraph, which is also what languages translate."""
+    if issubclass(item, (bpy.types.Operator, bpy.types.Panel)) and item.__doc__:
+        item.bl_description = " ".join(item.__doc__.split())  # type: ignore[union-attr]
 
 
 def _run_command(arguments: list[str]) -> int:

@@ -15,7 +15,7 @@ def draw_bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
         layout.progress(factor=fraction, text=text)
         return
     whole = layout.column(align=True)
-    whole.label(text=text, translate=False)
+    paragraph(whole, bpy.context, text)
     line = whole.row(align=True)
     line.scale_y = 0.5
     parts = line.split(factor=min(max(fraction, 0.01), 1.0), align=True)

@@ -47,9 +47,12 @@ class SELENITE_UL_captures(bpy.types.UIList):
         """Tick, id, photo. The id of a row that is off is not in use: its camera stands there."""
         row = layout.row(align=True)
         row.prop(item, "enabled", text="")
-        name = item.camera.name if item.camera else "no camera"
-        row.label(text=ids_of(context.scene)[index] or name, icon="CAMERA_DATA")
-        row.label(text=item.photo.name if item.photo else "no photo", icon="IMAGE_DATA")
+        name = item.camera.name if item.camera else translated("no camera")
+        name = ids_of(context.scene)[index] or name
+        row.label(text=name, icon="CAMERA_DATA", translate=False)
+        photo = item.photo.name if item.photo else translated("no photo")
+        if photo.rpartition(".")[0] != name:  # else the row would say it twice
+            row.label(text=photo, icon="IMAGE_DATA", translate=False)
 
 
 class SELENITE_PT_captures(bpy.types.Panel):
@@ -78,11 +81,33 @@ class SELENITE_PT_captures(bpy.types.Panel):
             layout.operator("selenite.open_sample", icon="FILE_3D")
         if settings.active_capture < len(settings.captures):
             item = settings.captures[settings.active_capture]
-            layout.prop(item, "camera")
-            layout.template_ID(item, "photo", open="image.open")
-            layout.prop(item, "mask_path")
-            capture_photo.draw(layout, item.how)
-            capture_lights.draw(layout, item.lights)
+            if item.camera is None or item.photo is None:
+                _draw_pair(layout, item)
+
+
+class SELENITE_PT_capture(bpy.types.Panel):
+    """Camera, photo, mask, lights and lens of the active capture"""
+
+    bl_idname = "SELENITE_PT_capture"
+    bl_label = "Active Capture"
+    bl_parent_id = "SELENITE_PT_captures"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_space_type, bl_region_type, bl_category = _TAB.values()
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There is an active one."""
+        settings = context.scene.selenite
+        return settings.active_capture < len(settings.captures)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """How it was taken and what of it counts."""
+        settings, layout = context.scene.selenite, self.layout
+        item = settings.captures[settings.active_capture]
+        _draw_pair(layout, item)
+        layout.prop(item, "mask_path")
+        capture_photo.draw(layout, item.how)
+        capture_lights.draw(layout, item.lights)
 
 
 class SELENITE_PT_fit(bpy.types.Panel):
@@ -112,8 +137,6 @@ class SELENITE_PT_fit(bpy.types.Panel):
             layout.operator("selenite.estimate", icon="TIME")
         for line in state.EXPECTED.get(context.scene.name, ()):
             paragraph(layout, context, line)
-        if state.RUN.message:
-            paragraph(layout, context, translated(state.RUN.message))
         _draw_staging(layout, context)
         _draw_notes(layout, context, state.RUN.result["notes"] if state.RUN.result else ())
 
@@ -188,6 +211,13 @@ class SELENITE_PT_cycles(bpy.types.Panel):
             paragraph(box, context, item.cost)
 
 
+def _draw_pair(layout: bpy.types.UILayout, item: bpy.types.PropertyGroup) -> None:
+    """Which photo belongs to which camera."""
+    column = layout.column(align=True)
+    column.prop(item, "camera", text="", icon="CAMERA_DATA")
+    column.template_ID(item, "photo", open="image.open")
+
+
 def _draw_running(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     """Loss, values and remarks; the bar and the buttons are in the head of the tab."""
     progress = state.RUN.progress
@@ -231,6 +261,7 @@ CLASSES = (
     SELENITE_UL_rows,
     SELENITE_PT_head,
     SELENITE_PT_captures,
+    SELENITE_PT_capture,
     SELENITE_PT_parameters,
     SELENITE_PT_fit,
     SELENITE_PT_advanced,

@@ -154,10 +154,24 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         name="Full Report", description="Everything that the fit reports about each value"
     )
     preset: EnumProperty(
-        name="Quality", items=PRESET_ITEMS, default="balanced", update=_take_preset
+        name="Quality",
+        items=PRESET_ITEMS,
+        default="balanced",
+        update=_take_preset,
+        description="Sets size, samples and iterations; Advanced shows and changes them",
     )
-    loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default=_DEFAULTS.loss)
-    optimiser: EnumProperty(name="Optimiser", items=OPTIMISER_ITEMS, default="auto")
+    loss: EnumProperty(
+        name="Loss",
+        items=LOSS_ITEMS,
+        default=_DEFAULTS.loss,
+        description="How the difference between render and photo is measured",
+    )
+    optimiser: EnumProperty(
+        name="Optimiser",
+        items=OPTIMISER_ITEMS,
+        default="auto",
+        description="How the next values follow from the derivatives",
+    )
     accumulate: BoolProperty(
         name="One Step for All Photos",
         default=True,
@@ -196,7 +210,12 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     depth: IntProperty(
         name="Depth", default=0, min=0, description="Bounces of a path; 0 does not limit them"
     )
-    seed: IntProperty(name="Seed", default=0, min=0)
+    seed: IntProperty(
+        name="Seed",
+        default=0,
+        min=0,
+        description="Of the random numbers: the same one gives the same values, bit by bit",
+    )
     threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")
     search: EnumProperty(
         name="Multi-Start",

@@ -9,6 +9,8 @@ import bpy
 #: for itself at both sides.
 _LETTER, _MARGIN = 6.6, 46
 _FEWEST = 18
+#: Letters of a line in a pop-up, see result.panel.
+_POP_UP = 62
 
 
 def translated(text: str) -> str:
@@ -19,10 +21,11 @@ def translated(text: str) -> str:
 def letters(context: bpy.types.Context, less: int = 0) -> int:
     """How many letters a line of the region holds. less: pixels that are taken, as by an icon."""
     region = getattr(context, "region", None)
-    width = getattr(region, "width", 0) or 0
-    if width <= 1:
+    if region is None or region.width <= 1:
         return 32
-    scale = context.preferences.system.ui_scale
+    if region.type != "UI" and context.area.type == "VIEW_3D":
+        return _POP_UP  # drawn over the view
+    width, scale = region.width, context.preferences.system.ui_scale
     return max(_FEWEST, int((width / scale - _MARGIN - less) / _LETTER))
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -143,6 +144,9 @@ class CancelsWork(bpy.types.Operator):
 #: What the status bar shows; the sidebars are drawn again only when it changes.
 _SHOWN: list[str] = [""]
 _BLOCKS = 20
+#: Seconds between two redraws: each may take a tick on a slow display.
+_REDRAW_EVERY = 0.5
+_DRAWN_AT: list[float] = [0.0]
 
 
 def show_status(context: bpy.types.Context, text: str | None, fraction: float = 0.0) -> None:
@@ -152,9 +156,10 @@ def show_status(context: bpy.types.Context, text: str | None, fraction: float = 
     if text is not None:
         done = round(_BLOCKS * min(max(fraction, 0.0), 1.0))
         line = f"Selenite  [{'|' * done}{'.' * (_BLOCKS - done)}]  {text}"
-    if line == _SHOWN[0]:
+    now = time.monotonic()
+    if line == _SHOWN[0] or (line and now - _DRAWN_AT[0] < _REDRAW_EVERY):
         return
-    _SHOWN[0] = line
+    _SHOWN[0], _DRAWN_AT[0] = line, now
     for window in context.window_manager.windows:
         window.workspace.status_text_set(line or None)
     redraw(context)

@@ -1,21 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Translations of the interface, as Blender takes them: language -> (context, text) -> text."""
+"""Translations of the interface: each file of texts/ is a language, English -> its text.
+
+A new language is a new file, named as Blender names the language; nothing else changes.
+"""
 
 from __future__ import annotations
+
+import json
+from pathlib import Path
 
 import bpy
 
 from .preferences import ADDON
 
-_CONTEXTS = ("*", "Operator")
+TEXTS = Path(__file__).parent / "texts"
+_CONTEXTS = ("*", "Operator")  # of labels, and of operators
 
 
 def register() -> None:
-    """Each text in both contexts, that of labels and that of operators."""
-    from .german import GERMAN
-
-    german = {(context, text): found for text, found in GERMAN.items() for context in _CONTEXTS}
-    bpy.app.translations.register(ADDON, {"de_DE": german, "de": german})
+    """Each text in both contexts. Blender 4 and later call German "de"."""
+    found = {}
+    for path in sorted(TEXTS.glob("*.json")):
+        texts = json.loads(path.read_text(encoding="utf-8"))
+        language = {
+            (context, text): words for text, words in texts.items() for context in _CONTEXTS
+        }
+        found |= {path.stem: language, path.stem.partition("_")[0]: language}
+    bpy.app.translations.register(ADDON, found)
 
 
 def unregister() -> None:

@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import platform
+import shutil
+import subprocess
 from pathlib import Path
 
 import bpy
@@ -82,14 +84,19 @@ def sample() -> Path | None:
 
 
 def made_sample() -> Path:
-    """In a checkout: made on the spot, in Blender's folder for temporary files."""
-    import importlib
-    import sys
-
-    if str(SCENES) not in sys.path:
-        sys.path.insert(0, str(SCENES))
-    path = Path(bpy.app.tempdir) / _SAMPLE
-    importlib.import_module("jade_pendant").EXAMPLE.save_start(path)
+    """In a checkout: made by another Blender, beside a folder with its photos, in this Blender's
+    folder for temporary files."""
+    folder = Path(bpy.app.tempdir) / "selenite-sample"
+    (folder / "photos").mkdir(parents=True, exist_ok=True)
+    path = folder / _SAMPLE
+    words = (
+        f"import sys; sys.path.insert(0, {str(SCENES)!r}); import jade_pendant; "
+        f"jade_pendant.EXAMPLE.save_start(__import__('pathlib').Path({str(path)!r}))"
+    )
+    command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1"]
+    subprocess.run([*command, "--python-expr", words], check=True, capture_output=True)
+    for photo in (SCENES / "jade_pendant").glob("*.png"):
+        shutil.copy(photo, folder / "photos")
     return path
 
 

@@ -12,9 +12,9 @@ from ..texts import paragraph, translated
 
 #: A coloured square, and a word beside it: nobody has to tell colours apart.
 ICONS = {
-    "SURE": "COLLECTION_COLOR_04",
-    "WEAK": "COLLECTION_COLOR_03",
-    "OPEN": "COLLECTION_COLOR_01",
+    "SURE": "COLORSET_03_VEC",
+    "WEAK": "COLORSET_09_VEC",
+    "OPEN": "COLORSET_01_VEC",
     "UNKNOWN": "QUESTION",
 }
 _WORDS = {"SURE": "sure", "WEAK": "weak", "OPEN": "not determined", "UNKNOWN": ""}
@@ -106,6 +106,9 @@ def _draw_bar(column: bpy.types.UILayout, low: float, high: float) -> None:
     low = min(low, 1 - width)
     line = column.row(align=True)
     line.scale_y = _BAR_HEIGHT
+    if width > 1 - _THINNEST:
+        line.operator("selenite.show_result", text="", depress=True)
+        return
     if low > _THINNEST:
         parts = line.split(factor=low, align=True)
         parts.box().label(text="")

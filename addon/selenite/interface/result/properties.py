@@ -36,7 +36,7 @@ class SeleniteResult(bpy.types.PropertyGroup):
     original: FloatVectorProperty(size=3, precision=4)
     text: StringProperty(description="Start and fitted value")
     unit: StringProperty()
-    sureness: EnumProperty(name="How Sure", items=SURENESS_ITEMS, default="UNKNOWN")
+    sureness: EnumProperty(items=SURENESS_ITEMS, default="UNKNOWN")
     has_interval: BoolProperty(description="`low` and `high` hold the 90 % interval")
     low: FloatVectorProperty(size=3, precision=4)
     high: FloatVectorProperty(size=3, precision=4)

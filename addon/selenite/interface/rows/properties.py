@@ -40,7 +40,7 @@ class SeleniteRow(bpy.types.PropertyGroup):
     """A parameter that can be fitted: tick, start, box constraint and step."""
 
     enabled: BoolProperty(name="Fit", default=False, description="Fit this parameter")
-    kind: EnumProperty(name="Kind", items=KIND_ITEMS)
+    kind: EnumProperty(items=KIND_ITEMS)
     material: PointerProperty(type=bpy.types.Material)
     light: PointerProperty(type=bpy.types.Light)
     owner: StringProperty(description="Name of the owner as on the command line")

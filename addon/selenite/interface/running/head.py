@@ -42,22 +42,22 @@ class SELENITE_PT_head(bpy.types.Panel):
         if state.RUN.message:
             paragraph(layout, context, translated(state.RUN.message), "INFO")
         row = layout.row(align=True)
-        row.label(text=next_step(context.scene), icon="FORWARD")
-        row.operator("selenite.open_manual", text="", icon="HELP")
+        row.label(text=next_step(context.scene), icon="FORWARD", translate=False)
+        row.operator("selenite.open_manual", text="", icon="HELP", emboss=False)
 
 
 def next_step(scene: bpy.types.Scene) -> str:
     """What a user does next, in a few words."""
     settings = scene.selenite
     if not any(row.enabled and row.photo and row.camera for row in settings.captures):
-        return translated("Load photos of the cameras")
+        return translated("Next: Load Photos")
     if not any(row.enabled for row in settings.rows):
-        return translated("Tick what is unknown: Usual")
+        return translated("Next: tick, or Usual")
     if len(settings.results) and not settings.applied:
-        return translated("See Result, then Apply")
+        return translated("Next: Result, Apply")
     if settings.applied:
-        return translated("Applied: Check in Cycles")
-    return translated("Start Fit")
+        return translated("Next: Check in Cycles")
+    return translated("Next: Start Fit")
 
 
 def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
@@ -70,10 +70,10 @@ def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         return
     text = run.shown.text if run.job is not None else translated("Reading the photos")
     draw_bar(layout, run.shown.fraction, text)
-    row = layout.row(align=True)
+    column = layout.column(align=True)
     if run.job is not None:
-        row.operator("selenite.stop", text="Stop (Keep)", icon="CHECKMARK")
-    row.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
+        column.operator("selenite.stop", text="Stop (Keep)", icon="CHECKMARK")
+    column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
     keeps = run.job is not None
     text = "Esc stops and keeps the best values" if keeps else "Esc cancels"
     paragraph(layout, context, translated(text))
