@@ -13,8 +13,12 @@ import shutil
 from pathlib import Path
 
 from process import BUILD, ROOT, Failed, run_limited, say
+from tally import Tally
 
 RUN_IN_WINDOW = ROOT / "devtools" / "run_in_window.py"
+#: Esc, Stop, Cancel, undo and a file load during a run; small, since a display without a graphics
+#: card draws slowly.
+SHORT, SHORT_SIZE = ROOT / "blender_tests" / "gui" / "fit_in_window.py", "640x480"
 
 
 def run_tests(arguments: list[str]) -> int:
@@ -28,6 +32,16 @@ def run_tests(arguments: list[str]) -> int:
     failed = sum(not _passes(path, options.size, options.limit) for path in scripts)
     print(f"{len(scripts) - failed} passed, {failed} failed")
     return 1 if failed or not scripts else 0
+
+
+def short_run(limit: float) -> Tally:
+    """The part that belongs to every test run; skipped where there is no display to be had."""
+    missing = [name for name in ("blender", "xvfb-run") if shutil.which(name) is None]
+    if missing:
+        say(f"window: skipped, no {' and no '.join(missing)}")
+        return Tally(skipped=1)
+    passed = _passes(SHORT, SHORT_SIZE, limit)
+    return Tally(passed=int(passed), failed=int(not passed))
 
 
 def _passes(script: Path, size: str, limit: float) -> bool:

@@ -34,7 +34,7 @@ def steps():
     yield 0.5
     picture("ready")
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    yield lambda: state.RUN.job is None
+    yield lambda: not state.RUN.is_active
     settings = bpy.context.scene.selenite
     assert len(settings.results) == 1, state.RUN.message
     assert "% seen by the photos" in settings.results[0].text
