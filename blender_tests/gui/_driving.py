@@ -45,9 +45,9 @@ def whole_screen(name):
     subprocess.run(["import", "-window", "root", str(PICTURES / f"{name}.png")], check=True)
 
 
-def click_tab(below=175):
+def click_tab(below=35):
     """A click on the tab of the sidebar that is so many pixels below its upper end, at a scale of
-    the interface of 1; at first that is the fourth one, ours."""
+    the interface of 1; the first one is ours."""
     shown, area = window()[:2]
     region = next(item for item in area.regions if item.type == "UI")
     x, y = region.x + region.width - 10, region.y + region.height - below

@@ -83,7 +83,7 @@ def steps():
     click("Load Photos")
     in_window(bpy.ops.selenite.load_photos, "INVOKE_DEFAULT")
     yield lambda: browser() is not None
-    yield 1.5
+    yield 5.0  # thumbnails are made
     assert Path(browser()[1].spaces.active.params.directory.decode()).name == "photos"
     assert browser()[1].spaces.active.params.display_type == "THUMBNAIL"
     assert browser()[1].spaces.active.params.filename == ""

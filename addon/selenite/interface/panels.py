@@ -260,12 +260,12 @@ CLASSES = (
     SELENITE_UL_owners,
     SELENITE_UL_rows,
     SELENITE_PT_head,
+    SELENITE_PT_result,  # in sight at the end of a fit, and not there before
     SELENITE_PT_captures,
     SELENITE_PT_capture,
     SELENITE_PT_parameters,
     SELENITE_PT_fit,
     SELENITE_PT_advanced,
-    SELENITE_PT_result,
     SELENITE_PT_cycles,
     SELENITE_PT_material,
 )

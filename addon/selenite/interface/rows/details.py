@@ -11,7 +11,7 @@ from .labels import unit_text
 
 #: Lines of text below the name, and of controls.
 TEXT_LINES = 2
-CONTROL_LINES = 5
+CONTROL_LINES = 6
 
 
 def draw(layout: bpy.types.UILayout, context: bpy.types.Context, row: object) -> None:
@@ -46,28 +46,26 @@ def _draw_text(
 
 def _draw_controls(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> int:
     """Returns how many lines it has used."""
-    lines = 3
-    line = column.row(align=True)
-    line.prop(row, "use_start", text="")
-    value = line.row(align=True)
+    is_field = field_rows.is_field(row)
+    column.prop(row, "use_start")
+    value = column.row(align=True)
     value.enabled = row.use_start
-    if row.width == 1:
-        value.prop(row, "start", index=0, text=translated("Start"))
-    else:
-        value.label(text=translated("Start"))
-        for index in range(row.width):
-            value.prop(row, "start", index=index, text="")
-    line = column.row(align=True)
-    line.prop(row, "minimum", text=translated("Min"))
-    line.prop(row, "maximum", text=translated("Max"))
-    if not field_rows.is_field(row):
+    for index in range(row.width):
+        value.prop(row, "start", index=index, text="")
+    if not is_field:
+        column.prop(row, "minimum", text=translated("Min"))
+        column.prop(row, "maximum", text=translated("Max"))
         column.prop(row, "learning_rate")
-        return lines
+        return 5
+    first, *rest = field_rows.shown(row)
     line = column.row(align=True)
-    for name in field_rows.shown(row)[:2]:
+    line.prop(row, first, text="")
+    for name in rest[: 1 if row.grid_from != "scene" else 0]:
         line.prop(row, name, text="")
-    for name in field_rows.shown(row)[2:]:
-        column.prop(row, name)
-        lines += 1
+    for name in rest[1 if row.grid_from != "scene" else 0 :]:
+        column.prop(row, name, text="")
+    line = column.row(align=True)
+    line.prop(row, "minimum", text="")
+    line.prop(row, "maximum", text="")
     column.prop(row, "learning_rate")
-    return lines + 1
+    return 5 + field_rows.is_image(row)

@@ -47,7 +47,7 @@ class SELENITE_UL_rows(bpy.types.UIList):
         row = layout.row(align=True)
         row.enabled = not item.reason
         row.prop(item, "enabled", text="")
-        parts = row.split(factor=0.68)
+        parts = row.split(factor=0.7)
         owner = active_owner(context.scene.selenite)
         text = item.label
         if owner is not None and owner.name != item.owner:  # found by a search

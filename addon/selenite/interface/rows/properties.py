@@ -65,7 +65,7 @@ class SeleniteRow(bpy.types.PropertyGroup):
     use_start: BoolProperty(
         name="Own Start", default=False, description="Start elsewhere than at the scene's value"
     )
-    start: FloatVectorProperty(name="Start", size=3, precision=4, description="First value")
+    start: FloatVectorProperty(name="Start", size=3, precision=3, description="First value")
     minimum: FloatProperty(name="Minimum", precision=4, description="Smallest value of the fit")
     maximum: FloatProperty(name="Maximum", precision=4, description="Largest value of the fit")
     learning_rate: FloatProperty(

@@ -6,17 +6,10 @@ from __future__ import annotations
 import bpy
 
 from .. import state
-from ..background import draw_bar, draw_work
+from ..background import draw_bar
 from ..problem_reports import thing_of
 from ..texts import paragraph, translated
 from .problem_words import in_panel_words
-
-#: What may run beside a fit, and the operator that ends it.
-_OTHERS = (
-    (state.NEXT, "selenite.cancel_suggestion"),
-    (state.ESTIMATE, "selenite.cancel_estimate"),
-    (state.SAVE, "selenite.cancel_saving"),
-)
 
 
 class SELENITE_PT_head(bpy.types.Panel):
@@ -28,7 +21,7 @@ class SELENITE_PT_head(bpy.types.Panel):
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """One of: why nothing works, a running fit, other work, the problems, the next step."""
+        """One of: why nothing works, a running fit, the problems, the next step."""
         layout, missing = self.layout, state.why_native_is_missing()
         if missing:
             paragraph(layout, context, missing, "ERROR")
@@ -36,28 +29,29 @@ class SELENITE_PT_head(bpy.types.Panel):
         if state.RUN.is_active or state.STAGES.job is not None:
             _draw_run(layout, context)
             return
-        if any(draw_work(layout, work, cancel) for work, cancel in _OTHERS):
-            return
         _draw_problems(layout, context)
         if state.RUN.message:
             paragraph(layout, context, translated(state.RUN.message), "INFO")
         row = layout.row(align=True)
-        row.label(text=next_step(context.scene), icon="FORWARD", translate=False)
-        row.operator("selenite.open_manual", text="", icon="HELP", emboss=False)
+        name, icon = next_step(context.scene)
+        row.operator(name, icon=icon)
+        row.operator("selenite.open_manual", text="", icon="HELP")
 
 
-def next_step(scene: bpy.types.Scene) -> str:
-    """What a user does next, in a few words."""
+def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
+    """(operator, icon) of what a user does next: so the next button is always in the same place."""
     settings = scene.selenite
     if not any(row.enabled and row.photo and row.camera for row in settings.captures):
-        return translated("Next: Load Photos")
+        return "selenite.load_photos", "FILE_FOLDER"
+    if not len(settings.rows):
+        return "selenite.refresh_rows", "FILE_REFRESH"
     if not any(row.enabled for row in settings.rows):
-        return translated("Next: tick, or Usual")
+        return "selenite.tick_usual", "CHECKBOX_HLT"
     if len(settings.results) and not settings.applied:
-        return translated("Next: Result, Apply")
+        return "selenite.apply", "CHECKMARK"
     if settings.applied:
-        return translated("Next: Check in Cycles")
-    return translated("Next: Start Fit")
+        return "selenite.check_in_cycles", "RENDER_STILL"
+    return "selenite.start", "PLAY"
 
 
 def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
