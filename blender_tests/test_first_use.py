@@ -15,7 +15,7 @@ from selenite import paths
 from selenite.interface import panels, properties, state
 from selenite.interface.furniture import links, presets
 from selenite.interface.furniture.preferences import Defaults, preferences
-from selenite.interface.output_folder import BESIDE_FILE, output_folder
+from selenite.interface.output_folder import DEFAULT_FOLDER, output_folder
 from selenite.interface.problem_reports import thing_of
 from selenite.interface.request import FIT_SETTINGS
 
@@ -76,12 +76,12 @@ def test_results_of_an_unsaved_file_go_to_the_users_folder(tmp_path, monkeypatch
     scene = bpy.context.scene
     monkeypatch.setattr(paths, "user_folder", lambda: tmp_path / "Documents")
     monkeypatch.setattr("selenite.interface.output_folder.user_folder", paths.user_folder)
-    assert scene.selenite.output == BESIDE_FILE and not bpy.data.filepath
+    assert scene.selenite.output == DEFAULT_FOLDER and not bpy.data.filepath
     assert output_folder(scene) == tmp_path / "Documents" / "selenite-fits"
     scene.selenite.output = str(tmp_path / "own")
     assert output_folder(scene) == tmp_path / "own"
     made.save(tmp_path / "saved.blend")
-    scene.selenite.output = BESIDE_FILE
+    scene.selenite.output = DEFAULT_FOLDER
     assert output_folder(scene) == tmp_path / "selenite-fits"
     assert paths.user_folder.__name__ == "<lambda>"
 

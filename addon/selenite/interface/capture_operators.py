@@ -141,11 +141,11 @@ def _start_folder(scene: bpy.types.Scene) -> str:
     for row in scene.selenite.captures:
         if row.photo is not None and row.photo.filepath:
             return str(Path(bpy.path.abspath(row.photo.filepath)).parent) + os.sep
-    beside = bpy.path.abspath("//")
-    for name in _FOLDERS if beside else ():
-        if (Path(beside) / name).is_dir():
-            return str(Path(beside) / name) + os.sep
-    return beside or str(Path.home()) + os.sep
+    own = bpy.path.abspath("//")
+    for name in _FOLDERS if own else ():
+        if (Path(own) / name).is_dir():
+            return str(Path(own) / name) + os.sep
+    return own or str(Path.home()) + os.sep
 
 
 CLASSES = (

@@ -11,7 +11,7 @@ from ..paths import user_folder
 from .furniture.preferences import preferences
 
 #: The property's default: unless the user has changed it, the preferences may name another folder.
-BESIDE_FILE = "//selenite-fits"
+DEFAULT_FOLDER = "//selenite-fits"
 
 
 def output_folder(scene: bpy.types.Scene) -> Path:
@@ -19,7 +19,7 @@ def output_folder(scene: bpy.types.Scene) -> Path:
     the preferences, or else the user's documents."""
     chosen = scene.selenite.output
     own = preferences().output
-    if chosen == BESIDE_FILE and own:
+    if chosen == DEFAULT_FOLDER and own:
         return Path(bpy.path.abspath(own)).absolute()
     if chosen.startswith("//") and not bpy.data.filepath:
         return user_folder() / chosen.removeprefix("//")
