@@ -97,6 +97,8 @@ class Example:
             if any(slot.material and slot.material.name == self.material
                    for slot in item.material_slots)
         )  # fmt: skip
+        for item in bpy.context.view_layer.objects:
+            item.select_set(item == body)
         bpy.context.view_layer.objects.active = body  # what is to be fitted
         bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), check_existing=False)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ticks of the interface that a running fit costs, at ten a second, and how long Cancel and Esc
-take: printed, not judged, since a display without a graphics card may lose ticks by itself."""
+"""Ticks of the interface that a running fit costs, at ten a second, the time of its thread, and how
+long Cancel and Esc take: printed, not judged, since a display without a graphics card and a busy
+machine lose ticks by themselves."""
 
 import time
 
@@ -29,11 +30,14 @@ def lost():
 def measured(title):
     """Counts for a while, then prints; a generator as `steps`."""
     TICKS.clear()
+    used = time.thread_time()
     bpy.app.timers.register(count, first_interval=TICK)
     yield SECONDS
     bpy.app.timers.unregister(count)
     share, longest = lost()
+    used = (time.thread_time() - used) / (TICKS[-1] - TICKS[0])
     print(f"{title}: {100 * share:.1f} % of {len(TICKS)} ticks lost, longest {longest:.2f} s")
+    print(f"{title}: the interface's thread used {100 * used:.1f} % of a core")
 
 
 def ended(title, began):

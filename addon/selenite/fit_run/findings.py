@@ -78,6 +78,11 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
         )
     left = trust.misfit(result)
     if left is None:
+        if result.get("stopped_because") == "cancelled" and not fields:
+            return UNKNOWN, (
+                "Stopped before intervals were computed: let a fit end to know how sure the "
+                "values are."
+            )
         why = "with a grid or image" if fields else "by this kind of fit"
         return UNKNOWN, (
             f"How sure the values are is not known {why}: compare the pictures, or fit from "

@@ -8,7 +8,7 @@ import bpy
 from ... import parameters
 from ..field_rows import is_field
 from ..rows.labels import label_of, unit_text
-from ..texts import paragraph, translated
+from ..texts import letters, paragraph, translated
 
 #: A coloured square, and a word beside it: nobody has to tell colours apart.
 ICONS = {
@@ -20,6 +20,7 @@ ICONS = {
 _WORDS = {"SURE": "sure", "WEAK": "weak", "OPEN": "not determined", "UNKNOWN": ""}
 _THINNEST = 0.03
 _BAR_HEIGHT = 0.35
+_WIDE = 45  # letters of a line with room for an interval in figures
 
 
 def draw_verdict(
@@ -45,7 +46,7 @@ def draw_values(
             for line in (label_of(row), *row.text.splitlines()):
                 paragraph(layout, context, line)
             continue
-        _draw_value(layout.column(align=True), row)
+        _draw_value(layout.column(align=True), row, wide=letters(context) > _WIDE)
 
 
 def draw_report(
@@ -65,38 +66,43 @@ def draw_report(
         paragraph(box, context, text)
 
 
-def value_text(row: bpy.types.PropertyGroup) -> str:
+def value_text(row: bpy.types.PropertyGroup, *, with_interval: bool = True) -> str:
     """ "0.312 (0.30 to 0.33)"; a colour without its interval, which the bar and the report show."""
     values = list(row.value[: row.width])
     unit = unit_text(row.unit)
     if row.width > 1:
         return " ".join(f"{x:.2f}" for x in values) + unit
     text = f"{values[0]:.3g}"
-    if row.has_interval:
+    if row.has_interval and with_interval:
         text += f" ({row.low[0]:.3g} {translated('to')} {row.high[0]:.3g})"
     return text + unit
 
 
-def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> None:
+def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wide: bool) -> None:
+    """Two lines at most: what it is, its value; how sure, and where the interval lies."""
     line = column.row(align=True)
     line.label(text="", icon=ICONS[row.sureness])
-    parts = line.split(factor=0.5)
+    parts = line.split(factor=0.55)
     parts.label(text=label_of(row), translate=False)
     right = parts.row(align=True)
     if parameters.table()[row.kind, row.parameter].width == 3 and max(row.swatch) <= 1:
         swatch = right.row()
         swatch.enabled = False
         swatch.prop(row, "swatch", text="")
+        if wide:
+            right.label(text=value_text(row), translate=False)
     else:
-        right.label(text=value_text(row), translate=False)
-    word = translated(_WORDS[row.sureness])
+        right.label(text=value_text(row, with_interval=wide), translate=False)
+    if row.sureness == "UNKNOWN":
+        return
     line = column.row(align=True)
     line.label(text="", icon="BLANK1")
-    parts = line.split(factor=0.5)
-    parts.label(text=word, translate=False)
-    if row.sureness == "UNKNOWN":
-        parts.label(text="")
+    word = translated(_WORDS[row.sureness])
+    if row.sureness == "OPEN":  # an interval would say more than is known
+        line.label(text=word, translate=False)
         return
+    parts = line.split(factor=0.55)
+    parts.label(text=word, translate=False)
     _draw_bar(parts.column(), row.bar_low, row.bar_high)
 
 

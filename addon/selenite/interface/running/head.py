@@ -12,6 +12,9 @@ from ..texts import paragraph, translated
 from .problem_words import in_panel_words
 
 
+_WIDTH = 0.94
+
+
 class SELENITE_PT_head(bpy.types.Panel):
     """What runs, what stands in the way, and what to do next"""
 
@@ -22,7 +25,9 @@ class SELENITE_PT_head(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         """One of: why nothing works, a running fit, the problems, the next step."""
-        layout, missing = self.layout, state.why_native_is_missing()
+        # A panel without a header reaches below the tabs of the sidebar.
+        layout = self.layout.split(factor=_WIDTH).column()
+        missing = state.why_native_is_missing()
         if missing:
             paragraph(layout, context, missing, "ERROR")
             return
