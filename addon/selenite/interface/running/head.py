@@ -11,7 +11,6 @@ from ..problem_reports import thing_of
 from ..texts import paragraph, translated
 from .problem_words import in_panel_words
 
-
 _WIDTH = 0.94
 
 
