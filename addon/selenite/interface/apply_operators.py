@@ -105,7 +105,7 @@ def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]
 def _refresh(context: bpy.types.Context) -> None:
     """The current values in the list of parameters."""
     if len(context.scene.selenite.rows):
-        refresh_rows(context.scene, read_scene(context.scene))
+        refresh_rows(context.scene, read_scene(context.scene, surveys=False))
 
 
 CLASSES = (SELENITE_OT_apply, SELENITE_OT_restore)

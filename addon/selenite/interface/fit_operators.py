@@ -13,12 +13,14 @@ from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import Inputs
 from ..fit_run.job import FitFailed, FitJob
 from ..fit_run.plan import prepare
+from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO
 from ..information.conditioning import StageChoice
 from ..information.job import BackgroundJob
 from ..problems import BadInput
+from ..scene_read.bodies import judge_bodies
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner, SceneValues
@@ -107,7 +109,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
         """All that comes before the fit, at once."""
         work = built(self, lambda: self._asked(context, resume))
-        if work is None or built(self, lambda: list(work.steps())) is None:
+        if work is None:
+            return False
+        if built(self, lambda: list(work.steps())) is None:
+            remember_shapes(self._scene_name, work.values)
             return False
         return self._begin(work)
 
@@ -116,12 +121,11 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         scene = context.scene
         self._scene_name, self._resumed = scene.name, resume
         PROBLEMS.pop(scene.name, None)
-        values = read_scene(scene)
-        remember_shapes(scene.name, values)
+        values = read_scene(scene, surveys=False)
         if resume:
             run = going_on(load(Path(bpy.path.abspath(resume))))
         else:
-            run = Unfinished(run_request(scene, values), [])
+            run = Unfinished(_request(scene, values), [])
         for item in run.request.captures:
             if item.frame is not None:
                 values.lamp_frames[item.frame]  # asks Blender, so now
@@ -131,6 +135,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _begin(self, work: Preparing) -> bool:
         """Starts the fit that was prepared, or chooses its stages first."""
+        remember_shapes(self._scene_name, work.values)
         self._inputs = work.inputs
         scene: bpy.types.Scene | None = bpy.data.scenes.get(self._scene_name)
         if scene is None:
@@ -159,6 +164,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         RUN.preparing = None
         if built(self, job.join) and self._begin(job.work):
             return {"PASS_THROUGH"}
+        remember_shapes(self._scene_name, job.work.values)
         return self._over(context)
 
     def _choosing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -268,6 +274,16 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         show_status(context, None)
         redraw(context)
         return {"CANCELLED"}
+
+
+def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
+    """Of the panel. Raises BadInput, with what a survey of the bodies finds too."""
+    try:
+        return run_request(scene, values)
+    except BadInput as error:
+        values.bodies = judge_bodies(values)
+        remember_shapes(scene.name, values)
+        raise BadInput([*values.problems, *error.problems]) from error
 
 
 def _finishing(result: dict[str, object]) -> Finishing:

@@ -83,7 +83,7 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
     if not problems:
         return
     row = layout.row()
-    row.label(text=translated("{} problems").format(len(problems)), icon="ERROR")
+    row.label(text=translated("Problems: {}").format(len(problems)), icon="ERROR")
     row.operator("selenite.clear_problems", text="", icon="X", emboss=False)
     for problem in problems:
         box = layout.box().column(align=True)

@@ -17,6 +17,7 @@ from ...fit_run.results import finished, write_results
 from ...fit_run.staging.job import StagedJob, make_job
 from ...information.job import Step
 from ...problems import BadInput
+from ...scene_read.bodies import judge_bodies
 from ...scene_read.values import SceneValues
 
 
@@ -25,8 +26,9 @@ class _Cancelled(Exception):
 
 
 class Preparing:
-    """Reads the photos, builds the native scene and validates the fit. Afterwards `plan`, `inputs`
-    and, unless the stages are chosen first, `job` are there. `steps` raises BadInput."""
+    """Surveys bodies (of values read without), reads the photos, builds the native scene and
+    validates the fit. Afterwards `plan`, `inputs` and, unless the stages are chosen first, `job`
+    are there. `steps` raises BadInput."""
 
     def __init__(
         self,
@@ -38,18 +40,20 @@ class Preparing:
         makes_job: bool = True,
     ) -> None:
         """file: of the scene, for messages. makes_job: False where the stages are not known yet."""
-        self._values, self._run, self._packed, self._file = values, run, packed, file
+        self.values, self._run, self._packed, self._file = values, run, packed, file
         self._makes_job = makes_job
         self.plan: FitPlan | None = None
         self.inputs: Inputs | None = None
         self.job: FitJob | StagedJob | None = None
 
     def steps(self) -> Iterator[Step]:
-        """Three of them; whoever cancels is heard after each."""
-        yield Step(0.0, "reading the photos")
-        self.plan = prepare(self._values, self._run.request, self._packed)
+        """A few; whoever cancels is heard after each."""
+        yield Step(0.0, "surveying bodies")
+        self.values.bodies = judge_bodies(self.values)
+        yield Step(0.1, "reading the photos")
+        self.plan = prepare(self.values, self._run.request, self._packed)
         yield Step(0.6, "comparing with the run before")
-        now = inputs_of(self._values, self.plan.request, self._packed)
+        now = inputs_of(self.values, self.plan.request, self._packed)
         before = self._run.inputs
         if before is not None:
             changed = changes(before, now, self._file)
