@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every text of the interface is there in every language of the add-on, and Blender shows it."""
 
+import ast
+import inspect
 import json
 
 import bpy
 import interface_texts
 import pytest
 
+from selenite.fit_run import findings
+from selenite.interface import texts
 from selenite.interface.furniture.languages import TEXTS
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
@@ -22,6 +26,29 @@ def test_a_language_is_complete(path):
     assert sorted(wanted - set(found)) == []
     for text, words in found.items():
         assert words and text.count("{}") == words.count("{}"), text
+
+
+@pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
+def test_a_language_has_every_verdict(path):
+    found = json.loads(path.read_text(encoding="utf-8"))
+    function = inspect.getsource(findings._verdict)
+    (tree,) = ast.parse(function).body
+    sentences = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and str(node.value).rstrip().endswith("."):
+            sentences.add(node.value)
+        if isinstance(node, ast.JoinedStr):
+            parts = ["{}" if isinstance(x, ast.FormattedValue) else x.value for x in node.values]
+            sentences.add("".join(parts))
+    whole = {text for text in sentences if text[0].isupper() and "{}" not in text}
+    assert len(whole) >= 5 and whole <= set(found), whole - set(found)
+
+
+def test_numbers_of_a_sentence_stay(monkeypatch):
+    seen = []
+    monkeypatch.setattr(texts, "translated", lambda text: seen.append(text) or f"Nur {text}")
+    assert texts.translated_sentence("5.0 % of 3") == "Nur 5.0 % of 3"
+    assert seen == ["{} % of {}"]
 
 
 def test_every_operator_panel_and_setting_has_a_tooltip():

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import re
+
 import bpy
 
 #: Width of a letter in pixels at a scale of the interface of 1, on average, and what a panel keeps
 #: for itself at both sides.
 _LETTER, _MARGIN = 6.6, 46
 _FEWEST = 18
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
 #: Letters of a line in a pop-up, see result.panel.
 _POP_UP = 62
 
@@ -16,6 +19,13 @@ _POP_UP = 62
 def translated(text: str) -> str:
     """In the language of the interface."""
     return str(bpy.app.translations.pgettext_iface(text))
+
+
+def translated_sentence(text: str) -> str:
+    """As `translated`, of a sentence with numbers: languages hold it with "{}" for each."""
+    numbers = _NUMBER.findall(text)
+    pattern = translated(_NUMBER.sub("{}", text))
+    return pattern.format(*numbers) if pattern.count("{}") == len(numbers) else text
 
 
 def letters(context: bpy.types.Context, less: int = 0) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
+from .icon import icon_id
 from .preset_items import PRESET_ITEMS
 
 #: The add-on as Blender calls it: bl_ext.<repository>.selenite where it is an extension.
@@ -55,6 +56,8 @@ class SelenitePreferences(bpy.types.AddonPreferences):
         for name in ("threads", "output", "preset"):
             column.prop(self, name)
         row = self.layout.row()
+        if icon_id():
+            row.label(text="", icon_value=icon_id())
         row.operator("selenite.open_manual", icon="HELP")
         row.operator("selenite.report_bug", icon="URL")
 

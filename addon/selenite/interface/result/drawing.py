@@ -8,7 +8,7 @@ import bpy
 from ... import parameters
 from ..field_rows import is_field
 from ..rows.labels import label_of, unit_text
-from ..texts import letters, paragraph, translated
+from ..texts import letters, paragraph, translated, translated_sentence
 
 #: A coloured square, and a word beside it: nobody has to tell colours apart.
 ICONS = {
@@ -29,7 +29,7 @@ def draw_verdict(
     """One sentence for the whole."""
     if settings.verdict:
         icon = ICONS.get(settings.verdict_icon, "NONE")
-        paragraph(layout.box(), context, translated(settings.verdict), icon)
+        paragraph(layout.box(), context, translated_sentence(settings.verdict), icon)
 
 
 def draw_values(

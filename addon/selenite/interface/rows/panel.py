@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from .. import state
+from ..furniture.icon import icon_id
 from ..texts import paragraph, translated
 from . import details
 
@@ -59,6 +60,11 @@ class SELENITE_PT_material(bpy.types.Panel):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is a material."""
         return getattr(context, "material", None) is not None
+
+    def draw_header(self, _context: bpy.types.Context) -> None:
+        """The icon."""
+        if icon_id():
+            self.layout.label(text="", icon_value=icon_id())
 
     def draw(self, context: bpy.types.Context) -> None:
         """Its parameters that can be fitted, with ticks."""

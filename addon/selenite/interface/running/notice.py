@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..texts import translated
+from ..texts import translated, translated_sentence
 
 #: Seconds that the line stays in the status bar.
 _SHOWN_FOR = 15.0
@@ -16,7 +16,8 @@ def notify(
 ) -> None:
     """Reports the verdict, shows it in the status bar, and opens the result as a pop-up."""
     verdict = scene.selenite.verdict
-    text = translated("Fit ended: {}").format(verdict or translated("see Result"))
+    words = translated_sentence(verdict) if verdict else translated("see Result")
+    text = translated("Fit ended: {}").format(words)
     operator.report({"INFO"}, text)
     if bpy.app.background:
         return
