@@ -148,6 +148,24 @@ def test_a_result_is_saved_in_a_thread(tmp_path):
     assert folder == Path(state.RUN.folder) and state.SAVE.job is None
 
 
+def test_cancel_ends_at_once_and_brings_the_result_before_back(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    _, settings = prepare_fit(tmp_path)
+    settings.output = str(tmp_path / "out")
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    result, value = state.RUN.result, tuple(settings.results[0].value)
+    settings.iterations, settings.loss = 4000, "mae"
+    start = Pressed(Start)
+    assert start._start(bpy.context) and state.RUN.result is None
+    assert bpy.ops.selenite.cancel() == {"FINISHED"}
+    assert not state.RUN.is_active and state.RUN.result is result
+    assert start.modal(bpy.context, TIMER) == {"CANCELLED"}
+    assert tuple(settings.results[0].value) == value
+    assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_head).split())
+    assert bpy.ops.selenite.save_result.poll()
+
+
 def test_a_result_says_how_sure_it_is(tmp_path):
     _, settings = prepare_fit(tmp_path)
     assert bpy.ops.selenite.start() == {"FINISHED"}

@@ -231,6 +231,9 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         self._remove_timer(context)
         show_status(context, None)
         job, RUN.job = RUN.job, None
+        if job is None:  # cancelled meanwhile
+            redraw(context)
+            return {"CANCELLED"}
         job.join()
         troubles = RUN.close_record()
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
@@ -244,7 +247,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if not RUN.keep or scene is None:
             if last is not None:
                 last.cancel()
-            RUN.message = "Cancelled; nothing was changed"
+            RUN.bring_back()
             redraw(context)
             return {"CANCELLED"}
         if last is None:

@@ -35,6 +35,7 @@ class Run:
     finishing: BackgroundJob[Finishing] | None = None
     overall: Overall | None = None
     shown: Shown = field(default_factory=Shown)
+    before: tuple[Any, ...] = (None, None, None, {})  # plan, result, folder, owners
     left: list[BackgroundJob[Any]] = field(default_factory=list)  # cancelled, not at their end
     scene_name: str = ""
     owners: dict[str, Owner] = field(default_factory=dict)
@@ -48,6 +49,7 @@ class Run:
 
     def start(self, job: FitJob | StagedJob, scene_name: str, owners: dict[str, Owner]) -> None:
         """Starts the native thread."""
+        self.before = (self.plan, self.result, self.folder, self.owners)
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
         self.plan, self.result, self.folder = job.plan, None, None
@@ -108,6 +110,22 @@ class Run:
             self.job.cancel()
         if self.finishing is not None:
             self.finishing.cancel()
+
+    def bring_back(self) -> None:
+        """A cancelled run leaves the result before it as it was."""
+        self.plan, self.result, self.folder, self.owners = self.before
+        self.message = "Cancelled; nothing was changed"
+
+    def forget(self) -> None:
+        """The job has ended and its result is not wanted; the one before stays in the scene."""
+        job, self.job = self.job, None
+        last, self.finishing = self.finishing, None
+        if job is not None:
+            job.join()
+        if last is not None:
+            self.left.append(last)
+        self.close_record()
+        self.bring_back()
 
     def stop(self, *, keep: bool) -> None:
         """Waits for the thread and forgets the job."""

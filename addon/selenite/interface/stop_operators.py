@@ -3,13 +3,20 @@
 
 from __future__ import annotations
 
+import time
+
 import bpy
 from bpy.props import StringProperty
 
+from ..fit_run.job import FitFailed, FitJob
+from ..fit_run.staging.job import StagedJob
 from .output_folder import output_folder
 from .running.work import Saving
 from .state import RUN, SAVE, STAGES, is_idle
-from .ticking import CancelsWork, WorksInThread
+from .ticking import CancelsWork, WorksInThread, redraw
+
+#: Seconds that Cancel waits for the native thread, which ends within a tile; and between two polls.
+_PATIENCE, _POLL = 0.2, 0.005
 
 
 class SELENITE_OT_resume(bpy.types.Operator):
@@ -66,14 +73,30 @@ class SELENITE_OT_cancel(bpy.types.Operator):
         """A fit is running or being prepared, or its stages are being chosen."""
         return RUN.is_active or STAGES.job is not None
 
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The scene was never touched."""
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """The scene was never touched. Mostly the fit ends at once; else at its next tick."""
         if STAGES.job is not None:
             STAGES.job.cancel()
         if RUN.preparing is not None:
             RUN.message = "Cancelled; nothing was changed"
         RUN.ask_to_stop(keep=False)
+        if RUN.job is not None and _ends_within(RUN.job, _PATIENCE):
+            RUN.forget()
+            redraw(context)
         return {"FINISHED"}
+
+
+def _ends_within(job: FitJob | StagedJob, seconds: float) -> bool:
+    """Whether a job that was cancelled comes to its end so soon."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        try:
+            if not job.progress().running:
+                return True
+        except FitFailed:
+            return True
+        time.sleep(_POLL)
+    return False
 
 
 class SELENITE_OT_save_result(WorksInThread):
