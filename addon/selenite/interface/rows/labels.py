@@ -39,7 +39,8 @@ def unit_text(unit: str) -> str:
 
 def tip_of(row: bpy.types.PropertyGroup) -> str:
     """Tooltip: what it is, its unit, its name on the command line, and why it is locked."""
-    lines = [translated(row.help)] if row.help else []
+    lines = [label_of(row)]  # the list may cut it
+    lines += [translated(row.help)] if row.help else []
     if row.note:
         lines.append(row.note)
     if row.unit not in ("", "1"):
