@@ -203,11 +203,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if not RUN.keep:
             return self._finish(context)
         RUN.job.join()
-        try:
-            result = RUN.job.result()
-        except FitFailed:
-            return self._finish(context)
-        RUN.finishing = BackgroundJob(_finishing(result))
+        RUN.finishing = BackgroundJob(_finishing(RUN.job))
         RUN.finishing.start()
         RUN.finishing.wait(_SHORT)
         return self._finishing(context, None)
@@ -239,7 +235,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         last, RUN.finishing = RUN.finishing, None
         try:
-            result = job.result()
+            stopped = job.progress().stopped_because
         except FitFailed as error:
             RUN.message = str(error)
             self.report({"ERROR"}, str(error))
@@ -251,13 +247,12 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             redraw(context)
             return {"CANCELLED"}
         if last is None:
-            last = BackgroundJob(_finishing(result))
+            last = BackgroundJob(_finishing(job))
             last.start()
         last.join()
         RUN.result = dict(last.work.result)
         RUN.result["notes"] = (*RUN.result["notes"], *troubles)
         RUN.folder = last.work.folder
-        stopped = result["stopped_because"]
         if stopped == "cancelled":
             stopped = "you stopped it; the best values so far are kept"
         RUN.message = f"Stopped because: {stopped}"
@@ -289,10 +284,10 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         raise BadInput([*values.problems, *error.problems]) from error
 
 
-def _finishing(result: dict[str, object]) -> Finishing:
-    scene = bpy.data.scenes.get(RUN.scene_name)
+def _finishing(job: FitJob | StagedJob) -> Finishing:
+    scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()
-    return Finishing(RUN.plan, result, folder, bpy.app.version_string)
+    return Finishing(job, folder, bpy.app.version_string)
 
 
 def _begin(

@@ -19,14 +19,14 @@ _CONTEXTS = ("*", "Operator")  # of labels, and of operators
 
 def register() -> None:
     """Each text in both contexts. Blender 4 and later call German "de"."""
-    found = {}
+    found: dict[str, dict[tuple[str, str], str]] = {}
     for path in sorted(TEXTS.glob("*.json")):
         texts = json.loads(path.read_text(encoding="utf-8"))
         language = {
             (context, text): words for text, words in texts.items() for context in _CONTEXTS
         }
         found |= {path.stem: language, path.stem.partition("_")[0]: language}
-    bpy.app.translations.register(ADDON, found)
+    bpy.app.translations.register(ADDON, found)  # type: ignore[arg-type]  # the stubs are wrong
 
 
 def unregister() -> None:

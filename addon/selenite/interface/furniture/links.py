@@ -69,7 +69,7 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Asks first where the open file has changes."""
         if bpy.data.is_dirty:
-            return context.window_manager.invoke_confirm(self, event)
+            return set(context.window_manager.invoke_confirm(self, event))
         return self.execute(context)
 
     def execute(self, _context: bpy.types.Context) -> set[str]:

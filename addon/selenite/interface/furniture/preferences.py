@@ -64,7 +64,7 @@ class SelenitePreferences(bpy.types.AddonPreferences):
 
 def preferences() -> SelenitePreferences | Defaults:
     """The user's, or the defaults where there are none."""
-    addon = bpy.context.preferences.addons.get(ADDON)
+    addon: bpy.types.Addon | None = bpy.context.preferences.addons.get(ADDON)
     found = addon.preferences if addon is not None else None
     return found if isinstance(found, SelenitePreferences) else Defaults()
 

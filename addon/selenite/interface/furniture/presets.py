@@ -18,7 +18,10 @@ class SELENITE_MT_presets(bpy.types.Menu):
     bl_label = "Fit Presets"
     preset_subdir = _FOLDER
     preset_operator = "script.execute_preset"
-    draw = bpy.types.Menu.draw_preset
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Blender's own list of files."""
+        self.draw_preset(context)
 
 
 class SELENITE_OT_add_preset(AddPresetBase, bpy.types.Operator):
@@ -35,7 +38,7 @@ class SELENITE_OT_add_preset(AddPresetBase, bpy.types.Operator):
 def draw(layout: bpy.types.UILayout) -> None:
     """Menu, add, remove: as everywhere in Blender."""
     row = layout.row(align=True)
-    row.menu("SELENITE_MT_presets", text=bpy.types.SELENITE_MT_presets.bl_label)
+    row.menu("SELENITE_MT_presets", text=SELENITE_MT_presets.bl_label)
     row.operator("selenite.add_preset", text="", icon="ADD")
     row.operator("selenite.add_preset", text="", icon="REMOVE").remove_active = True
 

@@ -58,7 +58,7 @@ class SELENITE_OT_show_result(bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """A pop-up that goes when the pointer leaves it."""
-        return context.window_manager.invoke_popup(self, width=_WIDTH)
+        return set(context.window_manager.invoke_popup(self, width=_WIDTH))
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
         """Nothing is left to do."""

@@ -14,7 +14,9 @@ TEXT_LINES = 2
 CONTROL_LINES = 6
 
 
-def draw(layout: bpy.types.UILayout, context: bpy.types.Context, row: object) -> None:
+def draw(
+    layout: bpy.types.UILayout, context: bpy.types.Context, row: bpy.types.PropertyGroup | None
+) -> None:
     """row: the active one, or None."""
     box = layout.box()
     _draw_text(box.column(align=True), context, row)

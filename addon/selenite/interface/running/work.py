@@ -69,12 +69,13 @@ class Preparing:
 
 
 class Finishing:
-    """After a fit: `result` gets its warnings and the texels that no photo sees; fitted fields go
-    into `folder`. What stops the writing is in `trouble`."""
+    """After a fit: `result` is the native one with its remarks, warnings and the texels that no
+    photo sees; fitted fields go into `folder`. What stops the writing is in `trouble`."""
 
-    def __init__(self, plan: FitPlan, result: dict[str, Any], parent: Path, host: str) -> None:
-        """parent: of the result folder. host: version of Blender."""
-        self._plan, self.result = plan, result
+    def __init__(self, job: FitJob | StagedJob, parent: Path, host: str) -> None:
+        """job: at its end. parent: of the result folder. host: version of Blender."""
+        self._job, self._plan = job, job.plan
+        self.result: dict[str, Any] = {}
         self._parent, self._host = parent, host
         self._stop = threading.Event()
         self._share = 0.0
@@ -87,7 +88,8 @@ class Finishing:
         return self._share
 
     def steps(self) -> Iterator[Step]:
-        """One for each part."""
+        """One for each part; the result is there before the first."""
+        self.result = self._job.result()
         yield Step(0.0, "comparing lights")
         try:
             self.result = with_warnings(self._plan, self.result, self._note(0.0, 0.4))
