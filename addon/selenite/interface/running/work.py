@@ -68,6 +68,21 @@ class Preparing:
         """The step that runs goes on to its end."""
 
 
+class Survey:
+    """Whether the bodies of values that were read without are closed; then it is in the values."""
+
+    def __init__(self, values: SceneValues) -> None:
+        self._values = values
+
+    def steps(self) -> Iterator[Step]:
+        """One."""
+        yield Step(0.0, "surveying bodies")
+        self._values.bodies = judge_bodies(self._values)
+
+    def cancel(self) -> None:
+        """The survey goes on to its end."""
+
+
 class Finishing:
     """After a fit: `result` is the native one with its remarks, warnings and the texels that no
     photo sees; fitted fields go into `folder`. What stops the writing is in `trouble`."""
