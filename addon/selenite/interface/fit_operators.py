@@ -12,6 +12,7 @@ from ..cycles_check.render_settings import contents_of
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import Inputs
 from ..fit_run.job import FitFailed, FitJob
+from ..fit_run.overall import Overall
 from ..fit_run.plan import prepare
 from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder
@@ -146,7 +147,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             choice = StageChoice(work.plan, lambda chosen: prepare(values, chosen, packed))
             STAGES.start(BackgroundJob(choice), scene.name)
             return True
-        return _begin(self, scene, work.job, self._resumed)
+        return _begin(self, scene, work.job, self._resumed, work.overall)
 
     def _preparing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """While a thread reads the photos; Esc leaves it alone, and nothing starts."""
@@ -291,13 +292,17 @@ def _finishing(job: FitJob | StagedJob) -> Finishing:
 
 
 def _begin(
-    operator: SELENITE_OT_start, scene: bpy.types.Scene, job: FitJob | StagedJob, resume: str = ""
+    operator: SELENITE_OT_start,
+    scene: bpy.types.Scene,
+    job: FitJob | StagedJob,
+    resume: str = "",
+    overall: Overall | None = None,
 ) -> bool:
     """Starts the native thread and the record on disk."""
     for text in job.plan.warnings:
         operator.report({"WARNING"}, text)
     CHECK.contents[scene.name] = contents_of(scene)
-    RUN.start(job, scene.name, operator._owners)
+    RUN.start(job, scene.name, operator._owners, overall)
     RUN.recorder = _recorder(scene, resume, operator._inputs)
     if RUN.recorder is not None and RUN.recorder.trouble:
         operator.report({"WARNING"}, RUN.recorder.trouble)

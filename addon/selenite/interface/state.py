@@ -47,14 +47,20 @@ class Run:
     folder: Path | None = None
     message: str = ""
 
-    def start(self, job: FitJob | StagedJob, scene_name: str, owners: dict[str, Owner]) -> None:
-        """Starts the native thread."""
+    def start(
+        self,
+        job: FitJob | StagedJob,
+        scene_name: str,
+        owners: dict[str, Owner],
+        overall: Overall | None = None,
+    ) -> None:
+        """Starts the native thread. overall: of the job, where it was made already."""
         self.before = (self.plan, self.result, self.folder, self.owners)
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
         self.plan, self.result, self.folder = job.plan, None, None
         self.recorder = self.finishing = None
-        self.overall, self.shown = Overall(job.plan), Shown()
+        self.overall, self.shown = overall or Overall(job.plan), Shown()
         job.start()
 
     @property

@@ -12,6 +12,7 @@ from ...fit_run.checkpoint import Unfinished
 from ...fit_run.inputs import Inputs, changes, inputs_of
 from ...fit_run.job import FitJob
 from ...fit_run.light_pairing import with_warnings
+from ...fit_run.overall import Overall
 from ...fit_run.plan import FitPlan, prepare
 from ...fit_run.results import finished, write_results
 from ...fit_run.staging.job import StagedJob, make_job
@@ -45,6 +46,7 @@ class Preparing:
         self.plan: FitPlan | None = None
         self.inputs: Inputs | None = None
         self.job: FitJob | StagedJob | None = None
+        self.overall: Overall | None = None
 
     def steps(self) -> Iterator[Step]:
         """A few; whoever cancels is heard after each."""
@@ -63,6 +65,7 @@ class Preparing:
         yield Step(0.8, "preparing the fit")
         if self._makes_job:
             self.job = make_job(self.plan, self._run.parts, self._run.state)
+            self.overall = Overall(self.plan)
 
     def cancel(self) -> None:
         """The step that runs goes on to its end."""
