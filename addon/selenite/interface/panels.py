@@ -50,9 +50,10 @@ class SELENITE_UL_captures(bpy.types.UIList):
         name = item.camera.name if item.camera else translated("no camera")
         name = ids_of(context.scene)[index] or name
         row.label(text=name, icon="CAMERA_DATA", translate=False)
-        photo = item.photo.name if item.photo else translated("no photo")
-        if photo.rpartition(".")[0] != name:  # else the row would say it twice
-            row.label(text=photo, icon="IMAGE_DATA", translate=False)
+        if item.photo is None:
+            row.label(text="", icon="ERROR")
+        elif item.photo.name.rpartition(".")[0] != name:  # else the row would say it twice
+            row.label(text=item.photo.name, icon="IMAGE_DATA", translate=False)
 
 
 class SELENITE_PT_captures(bpy.types.Panel):

@@ -14,7 +14,7 @@ _SHOWN_FOR = 15.0
 def notify(
     operator: bpy.types.Operator, context: bpy.types.Context, scene: bpy.types.Scene
 ) -> None:
-    """Reports the verdict, shows it in the status bar, and opens the result as a pop-up."""
+    """Reports the verdict, shows it in the status bar, and scrolls to the result."""
     verdict = scene.selenite.verdict
     words = translated_sentence(verdict) if verdict else translated("see Result")
     text = translated("Fit ended: {}").format(words)
@@ -24,8 +24,7 @@ def notify(
     for window in context.window_manager.windows:
         window.workspace.status_text_set(text)
     bpy.app.timers.register(_give_back, first_interval=_SHOWN_FOR)
-    if hasattr(bpy.types, "SELENITE_OT_show_result"):
-        bpy.app.timers.register(_open_result, first_interval=0.1)
+    bpy.app.timers.register(_scroll_to_result, first_interval=0.1)
 
 
 def _give_back() -> None:
@@ -37,13 +36,12 @@ def _give_back() -> None:
         window.workspace.status_text_set(None)
 
 
-def _open_result() -> None:
-    """A pop-up can only open where a 3D View is."""
+def _scroll_to_result() -> None:
+    """The head and the result below it are the first panels of the tab."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                region = next(item for item in area.regions if item.type == "WINDOW")
-                with bpy.context.temp_override(window=window, area=area, region=region):
-                    if bpy.ops.selenite.show_result.poll():
-                        bpy.ops.selenite.show_result("INVOKE_DEFAULT")
-                return
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "UI" and region.width > 1:
+                    with bpy.context.temp_override(window=window, area=area, region=region):
+                        if bpy.ops.view2d.reset.poll():
+                            bpy.ops.view2d.reset()
