@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import bpy
 
 from ..texts import translated, translated_sentence
@@ -43,5 +45,5 @@ def _scroll_to_result() -> None:
             for region in area.regions if area.type == "VIEW_3D" else ():
                 if region.type == "UI" and region.width > 1:
                     with bpy.context.temp_override(window=window, area=area, region=region):
-                        if bpy.ops.view2d.reset.poll():
+                        with suppress(RuntimeError):  # a tab without anything to scroll
                             bpy.ops.view2d.reset()
