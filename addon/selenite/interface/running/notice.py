@@ -44,6 +44,6 @@ def _scroll_to_result() -> None:
         for area in window.screen.areas:
             for region in area.regions if area.type == "VIEW_3D" else ():
                 if region.type == "UI" and region.width > 1:
-                    with bpy.context.temp_override(window=window, area=area, region=region):
-                        with suppress(RuntimeError):  # a tab without anything to scroll
-                            bpy.ops.view2d.reset()
+                    shown = bpy.context.temp_override(window=window, area=area, region=region)
+                    with suppress(RuntimeError), shown:  # a tab without anything to scroll
+                        bpy.ops.view2d.reset()
