@@ -41,6 +41,10 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
         ("expected seconds and errors, without fits", "trade scene.blend --expected"),
         ("measured within ten minutes", "trade scene.blend --budget 600 --out trade"),
     ),
+    "lamps": (
+        ("which suns the world's image holds", "lamps scene.blend"),
+        ("in a copy, with the rest of the image", "lamps scene.blend --save with_suns.blend"),
+    ),
     "demo": (("everything into a folder", "demo --out my-demo"),),
 }  # fmt: skip
 

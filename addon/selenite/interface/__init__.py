@@ -13,6 +13,7 @@ from . import (
     capture_operators,
     capture_photo,
     check_operators,
+    environment_panel,
     fit_operators,
     panels,
     preview_operators,
@@ -47,6 +48,7 @@ _MODULES = (
     camera_operators,
     result_panel,
     panels,
+    environment_panel,
     stages,
 )
 _command: object | None = None
@@ -70,6 +72,7 @@ def register() -> None:
 def unregister() -> None:
     """The inverse of `register`; whatever runs is stopped first."""
     global _command
+    environment_panel.end()
     state.CHECK.stop()
     state.TRADE.stop()
     state.NEXT.stop()

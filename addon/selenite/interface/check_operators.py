@@ -15,7 +15,7 @@ from ..fit_run.results import new_folder, write_results
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
-from . import field_rows
+from . import environment_rows, field_rows
 from .output_folder import output_folder
 from .problem_reports import report_problems
 from .request import fit_settings
@@ -87,7 +87,8 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
             gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
-            job = CheckJob(scene, request, values, grids, images, gains)
+            environment = "" if applied else environment_rows.fitted(scene)
+            job = CheckJob(scene, request, values, grids, images, gains, environment)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

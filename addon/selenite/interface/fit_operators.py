@@ -25,6 +25,7 @@ from ..scene_read.bodies import judge_bodies
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner, SceneValues
+from . import environment_panel
 from .output_folder import output_folder
 from .problem_reports import report_problems
 from .request import run_request
@@ -303,6 +304,7 @@ def _begin(
         operator.report({"WARNING"}, text)
     CHECK.contents[scene.name] = contents_of(scene)
     RUN.start(job, scene.name, operator._owners, overall)
+    environment_panel.begin()
     RUN.recorder = _recorder(scene, resume, operator._inputs)
     if RUN.recorder is not None and RUN.recorder.trouble:
         operator.report({"WARNING"}, RUN.recorder.trouble)

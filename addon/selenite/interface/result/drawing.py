@@ -8,6 +8,7 @@ import bpy
 from ... import parameters
 from ..field_rows import is_field
 from ..rows.labels import label_of, unit_text
+from ..rows.owners import ICONS as OWNERS
 from ..texts import letters, paragraph, translated, translated_sentence
 
 #: A coloured square, and a word beside it: nobody has to tell colours apart.
@@ -40,8 +41,7 @@ def draw_values(
     for row in settings.results:
         if row.owner != owner:
             owner = row.owner
-            layout.label(text=owner, icon="MATERIAL" if row.kind == "material" else "LIGHT",
-                         translate=False)  # fmt: skip
+            layout.label(text=owner, icon=OWNERS[row.kind], translate=False)
         if is_field(row):
             for line in (label_of(row), *row.text.splitlines()):
                 paragraph(layout, context, line)

@@ -59,15 +59,13 @@ def _draw_controls(column: bpy.types.UILayout, row: bpy.types.PropertyGroup) -> 
         column.prop(row, "maximum", text=translated("Max"))
         column.prop(row, "learning_rate")
         return 5
-    first, *rest = field_rows.shown(row)
-    line = column.row(align=True)
-    line.prop(row, first, text="")
-    for name in rest[: 1 if row.grid_from != "scene" else 0]:
-        line.prop(row, name, text="")
-    for name in rest[1 if row.grid_from != "scene" else 0 :]:
-        column.prop(row, name, text="")
+    names = field_rows.shown(row)
+    for at in range(0, len(names), 2):
+        line = column.row(align=True)
+        for name in names[at : at + 2]:
+            line.prop(row, name, text="")
     line = column.row(align=True)
     line.prop(row, "minimum", text="")
     line.prop(row, "maximum", text="")
     column.prop(row, "learning_rate")
-    return 5 + field_rows.is_image(row)
+    return 4 + (len(names) + 1) // 2

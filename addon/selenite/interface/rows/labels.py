@@ -18,6 +18,8 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
     """ "Transmission Weight" in Blender 4, "Transmission" in 3; in the interface's language."""
     if row.parameter in KINDS:
         kind = KINDS[row.parameter]
+        if row.kind == "world":
+            return f"{translated('World')}: {translated('Image')}"
         if kind.is_image:
             return f"{translated('Base Color')}: {translated('Image')}"
         return f"{translated(kind.use.title())}: {translated('Grid')}"

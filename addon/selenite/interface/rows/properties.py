@@ -14,6 +14,7 @@ from bpy.props import (
 
 from ...fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
 from ...fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
+from .. import environment_rows
 
 GRID_ITEMS = (
     ("new", "New", "One value everywhere, in as many voxels or texels as asked for", 0),
@@ -98,6 +99,8 @@ class SeleniteRow(bpy.types.PropertyGroup):
         items=UNSEEN_ITEMS,
         description="What becomes of texels that no photo sees",
     )
+    environment_size: environment_rows.SIZE
+    projection: environment_rows.PROJECTION
 
 
 CLASSES = (SeleniteOwner, SeleniteRow)
