@@ -275,7 +275,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
     add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
-    add = parser.add_argument_group("what is fitted").add_argument
+    group = parser.add_argument_group("what is fitted")
+    add = group.add_argument
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
@@ -288,7 +289,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
     stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
-    add_environment(parser)
+    add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
     add = parser.add_argument_group("settings of the fit").add_argument
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
