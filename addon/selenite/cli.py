@@ -20,6 +20,7 @@ from typing import Any, NoReturn, TextIO
 from . import __version__
 from .commands.capture_arguments import add_captures
 from .commands.environment_arguments import NO_ENVIRONMENT, add_environment
+from .commands.examples import with_examples
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
@@ -80,6 +81,11 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
         return {"error": str(error)}
     except KeyboardInterrupt:
         return {"error": "interrupted"}
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "bpy":
+            return {"error": _internal(error)}
+        cure = "install bpy, or use blender --command selenite"
+        return {"problems": [Problem("Blender", "bpy is not there", cure).as_json()]}
     except MemoryError:
         cure = "give smaller sizes, fewer photos or smaller grids, or close other programs"
         return {"error": f"the computer's memory does not suffice; {cure}"}
@@ -177,6 +183,7 @@ def _command(
         "demo": "fits the demo scene",
     }[name]
     parser = commands.add_parser(name, help=summary, description=summary.capitalize() + ".")
+    with_examples(parser, name)
     parser.set_defaults(module=module)
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
     return parser
@@ -268,8 +275,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
     add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
+    group = parser.add_argument_group("what is fitted")
+    add = group.add_argument
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
-    add_captures(parser, "default: the captures of the scene")
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     grid = (
@@ -279,7 +287,11 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
     unseen = "texels that no photo sees stay as they were, or are filled from those around them"
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
-    add_environment(parser)
+    stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
+    add("--stages", metavar="FILE", help=stages)
+    add_environment(group)
+    add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add = parser.add_argument_group("settings of the fit").add_argument
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="what is minimised; default: robust. An unknown name lists them all")
     add(
@@ -299,12 +311,11 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     )
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
-    add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
-    stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
-    add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
+    add = parser.add_argument_group("results").add_argument
+    add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
     add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
     out = "gets a folder <date>_<time>; default: selenite-fits, with --resume where DIR is"
     add("--out", metavar="DIR", help=out)
