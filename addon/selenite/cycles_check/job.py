@@ -29,6 +29,8 @@ from ..scene_read.values import GridValues
 from . import compare
 
 WORKER = Path(__file__).with_name("worker.py")
+#: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
+DRAWN = "selenite_drawn"
 
 
 class CheckFailed(Failed):
@@ -188,5 +190,5 @@ def _unsaved_pictures() -> list[Problem]:
         )
         for image in bpy.data.images
         if image.type not in {"RENDER_RESULT", "COMPOSITING"}
-        if image.is_dirty and image.users > 0
+        if image.is_dirty and image.users > 0 and not image.get(DRAWN)
     ]

@@ -176,6 +176,11 @@ class FitJob:
         """The native result as it stands, at any time; a copy, so not for every tick."""
         return self._fit.result()
 
+    def history(self) -> dict[str, Any]:
+        """That of `so_far` alone, without a copy of the fields: for plots of a running fit."""
+        found: dict[str, Any] = self._fit.history()
+        return found
+
     def parts(self) -> list[dict[str, Any]]:
         """As StagedJob: the results so far, stage by stage."""
         return [self.so_far()]

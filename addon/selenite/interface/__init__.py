@@ -12,13 +12,17 @@ from . import (
     capture_photo,
     check_operators,
     fit_operators,
+    live_operators,
+    live_properties,
     panels,
+    picture_panel,
     preview_operators,
     properties,
     row_operators,
     stages,
     state,
     time_operators,
+    view_through,
 )
 
 _MODULES = (
@@ -32,7 +36,11 @@ _MODULES = (
     check_operators,
     time_operators,
     camera_operators,
+    live_properties,
+    live_operators,
+    view_through,
     panels,
+    picture_panel,
     stages,
 )
 _command: object | None = None
@@ -45,6 +53,7 @@ def register() -> None:
         for item in module.CLASSES:
             bpy.utils.register_class(item)
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
+    live_operators.register()
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
 
@@ -61,6 +70,7 @@ def unregister() -> None:
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None
+    live_operators.unregister()
     del bpy.types.Scene.selenite
     for module in reversed(_MODULES):
         for item in reversed(module.CLASSES):

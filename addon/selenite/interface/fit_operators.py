@@ -28,6 +28,7 @@ from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
 from . import field_rows
+from .live_view import VIEW
 from .problem_reports import report_problems
 from .request import run_request, values_text
 from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
@@ -295,6 +296,7 @@ def _begin(
         operator.report({"WARNING"}, text)
     CHECK.contents[scene.name] = contents_of(scene)
     RUN.start(job, scene.name, operator._owners)
+    VIEW.begin()
     RUN.recorder = _recorder(scene, resume, operator._inputs)
     if RUN.recorder is not None and RUN.recorder.trouble:
         operator.report({"WARNING"}, RUN.recorder.trouble)
