@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the Image Editor shows of a fit. On the window manager: no undo step, nothing in the file."""
+"""What the Image Editor shows of a fit: on the window manager, without undo or a place in files."""
 
 from __future__ import annotations
 

@@ -27,6 +27,8 @@ from .state import CHECK, RUN
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
 #: How often the time that a drawing took fits between it and the next one.
 _TIMES = 20.0
+#: Ticks after which an editor that was opened has its size.
+_LAID_OUT = 3
 
 
 class LiveView:
@@ -42,7 +44,7 @@ class LiveView:
         self._tiles: dict[str, dict[str, np.ndarray]] = {}
         self._keys: dict[str, Any] = {}
         self._due: dict[str, float] = {}
-        self._unfitted: set[int] = set()
+        self._unfitted: dict[int, int] = {}  # editors to zoom: address -> ticks
         self._forgotten: Any = None
 
     # -- called by operators, properties and handlers
@@ -62,7 +64,7 @@ class LiveView:
     def open(self, area: bpy.types.Area, name: str) -> None:
         """An Image Editor shows one of our images from now on."""
         self.areas[area.as_pointer()] = name
-        self._unfitted.add(area.as_pointer())
+        self._unfitted[area.as_pointer()] = _LAID_OUT
         live_images.assign(area, name)
         self._keys.clear()
         self.wake()
@@ -284,11 +286,11 @@ class LiveView:
                 self._keys.pop(name, None)
 
     def _fit_editors(self) -> None:
-        """Zooms what was opened, once it is laid out."""
+        """Zooms what was opened, until it is laid out."""
         for window, area in live_images.editors():
             if area.as_pointer() in self._unfitted:
                 live_images.fit(window, area)
-        self._unfitted.clear()
+        self._unfitted = {address: n - 1 for address, n in self._unfitted.items() if n > 1}
 
 
 VIEW = LiveView()

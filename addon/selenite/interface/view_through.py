@@ -42,7 +42,7 @@ class SELENITE_OT_view_through(bpy.types.Operator):
             self.report({"ERROR"}, f"{cause}, and its photo cannot be shown; make it local")
             return {"CANCELLED"}
         _go_through(context, row)
-        if row.how.cropped or row.how.distorted:
+        if row.how.use_crop or row.how.use_distortion:
             text = "The photo is cropped or distorted: Blender shows it over all of the camera"
             self.report({"WARNING"}, text)
         return {"FINISHED"}

@@ -44,23 +44,33 @@ class Canvas:
         self, points: Sequence[tuple[float, float]] | np.ndarray, colour: Colour, width: float = 1
     ) -> None:
         """Through points (x, y). A gap where one is not finite."""
-        cover = np.zeros(self.pixels.shape[:2], np.float32)
         half = width / 2
         xy = np.asarray(points, float).reshape(-1, 2)
-        rows, columns = cover.shape
-        for a, b in zip(xy[:-1], xy[1:], strict=True):
-            if not (np.isfinite(a).all() and np.isfinite(b).all()):
-                continue
-            low, high = np.minimum(a, b) - half - 1, np.maximum(a, b) + half + 2
-            x0, y0 = max(0, int(low[0])), max(0, int(low[1]))
-            x1, y1 = min(columns, int(high[0])), min(rows, int(high[1]))
-            if x0 >= x1 or y0 >= y1:
-                continue
-            px, py = np.meshgrid(np.arange(x0, x1) + 0.5, np.arange(y0, y1) + 0.5)
-            near = glyphs.distance(px, py, (a[0], a[1]), (b[0], b[1]))
-            part = cover[y0:y1, x0:x1]
-            np.maximum(part, np.clip(half + 0.5 - near, 0, 1), out=part)
-        self._blend(0, 0, cover, colour)
+        known = np.isfinite(xy).all(axis=1)
+        runs = np.split(np.arange(len(xy)), np.flatnonzero(~known))
+        dense = [_samples(xy[run[known[run]]]) for run in runs]
+        dots = np.concatenate(dense) if dense else np.empty((0, 2))
+        rows, columns = self.pixels.shape[:2]
+        reach = int(np.ceil(half + 0.5))
+        low = np.maximum(np.floor(dots.min(axis=0)).astype(int) - reach, 0) if len(dots) else [0, 0]
+        high = np.floor(dots.max(axis=0)).astype(int) + reach + 1 if len(dots) else [0, 0]
+        x1, y1 = min(columns, int(high[0])), min(rows, int(high[1]))
+        if low[0] >= x1 or low[1] >= y1:
+            return
+        # Every sample covers its neighbours; the largest cover of a pixel counts.
+        steps = np.arange(-reach, reach + 1)
+        across, down = (grid.ravel() for grid in np.meshgrid(steps, steps))
+        px = np.floor(dots[:, 0]).astype(int)[:, None] + across
+        py = np.floor(dots[:, 1]).astype(int)[:, None] + down
+        near = np.hypot(px + 0.5 - dots[:, :1], py + 0.5 - dots[:, 1:])
+        share = np.clip(half + 0.5 - near, 0, 1).ravel()
+        px, py = px.ravel() - low[0], py.ravel() - low[1]
+        cover = np.zeros((y1 - low[1], x1 - low[0]), np.float32)
+        inside = (px >= 0) & (py >= 0) & (px < cover.shape[1]) & (py < cover.shape[0]) & (share > 0)
+        px, py, share = px[inside], py[inside], share[inside]
+        order = np.argsort(share)
+        cover[py[order], px[order]] = share[order]  # of equal places the last one stays
+        self._blend(int(low[0]), int(low[1]), cover, colour)
 
     def dot(self, x: float, y: float, colour: Colour, radius: float = 3) -> None:
         """A filled circle."""
@@ -110,6 +120,15 @@ class Canvas:
         part += share * (np.asarray(colour, np.float32) - part)
 
 
+def _samples(xy: np.ndarray, step: float = 0.5) -> np.ndarray:
+    """Points of a polyline, no farther apart than `step` pixels."""
+    if len(xy) < 2:
+        return xy
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    places = np.linspace(0.0, length[-1], max(1, int(np.ceil(length[-1] / step))) + 1)
+    return np.stack([np.interp(places, length, xy[:, k]) for k in (0, 1)], axis=-1)
+
+
 def heat(share: np.ndarray) -> np.ndarray:
     """(..., 3) encoded colours of numbers from 0 to 1."""
     place = np.clip(np.nan_to_num(share), 0, 1) * (len(_HEAT) - 1)
@@ -126,10 +145,21 @@ def encoded(picture: np.ndarray) -> np.ndarray:
 
 
 def resized(picture: np.ndarray, width: int, height: int) -> np.ndarray:
-    """Larger: whole pixels repeated, as far as they fit, so that each stays visible. Smaller: means
-    of areas."""
+    """Each new pixel is the mean over what it covers. Where numbers are NaN, the mean over the
+    others; NaN where there are none."""
     if picture.shape[:2] == (height, width):
         return picture
+    known = np.isfinite(picture)
+    if known.all():
+        return _mean(picture, width, height)
+    total = _mean(np.where(known, picture, 0), width, height)
+    share = _mean(known, width, height)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found: np.ndarray = np.where(share > 0, total / share, np.float32(np.nan))
+    return found
+
+
+def _mean(picture: np.ndarray, width: int, height: int) -> np.ndarray:
     found: np.ndarray = native.image().resize(
         np.ascontiguousarray(picture, np.float32), width, height
     )

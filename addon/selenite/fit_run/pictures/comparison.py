@@ -66,15 +66,15 @@ def error_picture(error: np.ndarray, scale: float) -> np.ndarray:
 
 def compared(pictures: Pictures, choice: Choice, title: str) -> np.ndarray:
     """The whole picture, encoded, row 0 at the top. A render that is not there yet is left out."""
-    body, sides = _body(pictures, choice)
-    height, width = body.shape[:2]
-    factor = max(1, -(-_LEAST // height))
-    if height > _MOST:
-        width, height = max(1, round(width * _MOST / height)), _MOST
-        body = resized(body, width, height)
-    elif factor > 1:
+    rows, columns = pictures.weight.shape
+    size = (rows, columns)
+    if rows > _MOST:
+        size = (_MOST, max(1, round(columns * _MOST / rows)))
+    body, sides = _body(pictures, choice, size)
+    factor = max(1, -(-_LEAST // rows))
+    if factor > 1:
         body = body.repeat(factor, axis=0).repeat(factor, axis=1)
-        height, width = body.shape[:2]
+    height, width = body.shape[:2]
     page = Canvas(max(width, 300) + 2 * _MARGIN, height + _TITLE + _FOOT)
     columns = page.pixels.shape[1]
     left = (columns - width) // 2
@@ -105,8 +105,10 @@ def _mask_legend(page: Canvas, middle: int, top: int) -> None:
     page.text(middle - 42, top, text, size=14, colour=FAINT)
 
 
-def _body(pictures: Pictures, choice: Choice) -> tuple[np.ndarray, list[str]]:
-    """The encoded picture, and what is on its sides."""
+def _body(
+    pictures: Pictures, choice: Choice, size: tuple[int, int]
+) -> tuple[np.ndarray, list[str]]:
+    """The encoded picture of `size` (rows, columns), and what is on its sides."""
     weight = pictures.weight
     rows, columns = weight.shape
 
@@ -115,12 +117,13 @@ def _body(pictures: Pictures, choice: Choice) -> tuple[np.ndarray, list[str]]:
             return picture
         return resized(picture, columns, rows)
 
-    def plain(picture: np.ndarray) -> np.ndarray:
-        return encoded(marked(fitted(picture), weight))
+    def plain(picture: np.ndarray, part: slice = slice(None)) -> np.ndarray:
+        small = resized(marked(fitted(picture), weight), size[1], size[0])
+        return encoded(small[:, part])
 
     def wiped(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        at = round(min(max(choice.wipe, 0), 1) * columns)
-        return np.concatenate([plain(first)[:, :at], plain(second)[:, at:]], axis=1)
+        at = round(min(max(choice.wipe, 0), 1) * size[1])
+        return np.concatenate([plain(first, slice(at)), plain(second, slice(at, None))], axis=1)
 
     photo, render, start = pictures.photo, pictures.render, pictures.start
     if choice.mode == PHOTO:
@@ -132,6 +135,6 @@ def _body(pictures: Pictures, choice: Choice) -> tuple[np.ndarray, list[str]]:
     if choice.mode == RENDER:
         return plain(render), ["render"]
     if choice.mode == DIFFERENCE:
-        error = difference(fitted(render), photo, weight)
+        error = resized(difference(fitted(render), photo, weight), size[1], size[0])
         return error_picture(error, choice.scale), ["difference"]
     return wiped(photo, render), ["photo", "render"]

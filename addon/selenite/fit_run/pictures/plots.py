@@ -128,13 +128,15 @@ def ticks(low: float, high: float, most: int = 4) -> list[float]:
 
 
 def decades(low: float, high: float, most: int = 5) -> list[float]:
-    """Powers of ten between two positive numbers; 1, 2 and 5 times them where there are few."""
+    """Powers of ten between two positive numbers; where there are few, 1, 2 and 5 times them, or
+    what `ticks` gives."""
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     step = max(1, -(-(last - first) // most))
     found = [10.0**n for n in range(first, last + 1, step)]
     if last - first <= 2:
         found = [f * 10.0**n for n in range(first, last + 1) for f in (1, 2, 5)]
-    return [value for value in found if low * 0.999 <= value <= high * 1.001]
+    found = [value for value in found if low * 0.999 <= value <= high * 1.001]
+    return found if len(found) > 1 else ticks(low, high)
 
 
 def _loss(

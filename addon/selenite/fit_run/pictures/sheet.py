@@ -32,17 +32,7 @@ def small(
     if height <= _TILE:
         return tiles
     columns = max(1, round(width * _TILE / height))
-    return {title: _smaller(picture, columns) for title, picture in tiles.items()}
-
-
-def _smaller(picture: np.ndarray, columns: int) -> np.ndarray:
-    """Means over what counts: a pixel of which nothing does stays NaN."""
-    counts = np.isfinite(picture).astype(np.float32)
-    total = resized(np.where(counts > 0, picture, 0), columns, _TILE)
-    share = resized(counts, columns, _TILE)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found: np.ndarray = np.where(share > 0, total / share, np.nan)
-    return found.astype(np.float32)
+    return {title: resized(picture, columns, _TILE) for title, picture in tiles.items()}
 
 
 def of_fit(rows: Mapping[str, Mapping[str, np.ndarray]], scale: float) -> Canvas:
