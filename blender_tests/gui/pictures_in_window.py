@@ -137,7 +137,7 @@ def steps():
     VIEW.seconds, VIEW.drawings = 0.0, 0
     ticks = Ticks()
     bpy.app.timers.register(ticks)
-    yield 12.0
+    yield 10.0
     bpy.app.timers.unregister(ticks)
     ticks.report("A fit with pictures")
     chosen.mode = "DIFFERENCE"
@@ -168,7 +168,7 @@ def steps():
     yield 1.5
     picture("sheet")
 
-    in_window(bpy.ops.wm.save_as_mainfile, filepath=str(FOLDER / "saved.blend"))
+    in_window(bpy.ops.wm.save_as_mainfile, filepath=str(FOLDER / "saved.blend"), copy=True)
     yield 1.0
     assert all(shown(area) for area in editors()), "saving leaves the editors as they were"
     with bpy.data.libraries.load(str(FOLDER / "saved.blend")) as (there, _):

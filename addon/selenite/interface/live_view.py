@@ -130,10 +130,11 @@ class LiveView:
         chosen = settings()
         if chosen.moment == "START":
             return START
-        rows = len(moments.iterations)
-        if chosen.moment == "RESULT" or rows == 0:
+        iterations = moments.iterations
+        if chosen.moment == "RESULT" or not len(iterations):
             return RESULT
-        return round(chosen.timeline / 100 * (rows - 1))
+        wanted = round(chosen.timeline / 100 * float(iterations[-1]))
+        return int(np.flatnonzero(iterations <= wanted)[-1])
 
     def moment_text(self) -> str:
         """For the panel: which iteration the timeline is at."""
@@ -247,11 +248,8 @@ class LiveView:
         size = tuple(image.size) if image is not None else ()
         live_images.show(name, page)
         if size != (page.shape[1], page.shape[0]):
-            editors = live_images.editors()
             self._unfitted |= {
-                area.as_pointer()
-                for _, area in editors
-                if self.areas.get(area.as_pointer()) == name
+                address: _LAID_OUT for address, own in self.areas.items() if own == name
             }
         cost = time.perf_counter() - begin
         self.seconds, self.drawings = self.seconds + cost, self.drawings + 1

@@ -42,13 +42,13 @@ class SELENITE_PT_pictures(bpy.types.Panel):
             return
         column.prop(chosen, "mode")
         if chosen.mode in ("WIPE", "BEFORE_AFTER"):
-            column.prop(chosen, "wipe", slider=True)
+            column.prop(chosen, "wipe")
         elif chosen.mode == "DIFFERENCE":
             column.prop(chosen, "scale")
         if RUN.job is None and RUN.result is not None and chosen.mode != "PHOTO":
             column.prop(chosen, "moment")
             if chosen.moment == "ITERATION":
-                column.prop(chosen, "timeline", slider=True)
+                column.prop(chosen, "timeline")
                 text = VIEW.moment_text()
                 if text:
                     column.label(text=text)

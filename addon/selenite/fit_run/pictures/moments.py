@@ -15,7 +15,8 @@ from ..plan import FitPlan
 from ..staging.plan import constants
 
 START, RESULT = -1, -2
-#: Samples per pixel of a picture of an iteration, unless those of the result are fewer.
+#: Samples per pixel of a pass. A picture of an iteration has one; start and result have as many as
+#: the settings ask for.
 _SPP = 16
 _CACHED = 64 << 20  # bytes of pictures that are kept
 
@@ -77,21 +78,31 @@ class Moments:
         `progress`, a native ProgressToken, was cancelled."""
         found = self._kept.get(moment)
         if found is None:
-            capture = self.plan.captures[moment.photo]
-            settings = self.plan.request.settings
-            found = render_capture(
-                self.scene(moment.row),
+            found = self._rendered(moment, progress)
+            self._keep(moment, found)
+        return found
+
+    def _rendered(self, moment: Moment, progress: Any) -> np.ndarray:  # noqa: ANN401
+        """In passes of few samples: a render can be cancelled between two tiles, and a tile takes
+        as long as it has samples."""
+        capture = self.plan.captures[moment.photo]
+        settings = self.plan.request.settings
+        passes = 1 if moment.row >= 0 else -(-settings.picture_spp // _SPP)
+        scene = self.scene(moment.row)
+        total = np.zeros(capture.reference.shape, np.float64)
+        for number in range(passes):
+            total += render_capture(
+                scene,
                 capture,
-                min(_SPP, settings.picture_spp) if moment.row >= 0 else settings.picture_spp,
-                seed=settings.seed,
+                min(_SPP, settings.picture_spp),
+                seed=settings.seed + number,
                 depth=settings.depth,
                 threads=settings.threads,
                 gain=gain_of(capture, self.result),
                 alignment=alignment_of(capture, self.result),
                 progress=progress,
             )
-            self._keep(moment, found)
-        return found
+        return (total / passes).astype(np.float32)
 
     def _keep(self, moment: Moment, picture: np.ndarray) -> None:
         kept = OrderedDict(self._kept)
