@@ -14,7 +14,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cli import main
-from selenite.cycles_check import render_settings, sheet
+from selenite.cycles_check import render_settings
 from selenite.cycles_check.compare import Estimate, judge, misfit
 from selenite.cycles_check.job import CheckFailed, CheckJob
 from selenite.fit_run.request import RunRequest
@@ -181,15 +181,6 @@ def test_unsaved_pixels_are_refused(tmp_path):
     made.camera()
     with pytest.raises(BadInput, match="Image 'sky'"):
         CheckJob(bpy.context.scene, capture(tmp_path), {})
-
-
-def test_sheet_leaves_nothing_in_the_file(tmp_path):
-    blocks = datablocks()
-    row = {"photo": np.ones((8, 12, 3)), "error": np.ones((8, 12))}
-    sheet.write(tmp_path / "sheet.png", {"Front": row, "Süd": row}, 0.5)
-    assert datablocks() == blocks
-    pixels = native.image().read(str(tmp_path / "sheet.png"))[0]
-    assert pixels[:20].min() < 0.1  # ink
 
 
 def _noisy(mean, deviation, seeds, generator):

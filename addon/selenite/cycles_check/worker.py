@@ -28,10 +28,11 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     import bpy
 
     from selenite import parameters, write_back
-    from selenite.cycles_check import render_settings, sheet
+    from selenite.cycles_check import render_settings
     from selenite.fit_run.captures import read_captures
     from selenite.fit_run.fields import with_grids
     from selenite.fit_run.photos.window import WHOLE, cropped_camera
+    from selenite.fit_run.pictures import sheet
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
     from selenite.paths import file_stems
