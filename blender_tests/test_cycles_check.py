@@ -144,6 +144,29 @@ def test_check_renders_the_given_values_and_changes_nothing(tmp_path):
     assert {f"Camera_{n}.exr" for n in ("cycles", "cycles_sem", "native", "native_sem")} <= names
 
 
+def test_aligned_photo_is_checked_as_it_was_fitted(tmp_path):
+    """A dark triangle before a grey world: its edges show a wrong shift, roll or sign of them."""
+    made.triangle(material=made.material(base_color=(0.0, 0.0, 0.0)))
+    made.camera(distance=3.0)
+    made.world()
+    moved = {"Camera": (4.0, -3.0, 0.3)}
+    request = capture(tmp_path, picture_spp=64)
+    native_pictures, differences = [], []
+    for alignments in ({}, moved):
+        job = CheckJob(bpy.context.scene, request, {}, alignments=alignments)
+        try:
+            job.start()
+            row = job.result()["photos"]["Camera"]["native_against_cycles"]
+            path = job.folder / "out" / "Camera_native.exr"
+            native_pictures.append(native.image().read(str(path))[0])
+        finally:
+            job.close()
+        differences.append(row["relative_rmse_beyond_noise"])
+    assert max(differences) < 0.03
+    apart = np.sqrt(((native_pictures[1] - native_pictures[0]) ** 2).mean())
+    assert apart > 0.2 * native_pictures[0].mean(), "the alignment is seen"
+
+
 def test_cancelled_check_leaves_nothing(tmp_path):
     made.studio()
     scene = bpy.context.scene

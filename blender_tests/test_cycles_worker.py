@@ -66,6 +66,7 @@ def request(folder, **settings):
         "grids": {},
         "images": {},
         "gains": {},
+        "alignments": {},
     }
 
 

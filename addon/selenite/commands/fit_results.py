@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.capture_render import gains_of
+from ..fit_run.capture_render import alignments_of, gains_of
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
@@ -202,7 +202,9 @@ def _check(
     try:
         images = _images(plan, folder)
         gains = gains_of(plan.captures, result)
-        job = CheckJob(scene, plan.request, fitted_values(plan, result), grids, images, gains)
+        alignments = alignments_of(plan.captures, result)
+        values = fitted_values(plan, result)
+        job = CheckJob(scene, plan.request, values, grids, images, gains, alignments)
         try:
             job.start()
             with bar("Cycles") as shown:

@@ -21,7 +21,7 @@ import bpy
 
 from .. import grid_files, parameters, write_back
 from ..atomic_files import write_json
-from ..fit_run.capture_render import Gain
+from ..fit_run.capture_render import Alignment, Gain
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..problems import BadInput, Failed, Problem
@@ -57,12 +57,14 @@ class CheckJob:
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
         images: Mapping[str, str] | None = None,
         gains: Mapping[str, Gain] | None = None,
+        alignments: Mapping[str, Alignment] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
-        colours have there, by material. gains: of photos, by id, where a fit has found them.
+        colours have there, by material. gains, alignments: of photos, by id, where a fit has found
+        them.
         """
         problems = _unsaved_pictures()
         if problems:
@@ -80,6 +82,7 @@ class CheckJob:
                 "grids": self._keep_grids(grids or {}),
                 "images": dict(images or {}),
                 "gains": dict(gains or {}),
+                "alignments": dict(alignments or {}),
                 # for the checkout and the legacy add-on, which are not where Python looks
                 "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
             })  # fmt: skip

@@ -113,6 +113,14 @@ def gains_of(captures: Sequence[Capture], result: Mapping[str, Any] | None) -> d
     return {item.id: gain_of(item, result) for item in captures}
 
 
+def alignments_of(
+    captures: Sequence[Capture], result: Mapping[str, Any] | None
+) -> dict[str, Alignment]:
+    """`alignment_of` each photo that has one, by its id."""
+    found = {item.id: alignment_of(item, result) for item in captures}
+    return {name: one for name, one in found.items() if one != UNALIGNED}
+
+
 def shown(film_image: np.ndarray, gain: Gain) -> np.ndarray:
     """A rendered picture as the photo shows it."""
     if gain == (1.0, 1.0, 1.0):
