@@ -268,3 +268,25 @@ def test_alignment_of_a_lower_stage_counts_in_its_pixels() -> None:
 def test_shift_that_is_none_is_refused(shift: object) -> None:
     with pytest.raises(ValueError, match="Front.*two pixels and an angle"):
         capture_render.alignment_in_file(capture(), {"captures": {"Front": {"shift": shift}}})
+
+
+@pytest.mark.parametrize("room", [(500, 300), (900, 900), (300, 120), (2000, 400)])
+@pytest.mark.parametrize("count", [1, 3, 7])
+def test_plots_fill_their_room(room: tuple[int, int], count: int) -> None:
+    plan, history = fitted()
+    (loss, *_) = plots.of_fit(plan, history)  # type: ignore[arg-type]
+    rows, columns = plots.page([loss] * count, room).pixels.shape[:2]
+    if (room[0] // 200) * (room[1] // 120) >= count:  # else there is no room for readable ones
+        assert columns <= room[0] and rows <= room[1]
+        assert columns * rows > 0.5 * room[0] * room[1]
+    assert columns >= 200 and rows >= 96, "they stay readable"
+
+
+@pytest.mark.parametrize("room", [(500, 300), (900, 900), (640, 200)])
+@pytest.mark.parametrize("rows", [20, 96, 1000])
+def test_comparison_fits_its_room(room: tuple[int, int], rows: int) -> None:
+    photo = np.full((rows, rows * 4 // 3, 3), 0.2, np.float32)
+    taken = Pictures(photo, np.ones(photo.shape[:2], np.float32))
+    height, width = compared(taken, Choice(), "Front", room).shape[:2]
+    assert height <= room[1] and width <= room[0]
+    assert height > 0.5 * min(room[1], room[0] * 3 / 4)

@@ -17,6 +17,8 @@ from ..cycles_check.job import DRAWN
 COMPARISON, PLOTS, SHEET, CYCLES = (
     "Selenite Comparison", "Selenite Plots", "Selenite All Photos", "Selenite Check in Cycles",
 )  # fmt: skip
+#: Pixels of an Image Editor that its picture leaves free: headers and tools lie over them.
+_AROUND = (24, 64)
 NAMES = {"COMPARISON": COMPARISON, "PLOTS": PLOTS, "SHEET": SHEET, "CYCLES": CYCLES}
 
 
@@ -73,14 +75,28 @@ def assign(area: bpy.types.Area, name: str) -> None:
     space.image = image if image is not None else ensure(name)
 
 
-def fit(window: bpy.types.Window, area: bpy.types.Area) -> None:
-    """Zooms an Image Editor to its picture."""
+def room_of(name: str) -> tuple[int, int] | None:
+    """Width and height of the picture that the first editor that shows it has room for; None where
+    that is not known."""
+    scale = bpy.context.preferences.system.pixel_size
+    for _, area in editors():
+        image = image_of(area)
+        if image is not None and image.name == name:
+            region = next((item for item in area.regions if item.type == "WINDOW"), None)
+            if region is not None and min(region.width, region.height) > 80:
+                width, height = region.width - _AROUND[0], region.height - _AROUND[1]
+                return int(width / scale), int(height / scale)
+    return None
+
+
+def fit(window: bpy.types.Window, area: bpy.types.Area, *, whole: bool) -> None:
+    """Zooms an Image Editor to its picture; not whole: to its own pixels, where it fits."""
     region = next((item for item in area.regions if item.type == "WINDOW"), None)
     if region is None or region.width < 2:
         return
     with bpy.context.temp_override(window=window, area=area, region=region):
         if bpy.ops.image.view_all.poll():
-            bpy.ops.image.view_all(fit_view=True)
+            bpy.ops.image.view_all(fit_view=whole)
 
 
 def put_away() -> None:

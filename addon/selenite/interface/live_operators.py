@@ -34,7 +34,7 @@ class SELENITE_OT_show_pictures(bpy.types.Operator):
         if any(area.as_pointer() in VIEW.areas for area in free):
             VIEW.wake()
             return {"FINISHED"}
-        first = free[0] if free else self._beside_view(context)
+        first = free[0] if free else self._split_view(context)
         if first is None:
             self.report({"ERROR"}, "There is no 3D View to split; open an Image Editor")
             return {"CANCELLED"}
@@ -53,7 +53,7 @@ class SELENITE_OT_show_pictures(bpy.types.Operator):
         return {"FINISHED"}
 
     @staticmethod
-    def _beside_view(context: bpy.types.Context) -> bpy.types.Area | None:
+    def _split_view(context: bpy.types.Context) -> bpy.types.Area | None:
         views = [area for area in context.window.screen.areas if area.type == "VIEW_3D"]
         if not views:
             return None

@@ -27,6 +27,8 @@ from .state import CHECK, RUN
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
 #: How often the time that a drawing took fits between it and the next one.
 _TIMES = 20.0
+#: Images that are drawn in the size that their editor has room for.
+_TO_SIZE = (live_images.COMPARISON, live_images.PLOTS)
 #: Ticks after which an editor that was opened has its size.
 _LAID_OUT = 3
 
@@ -157,6 +159,7 @@ class LiveView:
                 Pictures(capture.reference, capture.weight, picture),
                 _choice(),
                 f"{capture.id}: {where}",
+                live_images.room_of(live_images.COMPARISON),
             )
             self._draw(live_images.COMPARISON, page, begin, PICTURE_EVERY)
         if live_images.PLOTS in shown and self._is_due(live_images.PLOTS):
@@ -166,7 +169,8 @@ class LiveView:
             except FitFailed:
                 return
             if len(history["iteration"]):
-                page = plots.page(plots.of_fit(plan, history)).pixels
+                room = live_images.room_of(live_images.PLOTS)
+                page = plots.page(plots.of_fit(plan, history), room).pixels
                 self._draw(live_images.PLOTS, page, begin, PLOTS_EVERY)
 
     def _after_fit(self, shown: set[str], moments: Moments) -> None:
@@ -175,10 +179,11 @@ class LiveView:
             self._show_moment(moments, Moment(self.capture_index(), row))
         if live_images.PLOTS in shown:
             mark = float(moments.iterations[row]) if row >= 0 else None
-            if self._changed(live_images.PLOTS, (id(moments), mark)):
+            room = live_images.room_of(live_images.PLOTS)
+            if self._changed(live_images.PLOTS, (id(moments), mark, room)):
                 begin = time.perf_counter()
                 history = moments.result["history"]
-                page = plots.page(plots.of_fit(plan, history, moments.result, mark)).pixels
+                page = plots.page(plots.of_fit(plan, history, moments.result, mark), room).pixels
                 self._draw(live_images.PLOTS, page, begin, 0.0)
         if live_images.SHEET in shown:
             self._show_sheet(moments)
@@ -200,12 +205,12 @@ class LiveView:
         words = _moment_words(moments, moment.row)
         if missing:
             words += f" ({self.renderer.trouble or 'rendering'})"
-        if self._changed(
-            live_images.COMPARISON, (id(moments), moment, choice, picture is None, start is None)
-        ):
+        room = live_images.room_of(live_images.COMPARISON)
+        there = (picture is None, start is None)
+        if self._changed(live_images.COMPARISON, (id(moments), moment, choice, there, room)):
             begin = time.perf_counter()
             pictures = Pictures(capture.reference, capture.weight, picture, start)
-            page = compared(pictures, choice, f"{capture.id}: {words}")
+            page = compared(pictures, choice, f"{capture.id}: {words}", room)
             self._draw(live_images.COMPARISON, page, begin, 0.0)
 
     def _show_sheet(self, moments: Moments) -> None:
@@ -287,7 +292,9 @@ class LiveView:
         """Zooms what was opened, until it is laid out."""
         for window, area in live_images.editors():
             if area.as_pointer() in self._unfitted:
-                live_images.fit(window, area)
+                drawn_to_size = self.areas.get(area.as_pointer()) in _TO_SIZE
+                large = bpy.context.preferences.system.pixel_size > 1
+                live_images.fit(window, area, whole=large or not drawn_to_size)
         self._unfitted = {address: n - 1 for address, n in self._unfitted.items() if n > 1}
 
 

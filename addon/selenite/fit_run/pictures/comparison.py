@@ -64,14 +64,15 @@ def error_picture(error: np.ndarray, scale: float) -> np.ndarray:
     return found
 
 
-def compared(pictures: Pictures, choice: Choice, title: str) -> np.ndarray:
-    """The whole picture, encoded, row 0 at the top. A render that is not there yet is left out."""
-    rows, columns = pictures.weight.shape
-    size = (rows, columns)
-    if rows > _MOST:
-        size = (_MOST, max(1, round(columns * _MOST / rows)))
+def compared(
+    pictures: Pictures, choice: Choice, title: str, room: tuple[int, int] | None = None
+) -> np.ndarray:
+    """The whole picture, encoded, row 0 at the top. A render that is not there yet is left out.
+
+    room: width and height that it shall have at most, as far as that is at all readable.
+    """
+    size, factor = _sizes(pictures.weight.shape, room)
     body, sides = _body(pictures, choice, size)
-    factor = max(1, -(-_LEAST // rows))
     if factor > 1:
         body = body.repeat(factor, axis=0).repeat(factor, axis=1)
     height, width = body.shape[:2]
@@ -96,6 +97,19 @@ def compared(pictures: Pictures, choice: Choice, title: str) -> np.ndarray:
         middle = left + (width * 3) // 4 if choice.mode == DIFFERENCE else columns // 2
         _mask_legend(page, middle, bottom + 8)
     return page.pixels
+
+
+def _sizes(shape: tuple[int, ...], room: tuple[int, int] | None) -> tuple[tuple[int, int], int]:
+    """(rows, columns) that are drawn, and by which whole number they are enlarged then."""
+    rows, columns = shape
+    if room is None:
+        largest = (_MOST, 10**6)
+        factor = max(1, -(-_LEAST // rows))
+    else:
+        largest = (max(60, room[1] - _TITLE - _FOOT), max(80, room[0] - 2 * _MARGIN))
+        factor = max(1, min(largest[0] // rows, largest[1] // columns))
+    scale = min(1.0, largest[0] / rows, largest[1] / columns)
+    return (max(1, int(rows * scale)), max(1, int(columns * scale))), factor
 
 
 def _mask_legend(page: Canvas, middle: int, top: int) -> None:

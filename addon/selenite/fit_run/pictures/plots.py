@@ -23,6 +23,7 @@ _BOUND: Colour = (0.5, 0.2, 0.5)
 _WIDTH, _HEIGHT = 400, 210  # of one plot, pixels
 _LEFT, _RIGHT, _TOP, _BOTTOM = 58, 10, 26, 24
 _COLUMNS = 2
+_LEAST_WIDTH, _LEAST_HEIGHT = 200, 96
 #: Plots that a page has at most, the loss among them; what is left out is counted.
 _MOST = 24
 
@@ -52,19 +53,39 @@ class Plot:
     stages: Sequence[float] = ()
 
 
-def page(plots: Sequence[Plot], columns: int = _COLUMNS) -> Canvas:
-    """All of them on one page, row by row."""
+def page(plots: Sequence[Plot], room: tuple[int, int] | None = None) -> Canvas:
+    """All of them on one page, row by row. room: width and height of the page, as far as plots stay
+    readable in it."""
     shown = plots[:_MOST]
+    columns, size = _grid(len(shown), room)
     rows = -(-len(shown) // columns)
     left_out = len(plots) - len(shown)
-    canvas = Canvas(columns * _WIDTH, rows * _HEIGHT + (24 if left_out else 4))
+    canvas = Canvas(columns * size[0], rows * size[1] + (24 if left_out else 4))
     for index, plot in enumerate(shown):
         row, column = divmod(index, columns)
-        _draw(canvas, plot, column * _WIDTH, row * _HEIGHT)
+        _draw(canvas, plot, column * size[0], row * size[1], size)
     if left_out:
         text = f"{left_out} more parameters are in history.csv"
-        canvas.text(10, rows * _HEIGHT + 4, text, colour=FAINT)
+        canvas.text(10, rows * size[1] + 4, text, colour=FAINT)
     return canvas
+
+
+def _grid(count: int, room: tuple[int, int] | None) -> tuple[int, tuple[int, int]]:
+    """Columns, and width and height of a plot: as near to the usual shape as the room permits."""
+    if room is None:
+        return _COLUMNS, (_WIDTH, _HEIGHT)
+    width, height = room
+
+    def cell(columns: int) -> tuple[int, int]:
+        return width // columns, (height - 28) // -(-count // columns)
+
+    def size(columns: int) -> float:
+        across, down = cell(columns)
+        return min(across / _WIDTH, down / _HEIGHT)
+
+    best = max(range(1, max(1, min(count, 6)) + 1), key=size)
+    across, down = cell(best)
+    return best, (max(_LEAST_WIDTH, across), max(_LEAST_HEIGHT, down))
 
 
 def of_fit(
@@ -133,10 +154,10 @@ def decades(low: float, high: float, most: int = 5) -> list[float]:
     first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
     step = max(1, -(-(last - first) // most))
     found = [10.0**n for n in range(first, last + 1, step)]
-    if last - first <= 2:
+    if last - first <= 2 and most > 3:
         found = [f * 10.0**n for n in range(first, last + 1) for f in (1, 2, 5)]
     found = [value for value in found if low * 0.999 <= value <= high * 1.001]
-    return found if len(found) > 1 else ticks(low, high)
+    return found if len(found) > 1 else ticks(low, high, most)
 
 
 def _loss(
@@ -169,9 +190,9 @@ def _stage_starts(history: Mapping[str, Any], x: np.ndarray) -> list[float]:
     return [float(x[at]) for at in changes]
 
 
-def _draw(canvas: Canvas, plot: Plot, left: int, top: int) -> None:
-    x0, x1 = left + _LEFT, left + _WIDTH - _RIGHT
-    y0, y1 = top + _TOP, top + _HEIGHT - _BOTTOM
+def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]) -> None:
+    x0, x1 = left + _LEFT, left + size[0] - _RIGHT
+    y0, y1 = top + _TOP, top + size[1] - _BOTTOM
     low, high = _range(plot)
     last = max(1.0, float(plot.x.max()) if len(plot.x) else 1.0)
 
@@ -191,7 +212,8 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int) -> None:
         return float(scaled(np.array([value]))[0])
 
     canvas.fill(x0, y0, x1, y1, (1.0, 1.0, 1.0))
-    for value in decades(low, high) if plot.logarithmic else ticks(low, high):
+    most = max(2, (y1 - y0) // 36)
+    for value in decades(low, high, most) if plot.logarithmic else ticks(low, high, most):
         canvas.fill(x0, up(value), x1, up(value) + 1, GRID)
         canvas.text(x0 - 5, up(value) - 7, f"{value:.4g}", size=12, align=1)
     for value in (n for n in ticks(0, last, 5) if n == round(n)):
