@@ -154,6 +154,7 @@ def steps():
     picture("fitted")
     chosen.mode, chosen.moment = "BEFORE_AFTER", "ITERATION"
     chosen.timeline = 30.0
+    yield 1.5
     yield lambda: "of" in VIEW.moment_text() and not VIEW.renderer.busy
     yield 1.5
     picture("timeline")

@@ -71,10 +71,10 @@ def compared(
 
     room: width and height that it shall have at most, as far as that is at all readable.
     """
-    size, factor = _sizes(pictures.weight.shape, room)
-    body, sides = _body(pictures, choice, size)
-    if factor > 1:
-        body = body.repeat(factor, axis=0).repeat(factor, axis=1)
+    rows, columns = _size(pictures.weight.shape, room)
+    small = min(rows, pictures.weight.shape[0]), min(columns, pictures.weight.shape[1])
+    body, sides = _body(pictures, choice, small)
+    body = resized(body, columns, rows)  # larger: every pixel of the photo stays visible
     height, width = body.shape[:2]
     page = Canvas(max(width, 300) + 2 * _MARGIN, height + _TITLE + _FOOT)
     columns = page.pixels.shape[1]
@@ -99,17 +99,15 @@ def compared(
     return page.pixels
 
 
-def _sizes(shape: tuple[int, ...], room: tuple[int, int] | None) -> tuple[tuple[int, int], int]:
-    """(rows, columns) that are drawn, and by which whole number they are enlarged then."""
+def _size(shape: tuple[int, ...], room: tuple[int, int] | None) -> tuple[int, int]:
+    """Rows and columns that the photo has on the page."""
     rows, columns = shape
     if room is None:
-        largest = (_MOST, 10**6)
-        factor = max(1, -(-_LEAST // rows))
+        scale = max(1, -(-_LEAST // rows)) if rows <= _MOST else _MOST / rows
     else:
-        largest = (max(60, room[1] - _TITLE - _FOOT), max(80, room[0] - 2 * _MARGIN))
-        factor = max(1, min(largest[0] // rows, largest[1] // columns))
-    scale = min(1.0, largest[0] / rows, largest[1] / columns)
-    return (max(1, int(rows * scale)), max(1, int(columns * scale))), factor
+        high, wide = max(60, room[1] - _TITLE - _FOOT), max(80, room[0] - 2 * _MARGIN)
+        scale = min(high / rows, wide / columns)
+    return max(1, int(rows * scale)), max(1, int(columns * scale))
 
 
 def _mask_legend(page: Canvas, middle: int, top: int) -> None:
@@ -145,7 +143,7 @@ def _body(
     if choice.mode == BEFORE_AFTER and start is not None and render is not None:
         return wiped(start, render), ["start", "render"]
     if render is None:
-        return plain(photo), ["photo; no render yet"]
+        return plain(photo), ["photo"]
     if choice.mode == RENDER:
         return plain(render), ["render"]
     if choice.mode == DIFFERENCE:

@@ -137,11 +137,16 @@ def write(path: Path, plan: FitPlan, result: Mapping[str, Any]) -> None:
 
 
 def ticks(low: float, high: float, most: int = 4) -> list[float]:
-    """Round numbers between two, both included where they are round."""
+    """Round numbers between two, both included where they are round: about `most`, at least two."""
     span = high - low
     if not (math.isfinite(span) and span > 0):
         return [low]
-    raw = span / most
+    found = _multiples(low, high, span / most)
+    return found if len(found) > 1 else _multiples(low, high, span / (most + 2))
+
+
+def _multiples(low: float, high: float, raw: float) -> list[float]:
+    """Of a round step that is at least `raw`."""
     power = 10.0 ** math.floor(math.log10(raw))
     step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= raw * (1 - 1e-9))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
