@@ -19,7 +19,7 @@ MODE_ITEMS = (
     ("RENDER", "Render", "The render alone", 1),
     ("WIPE", "Wipe", "The photo on the left of a line, the render on its right", 2),
     ("DIFFERENCE", "Difference", "How far the render is from the photo, in linear light", 3),
-    ("BEFORE_AFTER", "Before and After", "The start on the left, the fit on the right", 4),
+    ("BEFORE_AFTER", "Before, After", "The start on the left, the fit on the right", 4),
 )
 MOMENT_ITEMS = (
     ("START", "Start", "With the values that the fit started from", 0),
