@@ -42,6 +42,10 @@ class FakeLayout:
         assert name in data.bl_rna.properties
         self.drawn.append(name)
 
+    def template_icon(self, icon_value, scale=1.0):
+        assert icon_value >= 0 and scale > 0
+        self.drawn.append("icon")
+
     def progress(self, factor, text):
         assert 0 <= factor <= 1
         self.drawn.append(text)

@@ -105,6 +105,8 @@ def test_render_of_a_capture_has_the_alignment_of_its_fit(aligned, capsys, tmp_p
     words[2] = f"--captures={listed}"
     _, report, _ = command(capsys, *words)
     assert report["alignment"] == [0, 0, 0], "a list of photos knows of no fit"
+    _, report, _ = command(capsys, *words, f"--result={folder}")
+    assert report["alignment"] == pytest.approx(SHIFT)
 
 
 def test_aligned_render_is_that_of_a_camera_that_moved():

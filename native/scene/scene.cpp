@@ -103,7 +103,7 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
   if (ref.owner < 0)
     for (std::size_t i = appearance.lights.size(); i-- > 0;)  // the first of a lamp's places
       if (appearance.lights[i].name == owner) ref = {OwnerKind::kLight, static_cast<int>(i), -1};
-  if (ref.owner < 0 && owner == "World") ref.owner = 0;
+  if (ref.owner < 0 && owner == kWorldName) ref.owner = 0;
   if (ref.owner < 0)
     throw UnknownName(
         "'" + std::string(owner) + "' is no material or light of the scene; materials: " +
@@ -124,7 +124,7 @@ std::string Scene::owner_name(const ParameterRef& ref) const {
     case OwnerKind::kLight:
       return appearance.lights.at(ref.owner).name;
     case OwnerKind::kWorld:
-      return "World";
+      return kWorldName;
   }
   throw InvalidArgument(kNoSuchKind);
 }
@@ -231,6 +231,32 @@ Scene Scene::with_image(const ImageRef& ref, std::vector<Colorf> pixels) const {
   FieldMap& map = material.maps[static_cast<std::size_t>(
       &from - appearance.materials[static_cast<std::size_t>(ref.material)].maps.data())];
   map.texture = std::make_shared<Texture>(from.texture->with(std::move(pixels)));
+  return scene;
+}
+
+const EnvironmentMap& Scene::environment() const {
+  const World& world = appearance.world;
+  const std::string who = std::string(kWorldName) + ":" + kEnvironment + ": ";
+  if (!world.map)
+    throw InvalidArgument(who + "the world has no image; give it one, or name color");
+  for (int c = 0; c < 3; ++c)
+    if (world.values.color[c] != 1)
+      throw InvalidArgument(who + "the world's colour (" + std::to_string(world.values.color[c]) +
+                            " in channel " + std::to_string(c) +
+                            ") tints its image; set it to 1, 1, 1");
+  return *world.map;
+}
+
+Scene Scene::with_environment(std::vector<Colorf> pixels) const {
+  const EnvironmentMap& from = environment();
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (!(pixels[i][c] >= 0))
+        throw InvalidArgument("World image: pixel " + std::to_string(i) + " holds " +
+                              std::to_string(pixels[i][c]) + "; give radiance from 0 up");
+  Scene scene = *this;
+  scene.appearance.world.map = std::make_shared<EnvironmentMap>(
+      from.width(), from.height(), std::move(pixels), EnvironmentMap::kUnknownEven);
   return scene;
 }
 

@@ -51,8 +51,17 @@ struct ImageRef {
 };
 /// Its name among the parameters of a material.
 inline constexpr const char* kBaseColorTexture = "base_color_texture";
+
+/// The image of the world.
+struct EnvironmentRef {
+  bool operator==(const EnvironmentRef&) const = default;
+};
+/// Its name among the parameters of the world.
+inline constexpr const char* kEnvironment = "environment";
+/// The world among the owners of parameters.
+inline constexpr const char* kWorldName = "World";
 /// What can be unknown with a value at every place.
-using FieldRef = std::variant<GridRef, ImageRef>;
+using FieldRef = std::variant<GridRef, ImageRef, EnvironmentRef>;
 
 struct Material {
   std::string name;
@@ -115,12 +124,19 @@ struct Scene {
   /// The image of a base colour, and how it lies on the surface. InvalidArgument when the material
   /// has none, or one whose texels' derivatives are not told: with alpha, or over a subsurface.
   const FieldMap& image(const ImageRef& ref) const;
+  /// The image of the world. InvalidArgument when it has none, or one that a colour tints: then it
+  /// is not the radiance at strength 1.
+  const EnvironmentMap& environment() const;
   /// This scene with other values of a grid; InvalidArgument when there is none, or a value is not
   /// finite or out of range: [0, 1] for an albedo, at least 0 for a density.
   Scene with_grid(const GridRef& ref, std::vector<float> values) const;
   /// This scene with other colours in the image of a base colour, as the image holds them.
   /// InvalidArgument as `image`, or when their number is another or one is not finite.
   Scene with_image(const ImageRef& ref, std::vector<Colorf> pixels) const;
+  /// This scene with other radiance in the image of the world, of which light sampling finds dark
+  /// pixels too. InvalidArgument as `environment`, or when their number is another, or one is
+  /// negative or not finite.
+  Scene with_environment(std::vector<Colorf> pixels) const;
 };
 
 /// InvalidArgument unless the grids of a material fit their use.

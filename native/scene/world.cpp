@@ -26,7 +26,7 @@ int pick(const float* cdf, int count, float& x) {
 
 }  // namespace
 
-EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels)
+EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels, float even)
     : width_(width), height_(height), pixels_(std::move(pixels)) {
   if (width < 1 || height < 1 || pixels_.size() != static_cast<std::size_t>(width) * height)
     throw InvalidArgument("World image: " + std::to_string(width) + " x " + std::to_string(height) +
@@ -59,6 +59,16 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
     }
   }
   mean_ = static_cast<float>(sum / solid);
+  if (even > 0) {
+    double weighted = 0;
+    for (const float one : weight) weighted += one;
+    // A black image is sampled evenly alone.
+    const double base = weighted > 0 ? even / (1 - even) * weighted / solid : 1;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        weight[static_cast<std::size_t>(y) * width + x] +=
+            static_cast<float>(base * std::sin(kPi<float> * (y + 0.5f) / height));
+  }
 
   row_cdf_.resize(height);
   column_cdf_.resize(pixels_.size());
@@ -79,19 +89,27 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
     row_cdf_[y] = total > 0 ? static_cast<float>(row_cdf_[y] / total) : (y + 1.0f) / height;
 }
 
-Colorf EnvironmentMap::radiance(const Vec3f& d) const {
+std::array<EnvironmentMap::Corner, 4> EnvironmentMap::corners(const Vec3f& d) const {
   const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
   const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;  // from the top
   const float x = u * width_ - 0.5f, y = v * height_ - 0.5f;
   const float fx = std::floor(x), fy = std::floor(y);
-  const auto texel = [&](int i, int j) -> const Colorf& {
+  const auto texel = [&](int i, int j) {
     const int column = ((i % width_) + width_) % width_, row = std::clamp(j, 0, height_ - 1);
-    return pixels_[static_cast<std::size_t>(row) * width_ + column];
+    return static_cast<std::uint32_t>(row * width_ + column);
   };
   const int i = static_cast<int>(fx), j = static_cast<int>(fy);
   const float a = x - fx, b = y - fy;
-  return (texel(i, j) * (1 - a) + texel(i + 1, j) * a) * (1 - b) +
-         (texel(i, j + 1) * (1 - a) + texel(i + 1, j + 1) * a) * b;
+  return {{{texel(i, j), (1 - a) * (1 - b)},
+           {texel(i + 1, j), a * (1 - b)},
+           {texel(i, j + 1), (1 - a) * b},
+           {texel(i + 1, j + 1), a * b}}};
+}
+
+Colorf EnvironmentMap::radiance(const Vec3f& d) const {
+  Colorf sum;
+  for (const auto& [pixel, share] : corners(d)) sum += pixels_[pixel] * share;
+  return sum;
 }
 
 EnvironmentMap::Place EnvironmentMap::place(const Vec3f& d) const {
@@ -151,15 +169,15 @@ void World::check() const {
 Colorf World::factor(const Vec3f& d) const {
   if (!on) return {};
   if (!map) return {1, 1, 1};
-  return map->radiance({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+  return map->radiance(to_map_frame(d));
 }
 float World::density(const Vec3f& d) const {
   if (!map || !on) return 0;
-  return map->density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+  return map->density(to_map_frame(d));
 }
 float World::cycles_density(const Vec3f& d) const {
   if (!map || !on) return 0;
-  return map->cycles_density({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+  return map->cycles_density(to_map_frame(d));
 }
 Vec3f World::sample(float u1, float u2, float& density_out) const {
   const Vec3f d = map->sample(u1, u2, density_out);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -54,7 +55,16 @@ struct WorldParameters {
 /// Source: docs/method/rendering.md, "World".
 class EnvironmentMap {
  public:
-  EnvironmentMap(int width, int height, std::vector<Colorf> pixels);  ///< row 0 at the top
+  /// Of the samples of an image that is unknown: the share that goes to all directions evenly. What
+  /// is dark now may turn out to be bright.
+  static constexpr float kUnknownEven = 0.5f;
+
+  /// pixels: row 0 at the top. even: share of the samples that goes to all directions evenly.
+  EnvironmentMap(int width, int height, std::vector<Colorf> pixels, float even = 0);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  const std::vector<Colorf>& pixels() const { return pixels_; }
 
   Colorf radiance(const Vec3f& map_direction) const;
   float density(const Vec3f& map_direction) const;  ///< of `sample`, per solid angle
@@ -62,8 +72,20 @@ class EnvironmentMap {
   float cycles_density(const Vec3f& map_direction) const;
   Vec3f sample(float u1, float u2, float& density) const;
   float mean_luminance() const { return mean_; }  ///< over the sphere
+  /// The derivative by the radiance of a direction, as those by the pixels that it is interpolated
+  /// from: calls `sink(pixel, part)`.
+  template <class Sink>
+  void spread(const Vec3f& map_direction, const Colorf& derivative, Sink&& sink) const {
+    for (const auto& [pixel, share] : corners(map_direction)) sink(pixel, derivative * share);
+  }
 
  private:
+  struct Corner {
+    std::uint32_t pixel;
+    float share;
+  };
+  /// Between which the image is interpolated.
+  std::array<Corner, 4> corners(const Vec3f& map_direction) const;
   /// The pixel of a direction, and the density per solid angle if it had all of the samples.
   struct Place {
     int x, y;
@@ -93,6 +115,10 @@ struct World {
   double film_roughness = -1;
 
   void check() const;
+  /// A direction as the image has it.
+  Vec3f to_map_frame(const Vec3f& d) const {
+    return {dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)};
+  }
   /// Radiance at colour 1 and strength 1; 0 where it is off.
   Colorf factor(const Vec3f& direction) const;
   float density(

@@ -27,7 +27,7 @@ def capture_view(
 ) -> tuple[Capture, Gain, Alignment] | None:
     """--capture of --captures, at --height or the photo's own size, its gain and alignment.
     --captures may also be the folder of a fit, or its run.json: then both are those that the fit
-    has found."""
+    has found, as they are with --result."""
     for name in ("camera", "width"):
         if getattr(args, name) is not None:
             cause = "the photo of --capture has its own"
@@ -54,12 +54,15 @@ def capture_view(
     found = read_captures(values, [request], height, problems, [], packed_photos())
     if not found:
         return None
+    fitted = path
+    if path.name != "run.json" and getattr(args, "result", None):
+        fitted = absolute(args.result) / "run.json"
     try:
-        result = _result_of(path)
+        result = _result_of(fitted)
         gain, alignment = gain_of(found[0], result), alignment_in_file(found[0], result)
     except ValueError as error:
         cure = "give the folder of a fit that has ended"
-        problems.append(Problem(f"File '{path.with_name(_RESULT)}'", str(error), cure))
+        problems.append(Problem(f"File '{fitted.with_name(_RESULT)}'", str(error), cure))
         return None
     return found[0], gain, alignment
 

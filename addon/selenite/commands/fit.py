@@ -29,6 +29,7 @@ from ..problems import BadInput, Problem, problems_of
 from ..scene_read.capture_request import AUTO_RESPONSE, MOST_ERODED, CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
 from . import arguments
+from .environment_arguments import with_environment
 from .fit_results import deliver
 from .scene import open_scene
 from .terminal import bar, say
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         problems.append(Problem("Argument --set-cycles", cause, cure))
     scene, values, plan, run = _resumed(args, problems) if resumes else _new(args, problems)
     checks = args.check_in_cycles
-    grids = [item.name for item in plan.fields if not item.kind.is_image]
+    grids = [item.name for item in plan.fields if item.kind.is_grid]
     if grids and checks:
         from ..write_back import grids as grid_objects
 
@@ -131,7 +132,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     others = (
         "fit", "photo", "captures", "mask", "exclude", "silhouette", "background", "response",
         "gain", "align", "start", "bounds", "grid", "unseen",
-        "preset", "stages", *_SETTINGS,
+        "environment", "environment_size", "environment_projection", "preset", "stages", *_SETTINGS,
     )  # fmt: skip
     for name in others:
         if name != "threads" and getattr(args, name):
@@ -247,7 +248,7 @@ def unknowns_of(
     problems: list[Problem],
 ) -> tuple[UnknownRequest, ...]:
     """--fit, or what the stages name, or the run file's, or the usual ones; with --start, --bounds,
-    --grid and --unseen."""
+    --grid, --unseen and those of the environment."""
     requests = [UnknownRequest(*key) for key in arguments.names(args.fit, problems)]
     named = [text for stage in stages for text in stage.parameters]
     requests = requests or [UnknownRequest(*key) for key in arguments.names(named, problems)]
@@ -268,7 +269,7 @@ def unknowns_of(
     for key, word in arguments.words(args.unseen, "--unseen", "keep|fill", problems).items():
         if _known(key, found, problems):
             found[key] = replace(found[key], unseen=word)
-    return tuple(found.values())
+    return tuple(with_environment(args, values, found, problems).values())
 
 
 def _known(

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..fit_run.capture_render import alignments_of, gains_of
 from ..fit_run.checkpoint import Recorder
-from ..fit_run.fields import ImageUnknown, fitted_grids
+from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
 from ..fit_run.light_pairing import with_warnings
 from ..fit_run.plan import FitPlan
@@ -142,6 +142,7 @@ def _show(
     was done, line by line."""
     if not plan.fields:
         return []
+    from ..write_back import environments
     from ..write_back import grids as grid_objects
     from ..write_back import images as image_nodes
 
@@ -150,6 +151,7 @@ def _show(
     shows = [
         *(partial(grid_objects.show, scene, values, *item, folder) for item in grids.items()),
         *(partial(image_nodes.show, values, *item) for item in _images(plan, folder).items()),
+        *(partial(environments.show, scene, values, path) for path in _environment(plan, folder)),
     ]
     for show in shows:
         try:
@@ -164,12 +166,15 @@ def _show(
 def _hide(scene: Any, plan: FitPlan) -> None:  # noqa: ANN401
     """Undoes `_show` in the open scene, so that the check finds what was fitted."""
     if plan.fields:
+        from ..write_back import environments
         from ..write_back import grids as grid_objects
         from ..write_back import images as image_nodes
 
         for item in plan.fields:
             if item.kind.is_image:
                 image_nodes.restore(item.owner)
+            elif item.kind.is_environment:
+                environments.restore(scene)
             else:
                 grid_objects.restore(scene, item.owner)
 
@@ -181,6 +186,12 @@ def _images(plan: FitPlan, folder: Path) -> dict[str, str]:
         for item in plan.fields
         if isinstance(item, ImageUnknown)
     }
+
+
+def _environment(plan: FitPlan, folder: Path) -> list[str]:
+    """The file of the fitted image of the world, if that is fitted."""
+    found = (item for item in plan.fields if isinstance(item, EnvironmentUnknown))
+    return [str(folder / item.files[0]) for item in found]
 
 
 def _check(
@@ -204,7 +215,8 @@ def _check(
         gains = gains_of(plan.captures, result)
         alignments = alignments_of(plan.captures, result)
         values = fitted_values(plan, result)
-        job = CheckJob(scene, plan.request, values, grids, images, gains, alignments)
+        environment = next(iter(_environment(plan, folder)), "")
+        job = CheckJob(scene, plan.request, values, grids, images, gains, environment, alignments)
         try:
             job.start()
             with bar("Cycles") as shown:

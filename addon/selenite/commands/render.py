@@ -11,8 +11,12 @@ from typing import Any
 
 from .. import native
 from ..fit_run.capture_render import UNALIGNED, Alignment, Gain, shown, under_lights
+from ..fit_run.fitted_scene import at_result
 from ..fit_run.light_states import AS_IN_SCENE, described
+from ..parameters import Values
+from ..paths import absolute
 from ..problems import BadInput, Problem, refused
+from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_view import capture_view
 from .scene import RENDER, camera_of, native_scene, open_scene, picture_frame, picture_size
@@ -44,6 +48,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     _, values = open_scene(args.scene)
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
+    if args.result is not None:
+        values, changes = _at_result(args, values, changes, problems)
     view = None
     if args.captures is not None or args.capture is not None:
         found = capture_view(args, values, problems)
@@ -108,6 +114,24 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             "alignment": list(view.alignment),
         }  # fmt: skip
     return report
+
+
+def _at_result(
+    args: argparse.Namespace,
+    values: SceneValues,
+    changes: Mapping[arguments.Key, Values],
+    problems: list[Problem],
+) -> tuple[SceneValues, dict[arguments.Key, Values]]:
+    """The scene at what the fit of --result has found, and --set over it; its photos, where none
+    are named."""
+    if args.capture is not None and args.captures is None:
+        args.captures = args.result
+    try:
+        values, fitted = at_result(values, absolute(args.result))
+    except BadInput as error:
+        problems += error.problems
+        return values, dict(changes)
+    return values, fitted | dict(changes)
 
 
 def _gain(view: View) -> str:

@@ -57,6 +57,7 @@ class CheckJob:
         grids: Mapping[str, Mapping[str, GridValues]] | None = None,
         images: Mapping[str, str] | None = None,
         gains: Mapping[str, Gain] | None = None,
+        environment: str = "",
         alignments: Mapping[str, Alignment] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
@@ -64,7 +65,7 @@ class CheckJob:
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
         colours have there, by material. gains, alignments: of photos, by id, where a fit has found
-        them.
+        them. environment: the file of the world's image there, "" for the scene's own.
         """
         problems = _unsaved_pictures()
         if problems:
@@ -83,6 +84,7 @@ class CheckJob:
                 "images": dict(images or {}),
                 "gains": dict(gains or {}),
                 "alignments": dict(alignments or {}),
+                "environment": environment,
                 # for the checkout and the legacy add-on, which are not where Python looks
                 "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
             })  # fmt: skip

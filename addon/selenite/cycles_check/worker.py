@@ -42,6 +42,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite.scene_read.blend_file import open_blend
     from selenite.scene_read.photos import packed_photos
     from selenite.scene_read.scene import read_scene
+    from selenite.write_back import environments
     from selenite.write_back import grids as grid_objects
     from selenite.write_back import images as image_nodes
 
@@ -55,6 +56,8 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     read = read_scene(scene)
     write_back.write(scene, read.owners, values)
     shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
+    if request["environment"]:
+        shown.append(environments.show(scene, read, request["environment"]))
     read = read_scene(scene)
     problems = list(read.problems)
     captures = read_captures(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class FieldKind:
-    """`parameter`: its name among those of a material. `use`: what it gives (of a grid the key of
+    """`parameter`: its name among those of its owner. `use`: what it gives (of a grid the key of
     `MaterialValues.grids`). `channels`: where it starts as a constant. `single`: the parameter in
     whose place it stands, "" for none. `help`: one sentence."""
 
@@ -20,8 +20,18 @@ class FieldKind:
 
     @property
     def is_image(self) -> bool:
-        """Whether it lies on a surface, not in a medium."""
+        """Whether it lies on a surface."""
         return self.use == "base_color"
+
+    @property
+    def is_grid(self) -> bool:
+        """Whether it lies in a medium."""
+        return self.use in ("albedo", "density")
+
+    @property
+    def is_environment(self) -> bool:
+        """Whether it lies around the scene: the image of the world."""
+        return self.use == "environment"
 
 
 KINDS = {
@@ -36,6 +46,10 @@ KINDS = {
         FieldKind(
             "base_color_texture", "base_color", 3, "base_color",
             "Base colour at each texel of an image on the surface",
+        ),
+        FieldKind(
+            "environment", "environment", 3, "color",
+            "Light from each direction of the world, as an image that its strength multiplies",
         ),
     )
 }  # fmt: skip

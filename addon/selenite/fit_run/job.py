@@ -196,6 +196,12 @@ class FitJob:
         found: dict[str, Any] = self._fit.history()
         return found
 
+    def field(self, name: str) -> np.ndarray | None:
+        """The newest values of a field, None where there is none of that name; as costly as
+        `so_far`."""
+        found: np.ndarray | None = self.so_far()["fields_last"].get(name)
+        return found
+
     def parts(self) -> list[dict[str, Any]]:
         """As StagedJob: the results so far, stage by stage."""
         return [self.so_far()]

@@ -15,7 +15,7 @@ from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
 from . import fields as all_fields
-from . import light_states
+from . import gauge, light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .photos import suspicion
@@ -86,11 +86,11 @@ def prepare(
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
     scene = build_scene(all_fields.with_fields(values, fields))
-    if not _has_light(values, unknowns):
+    if not _has_light(values, unknowns, fields):
         cause = "no lamp, world or material of it gives light, and none of them is fitted"
         cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
         raise BadInput(Problem("Scene", cause, cure))
-    warnings += _gauge(captures, names)
+    warnings += [*_gauge(captures, names), *gauge.remarks(values, names)]
     if captures_at is None:
         warnings += _suspicions(values, replace(request, unknowns=requests), captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
@@ -123,7 +123,10 @@ def prepare(
 
 
 #: What a gain of all photos can make up for, by the end of its name.
-_BRIGHTNESS = ("base_color", "base_color_texture", "albedo", "power", "strength", "emission_color")
+_BRIGHTNESS = (
+    "base_color", "base_color_texture", "albedo", "power", "strength", "emission_color",
+    "environment",
+)  # fmt: skip
 
 
 def _gauge(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
@@ -138,9 +141,12 @@ def _gauge(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     ]
 
 
-def _has_light(values: SceneValues, unknowns: Sequence[Unknown]) -> bool:
+def _has_light(
+    values: SceneValues, unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
+) -> bool:
     """Whether a render of the scene can show anything."""
-    if any(item.parameter.effect == "emission" for item in unknowns):
+    emission = any(item.parameter.effect == "emission" for item in unknowns)
+    if emission or any(item.kind.is_environment for item in fields):
         return True
     lamps = any(lamp.power > 0 and max(lamp.color) > 0 for lamp in values.lights)
     world = values.world
@@ -217,7 +223,7 @@ def paths_traced(scene: Any) -> str:  # noqa: ANN401 - a native Scene has no Pyt
 
 def model_name(unknowns: list[Unknown], fields: Sequence[FieldUnknown] = ()) -> str:
     """Which model the ticked parameters need, and why."""
-    if any(not item.kind.is_image for item in fields):
+    if any(item.kind.is_grid for item in fields):
         return "volume: a ticked parameter is a grid"
     effects = {item.parameter.effect for item in unknowns}
     if "visibility" in effects:

@@ -25,6 +25,8 @@ class UnknownRequest:
     Of a field, `grid`: a file, or the voxels along a grid's longest side, the texels along each
     side of an image; "" for the scene's own. `unseen`, of an image: what becomes of texels that no
     photo sees, "keep" (as they were) or "fill" (from those around them); "" for the usual.
+    Of the world's image, `size`: its number of texels, of which those of the nearest grid of twice
+    as many columns as rows are taken; `projection` of its file, "equirect" or "mirror_ball".
     """
 
     owner: str
@@ -35,6 +37,8 @@ class UnknownRequest:
     learning_rate: float | None = None
     grid: str = ""
     unseen: str = ""
+    size: int | None = None
+    projection: str = ""
 
 
 @dataclass(frozen=True)
@@ -125,6 +129,13 @@ def _number(data: dict[str, Any], key: str) -> float | None:
     return float(value)
 
 
+def _whole_number(data: dict[str, Any], key: str) -> int | None:
+    value = data.get(key)
+    if value is not None and type(value) is not int:
+        raise ValueError(f"its '{key}' is {value!r}, not a whole number")
+    return value
+
+
 def _unknown(item: dict[str, Any]) -> UnknownRequest:
     start = item.get("start")
     if start is not None:
@@ -143,4 +154,6 @@ def _unknown(item: dict[str, Any]) -> UnknownRequest:
         _number(item, "learning_rate"),
         _text(item, "grid", ""),
         _text(item, "unseen", ""),
+        _whole_number(item, "size"),
+        _text(item, "projection", ""),
     )

@@ -11,6 +11,7 @@ from . import (
     capture_lights,
     capture_photo,
     check_operators,
+    environment_panel,
     fit_operators,
     live_operators,
     live_properties,
@@ -40,6 +41,7 @@ _MODULES = (
     live_operators,
     view_through,
     panels,
+    environment_panel,
     picture_panel,
     stages,
 )
@@ -61,6 +63,7 @@ def register() -> None:
 def unregister() -> None:
     """The inverse of `register`; whatever runs is stopped first."""
     global _command
+    environment_panel.end()
     state.CHECK.stop()
     state.TRADE.stop()
     state.NEXT.stop()

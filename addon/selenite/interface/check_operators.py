@@ -15,7 +15,7 @@ from ..fit_run.results import new_folder, write_results
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
-from . import field_rows
+from . import environment_rows, field_rows
 from .problem_reports import report_problems
 from .request import fit_settings
 from .state import CHECK, RUN, is_idle
@@ -87,7 +87,8 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
             gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
             alignments = alignments_of(RUN.plan.captures, RUN.result) if known else {}
-            job = CheckJob(scene, request, values, grids, images, gains, alignments)
+            environment = "" if applied else environment_rows.fitted(scene)
+            job = CheckJob(scene, request, values, grids, images, gains, environment, alignments)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

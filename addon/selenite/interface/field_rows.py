@@ -26,11 +26,15 @@ from ..problems import BadInput, Problem
 from ..scene_read import volumes
 from ..scene_read.scene import read_scene
 from ..scene_read.values import GridValues, MaterialValues, Owner, SceneValues
+from ..write_back import environments
 from ..write_back import grids as grid_objects
 from ..write_back import images as image_nodes
+from . import environment_rows
 
 #: Properties of a row that the user sets, beside those that every row has.
-PROPERTIES = ("grid_from", "voxels", "texels", "grid_path", "unseen")
+PROPERTIES = (
+    "grid_from", "voxels", "texels", "grid_path", "unseen", *environment_rows.PROPERTIES,
+)  # fmt: skip
 
 
 def is_field(row: bpy.types.PropertyGroup) -> bool:
@@ -45,12 +49,14 @@ def is_image(row: bpy.types.PropertyGroup) -> bool:
 
 def is_grid(row: bpy.types.PropertyGroup) -> bool:
     """Whether a row or a result is a grid."""
-    return is_field(row) and not is_image(row)
+    return is_field(row) and KINDS[row.parameter].is_grid
 
 
 def offered(values: SceneValues, owner: Owner) -> list[str]:
     """The fields that are listed for an owner: grids where it has a medium, an image where its
-    surface has a base colour that is one or a constant."""
+    surface has a base colour that is one or a constant, one around the scene for the world."""
+    if owner.kind == "world":
+        return [environment_rows.NAME]
     material = _material(values, owner)
     if material is None:
         return []
@@ -62,7 +68,9 @@ def offered(values: SceneValues, owner: Owner) -> list[str]:
     has_colour = has_nodes and (is_constant or (own is not None and own.texture is not None))
     has_medium = any(owner.values.get("extinction", ()))
     return [
-        kind.parameter for kind in KINDS.values() if (has_colour if kind.is_image else has_medium)
+        kind.parameter
+        for kind in KINDS.values()
+        if (kind.is_image and has_colour) or (kind.is_grid and has_medium)
     ]
 
 
@@ -80,6 +88,9 @@ def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray 
 
 def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) -> None:
     """Fills what the list says of a field, and why it cannot be fitted, if it cannot."""
+    if environment_rows.is_environment(row):
+        environment_rows.describe(row, values, owner)
+        return
     kind, own = KINDS[row.parameter], own_values(values, owner, row.parameter)
     row.width, row.unit, row.help = kind.channels, "1", kind.help
     row.value = f"no {'image' if kind.is_image else 'grid'}"
@@ -103,6 +114,8 @@ def reset(row: bpy.types.PropertyGroup, own: np.ndarray | None, colour: Values |
 
 def shown(row: bpy.types.PropertyGroup) -> list[str]:
     """The properties of a row that count now."""
+    if environment_rows.is_environment(row):
+        return environment_rows.shown(row)
     size = "texels" if is_image(row) else "voxels"
     place = {"new": [size], "file": ["grid_path"], "scene": []}[row.grid_from]
     return ["grid_from", *place, *(["unseen"] if is_image(row) else [])]
@@ -110,7 +123,7 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
 
 def requested(row: bpy.types.PropertyGroup, own: np.ndarray | None, title: str) -> tuple[str, str]:
     """`grid` and `unseen` of the row's request. Raises BadInput."""
-    if not is_image(row):
+    if is_grid(row):
         return _start(row, own, row.voxels, ("grid", ".npy or .vol file"), title), ""
     unseen = "" if row.unseen == "auto" else row.unseen
     return _start(row, own, row.texels, ("image", "picture"), title), unseen
@@ -157,18 +170,18 @@ def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
         (row.owner, name)
         for row in scene.selenite.results
         if is_field(row)
-        for name in ((KINDS[row.parameter].single,) if is_image(row) else volumes.PARAMETERS)
+        for name in (volumes.PARAMETERS if is_grid(row) else (KINDS[row.parameter].single,))
     }
 
 
 def apply(scene: bpy.types.Scene, *, with_grids: bool) -> list[str]:
-    """Shows the fitted grids by Volume objects, then the fitted images by image nodes; returns what
-    was done. All or none: raises BadInput."""
+    """Shows the fitted grids by Volume objects, then the fitted images by image nodes, that of the
+    world last; returns what was done. All or none: raises BadInput."""
     lines: list[str] = []
     undo: list[Callable[[], None]] = []
     grids = fitted_grids(scene) if with_grids else {}
-    images = fitted_images(scene)
-    if not grids and not images:
+    images, world = fitted_images(scene), environment_rows.fitted(scene)
+    if not grids and not images and not world:
         return lines
     files = {row.owner: row.grid_file for row in scene.selenite.results if is_grid(row)}
     values = read_scene(scene)
@@ -183,6 +196,8 @@ def apply(scene: bpy.types.Scene, *, with_grids: bool) -> list[str]:
         for name, path in images.items():
             lines.append(image_nodes.show(values, name, path))
             undo.append(partial(image_nodes.restore, name))
+        if world:
+            lines.append(environments.show(scene, values, world))
     except BadInput:
         for step in reversed(undo):
             step()
@@ -191,7 +206,9 @@ def apply(scene: bpy.types.Scene, *, with_grids: bool) -> list[str]:
 
 
 def restore(scene: bpy.types.Scene) -> None:
-    """The base colours and then the media as they were before `apply`."""
+    """The world, the base colours and then the media as they were before `apply`."""
+    if environment_rows.fitted(scene):
+        environments.restore(scene)
     for name in fitted_images(scene):
         image_nodes.restore(name)
     for name in dict.fromkeys(row.owner for row in scene.selenite.results if is_grid(row)):

@@ -27,7 +27,7 @@ from ..problems import BadInput
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner
-from . import field_rows
+from . import environment_panel, field_rows
 from .live_view import VIEW
 from .problem_reports import report_problems
 from .request import run_request, values_text
@@ -297,6 +297,7 @@ def _begin(
     CHECK.contents[scene.name] = contents_of(scene)
     RUN.start(job, scene.name, operator._owners)
     VIEW.begin()
+    environment_panel.begin()
     RUN.recorder = _recorder(scene, resume, operator._inputs)
     if RUN.recorder is not None and RUN.recorder.trouble:
         operator.report({"WARNING"}, RUN.recorder.trouble)

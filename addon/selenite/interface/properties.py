@@ -18,6 +18,7 @@ from ..fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
 from ..fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
+from . import environment_rows
 from .capture_lights import SeleniteCaptureLights
 from .capture_photo import SeleniteCapturePhoto
 
@@ -180,6 +181,8 @@ class SeleniteRow(bpy.types.PropertyGroup):
         items=UNSEEN_ITEMS,
         description="What becomes of texels that no photo sees",
     )
+    environment_size: environment_rows.SIZE
+    projection: environment_rows.PROJECTION
 
 
 class SeleniteResult(bpy.types.PropertyGroup):

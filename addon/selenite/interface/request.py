@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
+from typing import Any
 
 import bpy
 
@@ -14,7 +15,7 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
-from . import field_rows, stages
+from . import environment_rows, field_rows, stages
 
 #: Of the panel, in its order; the rate is each row's.
 FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
@@ -42,25 +43,28 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             problems.append(Problem(title, "its owner is not in the scene", cure))
             continue
         grid = unseen = ""
+        of_world: dict[str, Any] = {}
         if field_rows.is_field(row):
             own_values = field_rows.own_values(values, owner, row.parameter)
             title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
             try:
-                grid, unseen = field_rows.requested(row, own_values, title)
+                if environment_rows.is_environment(row):
+                    of_world = environment_rows.requested(row, values, title)
+                else:
+                    grid, unseen = field_rows.requested(row, own_values, title)
             except BadInput as error:
                 problems += error.problems
-        unknowns.append(
-            UnknownRequest(
-                owner.name,
-                row.parameter,
-                tuple(row.start[: row.width]) if row.use_start else None,
-                row.minimum,
-                row.maximum,
-                row.learning_rate,
-                grid,
-                unseen,
-            )
+        asked = UnknownRequest(
+            owner.name,
+            row.parameter,
+            tuple(row.start[: row.width]) if row.use_start else None,
+            row.minimum,
+            row.maximum,
+            row.learning_rate,
+            grid,
+            unseen,
         )
+        unknowns.append(replace(asked, **of_world))
     if not unknowns and not problems:
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
@@ -141,6 +145,9 @@ def reset_row(row: bpy.types.PropertyGroup, owner: Owner | None, values: SceneVa
     """Bounds, start and rate as in the parameter table and in the scene. No owner: it is gone."""
     row.use_start = False
     row.learning_rate = FitSettings().learning_rate
+    if environment_rows.is_environment(row):
+        environment_rows.reset(row, values)
+        return
     if field_rows.is_field(row):
         own = field_rows.own_values(values, owner, row.parameter) if owner is not None else None
         field_rows.reset(row, own, owner.values.get("base_color") if owner is not None else None)

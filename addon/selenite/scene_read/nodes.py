@@ -220,6 +220,17 @@ def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
     return shared or why_animated(tree, source.socket.path_from_id("default_value"))
 
 
+def why_tree_fixed(tree: bpy.types.NodeTree, groups: Groups, owner: bpy.types.ID) -> str:
+    """Why no node can be added to `tree`, inside `groups`, for `owner` alone; empty if one can."""
+    if owner.library is not None:
+        return f"linked from library '{owner.library.filepath}': make it local"
+    if owner.override_library is not None or not hosts.is_editable(owner):
+        return "a library override, whose nodes cannot be edited: make it local"
+    if tree.library is not None:
+        return f"inside node group '{tree.name}' of a library: make the group local"
+    return why_shared(groups)
+
+
 def why_shared(groups: Groups) -> str:
     """Why what is inside `groups` belongs to more than one place; empty if it does not."""
     for group in groups:

@@ -14,6 +14,8 @@ from .nodes import Groups, Source, Unreadable
 from .values import Owner, WorldValues
 
 WORLD = "World"  # the owner's name, whatever the datablock is called
+#: Of its image among what can be fixed.
+ENVIRONMENT = "environment"
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
 
 
@@ -43,6 +45,8 @@ def read_world(
         _, reason = find_source(world, parameter)
         if reason:
             owner.fixed[parameter.name] = reason
+    if reason := find_inlet(world)[1]:
+        owner.fixed[ENVIRONMENT] = reason
     return values, owner, problems, warnings
 
 
@@ -59,6 +63,19 @@ def find_source(
     socket = parameter.find(background.node)
     source = nodes.source_of(socket, background.groups)
     return source, nodes.why_not_writable(source, world)
+
+
+def find_inlet(world: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]:
+    """The Color of the Background, to which an image can be linked, and why none can ("" if one
+    can)."""
+    if not world.use_nodes or world.node_tree is None:
+        return None, "the world does not use nodes: switch on Use Nodes"
+    try:
+        background = _background(world, f"World '{world.name}'")
+    except Unreadable as error:
+        return None, error.problem.cause
+    socket = background.node.inputs["Color"]
+    return socket, nodes.why_tree_fixed(socket.id_data, background.groups, world)
 
 
 def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValues:

@@ -31,7 +31,8 @@ struct MultiStartOptions {
   std::array<Round, 3> rounds{{{8, 4}, {4, 5}, {3, 6}}};
   double margin = 0.1;    ///< of the range, on both sides: the ends are flat
   double greyness = 0.3;  ///< of the range: how far channels stray from their grey
-  /// An extinction has the scale of the scene: points lie within this factor of the start.
+  /// An extinction has the scale of the scene, light that of a photo: points lie within this factor of
+  /// the start.
   double extinction_factor = 10;
   double least_ior = 1.2, largest_ior = 2;  ///< of most dielectrics
   double sigmas = kLikelySigmas;            ///< by which one must lose to another

@@ -54,6 +54,15 @@ Numbers numbers_of(const Scene& scene, const ImageRef& ref) {
           image};
 }
 
+Numbers numbers_of(const Scene& scene, const EnvironmentRef&) {
+  const EnvironmentMap& image = scene.environment();
+  return {"the image of the world",
+          {image.height(), image.width(), 3},
+          static_cast<double>(std::numeric_limits<float>::max()),
+          vector_of(&image.pixels()[0].r, 3 * image.pixels().size()),
+          nullptr};
+}
+
 /// What is wrong with bounds and rate; "" if nothing is.
 std::string complaint(const UnknownParameter& one, const Numbers& numbers) {
   const bool share = numbers.most == 1;
@@ -78,11 +87,25 @@ std::string complaint(const UnknownParameter& one, const Numbers& numbers) {
   return text.str();
 }
 
-std::optional<FieldRef> field_of(const std::string& parameter, int material) {
-  if (parameter == kBaseColorTexture) return ImageRef{material};
+std::optional<FieldRef> field_of(const UnknownParameter& one, int material) {
+  if (one.owner == kWorldName && one.parameter == kEnvironment) return EnvironmentRef{};
+  if (one.parameter == kBaseColorTexture) return ImageRef{material};
   for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
-    if (parameter == grid_name(kind)) return GridRef{material, kind};
+    if (one.parameter == grid_name(kind)) return GridRef{material, kind};
   return std::nullopt;
+}
+
+std::vector<Colorf> colours(const Eigen::VectorXf& values) {
+  static_assert(sizeof(Colorf) == 3 * sizeof(float));
+  std::vector<Colorf> pixels(static_cast<std::size_t>(values.size()) / 3);
+  Eigen::Map<Eigen::VectorXf>(&pixels[0].r, values.size()) = values;
+  return pixels;
+}
+
+/// Of a pixel of an equirectangular image, in proportion.
+double solid_angle(const std::vector<std::ptrdiff_t>& shape, Eigen::Index pixel) {
+  const auto row = static_cast<double>(pixel / shape[1]);
+  return std::sin(kPi<double> * (row + 0.5) / static_cast<double>(shape[0]));
 }
 
 Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf& values) {
@@ -90,15 +113,17 @@ Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf&
 }
 
 Scene with_values(const Scene& scene, const ImageRef& ref, const Eigen::VectorXf& values) {
-  std::vector<Colorf> pixels(static_cast<std::size_t>(values.size()) / 3);
-  Eigen::Map<Eigen::VectorXf>(&pixels[0].r, values.size()) = values;
-  return scene.with_image(ref, std::move(pixels));
+  return scene.with_image(ref, colours(values));
+}
+
+Scene with_values(const Scene& scene, const EnvironmentRef&, const Eigen::VectorXf& values) {
+  return scene.with_environment(colours(values));
 }
 
 }  // namespace
 
 bool Fields::is_field(const UnknownParameter& one) {
-  return field_of(one.parameter, 0).has_value();
+  return field_of(one, 0).has_value();
 }
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
@@ -110,7 +135,8 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.owner + ":" + one.parameter;
-  const FieldRef ref = *field_of(one.parameter, scene.material(one.owner));
+  const FieldRef ref =
+      *field_of(one, one.owner == kWorldName && one.parameter == kEnvironment ? -1 : scene.material(one.owner));
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
     throw InvalidArgument(name + " is listed twice; list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
@@ -139,11 +165,14 @@ std::vector<Color<double>> Fields::means(const FieldValues& values) const {
     const Vector& v = values[f];
     const int n = channels(f);
     Color<double> sum;
+    double all = 0;
     for (Eigen::Index i = 0; i < v.size(); i += n) {
       const Color<double> stored(v[i], v[i + 1 % n], v[i + 2 % n]);
-      sum += images_[f] ? Color<double>(images_[f]->decode(Colorf(stored))) : stored;
+      const double share = is_environment(f) ? solid_angle(shapes_[f], i / n) : 1;
+      sum += (images_[f] ? Color<double>(images_[f]->decode(Colorf(stored))) : stored) * share;
+      all += share;
     }
-    means.push_back(sum * static_cast<double>(n) / static_cast<double>(v.size()));
+    means.push_back(sum / all);
   }
   return means;
 }

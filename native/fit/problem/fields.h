@@ -15,11 +15,11 @@ namespace selenite {
 using FieldValues = std::vector<Vector>;
 
 /// Unknowns with a value at every place instead of one: the voxels of albedo and density grids, the
-/// texels of base colours, as their images hold them. They start at the values that the scene has, or
+/// texels of base colours, as their images hold them, the pixels of the world's image. They start at the values that the scene has, or
 /// where a search of `UniformFields` ends, and are fitted with Adam, or by `FieldGaussNewton`.
 class Fields {
  public:
-  /// By its name among the parameters of a material.
+  /// By its name among the parameters of a material or of the world.
   static bool is_field(const UnknownParameter& one);
 
   /// Takes those of `wanted` that are fields. Reports all problems at once, one line each:
@@ -32,14 +32,22 @@ class Fields {
   const std::vector<FieldRef>& refs() const { return refs_; }
   const std::vector<UnknownParameter>& wanted() const { return wanted_; }
   const FieldValues& start() const { return start_; }
+  bool is_environment(std::size_t field) const {
+    return std::holds_alternative<EnvironmentRef>(refs_[field]);
+  }
+  bool has_environment() const {
+    for (std::size_t f = 0; f < refs_.size(); ++f)
+      if (is_environment(f)) return true;
+    return false;
+  }
   /// (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
-  /// As it is at the start; null: a grid.
+  /// Of a surface, as it is at the start; null: a grid, or the world's image.
   const Texture* image(std::size_t field) const { return images_[field].get(); }
 
   Scene scene_with(const Scene& scene, const FieldValues& values) const;
-  /// Mean of each field, of an image in linear light; three channels a field (equal ones where it
+  /// Mean of each field, of an image in linear light, of the world's over the sphere; three channels a field (equal ones where it
   /// holds numbers).
   std::vector<Color<double>> means(const FieldValues& values) const;
 
@@ -51,7 +59,7 @@ class Fields {
   std::vector<std::string> names_;
   std::vector<UnknownParameter> wanted_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
-  std::vector<std::shared_ptr<const Texture>> images_;  ///< at the start; none: a grid
+  std::vector<std::shared_ptr<const Texture>> images_;  ///< see `image`
   FieldValues start_;
 };
 

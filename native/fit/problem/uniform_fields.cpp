@@ -30,7 +30,9 @@ std::vector<UniformFields::Colour> UniformFields::colours_of(const Scene& scene,
     const FieldRef& ref = fields.refs()[f];
     if (const auto* image = std::get_if<ImageRef>(&ref))
       colours.push_back({f, scene.image(*image).texture});
-    else if (std::get<GridRef>(ref).kind == GridKind::kAlbedo)
+    else if (const auto* grid = std::get_if<GridRef>(&ref); !grid)
+      colours.push_back({f, nullptr, true});
+    else if (grid->kind == GridKind::kAlbedo)
       colours.push_back({f, nullptr});
   }
   return colours;
@@ -45,6 +47,14 @@ std::vector<UnknownParameter> UniformFields::few_of(const std::vector<UnknownPar
     if (!Fields::is_field(one)) few.push_back(one);
   for (const Colour& colour : colours) {
     UnknownParameter one = fields.wanted()[colour.field];
+    if (colour.tints) {
+      one.parameter = "color";
+      one.start = {1, 1, 1};
+      one.minimum = 1 / kTintFactor;
+      one.maximum = kTintFactor;
+      few.push_back(std::move(one));
+      continue;
+    }
     one.parameter = colour.image ? "base_color" : "albedo";
     const Vector& values = fields.start()[colour.field];
     const int channels = fields.channels(colour.field);
@@ -63,13 +73,12 @@ Scene UniformFields::without(Scene scene, const Fields& fields,
                              const std::vector<Colour>& colours) {
   for (const Colour& colour : colours) {
     const FieldRef& ref = fields.refs()[colour.field];
-    const int index = std::visit([](const auto& one) { return one.material; }, ref);
-    Material& material = scene.appearance.materials[static_cast<std::size_t>(index)];
-    if (colour.image)
-      material.maps.erase(material.maps.begin() +
-                          (&scene.image(std::get<ImageRef>(ref)) - material.maps.data()));
-    else
-      material.albedo_grid = {};
+    if (const auto* image = std::get_if<ImageRef>(&ref)) {
+      Material& material = scene.appearance.materials[static_cast<std::size_t>(image->material)];
+      material.maps.erase(material.maps.begin() + (&scene.image(*image) - material.maps.data()));
+    } else if (const auto* grid = std::get_if<GridRef>(&ref)) {
+      scene.appearance.materials[static_cast<std::size_t>(grid->material)].albedo_grid = {};
+    }
   }
   return scene;
 }
@@ -80,7 +89,8 @@ std::unique_ptr<UniformFields> UniformFields::of(const Scene& scene,
                                                  const std::vector<Photo>& photos, const Loss& loss,
                                                  int iterations) {
   for (std::size_t f = 0; f < fields.refs().size(); ++f)
-    if (!is_uniform(fields.start()[f], fields.channels(f))) return nullptr;
+    if (!fields.is_environment(f) && !is_uniform(fields.start()[f], fields.channels(f)))
+      return nullptr;
   if (colours_of(scene, fields).empty() || std::ranges::all_of(wanted, Fields::is_field))
     return nullptr;
   std::unique_ptr<UniformFields> uniform(
@@ -93,6 +103,7 @@ UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParame
                              const Loss& loss, int iterations)
     : fields_(fields),
       colours_(colours_of(scene, fields)),
+      base_(fields.start()),
       scene_(without(scene, fields, colours_)),
       unknowns_(scene_, few_of(wanted, fields, colours_), photos),
       scalars_(unknowns_.size() - 3 * static_cast<Eigen::Index>(colours_.size())),
@@ -100,18 +111,32 @@ UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParame
       problem_{unknowns_, layout_, photos, loss, iterations},
       reparametrization_(unknowns_) {}
 
+void UniformFields::set_light(const FieldValues& fields) {
+  for (const Colour& colour : colours_) {
+    if (!colour.tints) continue;
+    base_[colour.field] = fields[colour.field];
+    const Eigen::VectorXf numbers = base_[colour.field].cast<float>();
+    std::vector<Colorf> pixels;
+    for (Eigen::Index i = 0; i < numbers.size(); i += 3)
+      pixels.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    scene_ = scene_.with_environment(std::move(pixels));
+  }
+}
+
 FieldValues UniformFields::fields(const Vector& x) const {
-  FieldValues values = fields_.start();
+  FieldValues values = base_;
   Eigen::Index at = scalars_;
   for (const Colour& colour : colours_) {
     const Color<double> stored = colour.stored({x[at], x[at + 1], x[at + 2]});
     const UnknownParameter& wanted = fields_.wanted()[colour.field];
     const int channels = fields_.channels(colour.field);
     Vector& all = values[colour.field];
-    for (Eigen::Index i = 0; i < all.size(); ++i)
-      all[i] = std::clamp(
-          channels == 3 ? stored[static_cast<int>(i % 3)] : (stored.r + stored.g + stored.b) / 3,
-          wanted.minimum, wanted.maximum);  // encoding rounds
+    for (Eigen::Index i = 0; i < all.size(); ++i) {
+      const double mine =
+          channels == 3 ? stored[static_cast<int>(i % 3)] : (stored.r + stored.g + stored.b) / 3;
+      all[i] = std::clamp(colour.tints ? all[i] * mine : mine, wanted.minimum,
+                          wanted.maximum);  // encoding rounds
+    }
     at += 3;
   }
   return values;

@@ -11,13 +11,14 @@
 namespace selenite {
 
 /// A fit whose grids and images are still of one colour each, seen as a fit of few numbers: in place of
-/// an albedo grid stands the one albedo of its material, of an image its one base colour. A search can
+/// an albedo grid stands the one albedo of its material, of an image its one base colour, of the world's
+/// image a colour that multiplies it. A search can
 /// go through these, and voxels and texels by their thousands start from what it finds. Otherwise
 /// whatever else darkens a body (extinction, IOR, roughness) is fitted to make up for them while they
 /// are far off.
 class UniformFields {
  public:
-  /// None where voxels or texels differ (something told where they start), where no scalar or no colour
+  /// None where voxels or texels of a material differ (something told where they start), where no scalar or no colour
   /// is unknown, or where there are more than kFewUnknowns numbers. All arguments but the first two must
   /// outlive it.
   static std::unique_ptr<UniformFields> of(const Scene& scene,
@@ -27,21 +28,26 @@ class UniformFields {
   UniformFields(const UniformFields&) = delete;  // the problem refers to members
   UniformFields& operator=(const UniformFields&) = delete;
 
-  /// The scalars of the fit in their order, then a colour for each albedo grid and image.
+  /// The scalars of the fit in their order, then a colour for each albedo grid and image. That of the
+  /// world's image stays within `kTintFactor` of 1.
   const Problem& problem() const { return problem_; }
   const Reparametrization& reparametrization() const { return reparametrization_; }
   /// Without the albedo grids and images that are unknown.
   Scene scene_at(const Vector& x) const { return unknowns_.scene_with(scene_, x); }
   /// Those of the fit.
   Vector scalars(const Vector& x) const { return x.head(scalars_); }
+  /// The light that the colour of the world's image multiplies from now on.
+  void set_light(const FieldValues& fields);
   /// The fields of the fit: the colours of x in all voxels and texels, densities as they start.
   FieldValues fields(const Vector& x) const;
 
  private:
+  static constexpr double kTintFactor = 30;
   /// A field for which one colour stands.
   struct Colour {
     std::size_t field;
-    std::shared_ptr<const Texture> image;  ///< none: an albedo grid
+    std::shared_ptr<const Texture> image;  ///< none: an albedo grid, or the world's image
+    bool tints = false;                    ///< it multiplies what the field starts with
     /// As the field holds it, from linear light, and back.
     Color<double> stored(const Color<double>& linear) const;
     Color<double> linear(const Color<double>& stored) const;
@@ -57,6 +63,7 @@ class UniformFields {
 
   const Fields& fields_;
   std::vector<Colour> colours_;
+  FieldValues base_;  ///< what colours multiply
   Scene scene_;
   Unknowns unknowns_;
   Eigen::Index scalars_;

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "fit/problem/pixel_weights.h"
 #include "fit/problem/saved_state.h"
+#include "math/scalar.h"
 
 namespace selenite {
 namespace {
@@ -30,6 +32,32 @@ Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
   return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
 }
 
+/// Of an equirectangular image: sum of the squared differences between neighbours, a pixel of 1
+/// steradian each.
+Eigen::MatrixXd smoothness(int height, int width) {
+  const Eigen::Index size = static_cast<Eigen::Index>(height) * width;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
+  const auto join = [&](Eigen::Index a, Eigen::Index b, double weight) {
+    if (a == b) return;
+    sum(a, a) += weight;
+    sum(b, b) += weight;
+    sum(a, b) -= weight;
+    sum(b, a) -= weight;
+  };
+  const double across = 2 * kPi<double> / width, down = kPi<double> / height;
+  for (int y = 0; y < height; ++y) {
+    const double sine = std::sin(kPi<double> * (y + 0.5) / height);
+    const double below = std::sin(kPi<double> * (y + 1.0) / height);
+    for (int x = 0; x < width; ++x) {
+      const Eigen::Index here = static_cast<Eigen::Index>(y) * width + x;
+      // The integral of the squared gradient over the sphere.
+      join(here, static_cast<Eigen::Index>(y) * width + (x + 1) % width, down / (across * sine));
+      if (y + 1 < height) join(here, here + width, across * below / down);
+    }
+  }
+  return sum;
+}
+
 /// Three of each, as the numbers of pixels lie.
 Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
   const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
@@ -49,18 +77,25 @@ std::unique_ptr<FieldGaussNewton> FieldGaussNewton::of(const Fields& fields,
 int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& photos,
                                 const FieldGaussNewtonOptions& options) {
   std::ptrdiff_t numbers = 0;
+  bool environment = false;
   for (std::size_t f = 0; f < fields.refs().size(); ++f) {
     const auto* grid = std::get_if<GridRef>(&fields.refs()[f]);
-    if (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3) return 0;
+    environment = environment || fields.is_environment(f);
+    if (!fields.is_environment(f) &&
+        (!grid || grid->kind != GridKind::kAlbedo || fields.channels(f) != 3))
+      return 0;
     numbers += fields.start()[f].size();
   }
   if (numbers == 0 || numbers > options.most_numbers) return 0;
-  for (const int cell : {options.cell, options.large_cell}) {
+  for (int cell = environment ? options.environment_cell : options.cell;
+       cell <= options.large_cell; cell *= 2) {
+    const double most =
+        cell < options.cell ? options.most_environment_entries : options.most_entries;
     double cells = 0;
     for (const Photo& photo : photos)
       cells +=
           static_cast<double>(cells_along(photo.width, cell)) * cells_along(photo.height, cell);
-    if (cells * static_cast<double>(numbers) <= options.most_entries) return cell;
+    if (cells * static_cast<double>(numbers) <= most) return cell;
   }
   return 0;
 }
@@ -70,6 +105,8 @@ FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo
     : options_(options), cell_(cell_size(fields, photos, options)) {
   FieldValues low = fields.start(), high = low;
   for (std::size_t f = 0; f < low.size(); ++f) {
+    shapes_.push_back(fields.shape(f));
+    is_environment_.push_back(fields.is_environment(f));
     low[f].setConstant(fields.wanted()[f].minimum);
     high[f].setConstant(fields.wanted()[f].maximum);
   }
@@ -101,12 +138,13 @@ void FieldGaussNewton::View::members(SavedState& state) {
 
 void FieldGaussNewton::members(SavedState& state) {
   state(values_, prior_);
+  if (state.reading() && prior_.size() > 0) set_prior(prior_);
   for (View& view : views_) state(view);
 }
 
 void FieldGaussNewton::set_values(const FieldValues& values) {
   values_ = values;
-  if (prior_.size() == 0) prior_ = joined(values);
+  if (prior_.size() == 0) set_prior(joined(values));
   for (View& view : views_) view.seen = 0;
 }
 
@@ -182,18 +220,22 @@ void FieldGaussNewton::solve(double done) {
     }
     Eigen::MatrixXd normal = (channel.jacobian.transpose() * channel.jacobian).cast<double>();
     const double all = normal.trace();
-    double prior = 0, damping = 1;
+    double damping = 1;
+    channel.variance = 0;
     if (all > 0) {
-      prior = noise / (all * options_.deviation * options_.deviation);
+      channel.variance = noise / all;
       damping = normal.diagonal().squaredNorm() / all *
-                std::exp(std::log(options_.first_damping) * (1 - done) +
-                         std::log(options_.last_damping) * done);
+                (has_environment() ? options_.environment_damping
+                                   : std::exp(std::log(options_.first_damping) * (1 - done) +
+                                              std::log(options_.last_damping) * done));
     }
-    channel.prior = prior;
-    normal.diagonal().array() += prior + damping;
+    normal += channel.variance * precision_;
+    normal.diagonal().array() += damping;
     channel.normal.compute(normal);
-    channel.step = -channel.normal.solve((channel.jacobian.transpose() * residual).cast<double>() +
-                                         prior * (of_channel(values, c) - of_channel(prior_, c)));
+    channel.matrix = std::move(normal);
+    channel.descent =
+        -((channel.jacobian.transpose() * residual).cast<double>() +
+          channel.variance * (precision_ * (of_channel(values, c) - of_channel(prior_, c))));
   }
 }
 
@@ -230,19 +272,20 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     }
     Eigen::MatrixXd normal = (jacobian.transpose() * jacobian).cast<double>();
     const double strength = solved.squaredNorm();
-    const double prior =
-        strength > 0 ? channels_[static_cast<std::size_t>(c)].prior * (normal.trace() / strength)
-                     : 1;
-    normal.diagonal().array() += prior;
+    const double variance =
+        strength > 0
+            ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)
+            : 1;
+    normal += variance * precision_;
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
     const Eigen::MatrixXd like =
         (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
          eliminate_from_half(z, &InstrumentalVariables::Set::b, c, sums_b, solver)) /
         2;
-    // The equations still move by prior * like where a voxel is off by 1, and the covariance of the
-    // voxels is prior * deviation^2 / normal.
-    remaining += prior * prior * prior * options_.deviation * options_.deviation *
-                 (like.transpose() * solver.solve(like));
+    // The equations still move by variance * precision * like where a voxel is off by 1, and the
+    // covariance of the voxels is variance / normal.
+    const Eigen::MatrixXd moves = variance * (precision_ * like);
+    remaining += variance * (moves.transpose() * solver.solve(moves));
   }
   return remaining;
 }
@@ -267,6 +310,73 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
   return like;
 }
 
+void FieldGaussNewton::set_prior(const Eigen::VectorXd& mean) {
+  prior_ = mean;
+  level_ = Eigen::VectorXd::Ones(mean.size());
+  const Eigen::Index size = mean.size() / 3;
+  precision_ = Eigen::MatrixXd::Zero(size, size);
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    const std::vector<std::ptrdiff_t>& shape = shapes_[f];
+    Eigen::Index count = 1;
+    for (const std::ptrdiff_t side : shape) count *= side;
+    count /= 3;
+    auto block = precision_.block(at, at, count, count);
+    if (is_environment_[f]) {
+      const double level = mean.segment(3 * at, 3 * count).mean();
+      level_.segment(3 * at, 3 * count).setConstant(level);
+      block = smoothness(static_cast<int>(shape[0]), static_cast<int>(shape[1])) /
+              square(options_.environment_difference * level);
+      block.diagonal().array() += 1 / square(options_.environment_deviation * level);
+    } else {
+      block.diagonal().setConstant(1 / square(options_.deviation));
+    }
+    at += count;
+  }
+}
+
+Eigen::VectorXd FieldGaussNewton::longest_steps(const Eigen::VectorXd& at, int c) const {
+  Eigen::VectorXd longest = Eigen::VectorXd::Constant(at.size(), options_.longest);
+  Eigen::Index first = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    Eigen::Index count = 1;
+    for (const std::ptrdiff_t side : shapes_[f]) count *= side;
+    count /= 3;
+    if (is_environment_[f])
+      longest.segment(first, count) =
+          options_.longest_of_environment *
+          (at.segment(first, count) + of_channel(level_, c).segment(first, count));
+    first += count;
+  }
+  return longest;
+}
+
+/// Numbers beyond a bound are held at it until none of the others is.
+Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel,
+                                               const Eigen::VectorXd& right,
+                                               const Eigen::VectorXd& low,
+                                               const Eigen::VectorXd& high) const {
+  Eigen::VectorXd step = channel.normal.solve(right);
+  if (!has_environment()) return step.cwiseMax(low).cwiseMin(high);
+  std::vector<Eigen::Index> free(static_cast<std::size_t>(step.size()));
+  std::iota(free.begin(), free.end(), Eigen::Index{0});
+  for (int round = 0; round < options_.active_set_rounds; ++round) {
+    const auto beyond = [&](Eigen::Index i) { return step[i] < low[i] || step[i] > high[i]; };
+    if (std::ranges::none_of(free, beyond)) break;
+    for (const Eigen::Index i : free) step[i] = std::clamp(step[i], low[i], high[i]);
+    std::erase_if(free, [&](Eigen::Index i) { return step[i] <= low[i] || step[i] >= high[i]; });
+    if (free.empty()) break;
+    Eigen::VectorXd held = step;
+    for (const Eigen::Index i : free) held[i] = 0;
+    const Eigen::VectorXd rest = right - channel.matrix * held;
+    const Eigen::MatrixXd inner = channel.matrix(free, free);
+    const Eigen::VectorXd solved = inner.llt().solve(rest(free));
+    for (std::size_t k = 0; k < free.size(); ++k)
+      step[free[k]] = solved[static_cast<Eigen::Index>(k)];
+  }
+  return step.cwiseMax(low).cwiseMin(high);
+}
+
 void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
   const Eigen::VectorXd before = joined(values_);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(before.size());
@@ -282,11 +392,12 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
             view.slopes.middleRows(c * cells, cells) * du.cast<float>());
       at += cells;
     }
-    Eigen::VectorXd own =
-        one.step - one.normal.solve((one.jacobian.transpose() * shift).cast<double>());
-    own = own.cwiseMax(-options_.longest).cwiseMin(options_.longest);
-    step(mine) =
-        (before(mine) + own).cwiseMax(minimum_(mine)).cwiseMin(maximum_(mine)) - before(mine);
+    const Eigen::VectorXd at_start = before(mine);
+    const Eigen::VectorXd longest = longest_steps(at_start, c);
+    const Eigen::VectorXd low = (minimum_(mine) - at_start).cwiseMax(-longest);
+    const Eigen::VectorXd high = (maximum_(mine) - at_start).cwiseMin(longest);
+    step(mine) = bounded_step(
+        one, one.descent - (one.jacobian.transpose() * shift).cast<double>(), low, high);
   }
   Eigen::Index at = 0;
   for (Vector& values : values_) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -21,17 +22,28 @@ class SavedState;
 struct FieldGaussNewtonOptions {
   int cell = 8, large_cell = 16;  ///< pixels along a cell; the large one where memory is short
   double most_entries = 1 << 26;  ///< of the Jacobians: 256 MiB
+  /// The same where the world's image is unknown: its light shows in detail, as shadows and highlights.
+  int environment_cell = 2;
+  double most_environment_entries = 1 << 23;
   std::ptrdiff_t most_numbers =
       3 * 12 * 12 * 12;  ///< of the fields: their normal matrices are dense
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
   double deviation = 0.3;  ///< standard deviation of voxels before any photo
+  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each,
+  /// and of a pixel itself, both in units of the mean that the image starts with.
+  double environment_difference = 3, environment_deviation = 30;
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
   double longest = 0.25;  ///< step of a voxel
+  /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
+  double longest_of_environment = 2;
+  double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
+  int active_set_rounds = 8;
 };
 
-/// Gauss-Newton for the voxels of albedo grids, for `JointGaussNewton`.
+/// Gauss-Newton for the voxels of albedo grids and the world's image, for `JointGaussNewton`. A voxel
+/// stands for either in what follows.
 ///
 /// Scattered light is smooth: means over cells of pixels hold nearly all that photos know of voxels. So
 /// the Jacobian of the cells by all voxels is small enough to be kept. It is gathered over iterations, as
@@ -42,11 +54,13 @@ struct FieldGaussNewtonOptions {
 /// orthogonal to the Jacobian of the voxels (partial regression: Frisch and Waugh 1933, Econometrica 1).
 /// The equations that they make are those of the joint normal matrix with the fields eliminated, and
 /// hold wherever the voxels are. The voxels take their own step and what a step of the scalars implies.
-/// A channel has normal equations of its own. Before any photo a voxel lies within a standard deviation
-/// of its first value.
+/// A channel has normal equations of its own. Before any photo a voxel of a grid lies within a standard
+/// deviation of its first value, and a pixel of the world's image near its neighbours. Voxels that a
+/// step would take beyond their bounds are held there, and the others make up for that (active sets).
 class FieldGaussNewton {
  public:
-  /// Whether the fields are albedo grids of colours, and numbers and photos are not too many.
+  /// Whether the fields are albedo grids of colours or the world's image, and numbers and photos are not
+  /// too many.
   static bool applies(const Fields& fields, const std::vector<Photo>& photos,
                       const FieldGaussNewtonOptions& options = {}) {
     return cell_size(fields, photos, options) > 0;
@@ -108,8 +122,9 @@ class FieldGaussNewton {
   struct Channel {
     Eigen::MatrixXf jacobian;  ///< times the roots of the weights, of all photos
     Eigen::LLT<Eigen::MatrixXd> normal;
-    double prior = 0;      ///< on the diagonal of `normal`, beside the damping
-    Eigen::VectorXd step;  ///< of the voxels at fixed scalars
+    Eigen::MatrixXd matrix;  ///< `normal` before it is decomposed
+    double variance = 0;     ///< of a residual of weight 1, by which the prior's precision counts
+    Eigen::VectorXd descent;  ///< right side of the equations of the voxels at fixed scalars
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.
   template <class Pixels>
@@ -121,12 +136,24 @@ class FieldGaussNewton {
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
+  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
+  /// Of the numbers of a channel before any photo: inverse of their covariance. From `prior_`.
+  void set_prior(const Eigen::VectorXd& mean);
+  /// Of the numbers of channel c, where they are now.
+  Eigen::VectorXd longest_steps(const Eigen::VectorXd& at, int c) const;
+  /// The step of a channel's numbers along `right`, from `low` to `high`.
+  Eigen::VectorXd bounded_step(const Channel& channel, const Eigen::VectorXd& right,
+                               const Eigen::VectorXd& low, const Eigen::VectorXd& high) const;
 
   FieldGaussNewtonOptions options_;
+  std::vector<std::vector<std::ptrdiff_t>> shapes_;
+  std::vector<char> is_environment_;
   int cell_;
   Eigen::VectorXd minimum_, maximum_;  ///< of all numbers
   FieldValues values_;
-  Eigen::VectorXd prior_;
+  Eigen::VectorXd prior_;      ///< mean before any photo
+  Eigen::MatrixXd precision_;  ///< of a channel, see `set_prior`
+  Eigen::VectorXd level_;      ///< of each number: the mean of its field in `prior_`
   std::vector<View> views_;
   std::array<Channel, 3> channels_;
 };

@@ -22,7 +22,7 @@ struct FieldSlope {
 };
 
 /// Where a path has looked up a field of unknowns (a grid at a point of the scene, an image at
-/// (u, v, 0)): its throughput took the factor `value` there, whose derivative by the looked-up colour
+/// (u, v, 0), the world's image at a direction of its own frame): its throughput took the factor `value` there, whose derivative by the looked-up colour
 /// is `slope`, channel by channel.
 struct TapeEvent {
   Colorf throughput;  ///< of the whole path just before
@@ -67,6 +67,11 @@ class Tape {
     back(branch_, light, [this](const TapeEvent& event, const Colorf& derivative) {
       leaves_.push_back({derivative, event.position, event.field});
     });
+  }
+
+  /// A factor at the end of the path or of a branch, on which nothing that follows depends.
+  void add_leaf(const Colorf& derivative, const Vec3f& position, int field) {
+    leaves_.push_back({derivative, position, field});
   }
 
   /// Calls `sink(field, position, derivative)` for every leaf and every event, last first, where `weight` is that of

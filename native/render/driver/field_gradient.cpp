@@ -18,6 +18,7 @@ namespace {
 
 int channels_of(const PlacedGrid& placed) { return placed.grid->channels(); }
 int channels_of(const Texture&) { return 3; }
+int channels_of(const EnvironmentMap&) { return 3; }
 int channels_of(const Field& field) {
   return std::visit([](const auto* one) { return channels_of(*one); }, field);
 }
@@ -26,6 +27,7 @@ std::size_t count_of(const PlacedGrid& placed) { return placed.grid->values().si
 std::size_t count_of(const Texture& image) {
   return 3 * static_cast<std::size_t>(image.width()) * static_cast<std::size_t>(image.height());
 }
+std::size_t count_of(const EnvironmentMap& image) { return 3 * image.pixels().size(); }
 std::size_t count_of(const Field& field) {
   return std::visit([](const auto* one) { return count_of(*one); }, field);
 }
@@ -57,8 +59,18 @@ class OrderedSum {
 
 Field find(const Scene& scene, const GridRef& ref) { return &scene.grid(ref); }
 Field find(const Scene& scene, const ImageRef& ref) { return scene.image(ref).texture.get(); }
-const char* name_of(const GridRef& ref) { return grid_name(ref.kind); }
-const char* name_of(const ImageRef&) { return kBaseColorTexture; }
+Field find(const Scene& scene, const EnvironmentRef&) { return &scene.environment(); }
+std::string name_of(const Scene& scene, const GridRef& ref) {
+  return scene.appearance.materials.at(static_cast<std::size_t>(ref.material)).name + ":" +
+         grid_name(ref.kind);
+}
+std::string name_of(const Scene& scene, const ImageRef& ref) {
+  return scene.appearance.materials.at(static_cast<std::size_t>(ref.material)).name + ":" +
+         kBaseColorTexture;
+}
+std::string name_of(const Scene&, const EnvironmentRef&) {
+  return std::string(kWorldName) + ":" + kEnvironment;
+}
 
 std::vector<Field> fields_of(const Scene& scene, const std::vector<FieldRef>& unknown) {
   std::vector<Field> fields;
@@ -66,9 +78,7 @@ std::vector<Field> fields_of(const Scene& scene, const std::vector<FieldRef>& un
     std::visit(
         [&](const auto& one) {
           if (std::find(unknown.begin(), ref, *ref) != ref)
-            throw InvalidArgument(
-                scene.appearance.materials.at(static_cast<std::size_t>(one.material)).name + ":" +
-                name_of(one) + " is listed twice; list it once");
+            throw InvalidArgument(name_of(scene, one) + " is listed twice; list it once");
           fields.push_back(find(scene, one));
         },
         *ref);

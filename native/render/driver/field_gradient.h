@@ -28,15 +28,15 @@ PixelLoss squared_error(const Picture& reference);
 /// InvalidArgument: a weight is negative or not finite, or their sum is 0.
 PixelLoss mean_of_pixels(std::vector<float> weights);
 
-/// A field of unknowns: the grid or the image itself.
-using Field = std::variant<const PlacedGrid*, const Texture*>;
+/// A field of unknowns: the grid or the image itself, of a surface or of the world.
+using Field = std::variant<const PlacedGrid*, const Texture*, const EnvironmentMap*>;
 
 /// A picture, and the derivative of a loss by every value of some fields.
 struct FieldGradient {
   /// Where a single image is unknown it has a slot: the derivative by a shift of all that is looked
   /// up in the image (decoded).
   Film film;
-  /// Each as long as its grid's `values`, or three numbers a texel, row 0 at the top.
+  /// Each as long as its grid's `values`, or three numbers a texel or pixel, row 0 at the top.
   std::vector<std::vector<double>> fields;
 };
 

@@ -25,6 +25,12 @@ void spread(const Texture& image, const Vec3f& position, const Colorf& derivativ
   image.spread({position.x, position.y}, derivative, sink);
 }
 
+template <class Sink>
+void spread(const EnvironmentMap& image, const Vec3f& direction, const Colorf& derivative,
+            Sink&& sink) {
+  image.spread(direction, derivative, sink);
+}
+
 /// Adds the derivative by what was looked up in a field at a position.
 void add(const Field& field, const Vec3f& position, const Colorf& derivative, SparseGradient& to) {
   const auto sink = [&](std::uint32_t place, const Colorf& part) { to.add(place, part); };

@@ -84,7 +84,9 @@ class DirectLight {
     const Vec3f& direction = path.ray.direction;
     const float light =
         path.from_camera() ? 0 : p_.lights.world_density(direction, as_cycles(path.refracted));
-    radiance.add(beta, p_.emitted.world(world.factor(direction)), bsdf_weight(path.density, light));
+    const float weight = bsdf_weight(path.density, light);
+    radiance.add(beta, p_.emitted.world(world.factor(direction)), weight);
+    record_world(direction, beta.value * weight, beta);
   }
 
   /// Light of a lamp that a medium scatters towards the ray's origin, from a place drawn for that
@@ -209,7 +211,10 @@ class DirectLight {
         !visible(scatterer.origin(direction), direction, distance, links, random, beyond, through))
       return;
     const float weight = alone ? 1 : power_heuristic(heuristic, bsdf_density);
-    scatterer.bring(p_.geometry, value, emitted, share * weight / density, through, radiance);
+    const float found = share * weight / density;
+    if (choice.source == Source::kWorld)
+      record_world(direction, through.value * value_of(value) * found, through);
+    scatterer.bring(p_.geometry, value, emitted, found, through, radiance);
   }
 
   static SurfacePoint<float> point(const Surface& s, const Vec3f& wi, bool after_diffuse = false) {
@@ -243,6 +248,17 @@ class DirectLight {
     return bsdf_weight(path.density, p_.lights.lamp_density(lamp, hit, as_cycles(path.refracted)));
   }
 
+  /// Puts the light of a direction on the tape where the world's image is unknown; `throughput`: from
+  /// the camera to the world.
+  void record_world(const Vec3f& direction, const Colorf& throughput,
+                    const Throughput<L>& beta) const {
+    if constexpr (L == kTaped) {
+      if (p_.environment_field < 0) return;
+      const World& world = p_.scene.appearance.world;
+      beta.tape->add_leaf(throughput * p_.emitted.world(Colorf(1)).value, world.to_map_frame(direction),
+                          p_.environment_field);
+    }
+  }
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
   bool visible(const Vec3f& origin, const Vec3f& direction, float distance, const LinkedSets& links,
                const Random& random, MediaStack<L>& media, Throughput<L>& beta) const {

@@ -67,6 +67,11 @@ class Ended:
     def preview(self, _index: int) -> None:
         """No picture is rendered."""
 
+    def field(self, name: str) -> np.ndarray | None:
+        """Of the known result."""
+        found: np.ndarray | None = self._result["fields_last"].get(name)
+        return found
+
     def notes(self) -> tuple[str, ...]:
         """Nothing is diagnosed again."""
         return ()
@@ -165,6 +170,10 @@ class StagedJob:
     def take_state(self) -> bytes | None:
         """The state that was asked for, of the stage that runs now."""
         return self._job.take_state()
+
+    def field(self, name: str) -> np.ndarray | None:
+        """The newest values of a field of the stage that runs, see FitJob."""
+        return self._job.field(name)
 
     def parts(self) -> list[dict[str, Any]]:
         """The native results so far of every stage that has begun."""

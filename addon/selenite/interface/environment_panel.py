@@ -1,0 +1,152 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The image of the world while it is fitted and afterwards, in the sidebar.
+
+A datablock without users holds the picture, so that no saved file has it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+from .. import native
+from ..fit_run.fields import EnvironmentUnknown, fitted_environment
+from ..fit_run.fields.environment import view_of
+from ..fit_run.job import FitFailed
+from ..problems import BadInput
+from ..scene_read.scene import read_scene
+from ..write_back import suns
+from .problem_reports import report_problems
+from .state import RUN, is_idle
+
+IMAGE = "Selenite Environment"
+#: Seconds between two pictures.
+_EVERY = 1.0
+
+
+def begin() -> None:
+    """A fit has started: its environment, if it has one, is drawn now and then."""
+    if field() is not None and not bpy.app.background and not bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.register(_tick, first_interval=_EVERY, persistent=True)
+
+
+def end() -> None:
+    """The add-on goes."""
+    if bpy.app.timers.is_registered(_tick):
+        bpy.app.timers.unregister(_tick)
+    image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
+    if image is not None:
+        bpy.data.images.remove(image)
+
+
+def field() -> EnvironmentUnknown | None:
+    """The image of the world among what the last fit has fitted."""
+    fields = RUN.plan.fields if RUN.plan is not None else ()
+    return next((item for item in fields if isinstance(item, EnvironmentUnknown)), None)
+
+
+def update() -> bool:
+    """Draws the newest values; returns whether the fit goes on."""
+    unknown = field()
+    if unknown is None:
+        return False
+    values, running = None, RUN.job is not None
+    if RUN.job is not None:
+        try:
+            values = RUN.job.field(unknown.name)
+        except FitFailed:
+            return False
+    elif RUN.result is not None and RUN.plan is not None:
+        values = fitted_environment(RUN.plan.fields, RUN.result["fields_best"])
+    show(unknown.start if values is None else values)
+    return running
+
+
+def show(values: np.ndarray) -> bpy.types.Image:
+    """Puts radiance (h, w, 3), row 0 at the top, into the datablock and its preview."""
+    picture = native.image().srgb_encode(view_of(values))
+    height, width = picture.shape[:2]
+    image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
+    if image is None:
+        image = bpy.data.images.new(IMAGE, width, height)
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = picture[::-1]
+    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
+    into.foreach_set(pixels.ravel())
+    image.update()
+    preview: Any = image.preview_ensure()
+    if preview is not None:
+        preview.image_size = (width, height)
+        preview.image_pixels_float.foreach_set(pixels.ravel())
+    return image
+
+
+class SELENITE_PT_environment(bpy.types.Panel):
+    bl_idname = "SELENITE_PT_environment"
+    bl_label = "Environment"
+    bl_parent_id = "SELENITE_PT_fit"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """The newest picture and its size, where the image of the world is fitted; lamps of it."""
+        unknown = field()
+        if unknown is not None:
+            rows, columns = unknown.values.shape[:2]
+            self.layout.label(text=f"{columns} x {rows} directions", icon="WORLD")
+            image: Any = bpy.data.images.get(IMAGE)
+            if image is not None and image.preview is not None:
+                self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
+        self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
+
+
+class SELENITE_OT_lamps_from_environment(bpy.types.Operator):
+    """Make Sun lamps of the bright spots of the world's image, and take their light out of it"""
+
+    bl_idname = "selenite.lamps_from_environment"
+    bl_label = "Lamps from Environment"
+    bl_options = {"REGISTER", "UNDO"}
+
+    count: bpy.props.IntProperty(
+        name="Suns", default=4, min=1, soft_max=16, description="At most, the strongest first"
+    )
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """Nothing runs."""
+        return is_idle()
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All or nothing; one undo step."""
+        try:
+            values = read_scene(context.scene)
+            found, rest = suns.proposed(values, self.count)
+            done = suns.add(context.scene, values, found, rest)
+        except BadInput as error:
+            report_problems(self, error)
+            return {"CANCELLED"}
+        except native.NativeUnavailable as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for item in found:
+            self.report({"INFO"}, suns.text(item))
+        self.report({"INFO"}, done)
+        return {"FINISHED"}
+
+
+def _tick() -> float | None:
+    running = update()
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()
+    return _EVERY if running else None
+
+
+CLASSES = (SELENITE_OT_lamps_from_environment, SELENITE_PT_environment)

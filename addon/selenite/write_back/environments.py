@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A fitted image of the world -> an Environment Texture that Cycles renders.
+
+What stood in the node tree before is noted on the world, for `restore`, by the names of nodes:
+after an undo every pointer that Python holds is stale. Each `show` adds a note, `restore` takes the
+newest away.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any, cast
+
+import bpy
+import numpy as np
+
+from .. import native
+from ..paths import why_not_file
+from ..problems import BadInput, Problem
+from ..scene_read import hosts, nodes, view_layers, world
+from ..scene_read.values import SceneValues
+from . import datablock
+
+_BEFORE = "selenite_environment_before"
+#: Marks the images that were made here, which go when nobody uses them any more.
+_MADE = "selenite_environment"
+_LINEAR = ("Linear Rec.709", "Linear", "Linear BT.709")
+
+
+def show(scene: bpy.types.Scene, values: SceneValues, path: str) -> str:
+    """Links the image file at `path` (equirectangular, linear) to the Background of the world that
+    `values` have, packed into the .blend. Returns what was done.
+
+    Its strength stays; what was linked stays in the tree, unlinked. Raises BadInput, and then
+    nothing has changed.
+    """
+    return show_pixels(scene, values, _read(path))
+
+
+def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray) -> str:
+    """The same of an image that is there: (h, w, 3) float32, linear, row 0 at the top, in the frame
+    of the world."""
+    owner = values.owners.get(world.WORLD)
+    found = datablock(view_layers.worlds(scene), owner) if owner is not None else None
+    if found is None:
+        raise BadInput(Problem("World", "it is gone", "choose it again"))
+    title = f"World '{found.name}'"
+    inlet, reason = world.find_inlet(found)
+    if inlet is None or reason:
+        cause, _, cure = reason.partition(": ")
+        cause = f"it cannot take an image ({cause})"
+        raise BadInput(Problem(title, cause, cure or "undo the change"))
+    image = _image(f"{found.name} environment", pixels)
+    tree, end = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
+    before = nodes.link_of(inlet)
+    note: dict[str, Any] = {
+        "group": "" if tree == found.node_tree else tree.name,
+        "inlet": [end.name, inlet.identifier],
+        "link": None if before is None else [before.from_node.name, before.from_socket.identifier],
+        # Linking removes every other link.
+        "muted": [
+            [item.from_node.name, item.from_socket.identifier]
+            for item in inlet.links
+            if item.is_muted
+        ],
+    }
+    node = cast(bpy.types.ShaderNodeTexEnvironment, tree.nodes.new("ShaderNodeTexEnvironment"))
+    node.select = False
+    node.parent = end.parent  # before the location, which is relative to it
+    node.location = end.location[0] - 300, end.location[1]
+    node.image, node.projection, node.interpolation = image, "EQUIRECTANGULAR", "Linear"
+    tree.links.new(node.outputs["Color"], inlet)
+    notes = json.loads(found.get(_BEFORE, "[]"))
+    found[_BEFORE] = json.dumps([*notes, note | {"node": node.name}])
+    return f"{title} now takes its light from image '{image.name}' (node '{node.name}', a new one)"
+
+
+def restore(scene: bpy.types.Scene) -> None:
+    """Undoes the newest `show` for the scene's worlds; what is gone meanwhile is passed over."""
+    for item in dict.fromkeys(view_layers.worlds(scene)):
+        if _BEFORE in item.keys() and hosts.is_editable(item):  # noqa: SIM118 - an ID is no dict
+            _undo(item)
+    for image in [item for item in bpy.data.images if item.get(_MADE) and not item.users]:
+        bpy.data.images.remove(image)
+
+
+def _read(path: str) -> np.ndarray:
+    """(h, w, 3) float32, linear. Raises BadInput."""
+    title, cure = f"Image '{path}'", "put it back or run the fit again"
+    if why := why_not_file(path):
+        raise BadInput(Problem(title, f"it cannot be read ({why})", cure))
+    try:
+        return np.asarray(native.image().read(path)[0], np.float32)
+    except (OSError, ValueError, MemoryError) as error:
+        raise BadInput(Problem(title, f"it cannot be read ({error})", cure)) from error
+
+
+def _image(name: str, pixels: np.ndarray) -> bpy.types.Image:
+    """A packed float image of linear colours."""
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=True)
+    image[_MADE] = True
+    settings = cast(Any, image.colorspace_settings)
+    known = [item.identifier for item in settings.bl_rna.properties["name"].enum_items]
+    settings.name = next((item for item in _LINEAR if item in known), settings.name)
+    stored = np.ones((height, width, 4), np.float32)
+    stored[..., :3] = pixels[::-1]  # Blender's first row is the lowest
+    cast(Any, image.pixels).foreach_set(stored.ravel())
+    image.update()
+    image.pack()
+    return image
+
+
+def _undo(found: bpy.types.World) -> None:
+    *earlier, note = json.loads(found[_BEFORE])
+    if earlier:
+        found[_BEFORE] = json.dumps(earlier)
+    else:
+        del found[_BEFORE]
+    tree = found.node_tree
+    if note["group"]:
+        groups = (item for item in bpy.data.node_groups if hosts.is_editable(item))
+        tree = next((item for item in groups if item.name == note["group"]), None)
+    if tree is None:
+        return
+    node = tree.nodes.get(note["node"])
+    if node is not None:
+        tree.nodes.remove(node)
+    inlet = _socket(tree, "inputs", *note["inlet"])
+    if inlet is None or inlet.is_linked:  # somebody has linked something since
+        return
+    for start, muted in [
+        *((item, True) for item in note["muted"]),
+        *([(note["link"], False)] if note["link"] is not None else []),
+    ]:
+        outlet = _socket(tree, "outputs", *start)
+        if outlet is not None:
+            tree.links.new(outlet, inlet).is_muted = muted
+
+
+def _socket(
+    tree: bpy.types.NodeTree, side: str, node: str, identifier: str
+) -> bpy.types.NodeSocket | None:
+    found = tree.nodes.get(node)
+    if found is None:
+        return None
+    sockets = getattr(found, side)
+    return next((item for item in sockets if item.identifier == identifier), None)
