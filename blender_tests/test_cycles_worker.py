@@ -67,6 +67,7 @@ def request(folder, **settings):
         "images": {},
         "gains": {},
         "alignments": {},
+        "environment": "",
     }
 
 

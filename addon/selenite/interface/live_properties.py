@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import EnumProperty, FloatProperty
 
@@ -35,16 +37,23 @@ MODES = {
 }
 
 
+#: What is called when something else is to be shown: by the view, which reads these properties.
+_LISTENERS: dict[str, Callable[..., None]] = {}
+
+
+def listen(changed: Callable[[], None], switched: Callable[[str], None]) -> None:
+    """From now on `changed` is called after a change, `switched` with another content."""
+    _LISTENERS.update(changed=changed, switched=switched)
+
+
 def _changed(_group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
-    from .live_view import VIEW  # which reads these properties
+    if "changed" in _LISTENERS:
+        _LISTENERS["changed"]()
 
-    VIEW.wake()
 
-
-def _content_changed(group: bpy.types.PropertyGroup, context: bpy.types.Context) -> None:
-    from .live_view import VIEW
-
-    VIEW.switch(context, group.content)
+def _content_changed(group: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    if "switched" in _LISTENERS:
+        _LISTENERS["switched"](group.content)
 
 
 class SelenitePictures(bpy.types.PropertyGroup):

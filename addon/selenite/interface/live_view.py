@@ -19,7 +19,7 @@ from ..fit_run.pictures.comparison import ERROR_SCALE, Choice, Pictures, compare
 from ..fit_run.pictures.moments import RESULT, START, Moment, Moments
 from ..scene_read.photos import ids_of
 from . import live_images
-from .live_properties import MODES, settings
+from .live_properties import MODES, listen, settings
 from .live_render import Renderer
 from .state import CHECK, RUN
 
@@ -75,9 +75,8 @@ class LiveView:
         """No longer."""
         self.areas.pop(area.as_pointer(), None)
 
-    def switch(self, context: bpy.types.Context, content: str) -> None:
+    def switch(self, content: str) -> None:
         """The first of the editors shows something else."""
-        del context
         found = next(
             (area for _, area in live_images.editors() if area.as_pointer() in self.areas), None
         )
@@ -299,6 +298,7 @@ class LiveView:
 
 
 VIEW = LiveView()
+listen(VIEW.wake, VIEW.switch)
 
 
 def _tick() -> float | None:
