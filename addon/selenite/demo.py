@@ -108,7 +108,7 @@ def _rows(report: dict[str, Any], truth: dict[str, Any]) -> list[dict[str, Any]]
 
 def _contact_sheet(folder: Path, cameras: list[str], path: Path) -> None:
     """A row per camera: photo, start, fit, Cycles with the fitted values, its error."""
-    from .cycles_check import sheet
+    from .fit_run.pictures import sheet
 
     names = {"photo": "reference", "start": "initial", "fit": "optimised"}
     names["fitted values in Cycles"] = "cycles"

@@ -271,6 +271,10 @@ seconds, seconds_left (NaN: unknown yet), values
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def(
+          "history",
+          [](const FitJob& job) { return history_dict(job, job.result().history); },
+          "That of `result` alone, at any time: what plots want, without a copy of the fields.")
+      .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
 best_validation_standard_error, captures {photo: {residual_rms, and of a free gain: gain (r, g, b), gain_interval_90, of one that is aligned: shift (x, y in pixels, roll in radians)}}, start_validation, kept_start, model_error {relative, absolute, shift},

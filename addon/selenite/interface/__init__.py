@@ -15,7 +15,10 @@ from . import (
     check_operators,
     environment_panel,
     fit_operators,
+    live_operators,
+    live_properties,
     panels,
+    picture_panel,
     preview_operators,
     problem_reports,
     properties,
@@ -24,6 +27,7 @@ from . import (
     state,
     stop_operators,
     time_operators,
+    view_through,
 )
 from .furniture import first_use, icon, languages, links, preferences, presets
 from .result import panel as result_panel
@@ -47,8 +51,12 @@ _MODULES = (
     time_operators,
     camera_operators,
     result_panel,
+    live_properties,
+    live_operators,
+    view_through,
     panels,
     environment_panel,
+    picture_panel,
     stages,
 )
 _command: object | None = None
@@ -65,6 +73,7 @@ def register() -> None:
     icon.register()
     first_use.register()
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
+    live_operators.register()
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
 
@@ -83,6 +92,7 @@ def unregister() -> None:
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None
+    live_operators.unregister()
     del bpy.types.Scene.selenite
     first_use.unregister()
     icon.unregister()

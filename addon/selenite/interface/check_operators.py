@@ -9,7 +9,7 @@ import bpy
 
 from ..cycles_check.job import CheckFailed, CheckJob, lines
 from ..cycles_check.render_settings import contents_of, set_for_fit
-from ..fit_run.capture_render import gains_of
+from ..fit_run.capture_render import alignments_of, gains_of
 from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder, write_results
 from ..problems import BadInput, Problem
@@ -87,8 +87,9 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
             gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
+            alignments = alignments_of(RUN.plan.captures, RUN.result) if known else {}
             environment = "" if applied else environment_rows.fitted(scene)
-            job = CheckJob(scene, request, values, grids, images, gains, environment)
+            job = CheckJob(scene, request, values, grids, images, gains, environment, alignments)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False

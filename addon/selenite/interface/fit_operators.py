@@ -26,6 +26,7 @@ from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner, SceneValues
 from . import environment_panel
+from .live_view import VIEW
 from .output_folder import output_folder
 from .problem_reports import report_problems
 from .request import run_request
@@ -304,6 +305,7 @@ def _begin(
         operator.report({"WARNING"}, text)
     CHECK.contents[scene.name] = contents_of(scene)
     RUN.start(job, scene.name, operator._owners, overall)
+    VIEW.begin()
     environment_panel.begin()
     RUN.recorder = _recorder(scene, resume, operator._inputs)
     if RUN.recorder is not None and RUN.recorder.trouble:

@@ -180,6 +180,11 @@ class StagedJob:
         """The native results so far of every stage that has begun."""
         return [*self._ended, self._job.so_far()]
 
+    def history(self) -> dict[str, Any]:
+        """Of all stages that have begun."""
+        found: dict[str, Any] = self.so_far()["history"]
+        return found
+
     def so_far(self) -> dict[str, Any]:
         """As `result`, at any time."""
         result = joined(self.plan, self.parts(), self._point)
