@@ -35,6 +35,6 @@ def remarks(values: SceneValues, names: Sequence[str]) -> list[str]:
     colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
     return [
         f"{_ENVIRONMENT} and {' and '.join(colours)} make up for each other, since no material or "
-        "lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a grey "
-        "card or another known material to photos and scene, or fit one of the two"
+        "lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
+        "grey card or another known material to photos and scene, or fit one of the two"
     ]
