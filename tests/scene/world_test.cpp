@@ -30,9 +30,9 @@ Pixels spotty(int width, int height) {
   return pixels;
 }
 
-World world_of(int width, int height, const Pixels& pixels) {
+World world_of(int width, int height, const Pixels& pixels, float even = 0) {
   World world;
-  world.map = std::make_shared<EnvironmentMap>(width, height, pixels);
+  world.map = std::make_shared<EnvironmentMap>(width, height, pixels, even);
   return world;
 }
 
@@ -72,13 +72,14 @@ TEST(EnvironmentMap, DirectionsFollowBlendersPanorama) {
 struct Sky {
   const char* name;
   int width, height;
+  float even = 0;  ///< share of the samples
 };
 void PrintTo(const Sky& s, std::ostream* out) { *out << s.name; }
 class Map : public testing::TestWithParam<Sky> {
  protected:
   World world() const {
-    World w =
-        world_of(GetParam().width, GetParam().height, spotty(GetParam().width, GetParam().height));
+    const auto& [name, width, height, even] = GetParam();
+    World w = world_of(width, height, spotty(width, height), even);
     // Turned about an odd axis.
     const Vec3f z = normalize(Vec3f{1, 2, 3});
     const Frame<float> frame = Frame<float>::from_normal(z);
@@ -144,7 +145,8 @@ TEST_P(Map, SamplesFollowTheDensityAndCoverAllRadiance) {
 }
 INSTANTIATE_TEST_SUITE_P(Sizes, Map,
                          testing::Values(Sky{"Usual", 32, 16}, Sky{"OneTexel", 1, 1},
-                                         Sky{"Column", 1, 8}, Sky{"Row", 8, 1}),
+                                         Sky{"Column", 1, 8}, Sky{"Row", 8, 1},
+                                         Sky{"HalfEven", 32, 16, 0.5f}),
                          [](const auto& info) { return info.param.name; });
 
 TEST(EnvironmentMap, DensityKeepsItsDigitsAtThePoles) {
@@ -165,6 +167,19 @@ TEST(EnvironmentMap, ABlackMapIsSampledEvenly) {
   EXPECT_TRUE(std::isfinite(d.x + d.y + d.z + density));
   EXPECT_EQ(w.factor(d).r, 0);
   EXPECT_EQ(w.map->mean_luminance(), 0);
+}
+
+TEST(EnvironmentMap, ASharedOutPartReachesBlackPixels) {
+  Pixels pixels = black(16, 8);
+  pixels[4 * 16 + 3] = Colorf(10);
+  const World w = world_of(16, 8, pixels, EnvironmentMap::kUnknownEven);
+  const double per_solid_angle = EnvironmentMap::kUnknownEven / (4 * kPi<double>);
+  // At the middle of a row, far from the bright pixel. The sum over rows is 0.7 % off the integral.
+  for (const double theta : {1.5 / 8 * kPi<double>, 3.5 / 8 * kPi<double>, 6.5 / 8 * kPi<double>}) {
+    const Vec3f d(Vec3d{std::sin(theta), 0, std::cos(theta)});
+    EXPECT_NEAR(w.density(d), per_solid_angle, 0.01 * per_solid_angle) << theta;
+  }
+  EXPECT_EQ(world_of(16, 8, pixels).density({1, 0, 0}), 0);
 }
 
 TEST(EnvironmentMap, MeanLuminanceIsOverTheSphere) {

@@ -13,7 +13,8 @@ enum class Stream : std::uint64_t {
   kValidation = 2,
   kMultiStart = 3,
   kRefinement = 4,
-  kAlternativeMinima = 5
+  kAlternativeMinima = 5,
+  kLightStart = 6
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

@@ -11,7 +11,7 @@ bool LowRoughnessRestart::begin(const FitRun& run, bool first) {
   const Unknowns& unknowns = run.problem.unknowns();
   const Vector& x = run.point.scalars;
   const bool low = is_low_roughness(unknowns, x);
-  if (!run.strategy.after_multi_start() || found_ || (first && !ior_.enabled())) return false;
+  if (!run.strategy.prefers_low_roughness() || found_ || (first && !ior_.enabled())) return false;
   if (low && ior_.components(x).empty()) return false;
   candidates_.push_back({x, {}});
   if (!low) candidates_.push_back({at_low_roughness(unknowns, x), {}});

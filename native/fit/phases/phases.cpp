@@ -43,12 +43,33 @@ FieldGaussNewton at_best_fields(FitRun& run, FieldGaussNewton fields) {
 }  // namespace
 
 MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
-    : evaluator_(varied_scene(run), run.problem.settings(), run.result),
+    : light_(run.strategy.uniform
+                 ? LightStart::of(run.problem, stream_seed(run.problem.settings().seed,
+                                                           Stream::kLightStart, 0, 0))
+                 : nullptr),
+      evaluator_(varied_scene(run), run.problem.settings(), run.result),
       multi_start_(varied(run),
                    stream_seed(run.problem.settings().seed, Stream::kMultiStart, 0, 0)),
-      minima_(&minima) {}
+      minima_(&minima),
+      uniform_(run.strategy.uniform.get()) {}
+
+double MultiStartPhase::fraction() const {
+  constexpr double kLight = 0.2;  // of the work
+  return light_ ? kLight * light_->fraction() + (1 - kLight) * multi_start_.fraction()
+                : multi_start_.fraction();
+}
+
+void MultiStartPhase::members(SavedState& state) {
+  if (light_) state(*light_);
+  if (state.reading() && light_ && light_->over()) uniform_->set_light(light_->fields());
+  state(multi_start_);
+}
 
 bool MultiStartPhase::step(FitRun& run) {
+  if (light_ && !light_->over()) {
+    if (!light_->step(run.evaluator)) uniform_->set_light(light_->fields());
+    return !run.stop_if_dropped();
+  }
   evaluator_.watch(run.evaluator.progress());
   const bool more = multi_start_.step(evaluator_);
   if (run.stop_if_dropped()) return false;

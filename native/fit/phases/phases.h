@@ -6,6 +6,7 @@
 #include "fit/phases/alternative_minima.h"
 #include "fit/phases/descent.h"
 #include "fit/phases/field_refinement.h"
+#include "fit/phases/light_start.h"
 #include "fit/phases/multi_start.h"
 
 // The phases of a fit beside `Descent`: each drives what computes, and hands on what it has found.
@@ -16,13 +17,15 @@ class MultiStartPhase final : public Phase {
   MultiStartPhase(FitRun& run, AlternativeMinima& minima);
   PhaseKind kind() const override { return PhaseKind::kMultiStart; }
   bool step(FitRun& run) override;
-  double fraction() const override { return multi_start_.fraction(); }
-  void members(SavedState& state) override { state(multi_start_); }
+  double fraction() const override;
+  void members(SavedState& state) override;
 
  private:
-  PhotoEvaluator evaluator_;  ///< of the scalars, or of uniform fields
+  std::unique_ptr<LightStart> light_;  ///< null: the light is known
+  PhotoEvaluator evaluator_;           ///< of the scalars, or of uniform fields
   MultiStart multi_start_;
   AlternativeMinima* minima_;
+  UniformFields* uniform_;  ///< null: scalars are varied
 };
 
 class RefinementPhase final : public Phase {

@@ -35,6 +35,11 @@ class Fields {
   bool is_environment(std::size_t field) const {
     return std::holds_alternative<EnvironmentRef>(refs_[field]);
   }
+  bool has_environment() const {
+    for (std::size_t f = 0; f < refs_.size(); ++f)
+      if (is_environment(f)) return true;
+    return false;
+  }
   /// (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }

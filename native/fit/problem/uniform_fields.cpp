@@ -103,6 +103,7 @@ UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParame
                              const Loss& loss, int iterations)
     : fields_(fields),
       colours_(colours_of(scene, fields)),
+      base_(fields.start()),
       scene_(without(scene, fields, colours_)),
       unknowns_(scene_, few_of(wanted, fields, colours_), photos),
       scalars_(unknowns_.size() - 3 * static_cast<Eigen::Index>(colours_.size())),
@@ -110,8 +111,20 @@ UniformFields::UniformFields(const Scene& scene, const std::vector<UnknownParame
       problem_{unknowns_, layout_, photos, loss, iterations},
       reparametrization_(unknowns_) {}
 
+void UniformFields::set_light(const FieldValues& fields) {
+  for (const Colour& colour : colours_) {
+    if (!colour.tints) continue;
+    base_[colour.field] = fields[colour.field];
+    const Eigen::VectorXf numbers = base_[colour.field].cast<float>();
+    std::vector<Colorf> pixels;
+    for (Eigen::Index i = 0; i < numbers.size(); i += 3)
+      pixels.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
+    scene_ = scene_.with_environment(std::move(pixels));
+  }
+}
+
 FieldValues UniformFields::fields(const Vector& x) const {
-  FieldValues values = fields_.start();
+  FieldValues values = base_;
   Eigen::Index at = scalars_;
   for (const Colour& colour : colours_) {
     const Color<double> stored = colour.stored({x[at], x[at + 1], x[at + 2]});

@@ -36,6 +36,8 @@ class UniformFields {
   Scene scene_at(const Vector& x) const { return unknowns_.scene_with(scene_, x); }
   /// Those of the fit.
   Vector scalars(const Vector& x) const { return x.head(scalars_); }
+  /// The light that the colour of the world's image multiplies from now on.
+  void set_light(const FieldValues& fields);
   /// The fields of the fit: the colours of x in all voxels and texels, densities as they start.
   FieldValues fields(const Vector& x) const;
 
@@ -61,6 +63,7 @@ class UniformFields {
 
   const Fields& fields_;
   std::vector<Colour> colours_;
+  FieldValues base_;  ///< what colours multiply
   Scene scene_;
   Unknowns unknowns_;
   Eigen::Index scalars_;

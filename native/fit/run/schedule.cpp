@@ -6,6 +6,7 @@
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/inference/informative_pixels.h"
 #include "fit/phases/field_refinement.h"
+#include "fit/phases/light_start.h"
 #include "fit/phases/minima_comparison.h"
 #include "fit/phases/multi_start.h"
 #include "fit/phases/refinement.h"
@@ -89,6 +90,10 @@ class Planner {
     std::vector<Photo> small;
     for (const Photo& photo : problem_.photos()) small.push_back(photo.resized(kMultiStart.size));
     const double pixels = pixels_of(small);
+    if (LightStart::of(problem_, 0)) {
+      constexpr LightStartOptions kLight;
+      add(PhaseKind::kMultiStart, pixels, kLight.spp, kLight.passes, Carried::kFieldDerivatives);
+    }
     const auto evaluate = [&](double candidates, int spp) {  // in two halves
       add(PhaseKind::kMultiStart, pixels, spp / 2, 2 * candidates, Carried::kNothing);
     };
@@ -152,7 +157,7 @@ class Planner {
   }
   int searched_iors() const { return strategy_.searches_ior() ? count_of(Scale::kLogExcess) : 0; }
   bool restart_is_due(bool first) const {
-    if (!strategy_.after_multi_start() || (first && !strategy_.searches_ior())) return false;
+    if (!strategy_.prefers_low_roughness() || (first && !strategy_.searches_ior())) return false;
     return count_of(Scale::kRoughness) > 0 || searched_iors() > 0;
   }
   /// Also what stands in its place where nothing is to be compared: a validation.

@@ -225,8 +225,9 @@ void FieldGaussNewton::solve(double done) {
     if (all > 0) {
       channel.variance = noise / all;
       damping = normal.diagonal().squaredNorm() / all *
-                std::exp(std::log(options_.first_damping) * (1 - done) +
-                         std::log(options_.last_damping) * done);
+                (has_environment() ? options_.environment_damping
+                                   : std::exp(std::log(options_.first_damping) * (1 - done) +
+                                              std::log(options_.last_damping) * done));
     }
     normal += channel.variance * precision_;
     normal.diagonal().array() += damping;
@@ -356,8 +357,7 @@ Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel,
                                                const Eigen::VectorXd& low,
                                                const Eigen::VectorXd& high) const {
   Eigen::VectorXd step = channel.normal.solve(right);
-  if (std::ranges::none_of(is_environment_, [](char one) { return one; }))
-    return step.cwiseMax(low).cwiseMin(high);
+  if (!has_environment()) return step.cwiseMax(low).cwiseMin(high);
   std::vector<Eigen::Index> free(static_cast<std::size_t>(step.size()));
   std::iota(free.begin(), free.end(), Eigen::Index{0});
   for (int round = 0; round < options_.active_set_rounds; ++round) {

@@ -3,6 +3,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -37,6 +38,7 @@ struct FieldGaussNewtonOptions {
   double longest = 0.25;  ///< step of a voxel
   /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
   double longest_of_environment = 2;
+  double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
   int active_set_rounds = 8;
 };
 
@@ -134,6 +136,7 @@ class FieldGaussNewton {
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
+  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
   /// Of the numbers of a channel before any photo: inverse of their covariance. From `prior_`.
   void set_prior(const Eigen::VectorXd& mean);
   /// Of the numbers of channel c, where they are now.

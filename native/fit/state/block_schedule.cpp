@@ -8,7 +8,7 @@ namespace selenite {
 
 bool BlockSchedule::is_scalar_block(int iteration) const {
   const std::int64_t all = iterations_;
-  if (!kind_.after_multi_start) {
+  if (!kind_.after_multi_start && !kind_.joint) {
     const std::int64_t scalars = std::clamp<std::int64_t>(all / 2, 1, options_.scalars);
     return iteration % (scalars + std::clamp<std::int64_t>(all - scalars, 1, options_.fields)) <
            scalars;

@@ -46,11 +46,12 @@ Strategy::Strategy(FitProblem& problem)
                                  problem.loss(), problem.settings().spp,
                                  problem.settings().accumulate)),
       alternates(!problem.fields().empty() && optimiser.few_unknowns),
-      has_images(any_image(problem.fields())) {
+      has_images(any_image(problem.fields())),
+      has_environment(problem.fields().has_environment()) {
   const FitSettings& settings = problem.settings();
   if (alternates && settings.search != "off") uniform = problem.uniform();
   multi_start = wants_multi_start(problem, optimiser, uniform != nullptr);
-  joint = after_multi_start() && settings.accumulate &&
+  joint = alternates && (after_multi_start() || has_environment) && settings.accumulate &&
           JointGaussNewton::applies(problem.fields(), problem.photos());
   refines = wants_refinement(problem, joint);
   PixelWeightsOptions weights;
@@ -69,7 +70,7 @@ Strategy::Strategy(FitProblem& problem)
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
   return {{alternates, !problem.fields().empty(), after_multi_start(), joint},
-          joint && refines ? (all + 1) / 2 : all};
+          joint && refines && !has_environment ? (all + 1) / 2 : all};
 }
 
 }  // namespace selenite

@@ -24,16 +24,19 @@ struct Strategy {
   bool joint;    ///< voxels are stepped together with the scalars, see `JointGaussNewton`
   bool refines;  ///< a refinement follows the descent
 
-  bool has_images;  ///< among the fields
+  bool has_images;       ///< among the fields
+  bool has_environment;  ///< likewise: the world's image
   bool after_multi_start() const { return multi_start && uniform; }
   /// Of images after a multi-start the IOR of what refracts sharply is found by a line search before
   /// each block of scalars, in place of steps by derivatives.
   bool searches_ior() const { return after_multi_start() && has_images; }
+  /// Errors of texels and voxels look like roughness; those of the light look like either.
+  bool prefers_low_roughness() const { return after_multi_start() && !has_environment; }
   /// The descent's estimate is one of all iterations, not of the last one.
   bool estimates_by_all_iterations() const {
     return optimiser.averages_iterations && (!alternates || joint);
   }
-  /// Blocks of the descent. Where voxels are stepped together with scalars it takes half of the
+  /// Blocks of the descent. Where voxels of a grid are stepped together with scalars it takes half of the
   /// iterations: refinement passes at fixed values bring more.
   BlockSchedule blocks(const FitProblem& problem) const;
 };

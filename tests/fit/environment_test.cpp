@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include "fit/phases/light_start.h"
+#include "fit/problem/uniform_fields.h"
+#include "fit/run/fit.h"
+#include "fit/taken_photos.h"
+#include "scene/small_scenes.h"
+
+namespace selenite {
+namespace {
+
+constexpr int kSize = 24, kWidth = 8, kHeight = 4;
+
+/// A ball on a known ground under a sky with a bright side.
+Scene stage(double grey, const std::vector<Colorf>& pixels) {
+  SceneBuilder builder;
+  place(builder, quad_mesh(20), builder.add_material(matte("Floor", 0.5)));
+  place(builder, sphere_mesh(0.8), builder.add_material(matte("Ball", grey)),
+        translation({0, 0, 0.8}));
+  add_view(builder, {0, -5, 2.5}, {0, 0, 0.6});
+  add_view(builder, {4, 3, 2.5}, {0, 0, 0.6});
+  World world;
+  world.values.color = Color<double>(1);
+  world.map = std::make_shared<EnvironmentMap>(kWidth, kHeight, pixels);
+  builder.appearance.world = world;
+  return builder.build();
+}
+
+std::vector<Colorf> bright_side() {
+  std::vector<Colorf> pixels(kWidth * kHeight, Colorf(0.3f, 0.35f, 0.4f));
+  pixels[kWidth + 2] = Colorf(6, 5, 4);
+  return pixels;
+}
+
+std::vector<Colorf> even(float level) { return std::vector<Colorf>(kWidth * kHeight, Colorf(level)); }
+
+std::vector<Photo> photos() {
+  std::vector<Photo> taken;
+  const Scene scene = stage(0.7, bright_side());
+  for (int i = 0; i < 2; ++i) {
+    Photo photo = photo_of_size("Camera " + std::to_string(i), kSize, kSize);
+    photo.reference = render(scene, scene.cameras[static_cast<std::size_t>(i)], {},
+                             square_settings(kSize, 1024, 40 + static_cast<std::uint64_t>(i)))
+                          .mean;
+    taken.push_back(std::move(photo));
+  }
+  check_photos(scene, taken);
+  return taken;
+}
+
+const std::vector<UnknownParameter> kWanted = {
+    {"Ball", "base_color", {0.4, 0.4, 0.4}, 0, 1, 0.03},
+    {kWorldName, kEnvironment, {}, 0, 1e4, 0.03}};
+
+FitSettings settings_for(int iterations) {
+  FitSettings settings;
+  settings.threads = 1;
+  settings.iterations = iterations;
+  settings.spp = 8;
+  settings.refinement_spp = 256;
+  return settings;
+}
+
+/// The ground is known, so that light and albedo are both found from one even sky of another level.
+TEST(UnknownEnvironment, AKnownGroundTellsLightFromAlbedo) {
+  for (const char* search : {"auto", "off"}) {
+    FitSettings settings = settings_for(40);
+    settings.search = search;
+    Fit fit(stage(0.4, even(1)), photos(), kWanted, settings);
+    while (fit.step()) {
+    }
+    const FitResult& result = fit.result();
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(result.best[c], 0.7, 0.05 * 0.7) << search << c;
+    const Vector& light = result.fields_best->front();
+    EXPECT_GE(light.minCoeff(), 0);
+    // The bright side, with its neighbours between which it is interpolated.
+    const auto pixel = [&](int x, int y) { return light[3 * (y * kWidth + x)]; };
+    EXPECT_GT(pixel(2, 1), 3) << search;
+    EXPECT_LT(pixel(6, 1), 0.7) << search;
+  }
+}
+
+/// Few passes of small pictures show where the light comes from, although the ball is too dark.
+TEST(UnknownEnvironment, LightStartFindsTheBrightSide) {
+  const FitProblem problem(stage(0.7, even(1)), photos(), kWanted, settings_for(20));
+  const std::unique_ptr<LightStart> start = LightStart::of(problem, 3);
+  ASSERT_TRUE(start);
+  RenderCounts counts;
+  PhotoEvaluator evaluator(scene_model(problem), problem.settings(), counts);
+  int passes = 1;
+  while (start->step(evaluator)) ++passes;
+  EXPECT_EQ(passes, LightStartOptions{}.passes);
+  EXPECT_EQ(start->fraction(), 1);
+  const Vector& light = start->fields().front();
+  Eigen::Index brightest = 0;
+  // Above the horizon: the ground hides what is below.
+  light(Eigen::seq(0, 3 * 2 * kWidth - 1, Eigen::fix<3>)).maxCoeff(&brightest);
+  EXPECT_EQ(brightest, kWidth + 2);
+  EXPECT_GE(light.minCoeff(), 0);
+}
+
+/// What a multi-start varies is the colour by which the light is multiplied.
+TEST(UnknownEnvironment, AMultiStartVariesTheColourOfTheLight) {
+  const FitProblem problem(stage(0.4, even(1)), photos(), kWanted, settings_for(20));
+  const auto uniform = problem.uniform();
+  ASSERT_TRUE(uniform);
+  Vector x = uniform->problem().unknowns.start();
+  ASSERT_EQ(x.size(), 6);
+  EXPECT_EQ(x.tail(3), Vector::Ones(3));
+  FieldValues light = problem.fields().start();
+  light[0][5] = 4;
+  uniform->set_light(light);
+  x.tail(3) = Vector{{2.0, 1.0, 0.5}};
+  const Vector found = uniform->fields(x).front();
+  EXPECT_EQ(found[0], 2);
+  EXPECT_EQ(found[5], 2);
+  EXPECT_EQ(found[8], 0.5);
+  EXPECT_EQ(uniform->scene_at(x).appearance.world.map->pixels()[1].b, 4);
+}
+
+/// A fit is resumed in the midst of the light's first passes with the same bits.
+TEST(UnknownEnvironment, ResumesAmidTheFirstPasses) {
+  const auto run = [&](int resume_after) {
+    FitSettings settings = settings_for(6);
+    settings.refinement = "off";
+    Fit fit(stage(0.4, even(1)), photos(), kWanted, settings);
+    for (int i = 0; i < resume_after; ++i) fit.step();
+    if (resume_after == 0) {
+      while (fit.step()) {
+      }
+      return fit.result().best;
+    }
+    const std::string state = fit.saved();
+    Fit other(stage(0.4, even(1)), photos(), kWanted, settings);
+    other.restore(state);
+    while (other.step()) {
+    }
+    return other.result().best;
+  };
+  const Vector whole = run(0);
+  EXPECT_EQ(run(3), whole);
+  EXPECT_EQ(run(8), whole);
+}
+
+}  // namespace
+}  // namespace selenite
