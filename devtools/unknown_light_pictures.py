@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 import os
 import sys
+import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +33,8 @@ from selenite.scene_read.build import build  # noqa: E402
 from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
 
 PICTURE = ROOT / "docs" / "pictures" / "unknown_light.png"
-WIDTH, HEIGHT, GAP = 240, 180, 6
+WIDTH, HEIGHT, GAP = 200, 150, 6
+SMALL = (64, 48)  # of the photos
 COLOUR, ROUGHNESS = (0.75, 0.3, 0.1), 0.25
 
 
@@ -55,7 +58,9 @@ OTHER = room(64, [(20, 30, 40, 40, (7.0, 5.0, 3.0)), (-150, 20, 60, 20, (1.0, 2.
 def scene() -> None:
     """A ball on a ground, seen from three sides."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    ball = made.sphere(material=made.material(base_color=(0.5, 0.5, 0.5), roughness=0.5))
+    ball = made.sphere(
+        material=made.material(base_color=(0.5, 0.5, 0.5), roughness=0.5), segments=48
+    )
     ball.location = (0, 0, 1)
     bpy.ops.mesh.primitive_plane_add(size=9)
     ground = made.material("Ground", base_color=(0.4, 0.4, 0.4), roughness=0.9)
@@ -70,33 +75,33 @@ def scene() -> None:
     bpy.context.scene.render.resolution_y = HEIGHT
 
 
-def lit(found: Any, image: Any, name: str = "Camera 1", spp: int = 256) -> np.ndarray:  # noqa: ANN401
+def lit(
+    found: Any,  # noqa: ANN401
+    image: Any,  # noqa: ANN401
+    name: str = "Camera 1",
+    size: tuple[int, int] = (WIDTH, HEIGHT),
+) -> np.ndarray:
     """A render of the native scene under an image of the world; None: its own."""
     if image is not None:
         found = found.with_environment(np.ascontiguousarray(image, np.float32))
-    picture: np.ndarray = native.core().render(found, name, WIDTH, HEIGHT, spp, seed=5).image
+    spp = 256 if size == (WIDTH, HEIGHT) else 400
+    picture: np.ndarray = native.core().render(found, name, *size, spp, seed=5).image
     return picture
 
 
 def photos(folder: Path) -> tuple[CaptureRequest, ...]:
     """Under the hidden room, with the true ball."""
     values = made.read()
-    field_world = {"color": (1.0, 1.0, 1.0), "image": HIDDEN}
-    true = build(_with_world(values, **field_world)).with_values(
+    world = replace(values.world, color=(1.0, 1.0, 1.0), image=HIDDEN)
+    true = build(replace(values, world=world)).with_values(
         {("Body", "base_color"): COLOUR, ("Body", "roughness"): (ROUGHNESS,)}
     )
     requests = []
     for camera in values.cameras:
         path = str(folder / f"{camera.name}.exr")
-        native.image().write_exr(path, lit(true, None, camera.name, 512))
+        native.image().write_exr(path, lit(true, None, camera.name, SMALL))
         requests.append(CaptureRequest(camera.name, path))
     return tuple(requests)
-
-
-def _with_world(values: Any, **changes: Any) -> Any:  # noqa: ANN401
-    from dataclasses import replace
-
-    return replace(values, world=replace(values.world, **changes))
 
 
 def tile(picture: np.ndarray, scale: float = 1.0) -> np.ndarray:
@@ -113,8 +118,6 @@ def tile(picture: np.ndarray, scale: float = 1.0) -> np.ndarray:
 
 def main() -> None:
     """Makes the photos, fits, writes the picture and says how far the values are."""
-    import tempfile
-
     scene()
     with tempfile.TemporaryDirectory() as folder:
         captures = photos(Path(folder))
@@ -126,7 +129,7 @@ def main() -> None:
                 UnknownRequest("Body", "roughness"),
             ),
             captures,
-            FitSettings(height=90, iterations=40, spp=16),
+            FitSettings(height=SMALL[1], iterations=30, spp=16),
         )
         plan = prepare(made.read(), request)
         job = FitJob(plan)
