@@ -19,7 +19,12 @@ from typing import Any, NoReturn, TextIO
 
 from . import __version__
 from .commands.capture_arguments import add_captures
-from .commands.environment_arguments import NO_ENVIRONMENT, add_environment
+from .commands.environment_arguments import (
+    NO_ENVIRONMENT,
+    add_environment,
+    add_lamps,
+    add_rotate_world,
+)
 from .commands.examples import with_examples
 from .commands.terminal import say
 from .json_text import json_text
@@ -163,7 +168,8 @@ def build_parser() -> argparse.ArgumentParser:
     _add_fit(commands)
     _add_next_camera(commands)
     _add_trade(commands)
-    _add_lamps(commands)
+    add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
+    add_lamps(_command(commands, "lamps", ".commands.lamps"))
     _add_demo(commands)
     return parser
 
@@ -179,6 +185,7 @@ def _command(
         "fit": "fits parameters to photos",
         "next-camera": "ranks places for the next photo by the information it would add",
         "trade": "measures time against error on a scene",
+        "rotate-world": "finds the rotation and strength of a known panorama by the photos",
         "lamps": "makes suns of the bright spots of the world's image",
         "demo": "fits the demo scene",
     }[name]
@@ -368,17 +375,6 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add("--out", metavar="DIR", help="gets trade.csv, trade.json and trade.png")
     expected = "prints the expected seconds and errors of each preset, without fits; writes nothing"
     add("--expected", action="store_true", help=expected)
-
-
-def _add_lamps(commands: argparse._SubParsersAction) -> None:
-    parser = _command(commands, "lamps", ".commands.lamps")
-    parser.add_argument("scene", metavar="SCENE.blend")
-    count = "suns at most, the strongest first (%(default)s)"
-    parser.add_argument("--count", type=_at_least(1), default=4, metavar="N", help=count)
-    result = "folder of a fit: the image is the one that it has found"
-    parser.add_argument("--result", metavar="DIR", help=result)
-    saved = "saves a copy with the suns and the rest of the image"
-    parser.add_argument("--save", metavar="OUT.blend", help=f"{saved}; without it they are listed")
 
 
 def _add_demo(commands: argparse._SubParsersAction) -> None:

@@ -34,7 +34,7 @@ def remarks(values: SceneValues, names: Sequence[str]) -> list[str]:
         return []
     colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
     return [
-        f"{_ENVIRONMENT} and {' and '.join(colours)} make up for each other: a brighter room with "
-        "darker surfaces looks the same, and no material or lamp in the scene is known; put a grey "
-        "card or another known material into the photos and the scene, or fit one of the two"
+        f"{_ENVIRONMENT} and {' and '.join(colours)} make up for each other, since no material or "
+        "lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
+        "grey card or another known material to photos and scene, or fit one of the two"
     ]
