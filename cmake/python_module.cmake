@@ -23,6 +23,10 @@ function(selenite_python_module name library)
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     # Blender's process holds other copies of these libraries: export nothing but the module's entry.
     target_link_options(${name} PRIVATE -Wl,--exclude-libs,ALL)
+    if(SELENITE_STATIC_LIBRARIES)
+      # Nothing of the compiler's own is asked of the user's system either.
+      target_link_options(${name} PRIVATE -Wl,--gc-sections -static-libstdc++ -static-libgcc)
+    endif()
   endif()
   install(TARGETS ${name} DESTINATION selenite COMPONENT python)
 endfunction()
