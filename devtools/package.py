@@ -28,6 +28,8 @@ DIST = ROOT / "dist"
 WORK = BUILD / "package"
 # Of Blender 4.2 to 5.0, and of Blender 5.1 to 5.3. The first is there, or nothing runs.
 PYTHONS = ("3.11", "3.13")
+# The C library that Blender asks for; cmake/oldest_glibc.cmake sees to it
+GLIBC = (2, 28)
 # What a wheel of ours needs at run time beside numpy, which every Blender has
 PURE_PYTHON = ("rich", "markdown-it-py", "mdurl", "Pygments", "defusedxml", "platformdirs")
 
@@ -119,8 +121,12 @@ def _wheel(version: str, python: Path, prefix: Path) -> Path:
     wheel = next(DIST.glob(f"selenite-*-{_tag(version)}-{_tag(version)}-*.whl"))
     _refuse(package_checks.faults_of_wheel(wheel, scratch))
     for module in sorted(scratch.glob("selenite/*.so")):
-        needed = ".".join(map(str, package_checks.newest_glibc(module)))
-        say(f"{module.name}: {module.stat().st_size / 1e6:.1f} MB, glibc {needed} or newer")
+        needed = package_checks.newest_glibc(module)
+        version = ".".join(map(str, needed))
+        say(f"{module.name}: {module.stat().st_size / 1e6:.1f} MB, glibc {version} or newer")
+        if needed > GLIBC:
+            raise Failed(f"{module.name} needs glibc {version}: cmake/oldest_glibc.cmake lacks "
+                         "a function; nm -D --undefined-only names it")  # fmt: skip
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(scratch)
     # Each module tests itself when it is loaded.

@@ -12,8 +12,10 @@ from pathlib import Path
 
 LARGEST_EXTENSION = 40_000_000  # bytes
 
-# What the C library itself consists of. All else is inside the module.
+# The C library and the compiler's unwinder, which every Blender and Python has loaded before. All
+# else is inside the module.
 SYSTEM_LIBRARIES = {
+    "libgcc_s.so.1",
     "libc.so.6",
     "libm.so.6",
     "libpthread.so.0",
