@@ -185,7 +185,7 @@ def _legacy(libraries: list[Path]) -> Path:
     """Blender 3.4 knows no wheels: the modules lie in the package, pure Python in its lib/."""
     source = WORK / "legacy" / "selenite"
     _sources(source)
-    for module in PACKAGE.glob("*.so"):
+    for module in PACKAGE.glob("*.cpython-311-*.so"):
         shutil.copy2(module, source / module.name)
     for path in libraries:
         with zipfile.ZipFile(path) as archive:

@@ -10,6 +10,7 @@ import importlib
 import json
 import sys
 import time
+import traceback
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -140,8 +141,10 @@ def apply():
 
 def undo():
     applied = colour()
+    assert bpy.ops.ed.undo.poll(), "Blender has no step to undo"
     undo_steps.undo()
-    assert colour() != applied and not bpy.context.scene.selenite.applied
+    assert colour() != applied, f"the colour is still {applied}"
+    assert not bpy.context.scene.selenite.applied
 
 
 def check_in_cycles():
@@ -177,7 +180,8 @@ def main():
         try:
             said = step() or "yes"
         except Exception as error:  # noqa: BLE001 - told, and the driver fails
-            said = f"NO: {type(error).__name__}: {error}"
+            line = traceback.extract_tb(error.__traceback__)[-1]
+            said = f"NO: {type(error).__name__}: {error} ({Path(line.filename).name}:{line.lineno})"
         seconds = round(time.monotonic() - begin, 1)
         report["steps"][step.__name__] = {"said": said, "seconds": seconds}
         FOLDER.mkdir(parents=True, exist_ok=True)
