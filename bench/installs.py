@@ -21,7 +21,7 @@ from hosts import HOSTS, PLACE, environment  # noqa: E402
 from environment import interpreter  # noqa: E402
 
 USE = ROOT / "bench" / "hosts" / "use.py"
-STEPS = ("install", "enable", "fit", "stop", "cancel", "apply", "undo", "check_in_cycles",
+STEPS = ("install", "enable", "fit", "apply", "undo", "stop", "cancel", "check_in_cycles",
          "disable", "remove")  # fmt: skip
 LONGEST = 1800  # seconds for a host
 #: Ends with this status after any property group with a filtered pointer: Blender's own fault
