@@ -86,11 +86,10 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
         return {"error": str(error)}
     except KeyboardInterrupt:
         return {"error": "interrupted"}
-    except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] != "bpy":
+    except ImportError as error:
+        if error.name != "bpy":
             return {"error": _internal(error)}
-        cure = "install bpy, or use blender --command selenite"
-        return {"problems": [Problem("Blender", "bpy is not there", cure).as_json()]}
+        return {"problems": _as_json(BadInput(_without_blender(error)))}
     except MemoryError:
         cure = "give smaller sizes, fewer photos or smaller grids, or close other programs"
         return {"error": f"the computer's memory does not suffice; {cure}"}
@@ -102,6 +101,15 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
         return {"error": f"{name}{error.strerror.lower()}; {cure}"}
     except Exception as error:  # the last net: no input should come this far
         return {"error": _internal(error)}
+
+
+def _without_blender(error: ImportError) -> Problem:
+    version = "4.5.15" if sys.version_info < (3, 13) else "5.2.3"
+    cure = (
+        "run 'blender --command selenite' (Blender 4.2 or newer) in place of 'selenite', or "
+        f"install Blender as a module: pip install bpy=={version}"
+    )
+    return Problem("Blender", f"this command needs it, and bpy does not load ({error})", cure)
 
 
 def _internal(error: Exception) -> str:
