@@ -16,6 +16,7 @@ from .reconstruction import ReconstructedMesh, ReconstructionError
 #: Blender's importers keep single precision, 6e-8 of the largest coordinate.
 _COARSE = 1000.0
 
+
 def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mesh:
     """A mesh datablock with UV map, normals and colours. Triangles with two equal corners are left
     out. Positions become single precision."""

@@ -17,7 +17,5 @@ def read_any(file: Path, cameras: Path | None) -> Reconstruction:
     found = read_reconstruction(file, cameras)
     for mesh_file in found.mesh_files:
         meshes, remarks = read_with_blender(mesh_file)
-        found = replace(
-            found, meshes=(*found.meshes, *meshes), remarks=(*found.remarks, *remarks)
-        )
+        found = replace(found, meshes=(*found.meshes, *meshes), remarks=(*found.remarks, *remarks))
     return found

@@ -12,6 +12,8 @@ from . import (
     capture_photo,
     check_operators,
     fit_operators,
+    import_operators,
+    import_tools,
     panels,
     preview_operators,
     properties,
@@ -32,7 +34,9 @@ _MODULES = (
     check_operators,
     time_operators,
     camera_operators,
+    import_operators,
     panels,
+    import_tools,
     stages,
 )
 _command: object | None = None
@@ -45,6 +49,7 @@ def register() -> None:
         for item in module.CLASSES:
             bpy.utils.register_class(item)
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
+    import_operators.add_to_menu()
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
 
@@ -61,6 +66,7 @@ def unregister() -> None:
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None
+    import_operators.remove_from_menu()
     del bpy.types.Scene.selenite
     for module in reversed(_MODULES):
         for item in reversed(module.CLASSES):

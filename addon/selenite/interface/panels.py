@@ -85,6 +85,7 @@ class SELENITE_PT_captures(bpy.types.Panel):
         column.operator("selenite.add_capture", text="", icon="ADD")
         column.operator("selenite.remove_capture", text="", icon="REMOVE")
         layout.operator("selenite.load_photos", icon="FILE_FOLDER")
+        layout.operator("selenite.import_reconstruction", icon="IMPORT")
         if settings.active_capture < len(settings.captures):
             item = settings.captures[settings.active_capture]
             layout.prop(item, "camera")
