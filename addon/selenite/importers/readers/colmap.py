@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A folder with a COLMAP model, in text or binary."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..reconstruction import Reconstruction
+from .colmap_model import Model
+from .colmap_text import read_text_model
+from .files import Place
+
+#: Where a model lies below the folder of a project.
+PLACES = ("", "sparse/0", "sparse", "0")
+
+
+def model_folder(folder: Path) -> Path | None:
+    """The folder itself or the usual one in it, if a model is there."""
+    for place in PLACES:
+        found = folder / place
+        if any((found / f"cameras{suffix}").is_file() for suffix in (".bin", ".txt")):
+            return found
+    return None
+
+
+def read_colmap(folder: Path, name: str) -> Reconstruction:
+    """Binary files come before text, as in COLMAP. Raises ReconstructionError."""
+    suffix = ".bin" if (folder / "cameras.bin").is_file() else ".txt"
+    if not (folder / f"images{suffix}").is_file():
+        raise Place(folder, f"images{suffix}").error("it is missing", "give a whole COLMAP model")
+    model = Model(folder)
+    read_text_model(folder, model)
+    return model.reconstruction(name)
