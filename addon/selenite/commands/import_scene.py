@@ -32,6 +32,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     except ImportError as error:
         cure = "install bpy, or use blender --command selenite"
         raise BadInput(Problem("Blender", f"bpy does not load ({error})", cure)) from error
+    from ..cycles_check.render_settings import set_for_fit
     from ..importers import to_blender, undistorted
     from ..importers.plan import make_plan
     from ..importers.sources import read_any
@@ -55,6 +56,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
                 plan = undistorted.write_photos(plan, folder, note)
             made = to_blender.create(plan, scene, note)
             to_blender.add_white_world(scene)
+            set_for_fit(scene)
             to_blender.relative_paths(bpy.data.images, save.parent)
             _save(save)
         except BaseException:

@@ -25,11 +25,13 @@ from .reconstruction import (
     ReconstructionError,
 )
 
-#: What is read here; the rest goes to Blender's own importers.
-Reader = Callable[[Path, Path | None], Reconstruction]
+#: Gets the file, that of the cameras, and the folders of pictures.
+Reader = Callable[[Path, Path | None, tuple[Path, ...]], Reconstruction]
 #: Size of a camera that has neither calibration nor photo.
 _USUAL_SIZE = (1920, 1080)
 _MOST_LISTED = 12
+#: What readers call a mesh that the file does not name.
+_NAMELESS = ("", "mesh")
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ def make_plan(
         _check_mesh(mesh, problems)
     if problems:
         raise BadInput(problems)
-    meshes = tuple(_placed(mesh, placement) for mesh in found.meshes)
+    meshes = _placed(found, placement)
     points = placement.points(found.points) if len(found.points) else found.points
     without = tuple(item.label for item in found.cameras if item.label not in photos)
     return ImportPlan(
@@ -139,8 +141,9 @@ def make_plan(
 
 
 def _read(request: ImportRequest, read: Reader) -> Reconstruction:
+    folders = tuple(folder for folder in (request.photos, request.masks) if folder is not None)
     try:
-        found = read(request.file, request.cameras)
+        found = read(request.file, request.cameras, folders)
     except ReconstructionError as error:
         title = f"File '{Path(error.file).name}'"
         cause = f"{error.element}: {error.cause}"
@@ -286,9 +289,16 @@ def _check_mesh(mesh: ReconstructedMesh, problems: list[Problem]) -> None:
         problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export a mesh with faces"))
 
 
-def _placed(mesh: ReconstructedMesh, placement: Placement) -> ReconstructedMesh:
-    normals = placement.directions(mesh.normals) if mesh.normals is not None else None
-    return replace(mesh, positions=placement.points(mesh.positions), normals=normals)
+def _placed(found: Reconstruction, placement: Placement) -> tuple[ReconstructedMesh, ...]:
+    """In Blender's world; a mesh without a name of its own gets the file's."""
+    meshes, taken = [], set[str]()
+    for mesh in found.meshes:
+        normals = placement.directions(mesh.normals) if mesh.normals is not None else None
+        own = mesh.name.strip()
+        name = _free_name(found.name if own in _NAMELESS else own, taken)
+        positions = placement.points(mesh.positions)
+        meshes.append(replace(mesh, name=name, positions=positions, normals=normals))
+    return tuple(meshes)
 
 
 def _size(parts: Sequence[np.ndarray]) -> np.ndarray:

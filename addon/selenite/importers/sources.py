@@ -11,10 +11,10 @@ from .read import read_reconstruction
 from .reconstruction import Reconstruction
 
 
-def read_any(file: Path, cameras: Path | None) -> Reconstruction:
-    """What `file` holds, with the cameras of another file where one is given. Raises
-    ReconstructionError."""
-    found = read_reconstruction(file, cameras)
+def read_any(file: Path, cameras: Path | None, pictures: tuple[Path, ...] = ()) -> Reconstruction:
+    """What `file` holds, with the cameras of another file where one is given. pictures: see
+    `read_reconstruction`. Raises ReconstructionError."""
+    found = read_reconstruction(file, cameras, pictures)
     for mesh_file in found.mesh_files:
         meshes, remarks = read_with_blender(mesh_file)
         found = replace(found, meshes=(*found.meshes, *meshes), remarks=(*found.remarks, *remarks))
