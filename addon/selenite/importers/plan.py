@@ -167,7 +167,8 @@ def _pair(
         match = match_photos(found.cameras, request.photos, problems)
         photos, left = match.files, match.left
     else:
-        photos = photos_by_path(found.cameras, request.file.parent)
+        source = request.cameras or request.file
+        photos = photos_by_path(found.cameras, source if source.is_dir() else source.parent)
     without = [item.label for item in found.cameras if item.label not in photos]
     if without:
         warnings.append(f"cameras without a photo: {_some(without)}")
