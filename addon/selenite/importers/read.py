@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from .readers import colmap, metashape, x3d
-from .readers.files import Place, read_bytes, size_of
-from .readers.xml_tree import tree_of
+from .readers import bundler, colmap, metashape, nerf, realitycapture, x3d
+from .readers.files import GZIP, MOST_BINARY, Place, shortened, size_of
+from .readers.xml_tree import read_tree
 from .reconstruction import ReconstructedCamera, Reconstruction
 
 #: Meshes that Blender's importers read.
@@ -27,6 +27,9 @@ def read_reconstruction(
 ) -> Reconstruction:
     """What a file or folder holds; with `cameras`, those of another file instead of its own.
 
+    file: of Metashape (XML), X3D, COLMAP (a folder or one of its files), NeRF (transforms.json),
+    RealityCapture (CSV, an XMP file or the folder of several), Bundler; or a mesh as OBJ, PLY or
+    glTF, which is named in `mesh_files` and needs `cameras`.
     pictures: folders with photos or masks, for formats that leave out the photos' size.
     Raises ReconstructionError.
     """
@@ -57,22 +60,66 @@ def _read(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
         return _of_folder(file, pictures)
     if _is_part_of_colmap(file):
         return colmap.read_colmap(file.parent, file.parent.name)
-    data = read_bytes(file)
-    if data.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
-        root = tree_of(data, file)
-        if metashape.is_metashape(root):
-            return metashape.read_metashape(root, file)
-        if x3d.is_x3d(root):
-            return x3d.read_x3d(root, file)
-    if data.startswith(b"#VRML") or data.startswith(b"#X3D"):
+    start = _start(file)
+    if start.startswith(b"#VRML") or start.startswith(b"#X3D"):
         raise Place(file, "file").error("it is VRML or X3D in classic text", "export it as .x3d")
+    if start.startswith(bundler.HEADER):
+        return bundler.read_bundler(file, pictures)
+    if start.startswith(b"{"):
+        return nerf.read_nerf(file, pictures)
+    if start.startswith((b"<", GZIP)):
+        return _of_xml(file, pictures)
+    if realitycapture.csv_header(start.decode("utf-8", errors="replace")) is not None:
+        return realitycapture.read_csv(file, pictures)
     raise Place(file, "file").error("its format is not known", f"give {KNOWN}")
 
 
+def _start(file: Path) -> bytes:
+    """Of a file, without white space and byte order mark before it."""
+    size_of(file, MOST_BINARY)
+    try:
+        with file.open("rb") as stream:
+            return stream.read(1 << 16).lstrip(b"\xef\xbb\xbf \t\r\n")
+    except OSError as error:
+        raise Place(file, "file").error(
+            f"it cannot be read ({error})", "check its rights"
+        ) from error
+
+
+def _of_xml(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
+    root = read_tree(file)
+    if metashape.is_metashape(root):
+        return metashape.read_metashape(root, file)
+    if x3d.is_x3d(root):
+        return x3d.read_x3d(root, file)
+    if realitycapture.is_xmp(root):
+        return realitycapture.read_xmp([file], file.stem, pictures)
+    cause = f"its root <{shortened(root.tag)}> is of no known format"
+    raise Place(file, "XML").error(cause, f"give {KNOWN}")
+
+
 def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
+    """What a folder holds. Raises ReconstructionError where that is not one thing."""
+    name = folder.resolve().name
     model = colmap.model_folder(folder)
+    try:
+        entries = sorted(folder.iterdir())
+    except OSError as error:
+        raise Place(folder, "folder").error(
+            f"it cannot be read ({error})", "check its rights"
+        ) from error
+    sidecars = [path for path in entries if path.suffix.lower() == ".xmp"]
+    single = [path for path in entries if path.name in ("transforms.json", "bundle.out")]
+    held = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
+    held += [path.name for path in single]
+    if len(held) > 1:
+        raise Place(folder, "folder").error(f"it holds {' and '.join(held)}", "give one of them")
     if model is not None:
-        return colmap.read_colmap(model, folder.resolve().name)
+        return colmap.read_colmap(model, name)
+    if sidecars:
+        return realitycapture.read_xmp(sidecars, name, pictures)
+    if single:
+        return replace(_read(single[0], pictures), name=name)
     raise Place(folder, "folder").error("no reconstruction is in it", f"give {KNOWN}")
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..reconstruction import Reconstruction
+from .colmap_binary import read_binary_model
 from .colmap_model import Model
 from .colmap_text import read_text_model
 from .files import Place
@@ -29,5 +30,5 @@ def read_colmap(folder: Path, name: str) -> Reconstruction:
     if not (folder / f"images{suffix}").is_file():
         raise Place(folder, f"images{suffix}").error("it is missing", "give a whole COLMAP model")
     model = Model(folder)
-    read_text_model(folder, model)
+    (read_binary_model if suffix == ".bin" else read_text_model)(folder, model)
     return model.reconstruction(name)

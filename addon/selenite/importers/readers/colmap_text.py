@@ -6,7 +6,6 @@ Source: COLMAP documentation, "Output Format".
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,39 +13,8 @@ import numpy as np
 from . import numbers
 from .colmap_model import CAMERA_SENSOR, Frame, Image, Model, Rig, RigidTransform
 from .colmap_models import BY_NAME, colmap_camera
-from .files import MOST_BINARY, Place, shortened, size_of
-
-#: Bytes of one line: an image with half a million features.
-LONGEST_LINE = 32 << 20
-
-
-def _lines(file: Path, every_other: bool = False) -> Iterator[tuple[list[str], Place]]:
-    """Words of each line that is neither empty nor a comment; with `every_other`, what follows
-    such a line is skipped, empty or not."""
-    size_of(file, MOST_BINARY)
-    try:
-        with file.open("rb") as stream:
-            count = 0
-            while line := stream.readline(LONGEST_LINE + 1):
-                count += 1
-                place = Place(file, f"line {count}")
-                if len(line) > LONGEST_LINE:
-                    raise place.error(f"it is longer than {LONGEST_LINE >> 20} MiB")
-                try:
-                    words = line.decode("utf-8-sig" if count == 1 else "utf-8").split()
-                except UnicodeDecodeError as error:
-                    raise place.error("it is no text in UTF-8") from error
-                if not words or words[0].startswith("#"):
-                    continue
-                yield words, place
-                if every_other:
-                    count += 1
-                    if len(stream.readline(LONGEST_LINE + 1)) > LONGEST_LINE:
-                        raise place.error(f"the next line is longer than {LONGEST_LINE >> 20} MiB")
-    except OSError as error:
-        raise Place(file, "file").error(
-            f"it cannot be read ({error})", "check its rights"
-        ) from error
+from .files import Place, shortened
+from .lines import word_lines
 
 
 def _values(words: list[str], place: Place, count: int | None = None) -> np.ndarray:
@@ -60,7 +28,7 @@ def _least(words: list[str], count: int, place: Place) -> None:
 
 def read_text_model(folder: Path, model: Model) -> None:
     """Fills the model with what the folder holds. Raises ReconstructionError."""
-    for words, place in _lines(folder / "cameras.txt"):
+    for words, place in word_lines(folder / "cameras.txt"):
         _least(words, 5, place)
         number = BY_NAME.get(words[1])
         if number is None:
@@ -70,12 +38,12 @@ def read_text_model(folder: Path, model: Model) -> None:
         camera = colmap_camera(number, size, _values(words[4:], place), place)
         model.add_camera(numbers.whole(words[0], place), camera, place)
     if (folder / "rigs.txt").is_file():
-        for words, place in _lines(folder / "rigs.txt"):
+        for words, place in word_lines(folder / "rigs.txt"):
             _rig(words, place, model)
     if (folder / "frames.txt").is_file():
-        for words, place in _lines(folder / "frames.txt"):
+        for words, place in word_lines(folder / "frames.txt"):
             _frame(words, place, model)
-    for words, place in _lines(folder / "images.txt", every_other=True):
+    for words, place in word_lines(folder / "images.txt", every_other=True):
         _least(words, 10, place)
         number = numbers.whole(words[0], place)
         pose = RigidTransform(_values(words[1:5], place, 4), _values(words[5:8], place, 3))
@@ -83,7 +51,7 @@ def read_text_model(folder: Path, model: Model) -> None:
         model.add_image(Image(number, pose, numbers.whole(words[8], place), name), place)
     if (folder / "points3D.txt").is_file():
         found = []
-        for words, place in _lines(folder / "points3D.txt"):
+        for words, place in word_lines(folder / "points3D.txt"):
             _least(words, 4, place)
             found.append(_values(words[1:4], place, 3))
         model.points = np.array(found).reshape(-1, 3)

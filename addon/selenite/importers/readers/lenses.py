@@ -15,6 +15,8 @@ from .files import Place
 
 #: Pixels of focal length and of the place of the principal point.
 LEAST_FOCAL, LARGEST = 1e-3, 1e9
+#: Pixels: what is left out below that is not worth a remark.
+LEAST_REMARK = 0.01
 
 
 def opencv_intrinsics(
@@ -45,3 +47,26 @@ def check(lens: Intrinsics, place: Place) -> None:
     for name, value in (("cx", lens.cx), ("cy", lens.cy)):
         if not abs(value) <= LARGEST:
             raise place.error(f"{name} is {value:g} pixels; it can be up to {LARGEST:g}")
+
+
+def left_out(values: Mapping[str, float], lens: Intrinsics) -> list[str]:
+    """A remark on each of b2 (skew, in pixels), k4, p3 and p4 that `lens` leaves out, with what it
+    moves at the corner that is farthest from the principal point."""
+    x = max(lens.cx, lens.width - lens.cx) / lens.fx
+    y = max(lens.cy, lens.height - lens.cy) / lens.fy
+    r2 = x * x + y * y
+    tangential = 3 * r2 * max(abs(lens.p1), abs(lens.p2)) * lens.fy
+    moved = {
+        "b2": y,
+        "k4": r2**4 * r2**0.5 * lens.fy,
+        "p3": tangential * r2,
+        "p4": tangential * r2 * r2,
+    }
+    found = []
+    for name, by_one in moved.items():
+        pixels = abs(values.get(name, 0.0)) * by_one
+        if pixels >= LEAST_REMARK:
+            found.append(
+                f"{name} = {values[name]:g} is left out: {pixels:.2g} pixels at the corner"
+            )
+    return found

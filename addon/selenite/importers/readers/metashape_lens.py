@@ -13,13 +13,11 @@ from xml.etree.ElementTree import Element
 from ..reconstruction import Intrinsics
 from . import numbers
 from .files import Place
-from .lenses import check
+from .lenses import check, left_out
 from .xml_tree import attribute
 
 #: What the file of old versions writes instead of f and b1.
 OLD_FOCAL = "fx"
-#: Pixels: what is left out below that is not worth a remark.
-LEAST_REMARK = 0.01
 
 
 @dataclass(frozen=True)
@@ -101,7 +99,7 @@ def _of_calibration(calibration: Element, width: int, height: int, place: Place)
         **{name: values.get(name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")},
     )  # fmt: skip
     check(intrinsics, place)
-    return Sensor(intrinsics, remarks=tuple(_left_out(values, intrinsics)))
+    return Sensor(intrinsics, remarks=tuple(left_out(values, intrinsics)))
 
 
 def _values(calibration: Element, place: Place) -> dict[str, float]:
@@ -119,25 +117,3 @@ def plain(text: str | None) -> str | None:
     if text and text.strip().startswith("np.float64(") and text.strip().endswith(")"):
         return text.strip()[len("np.float64(") : -1]
     return text
-
-
-def _left_out(values: dict[str, float], lens: Intrinsics) -> list[str]:
-    """What b2, k4, p3 and p4 move at the corner that is farthest from the principal point."""
-    x = max(lens.cx, lens.width - lens.cx) / lens.fx
-    y = max(lens.cy, lens.height - lens.cy) / lens.fy
-    r2 = x * x + y * y
-    tangential = r2 * 3 * max(abs(lens.p1), abs(lens.p2))
-    moved = {
-        "b2": y,
-        "k4": r2**4 * r2**0.5 * lens.fy,
-        "p3": tangential * r2 * lens.fy,
-        "p4": tangential * r2 * r2 * lens.fy,
-    }
-    found = []
-    for name, by_one in moved.items():
-        pixels = abs(values.get(name, 0.0)) * by_one
-        if pixels >= LEAST_REMARK:
-            found.append(
-                f"{name} = {values[name]:g} is left out: {pixels:.2g} pixels at the corner"
-            )
-    return found
