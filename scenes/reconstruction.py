@@ -24,15 +24,16 @@ from reconstruction_files import Camera, Lens, Mesh  # noqa: E402
 
 MATERIAL = "Pebble"
 TRUTH = {"base_color": (0.62, 0.33, 0.16), "roughness": 0.35}
-SIZE = (96, 72)
-#: Moves the corners of the photo by 7 to 12 pixels; a principal point off the centre, pixels that are
-#: no squares.
-LENS = Lens(*SIZE, 110.0, 111.1, 49.5, 34.75, k1=-0.35, k2=0.05, p1=0.002, p2=-0.003)
+SIZE = (192, 144)
+#: Moves the corners of the photo by 8 to 13 pixels; a principal point off the centre, pixels that
+#: are no squares.
+LENS = Lens(*SIZE, 220.0, 222.2, 99.0, 69.5, k1=-0.25, k2=0.05, p1=0.002, p2=-0.003)
 #: Where cameras stand: azimuth and height in degrees, distance in metres.
 PLACES = ((20, 15, 0.28), (110, 35, 0.30), (200, 5, 0.27), (290, 60, 0.29))
 #: Strength of the even white world; an import stands one of strength 1 in, from which fits start.
 SKY = 0.7
-_FINER = 4  # pixels of the render, along each side, in one of the photo
+_FINER = 2  # pixels of the render, along each side, in one of the photo
+_PARTS = 6  # along each side of a photo's pixel, of which it is the mean
 _MARGIN = 1.5  # field of view of the render over that of the lens
 
 
@@ -164,7 +165,7 @@ def take_photos(cameras: list[Camera], folder: Path, samples: int) -> list[Path]
 def _through_lens(pixels: np.ndarray, focal: float, lens: Lens) -> np.ndarray:
     """(h, w, 3) of a centred pinhole -> the photo: the mean of a pixel's parts, each the value of
     the pinhole's picture there, linear between its pixels."""
-    parts = (np.arange(_FINER * 2) + 0.5) / (_FINER * 2)
+    parts = (np.arange(_PARTS) + 0.5) / _PARTS
     across = (np.arange(lens.width)[:, None] + parts).ravel()
     down = (np.arange(lens.height)[:, None] + parts).ravel()
     slopes = lens.slopes(np.stack(np.meshgrid(across, down), axis=-1))

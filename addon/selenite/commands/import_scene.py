@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             made = to_blender.create(plan, scene, note)
             to_blender.add_white_world(scene)
             set_for_fit(scene)
-            to_blender.relative_paths(bpy.data.images, save.parent)
+            to_blender.relative_paths(scene, save.parent)
             _save(save)
         except BaseException:
             if folder is not None:

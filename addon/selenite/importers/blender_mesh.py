@@ -5,12 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..scene_read import hosts
+from .obj_offset import near_origin
 from .reconstruction import ReconstructedMesh, ReconstructionError
 
 #: Blender's importers keep single precision, 6e-8 of the largest coordinate.
@@ -59,10 +61,12 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
     with _scratch_scene() as scene:
         before = set(bpy.data.user_map())
         try:
-            _import(file)
-            graph = bpy.context.evaluated_depsgraph_get()
-            made = [item for item in scene.objects if item.type == "MESH"]
-            meshes = tuple(_neutral(item.evaluated_get(graph), file) for item in made)
+            with near_origin(file) as (near, offset):
+                _import(near)
+                graph = bpy.context.evaluated_depsgraph_get()
+                made = [item for item in scene.objects if item.type == "MESH"]
+                found = [_neutral(item.evaluated_get(graph), file) for item in made]
+            meshes = tuple(replace(one, positions=one.positions + offset) for one in found)
         except (RuntimeError, AttributeError, ImportError, OSError) as error:
             cause = " ".join(str(error).removeprefix("Error: ").split()) or type(error).__name__
             cure = "export the mesh again, as OBJ or X3D"
@@ -73,7 +77,7 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
     if not meshes:  # importers report success all the same
         cure = "export a mesh with faces; or, as OBJ or X3D, with another program"
         raise ReconstructionError(file, "mesh", "Blender finds no faces in it", cure)
-    far = max(float(np.abs(mesh.positions).max()) for mesh in meshes)
+    far = 0.0 if offset.any() else max(float(np.abs(mesh.positions).max()) for mesh in meshes)
     size = float(np.ptp(np.concatenate([mesh.positions for mesh in meshes]), axis=0).max())
     remarks = ()
     if far > _COARSE * size:

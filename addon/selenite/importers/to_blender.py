@@ -8,7 +8,7 @@ camera, where it had none. The caller makes it one undo step.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -122,14 +122,19 @@ def add_white_world(scene: bpy.types.Scene) -> None:
     scene.world = world
 
 
-def relative_paths(images: Iterable[bpy.types.Image], folder: Path) -> None:
-    """Names files inside `folder` from there, as a .blend in it does: so both can move together.
-    All else keeps its whole path."""
-    for image in images:
-        if image.filepath and not image.filepath.startswith("//"):
-            path = Path(image.filepath)
-            if path.is_relative_to(folder):
-                image.filepath = f"//{path.relative_to(folder).as_posix()}"
+def relative_paths(scene: bpy.types.Scene, folder: Path) -> None:
+    """Names images and masks inside `folder` from there, as a .blend in it does: so both can move
+    together. All else keeps its whole path."""
+
+    def named(text: str) -> str:
+        path = Path(text)
+        inside = bool(text) and not text.startswith("//") and path.is_relative_to(folder)
+        return f"//{path.relative_to(folder).as_posix()}" if inside else text
+
+    for image in bpy.data.images:
+        image.filepath = named(image.filepath)
+    for row in scene.selenite.captures:
+        row.mask_path = named(row.mask_path)
 
 
 class _Images:
