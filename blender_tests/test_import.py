@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From files of a reconstruction to a scene: cameras to a hundredth of a pixel in every format, near
-the origin and a million metres away; photos paired; the saved file alone is ready to fit."""
+"""From files of a reconstruction to a scene: cameras to a hundredth of a pixel in every format,
+near the origin and a million metres away; photos paired; the saved file alone is ready to fit."""
 
 import json
 import os
@@ -77,10 +77,10 @@ def test_the_saved_file_alone_is_ready_to_fit(tmp_path, capsys):
     assert found["cameras"][0]["width"] == reconstructed.pebble.SIZE[0]
     assert not any(one["spoils"] for one in found["render_settings"])
     # Folder and file move together.
-    before = sorted(os.listdir(tmp_path))
+    before = list(tmp_path.iterdir())
     (tmp_path / "moved").mkdir()
-    for name in before:
-        (tmp_path / name).rename(tmp_path / "moved" / name)
+    for item in before:
+        item.rename(tmp_path / "moved" / item.name)
     status, found, said = command(capsys, "check", str(tmp_path / "moved" / "out.blend"))
     assert status == 0, said
     assert Path(found["captures"][0]["photo"]).parent == tmp_path / "moved" / "photos"
@@ -135,7 +135,7 @@ def test_nothing_that_exists_is_touched(tmp_path, addon):
     camera, aspect = scene.camera, scene.render.pixel_aspect_x
     operator(words["metashape"])
     assert scene.camera is camera and scene.render.pixel_aspect_x == aspect
-    assert tuple(scene.render.resolution_x for _ in "x") == (32,)
+    assert scene.render.resolution_x == 32
     assert set(before) <= set(reconstructed.everything()) and kept.name == "IMG_0001"
     labels = [one[LABEL] for one in scene.objects if LABEL in one]
     assert labels == [f"IMG_000{n}" for n in (1, 2, 3, 4)]
@@ -187,7 +187,7 @@ def test_undistorted_photos_show_points_where_the_camera_has_them(tmp_path, caps
     dots = grid.reshape(-1, 2) + 0.3  # where the pinhole shows them
     slopes = (dots - (camera.lens.cx, camera.lens.cy)) / (camera.lens.fx, camera.lens.fy)
     at = camera.lens.pixels(slopes)
-    assert np.linalg.norm(at - dots, axis=1).max() > 5
+    assert np.linalg.norm(at - dots, axis=1).max() > 4
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     far = np.min([(x - u) ** 2 + (y - v) ** 2 for u, v in at], axis=0)
     photo = np.repeat(np.exp(-far / (2 * 1.5**2))[..., None], 3, axis=2).astype(np.float32)
@@ -230,7 +230,7 @@ BROKEN = {
         "metashape",
         lambda f: broken_xml(f, "<document", '<!DOCTYPE d [<!ENTITY a "b">]><document'),
     ),
-    "not a number": ("metashape", lambda f: broken_xml(f, "<f>", "<f>nan")),
+    "not a number": ("metashape", lambda f: broken_xml(f, "<f>222.2", "<f>nan")),
     "no sensors": ("metashape", lambda f: broken_xml(f, "<sensors>", "<others>")),
     "truncated binary": ("colmap binary", broken_binary),
     "pose that is none": ("colmap text", broken_colmap),
@@ -256,11 +256,11 @@ def test_what_is_malformed_creates_nothing(fault, tmp_path, capsys, addon):
         operator(words[name])
     assert reconstructed.everything() == before
     assert len(bpy.context.scene.selenite.captures) == 0
-    files = sorted(os.listdir(tmp_path))
+    files = sorted(tmp_path.iterdir())
     status, report, _ = command(
         capsys, "import", *words[name], "--save", str(tmp_path / "out.blend")
     )
-    assert status == 2 and sorted(os.listdir(tmp_path)) == files
+    assert status == 2 and sorted(tmp_path.iterdir()) == files
     for problem in report["problems"]:
         assert problem["object"] and problem["cause"] and problem["cure"]
 
@@ -317,9 +317,7 @@ def buddha():
 
 def test_a_real_capture(buddha, tmp_path, capsys, request):
     words = [str(buddha / "buddha.x3d"), "--cameras", str(buddha / "cameras.xml")]
-    report = imported(
-        capsys, [*words, "--photos", str(buddha / "photos")], tmp_path / "out.blend"
-    )
+    report = imported(capsys, [*words, "--photos", str(buddha / "photos")], tmp_path / "out.blend")
     assert report["captures"] == 13 and report["cameras_without_photo"] == []
     truth = json.loads((buddha / "cameras.json").read_text())
     request.getfixturevalue("addon")

@@ -4,10 +4,13 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 
 def add_import(parser: argparse.ArgumentParser) -> None:
     """What is read, how it is placed, and where the scene goes."""
+    # A point such as -0.5,1,2 is an argument and no option; there is no public way to say so.
+    parser._negative_number_matcher = re.compile(r"-[.\d][-+.,\deE]*$")
     add = parser.add_argument
     formats = (
         "Metashape's camera XML, X3D, COLMAP (a file of the model or its folder), NeRF's "

@@ -32,16 +32,17 @@ class BodyState:
 
     def text(self, unit_length: float) -> str:
         """Counts and, of a closed body, the volume. unit_length: metres in one Blender unit."""
-        state = "closed" if self.found.encloses else "not closed"
-        parts = [f"{state}: {self.found.triangles} triangles, {self.found.bodies} bodies"]
+        found = self.found
+        state = "closed" if found.encloses else "not closed"
         counts = (
-            (self.found.open_edges, "open edges"),
-            (self.found.loose_crowded_edges, "edges with too many faces"),
-            (self.found.disagreeing_faces, "faces wound against their neighbours"),
-            (self.found.doubled_faces, "faces on top of others"),
-            (self.found.inside_out, "bodies turned inside out"),
+            (found.open_edges, "open edge"),
+            (found.loose_crowded_edges, "edge with too many faces"),
+            (found.disagreeing_faces, "face wound against its neighbours"),
+            (found.doubled_faces, "face on top of another"),
+            (found.inside_out, "body turned inside out"),
         )
-        parts += [f"{count} {name}" for count, name in counts if count]
+        parts = [f"{state}: triangles: {found.triangles}, bodies: {found.bodies}"]
+        parts += [f"{name}: {count}" for count, name in counts if count]
         cubic = self.volume * unit_length**3 * 1e6
         parts += [f"volume {cubic:.6g} cm³"] if self.found.encloses else []
         return ", ".join(parts)
@@ -64,15 +65,48 @@ def fill_holes(item: bpy.types.Object) -> int:
     turns all faces outwards; vertices at one place become one. Returns the number of new triangles.
     Raises BadInput where nothing is open, or the mesh cannot be changed."""
     mesh = _own_mesh(item)
+    size = max(Vector(item.dimensions).length, 1e-30) / max(_scale(item), 1e-30)
+    count = _fill(mesh, _TINY * size)
+    if not count:
+        cure = "there is nothing to do; use Watertight Remesh where other faults are left"
+        raise BadInput(Problem(f"Object '{item.name}'", "it has no hole", cure))
+    return count
+
+
+def remesh(item: bpy.types.Object, voxel: float) -> None:
+    """Fills the holes, then Blender's voxel remesh: one closed surface around all, with faces as
+    large as a voxel. UV maps are lost, details smaller than a voxel too. voxel: its side in Blender
+    units of the world. Raises BadInput."""
+    mesh = _own_mesh(item)
+    longest, scale = max(item.dimensions), _scale(item)
+    if not voxel > 0 or longest / voxel > MOST_VOXELS:
+        parts = longest / max(voxel, 1e-30)
+        cause = f"a voxel of {voxel:.4g} is 1/{parts:.0f} of its longest side"
+        cure = f"give a larger one, at least {longest / MOST_VOXELS:.4g}"
+        raise BadInput(Problem(f"Object '{item.name}'", cause, cure))
+    # Across a hole the remesh does not know inside from outside, and leaves crumbs.
+    filled = mesh.copy()
+    _fill(filled, _TINY * longest / scale)
+    made = _voxels_of(filled, voxel / scale)
+    bpy.data.meshes.remove(filled)
+    if not len(made.polygons):
+        bpy.data.meshes.remove(made)
+        cure = "give a smaller voxel"
+        raise BadInput(Problem(f"Object '{item.name}'", "no face would be left", cure))
+    made.name = mesh.name
+    item.data = made
+
+
+def _fill(mesh: bpy.types.Mesh, distance: float) -> int:
+    """Vertices within `distance` become one; returns how many triangles fill holes. Without any
+    hole the mesh stays as it is."""
     scratch = bmesh.new()
     try:
         scratch.from_mesh(mesh)
-        size = max(Vector(item.dimensions).length, 1e-30) / max(_scale(item), 1e-30)
-        bmesh.ops.remove_doubles(scratch, verts=scratch.verts, dist=_TINY * size)
+        bmesh.ops.remove_doubles(scratch, verts=scratch.verts, dist=distance)
         rims = [edge for edge in scratch.edges if edge.is_boundary]
         if not rims:
-            cure = "there is nothing to do; use Watertight Remesh where other faults are left"
-            raise BadInput(Problem(f"Object '{item.name}'", "it has no hole", cure))
+            return 0
         before = set(scratch.faces)
         bmesh.ops.holes_fill(scratch, edges=rims, sides=0)
         new = [face for face in scratch.faces if face not in before]
@@ -86,32 +120,18 @@ def fill_holes(item: bpy.types.Object) -> int:
     return len(made)
 
 
-def remesh(item: bpy.types.Object, voxel: float) -> None:
-    """Blender's voxel remesh: one closed surface around all, with faces as large as a voxel. UV
-    maps are lost, details smaller than a voxel too. voxel: its side in Blender units of the world.
-    Raises BadInput."""
-    mesh = _own_mesh(item)
-    longest, scale = max(item.dimensions), _scale(item)
-    if not voxel > 0 or longest / voxel > MOST_VOXELS:
-        cause = f"a voxel of {voxel:.4g} is 1/{longest / max(voxel, 1e-30):.0f} of its longest side"
-        cure = f"give a larger one, at least {longest / MOST_VOXELS:.4g}"
-        raise BadInput(Problem(f"Object '{item.name}'", cause, cure))
+def _voxels_of(mesh: bpy.types.Mesh, voxel: float) -> bpy.types.Mesh:
+    """A new mesh; `voxel` in the mesh's own units."""
     scratch = bpy.data.objects.new("Selenite remesh", mesh)
     try:
         bpy.context.scene.collection.objects.link(scratch)
         modifier = scratch.modifiers.new("Remesh", "REMESH")
-        modifier.mode, modifier.voxel_size = "VOXEL", voxel / scale
+        modifier.mode, modifier.voxel_size = "VOXEL", voxel
         modifier.use_smooth_shade = True
         graph = bpy.context.evaluated_depsgraph_get()
-        made = bpy.data.meshes.new_from_object(scratch.evaluated_get(graph), depsgraph=graph)
+        return bpy.data.meshes.new_from_object(scratch.evaluated_get(graph), depsgraph=graph)
     finally:
         bpy.data.objects.remove(scratch)
-    if not len(made.polygons):
-        bpy.data.meshes.remove(made)
-        cure = "give a smaller voxel, and fill large holes before"
-        raise BadInput(Problem(f"Object '{item.name}'", "no face would be left", cure))
-    made.name = mesh.name
-    item.data = made
 
 
 def thickness_at(item: bpy.types.Object, point: Sequence[float]) -> float:
