@@ -52,6 +52,8 @@ class Lens:
         for _ in range(200):
             shown = (self.pixels(found) - (self.cx, self.cy)) / (self.fx, self.fy)
             found += aim - shown
+            if np.abs(aim - shown).max() < 1e-12:
+                break
         return found
 
 
