@@ -17,9 +17,9 @@ import reconstruction as pebble  # noqa: E402
 FORMATS = ("metashape", "colmap text", "colmap binary", "transforms")
 
 
-def written(folder, offset=(0.0, 0.0, 0.0)):
+def written(folder, offset=(0.0, 0.0, 0.0), **how):
     """(reconstruction, words of `selenite import` by format), with photos of one grey."""
-    found = pebble.build(offset)
+    found = pebble.build(offset, **how)
     (folder / "photos").mkdir(parents=True)
     for camera in found.cameras:
         made.photo(folder / "photos" / f"{camera.label}.exr", pebble.SIZE)

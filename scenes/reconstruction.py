@@ -46,10 +46,12 @@ class Reconstruction:
     photos: list[Path]
 
 
-def build(offset: tuple = (0.0, 0.0, 0.0)) -> Reconstruction:
-    """Replaces the open file by the pebble under an even white sky. offset: added to all of the
-    reconstruction in double precision, as a national grid does; the scene stays at the origin."""
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+def build(offset: tuple = (0.0, 0.0, 0.0), *, replaces: bool = True) -> Reconstruction:
+    """Replaces the open file by the pebble under an even white sky, or adds it. offset: added to
+    all of the reconstruction in double precision, as a national grid does; the scene stays at the
+    origin."""
+    if replaces:
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     pebble = _add_pebble()
     world = scene.world = bpy.data.worlds.new("World")
