@@ -110,10 +110,10 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
         ) from error
     sidecars = [path for path in entries if path.suffix.lower() == ".xmp"]
     single = [path for path in entries if path.name in ("transforms.json", "bundle.out")]
-    held = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
-    held += [path.name for path in single]
-    if len(held) > 1:
-        raise Place(folder, "folder").error(f"it holds {' and '.join(held)}", "give one of them")
+    kinds = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
+    kinds += [path.name for path in single]
+    if len(kinds) > 1:
+        raise Place(folder, "folder").error(f"it holds {' and '.join(kinds)}", "give one of them")
     if model is not None:
         return colmap.read_colmap(model, name)
     if sidecars:

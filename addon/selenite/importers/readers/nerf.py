@@ -41,7 +41,7 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
     if not isinstance(frames, list) or not frames:
         raise place.error("it is missing or empty")
     found: list[ReconstructedCamera] = []
-    labels, beside = Labels(), Pictures(file.parent, pictures)
+    labels, photos = Labels(), Pictures(file.parent, pictures)
     skipped: dict[str, list[str]] = {}
     dropped: dict[str, None] = {}
     for count, frame in enumerate(frames):
@@ -57,7 +57,7 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
         if cause:
             skipped.setdefault(cause, []).append(label)
             continue
-        lens = values.intrinsics(beside, (photo, mask))
+        lens = values.intrinsics(photos, (photo, mask))
         dropped.update(dict.fromkeys(left_out({"k4": values.number("k4") or 0.0}, lens)))
         found.append(ReconstructedCamera(label, pose, lens, photo=photo, mask=mask))
     if not found:
