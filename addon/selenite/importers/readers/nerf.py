@@ -15,10 +15,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction
+from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction, ReconstructionError
 from . import numbers
 from .files import Place, read_bytes, shortened
-from .labels import Labels, named
+from .labels import Labels, named, usable_text
 from .lenses import left_out, opencv_intrinsics
 from .pictures import Pictures
 
@@ -81,10 +81,10 @@ def _parsed(file: Path) -> dict[str, Any]:
         raise place.error("its lists are nested too deep") from error
     except UnicodeDecodeError as error:
         raise place.error("it is no text in UTF-8") from error
-    except ValueError as error:
-        if isinstance(error, json.JSONDecodeError):
-            raise place.error(f"it is no JSON ({shortened(str(error))})") from error
+    except ReconstructionError:
         raise
+    except ValueError as error:
+        raise place.error(f"it is no JSON ({shortened(str(error))})") from error
     if not isinstance(found, dict):
         raise place.error("it is no object with frames")
     return found
@@ -96,7 +96,7 @@ def _text(frame: dict[str, Any], key: str, place: Place) -> str:
         return ""
     if not isinstance(found, str):
         raise place.error(f"{key} is no text")
-    return found
+    return usable_text(found, place)
 
 
 def _pose(value: Any, place: Place) -> np.ndarray:
