@@ -183,7 +183,7 @@ def _checked(found: Reconstruction, file: Path) -> Reconstruction:
     for camera in found.cameras:
         if not np.isfinite(camera.camera_to_world).all():
             raise Place(file, f"camera '{camera.label}'").error("its pose is not finite")
-    return found
+    return replace(found, remarks=tuple(dict.fromkeys(found.remarks)))
 
 
 __all__ = ["KNOWN", "MESHES", "read_reconstruction"]
