@@ -2,9 +2,9 @@
 """Fuzzes the readers of reconstructions by coverage: guided.py FOLDER [OPTION OF LIBFUZZER ...].
 
 For an environment of its own with atheris 3.0, numpy, pillow and defusedxml in it. With
-`-max_total_time=600 -rss_limit_mb=1024` it takes ten minutes. The first byte of an input says which file it is, the rest
-is what the file holds. Any exception but ReconstructionError is a crash, and so is memory beyond
-the limit; both are kept in FOLDER.
+`-max_total_time=600 -rss_limit_mb=1024` it takes ten minutes. The first byte of an input says which
+file it is, the rest is what the file holds. Any exception but ReconstructionError is a crash, and so
+is memory beyond the limit; both are kept in FOLDER.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import atheris
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
-with atheris.instrument_imports(include=["selenite.importers", "defusedxml", "json", "csv"]):
+with atheris.instrument_imports(include=["selenite.importers"]):
     from selenite.importers.read import read_reconstruction
     from selenite.importers.reconstruction import ReconstructionError
 
