@@ -3,8 +3,8 @@
 
 For an environment of its own with atheris 3.0, numpy, pillow and defusedxml in it. With
 `-max_total_time=600 -rss_limit_mb=1024` it takes ten minutes. The first byte of an input says which
-file it is, the rest is what the file holds. Any exception but ReconstructionError is a crash, and so
-is memory beyond the limit; both are kept in FOLDER.
+file it is, the rest is what the file holds. Any exception but ReconstructionError is a crash, and
+so is memory beyond the limit; both are kept in FOLDER.
 """
 
 from __future__ import annotations

@@ -62,6 +62,8 @@ def test_reprojection_from_a_folder_of_xmp_files(tmp_path: Path) -> None:
     assert found.cameras[0].photo == "IMG_0000.JPG"
     one = read_reconstruction(tmp_path / "IMG_0002.xmp")
     assert worst(one, named(CAMERAS)[2:3]) < MOST
+    several = [tmp_path / "IMG_0001.xmp", tmp_path / "IMG_0003.xmp"]
+    assert worst(read_reconstruction(several), named(CAMERAS)[1:4:2]) < MOST
 
 
 def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
