@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -12,7 +12,7 @@ import numpy as np
 from .readers import bundler, colmap, metashape, nerf, realitycapture, x3d
 from .readers.files import GZIP, MOST_BINARY, Place, shortened, size_of
 from .readers.xml_tree import read_tree
-from .reconstruction import ReconstructedCamera, Reconstruction
+from .reconstruction import ReconstructedCamera, Reconstruction, ReconstructionError
 
 #: Meshes that Blender's importers read.
 MESHES = (".obj", ".ply", ".glb", ".gltf")
@@ -23,23 +23,33 @@ KNOWN = (
 
 
 def read_reconstruction(
-    file: Path | str, cameras: Path | str | None = None, pictures: Iterable[Path | str] = ()
+    file: Path | str | Sequence[Path | str],
+    cameras: Path | str | None = None,
+    pictures: Iterable[Path | str] = (),
 ) -> Reconstruction:
     """What a file or folder holds; with `cameras`, those of another file instead of its own.
 
     file: of Metashape (XML), X3D, COLMAP (a folder or one of its files), NeRF (transforms.json),
-    RealityCapture (CSV, an XMP file or the folder of several), Bundler; or a mesh as OBJ, PLY or
+    RealityCapture (CSV; XMP files: one, several or their folder), Bundler; or a mesh as OBJ, PLY or
     glTF, which is named in `mesh_files` and needs `cameras`.
     pictures: folders with photos or masks, for formats that leave out the photos' size.
     Raises ReconstructionError.
     """
-    file, folders = Path(file), tuple(Path(folder) for folder in pictures)
+    folders = tuple(Path(folder) for folder in pictures)
+    files = [Path(file)] if isinstance(file, Path | str) else [Path(one) for one in file]
+    if not files:
+        raise ReconstructionError("", "files", "there are none", "give one at least")
     # Numbers of a file may be of any size: what comes of them is looked at, not warned of.
     with np.errstate(all="ignore"):
-        found = _of_mesh(file, cameras) if file.suffix.lower() in MESHES else _read(file, folders)
+        if len(files) > 1:
+            found = realitycapture.read_xmp(files, files[0].resolve().parent.name, folders)
+        elif files[0].suffix.lower() in MESHES:
+            found = _of_mesh(files[0], cameras)
+        else:
+            found = _read(files[0], folders)
         if cameras is not None:
             found = _with_cameras(found, _read(Path(cameras), folders), Path(cameras))
-    return _checked(found, file)
+    return _checked(found, files[0])
 
 
 def _of_mesh(file: Path, cameras: Path | str | None) -> Reconstruction:
@@ -110,10 +120,10 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
         ) from error
     sidecars = [path for path in entries if path.suffix.lower() == ".xmp"]
     single = [path for path in entries if path.name in ("transforms.json", "bundle.out")]
-    held = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
-    held += [path.name for path in single]
-    if len(held) > 1:
-        raise Place(folder, "folder").error(f"it holds {' and '.join(held)}", "give one of them")
+    kinds = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
+    kinds += [path.name for path in single]
+    if len(kinds) > 1:
+        raise Place(folder, "folder").error(f"it holds {' and '.join(kinds)}", "give one of them")
     if model is not None:
         return colmap.read_colmap(model, name)
     if sidecars:
@@ -183,7 +193,7 @@ def _checked(found: Reconstruction, file: Path) -> Reconstruction:
     for camera in found.cameras:
         if not np.isfinite(camera.camera_to_world).all():
             raise Place(file, f"camera '{camera.label}'").error("its pose is not finite")
-    return found
+    return replace(found, remarks=tuple(dict.fromkeys(found.remarks)))
 
 
 __all__ = ["KNOWN", "MESHES", "read_reconstruction"]

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction
 from . import numbers
-from .files import Place, read_text
+from .files import Place, is_file, read_text
 from .labels import Labels, named
 from .lenses import check
 from .lines import word_lines
@@ -107,7 +107,7 @@ def _names(file: Path, cameras: int) -> list[str]:
     """Of photos, as a list beside the file gives them; empty where there is none."""
     for name in (f"{file.name}.list.txt", f"{file.stem}.list.txt", "list.txt"):
         path = file.with_name(name)
-        if path.is_file():
+        if is_file(path):
             lines = [line.strip() for line in read_text(path).splitlines() if line.strip()]
             if len(lines) != cameras:
                 raise Place(path, "list").error(f"it has {len(lines)} photos for {cameras} cameras")

@@ -9,7 +9,7 @@ from ..reconstruction import Reconstruction
 from .colmap_binary import read_binary_model
 from .colmap_model import Model
 from .colmap_text import read_text_model
-from .files import Place
+from .files import Place, is_file
 
 #: Where a model lies below the folder of a project.
 PLACES = ("", "sparse/0", "sparse", "0")
@@ -19,15 +19,15 @@ def model_folder(folder: Path) -> Path | None:
     """The folder itself or the usual one in it, if a model is there."""
     for place in PLACES:
         found = folder / place
-        if any((found / f"cameras{suffix}").is_file() for suffix in (".bin", ".txt")):
+        if any(is_file(found / f"cameras{suffix}") for suffix in (".bin", ".txt")):
             return found
     return None
 
 
 def read_colmap(folder: Path, name: str) -> Reconstruction:
     """Binary files come before text, as in COLMAP. Raises ReconstructionError."""
-    suffix = ".bin" if (folder / "cameras.bin").is_file() else ".txt"
-    if not (folder / f"images{suffix}").is_file():
+    suffix = ".bin" if is_file(folder / "cameras.bin") else ".txt"
+    if not is_file(folder / f"images{suffix}"):
         raise Place(folder, f"images{suffix}").error("it is missing", "give a whole COLMAP model")
     model = Model(folder)
     (read_binary_model if suffix == ".bin" else read_text_model)(folder, model)

@@ -16,7 +16,7 @@ import numpy as np
 
 from .colmap_model import Frame, Image, Model, Rig, RigidTransform
 from .colmap_models import MODELS, colmap_camera
-from .files import MOST_BINARY, Place, size_of
+from .files import MOST_BINARY, Place, is_file, size_of
 
 #: Bytes of an image's name.
 LONGEST_NAME = 4096
@@ -113,7 +113,7 @@ def read_binary_model(folder: Path, model: Model) -> None:
     )
     for name, needed, read in parts:
         file = folder / f"{name}.bin"
-        if needed or file.is_file():
+        if needed or is_file(file):
             with _opened(file) as stream:
                 read(stream, model)
 

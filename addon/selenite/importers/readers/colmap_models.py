@@ -34,6 +34,8 @@ _NAMES: dict[int, tuple[str, str]] = {
     13: ("DIVISION", "fx fy cx cy k"),
     14: ("SIMPLE_FISHEYE", "f cx cy"),
     15: ("FISHEYE", "fx fy cx cy"),
+    16: ("EUCM", "fx fy cx cy alpha beta"),
+    17: ("EQUIRECTANGULAR", "w h"),
 }
 MODELS = {number: (name, tuple(words.split())) for number, (name, words) in _NAMES.items()}
 BY_NAME = {name: number for number, (name, _) in MODELS.items()}

@@ -13,7 +13,7 @@ import numpy as np
 from . import numbers
 from .colmap_model import CAMERA_SENSOR, Frame, Image, Model, Rig, RigidTransform
 from .colmap_models import BY_NAME, colmap_camera
-from .files import Place, shortened
+from .files import Place, is_file, shortened
 from .lines import word_lines
 
 
@@ -37,10 +37,10 @@ def read_text_model(folder: Path, model: Model) -> None:
         size = numbers.whole(words[2], place), numbers.whole(words[3], place)
         camera = colmap_camera(number, size, _values(words[4:], place), place)
         model.add_camera(numbers.whole(words[0], place), camera, place)
-    if (folder / "rigs.txt").is_file():
+    if is_file(folder / "rigs.txt"):
         for words, place in word_lines(folder / "rigs.txt"):
             _rig(words, place, model)
-    if (folder / "frames.txt").is_file():
+    if is_file(folder / "frames.txt"):
         for words, place in word_lines(folder / "frames.txt"):
             _frame(words, place, model)
     for words, place in word_lines(folder / "images.txt", every_other=True):
@@ -49,7 +49,7 @@ def read_text_model(folder: Path, model: Model) -> None:
         pose = RigidTransform(_values(words[1:5], place, 4), _values(words[5:8], place, 3))
         name = " ".join(words[9:])
         model.add_image(Image(number, pose, numbers.whole(words[8], place), name), place)
-    if (folder / "points3D.txt").is_file():
+    if is_file(folder / "points3D.txt"):
         found = []
         for words, place in word_lines(folder / "points3D.txt"):
             _least(words, 4, place)

@@ -7,6 +7,8 @@ from .files import Place, shortened
 
 #: Cameras whose labels a remark spells out.
 MOST_NAMED = 5
+#: Letters of a label: those of a path.
+LONGEST = 4096
 
 
 class Labels:
@@ -19,10 +21,20 @@ class Labels:
         """The label. Raises ReconstructionError if it is empty or was there before."""
         if not label.strip():
             raise place.error("it has no label", "give it one where it was made")
+        usable_text(label, place)
         if label in self._seen:
             raise place.error("the label comes twice", "rename one of the photos and export again")
         self._seen.add(label)
         return label
+
+
+def usable_text(text: str, place: Place) -> str:
+    """The same, if a name can be made of it. Raises ReconstructionError."""
+    if len(text) > LONGEST or any(
+        ord(letter) < 32 or "\ud800" <= letter <= "\udfff" for letter in text
+    ):
+        raise place.error("a name in it has control characters or is too long", "rename the photo")
+    return text
 
 
 def named(labels: list[str]) -> str:

@@ -104,6 +104,8 @@ class _Chunk:
 
     def _sensor(self, camera: Element, place: Place) -> Sensor | None:
         """None for a camera that has no pose."""
+        if camera.get("enabled", "true") in ("false", "0"):
+            return Sensor(None, "it is disabled in Metashape")
         if camera.find("transform") is None:
             if camera.get("master_id") is None:
                 return None

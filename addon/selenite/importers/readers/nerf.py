@@ -15,10 +15,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction
+from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction, ReconstructionError
 from . import numbers
 from .files import Place, read_bytes, shortened
-from .labels import Labels, named
+from .labels import Labels, named, usable_text
 from .lenses import left_out, opencv_intrinsics
 from .pictures import Pictures
 
@@ -41,7 +41,7 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
     if not isinstance(frames, list) or not frames:
         raise place.error("it is missing or empty")
     found: list[ReconstructedCamera] = []
-    labels, beside = Labels(), Pictures(file.parent, pictures)
+    labels, photos = Labels(), Pictures(file.parent, pictures)
     skipped: dict[str, list[str]] = {}
     dropped: dict[str, None] = {}
     for count, frame in enumerate(frames):
@@ -57,7 +57,7 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
         if cause:
             skipped.setdefault(cause, []).append(label)
             continue
-        lens = values.intrinsics(beside, (photo, mask))
+        lens = values.intrinsics(photos, (photo, mask))
         dropped.update(dict.fromkeys(left_out({"k4": values.number("k4") or 0.0}, lens)))
         found.append(ReconstructedCamera(label, pose, lens, photo=photo, mask=mask))
     if not found:
@@ -81,10 +81,10 @@ def _parsed(file: Path) -> dict[str, Any]:
         raise place.error("its lists are nested too deep") from error
     except UnicodeDecodeError as error:
         raise place.error("it is no text in UTF-8") from error
-    except ValueError as error:
-        if isinstance(error, json.JSONDecodeError):
-            raise place.error(f"it is no JSON ({shortened(str(error))})") from error
+    except ReconstructionError:
         raise
+    except ValueError as error:
+        raise place.error(f"it is no JSON ({shortened(str(error))})") from error
     if not isinstance(found, dict):
         raise place.error("it is no object with frames")
     return found
@@ -96,7 +96,7 @@ def _text(frame: dict[str, Any], key: str, place: Place) -> str:
         return ""
     if not isinstance(found, str):
         raise place.error(f"{key} is no text")
-    return found
+    return usable_text(found, place)
 
 
 def _pose(value: Any, place: Place) -> np.ndarray:

@@ -15,6 +15,8 @@ from .files import Place, shortened
 LARGEST = 1e30
 #: By how much the axes of a rotation may miss unit length and right angles: a few printed digits.
 ROTATION_ERROR = 1e-3
+#: Of one file: a mesh of three million triangles.
+MOST_NUMBERS = 30_000_000
 #: Pixels along one side of a photo.
 MOST_PIXELS = 1 << 20
 _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
@@ -22,7 +24,8 @@ _WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
 
 def finite(values: np.ndarray, place: Place) -> np.ndarray:
     """The same. Raises ReconstructionError for NaN, infinity and what is beyond LARGEST."""
-    if values.size and not (np.abs(values) <= LARGEST).all():
+    # NaN is passed on by both, and no other array is made of what may be large.
+    if values.size and not (values.min() >= -LARGEST and values.max() <= LARGEST):
         bad = values[~(np.abs(values) <= LARGEST)].flat[0]
         raise place.error(f"{bad} is no usable number")
     return values
@@ -33,6 +36,8 @@ def numbers(text: str | None, place: Place, count: int | None = None) -> np.ndar
     Raises ReconstructionError."""
     if text is None or not text.strip():
         found = np.zeros(0)
+    elif len(text) > MOST_NUMBERS and sum(map(text.count, " \t\r\n")) > MOST_NUMBERS:
+        raise place.error(f"it has more than {MOST_NUMBERS} numbers", "reduce the mesh")
     else:
         try:
             with warnings.catch_warnings():

@@ -16,8 +16,8 @@ CURE = "put the photos beside the file, or give their folder (--photos)"
 class Pictures:
     """Photos by name, in the folder of a file and in others; of each the size alone is read."""
 
-    def __init__(self, beside: Path, folders: Iterable[Path] = ()) -> None:
-        self._folders = (beside, *folders)
+    def __init__(self, folder: Path, folders: Iterable[Path] = ()) -> None:
+        self._folders = (folder, *folders)
         self._listed: dict[Path, dict[str, Path]] = {}
 
     def size(self, names: Iterable[str], place: Place) -> tuple[int, int]:

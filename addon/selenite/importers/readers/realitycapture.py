@@ -89,9 +89,9 @@ def read_xmp(files: Sequence[Path], name: str, folders: Iterable[Path] = ()) -> 
     if len(files) > MOST_FILES:
         raise Place(folder, "folder").error(f"it has more than {MOST_FILES} XMP files")
     cameras, folders = _Cameras(), tuple(folders)
-    beside: dict[Path, Pictures] = {}
+    near: dict[Path, Pictures] = {}
     for file in sorted(files):
-        pictures = beside.setdefault(file.parent, Pictures(file.parent, folders))
+        pictures = near.setdefault(file.parent, Pictures(file.parent, folders))
         _read_xmp(file, cameras, pictures)
     return cameras.reconstruction(name, Place(folder, "XMP"))
 

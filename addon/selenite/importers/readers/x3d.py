@@ -178,7 +178,9 @@ def _mesh(
         triangles = triangles[:, ::-1]
         uvs = None if uvs is None else uvs[:, ::-1]
         normals = None if normals is None else normals[:, ::-1]
-    positions = numbers.finite(geometry.positions @ matrix[:3, :3].T + matrix[:3, 3], place)
+    positions = geometry.positions
+    if (matrix != np.eye(4)).any():
+        positions = numbers.finite(positions @ matrix[:3, :3].T + matrix[:3, 3], place)
     return ReconstructedMesh(
         name, positions, np.ascontiguousarray(triangles), uvs, normals, geometry.colors, texture
     )

@@ -40,7 +40,7 @@ class Nodes:
         self.scene, self.file = scene, file
         self.unread: set[str] = set()
         self._named: dict[str, Element] = {}
-        self._met = 0
+        self._met = self._read = 0
         for element in scene.iter():
             name = element.get("DEF")
             if name is None:
@@ -130,7 +130,14 @@ class Nodes:
         text = element.get(field)
         if text is None:
             return None
-        return numbers.numbers(text.replace(",", " "), self.place(element, field), count)
+        if "," in text:
+            text = text.replace(",", " ")
+        found = numbers.numbers(text, self.place(element, field), count)
+        self._read += len(found)
+        if self._read > numbers.MOST_NUMBERS:
+            cause = f"the scene has more than {numbers.MOST_NUMBERS} numbers"
+            raise self.place(element, field).error(cause, "reduce the mesh and export it again")
+        return found
 
     def vector(self, element: Element, field: str, usual: tuple[float, ...]) -> np.ndarray:
         """(n,) of a field, `usual` where it is absent."""

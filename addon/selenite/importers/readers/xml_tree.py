@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import re
+import secrets
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
@@ -14,7 +16,8 @@ from .files import Place, read_bytes, shortened
 #: Tags, opened or closed, and attributes: ten thousand cameras have some three hundred thousand.
 MOST_TAGS = 2_000_000
 DEEPEST = 200
-_PIECE = 1 << 20
+#: A value of 64 KiB or more. Expat reads such a one again for each MiB of it, so it is kept aside.
+_LONG = re.compile(rb'="([^"<&]{65536,}+)"')
 
 
 class _TooDeep(Exception):
@@ -22,18 +25,28 @@ class _TooDeep(Exception):
 
 
 class _Builder(TreeBuilder):
-    """Keeps names without their namespaces, and no comments."""
+    """Keeps names without their namespaces, and no comments; puts long values where `mark` and
+    their number stand."""
 
-    depth = 0
+    def __init__(self, mark: str, values: list[bytes]) -> None:
+        super().__init__()
+        self._depth, self._mark, self._values = 0, mark, values
 
     def start(self, tag: str, attributes: dict[str, str]) -> Element:
-        self.depth += 1
-        if self.depth > DEEPEST:
+        self._depth += 1
+        if self._depth > DEEPEST:
             raise _TooDeep
+        for name, value in attributes.items():
+            if value.startswith(self._mark):
+                attributes[name] = self._taken(int(value[len(self._mark) :]))
         return super().start(tag.rpartition("}")[2], attributes)
 
+    def _taken(self, index: int) -> str:
+        value, self._values[index] = self._values[index], b""
+        return value.decode("utf-8")
+
     def end(self, tag: str) -> Element:
-        self.depth -= 1
+        self._depth -= 1
         return super().end(tag.rpartition("}")[2])
 
 
@@ -48,11 +61,19 @@ def tree_of(data: bytes, file: Path) -> Element:
     if max(data.count(b"<"), data.count(b"=")) > MOST_TAGS:
         cause = f"it has more than {MOST_TAGS} tags or attributes"
         raise place.error(cause, "export cameras and mesh alone")
+    # A file cannot know the mark, and so not ask for another value than its own.
+    mark = secrets.token_hex(16)
+    values: list[bytes] = []
+
+    def taken(match: re.Match[bytes]) -> bytes:
+        values.append(match[1])
+        return b'="%b%d"' % (mark.encode(), len(values) - 1)
+
+    data = _LONG.sub(taken, data)
     # The encoding is settled here: that of a declaration could hide tags from the count above.
-    parser = DefusedXMLParser(target=_Builder(), encoding="utf-8", forbid_dtd=True)
+    parser = DefusedXMLParser(target=_Builder(mark, values), encoding="utf-8", forbid_dtd=True)
     try:
-        for start in range(0, len(data), _PIECE):
-            parser.feed(data[start : start + _PIECE])
+        parser.feed(data)
         root: Element = parser.close()
     except DefusedXmlException as error:
         raise place.error(
