@@ -15,7 +15,7 @@ from drawn_panels import draw
 
 from selenite.importers import imported, mesh_repair
 from selenite.importers.to_blender import TO_FILE
-from selenite.interface import import_tools
+from selenite.interface import import_tools, panels
 from selenite.problems import BadInput
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
@@ -218,8 +218,9 @@ def test_thickness_and_mean_free_path():
 
 
 def test_the_panel_has_a_button_for_each(pebble):
+    assert "selenite.import_reconstruction" in draw(panels.SELENITE_PT_captures)
     drawn = draw(import_tools.SELENITE_PT_reconstruction)
-    for name in ("import_reconstruction", "set_scale", "set_ground", "measure"):
+    for name in ("set_scale", "set_ground", "measure", "fill_holes", "remesh"):
         assert f"selenite.{name}" in drawn
     chosen(bpy.data.objects["pebble"])
     bpy.ops.selenite.measure()

@@ -17,7 +17,7 @@ from .problem_reports import report_problems
 
 #: What the last tool has found, by the scene's name: lines of the sub-panel.
 FOUND: dict[str, list[str]] = {}
-_WIDTH = 36
+_WIDTH = 32
 
 
 class _Tool(bpy.types.Operator):
@@ -55,7 +55,8 @@ class SELENITE_OT_measure(_Tool):
         item = context.active_object
         if item is not None and item.type == "MESH":
             _sync(item)
-            lines.append(f"{item.name}: {_box([x * unit for x in item.dimensions])}")
+            lines += [f"{item.name}: {_box([x * unit for x in item.dimensions])}"]
+            lines = list(dict.fromkeys(lines))  # an import of one mesh has its name and size
             lines.append(f"{item.name} is {mesh_repair.state_of(item).text(unit)}")
             lines += _media(item, unit, min(x for x in item.dimensions))
         if not lines:
@@ -197,9 +198,8 @@ class SELENITE_PT_reconstruction(bpy.types.Panel):
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """Import, scale, ground, repair; what the last of them found."""
+        """Scale, ground, repair; what the last of them found."""
         layout = self.layout
-        layout.operator("selenite.import_reconstruction", icon="IMPORT")
         layout.operator("selenite.measure", icon="DRIVER_DISTANCE")
         row = layout.row(align=True)
         row.operator("selenite.set_scale", icon="FULLSCREEN_ENTER")
