@@ -286,6 +286,69 @@ def test_a_failure_half_way_takes_everything_back(tmp_path, addon, monkeypatch):
     assert len(bpy.context.scene.selenite.captures) == 0
 
 
+def test_a_folder_of_the_users_is_not_written_into(tmp_path, capsys):
+    _, words = reconstructed.written(tmp_path)
+    (tmp_path / "out_photos").mkdir()
+    (tmp_path / "out_photos" / "mine.txt").write_text("kept")
+    words = [*words["metashape"], "--undistort", "--save", str(tmp_path / "out.blend")]
+    status, report, _ = command(capsys, "import", *words)
+    assert status == 2 and "out_photos" in report["problems"][0]["object"]
+    assert (tmp_path / "out_photos" / "mine.txt").read_text() == "kept"
+    assert not (tmp_path / "out.blend").exists()
+
+
+def textured_cube(folder):
+    """An uneven box, wider along y than along z, with a picture; alone in the file."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_cube_add(size=1)
+    item = bpy.context.object
+    item.name = "Box"
+    for vertex in item.data.vertices:
+        vertex.co = (0.1 * vertex.co.x, 0.3 * vertex.co.y + 0.5, 0.2 * vertex.co.z)
+    skin = made.material("Skin")
+    texture = skin.node_tree.nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.load(str(made.photo(folder / "skin.png", (8, 8), 0.2)))
+    made.link(skin, texture.outputs["Color"])
+    item.data.materials.append(skin)
+    return item
+
+
+@pytest.mark.parametrize("ending", ["obj", "ply", "gltf", "glb"])
+def test_meshes_of_blenders_importers_have_the_axes_of_the_file(ending, tmp_path, capsys, request):
+    """Those of glTF, whose y points upward, are turned so that z does."""
+    if ending in ("gltf", "glb") and bpy.app.version < (4, 0, 0):
+        pytest.skip("the glTF importer of Debian's Blender 3.4 fails with numpy 1.24")
+    _, words = reconstructed.written(tmp_path)
+    textured_cube(tmp_path)
+    file = tmp_path / f"box.{ending}"
+    if ending == "obj":
+        bpy.ops.wm.obj_export(filepath=str(file), forward_axis="Y", up_axis="Z")
+    elif ending == "ply":
+        corners = [(x, y, z) for x in (-0.05, 0.05) for y in (0.35, 0.65) for z in (-0.1, 0.1)]
+        faces = ["3 0 1 3", "3 4 6 7"]
+        head = "ply\nformat ascii 1.0\nelement vertex 8\n"
+        head += "".join(f"property float {axis}\n" for axis in "xyz")
+        head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        rows = [" ".join(map(str, corner)) for corner in corners]
+        file.write_text(head + "\n".join([*rows, *faces, ""]))
+    else:
+        kind = "GLB" if ending == "glb" else "GLTF_SEPARATE"
+        bpy.ops.export_scene.gltf(filepath=str(file), export_format=kind)
+    words = [str(file), "--cameras", str(tmp_path / "cameras.xml")]
+    report = imported(capsys, words, tmp_path / "out.blend")
+    request.getfixturevalue("addon")
+    reconstructed.opened(tmp_path / "out.blend")
+    places = reconstructed.vertices_of(next(x for x in bpy.data.objects if x.type == "MESH"))
+    assert np.abs(places.min(axis=0) - (-0.05, 0.35, -0.1)).max() < 1e-6
+    assert np.abs(places.max(axis=0) - (0.05, 0.65, 0.1)).max() < 1e-6
+    (mesh,) = report["meshes"]
+    left_out = [text for text in report["warnings"] if "is left out" in text]
+    if ending in ("obj", "gltf"):
+        assert Path(mesh["texture"]).name == "skin.png" and not left_out
+    else:
+        assert mesh["texture"] is None and len(left_out) == (ending == "glb")
+
+
 def test_what_has_no_partner_is_named_both_ways(tmp_path, capsys):
     _, words = reconstructed.written(tmp_path)
     photos = tmp_path / "photos"

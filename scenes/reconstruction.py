@@ -29,7 +29,7 @@ SIZE = (192, 144)
 #: are no squares.
 LENS = Lens(*SIZE, 220.0, 222.2, 99.0, 69.5, k1=-0.25, k2=0.05, p1=0.002, p2=-0.003)
 #: Where cameras stand: azimuth and height in degrees, distance in metres.
-PLACES = ((20, 15, 0.28), (110, 35, 0.30), (200, 5, 0.27), (290, 60, 0.29))
+PLACES = ((20, 15, 0.16), (110, 35, 0.17), (200, 5, 0.155), (290, 60, 0.165))
 #: Strength of the even white world; an import stands one of strength 1 in, from which fits start.
 SKY = 0.7
 _FINER = 2  # pixels of the render, along each side, in one of the photo

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..paths import absolute, is_folder
+from ..paths import absolute, is_folder, is_there
 from ..problems import BadInput, Problem
 from .arguments import input_file, output_file, stop_if
 from .terminal import bar, say
@@ -42,7 +42,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     scene = bpy.context.scene
     assert scene is not None  # noqa: S101 - an empty file has one
-    folder: Path | None = None
+    folder = save.with_name(f"{save.stem}_photos")
+    existed = is_there(folder)
     with bar("importing") as shown:
 
         def note(text: str, fraction: float) -> None:
@@ -52,7 +53,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         to_blender.show_as_photos(plan, scene)
         try:
             if args.undistort:
-                folder = save.with_name(f"{save.stem}_photos")
                 plan = undistorted.write_photos(plan, folder, note)
             made = to_blender.create(plan, scene, note)
             to_blender.add_white_world(scene)
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             to_blender.relative_paths(scene, save.parent)
             _save(save)
         except BaseException:
-            if folder is not None:
+            if not existed:  # else it is the user's
                 shutil.rmtree(folder, ignore_errors=True)
             raise
     report = _report(plan, save, made.captures)

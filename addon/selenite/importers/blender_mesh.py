@@ -66,6 +66,7 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
                 graph = bpy.context.evaluated_depsgraph_get()
                 made = [item for item in scene.objects if item.type == "MESH"]
                 found = [_neutral(item.evaluated_get(graph), file) for item in made]
+                inside = [item.name for item in made if _is_inside(item, file)]
             meshes = tuple(replace(one, positions=one.positions + offset) for one in found)
         except (RuntimeError, AttributeError, ImportError, OSError) as error:
             cause = " ".join(str(error).removeprefix("Error: ").split()) or type(error).__name__
@@ -79,9 +80,13 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
         raise ReconstructionError(file, "mesh", "Blender finds no faces in it", cure)
     far = 0.0 if offset.any() else max(float(np.abs(mesh.positions).max()) for mesh in meshes)
     size = float(np.ptp(np.concatenate([mesh.positions for mesh in meshes]), axis=0).max())
-    remarks = ()
+    remarks = tuple(
+        f"mesh '{name}': its texture is inside of '{file.name}' and is left out; export it as a "
+        "picture of its own (glTF Separate, OBJ)"
+        for name in inside
+    )
     if far > _COARSE * size:
-        remarks = (
+        remarks += (
             f"mesh file '{file.name}' reaches from its origin {far / size:.0f} times as far as it "
             "is large: single precision has moved its vertices; export it with a local origin, or "
             "as X3D",
@@ -147,14 +152,25 @@ def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
 
 
 def _texture(item: bpy.types.Object, file: Path) -> Path | None:
-    """The image behind the base colour of its first material, if it is a file in the folder of
-    `file` or inside."""
+    """The file behind the base colour, if it lies in the folder of `file` or inside."""
+    for image in _base_images(item):
+        path = Path(bpy.path.abspath(image.filepath)).resolve() if image.filepath else file
+        if path != file and path.is_file() and path.is_relative_to(file.resolve().parent):
+            return path
+    return None
+
+
+def _is_inside(item: bpy.types.Object, file: Path) -> bool:
+    """Whether the picture is inside the mesh's file, and nowhere else."""
+    packed = any(image.packed_file is not None for image in _base_images(item))
+    return packed and _texture(item, file) is None
+
+
+def _base_images(item: bpy.types.Object) -> Iterator[bpy.types.Image]:
+    """Images behind the base colours of its materials."""
     for slot in item.material_slots:
         tree = slot.material.node_tree if slot.material is not None else None
         for link in tree.links if tree is not None else ():
             image = getattr(link.from_node, "image", None)
-            if link.to_socket.name == "Base Color" and image is not None and image.filepath:
-                path = Path(bpy.path.abspath(image.filepath)).resolve()
-                if path.is_file() and path.is_relative_to(file.resolve().parent):
-                    return path
-    return None
+            if link.to_socket.name == "Base Color" and image is not None:
+                yield image

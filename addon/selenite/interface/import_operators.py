@@ -13,7 +13,7 @@ from ..importers import to_blender, undistorted
 from ..importers.plan import ImportPlan, ImportRequest, make_plan
 from ..importers.sources import read_any
 from ..native import NativeUnavailable
-from ..paths import absolute
+from ..paths import absolute, is_there
 from ..problems import BadInput, Problem
 from .problem_reports import report_problems
 
@@ -100,7 +100,7 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
         if not self.undistort:
             return plan
         folder = file.with_name(f"{file.stem}_photos")
-        existed = folder.exists()
+        existed = is_there(folder)
         try:
             return undistorted.write_photos(plan, folder, note)
         except BaseException:
