@@ -83,16 +83,16 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         distance = (first, second, _length("--scale-points", text, problems))
     if args.scale is not None:
         _length("--scale", args.scale, problems)
-    return ImportRequest(
-        file=file or input_file(args.file, problems, _FILE),
-        cameras=cameras,
-        photos=_folder("--photos", args.photos, problems),
-        masks=_folder("--masks", args.masks, problems),
-        meters=args.scale,
-        known_distance=distance,
-        ground=tuple(args.ground) if args.ground is not None else None,
-        up=args.up,
-    )
+    given: dict[str, Any] = {
+        "cameras": cameras,
+        "photos": _folder("--photos", args.photos, problems),
+        "masks": _folder("--masks", args.masks, problems),
+        "meters": args.scale,
+        "known_distance": distance,
+        "ground": tuple(args.ground) if args.ground is not None else None,
+        "up": args.up,
+    }
+    return ImportRequest(file or input_file(args.file, problems, _FILE), **given)
 
 
 def _length(argument: str, value: str | float, problems: list[Problem]) -> float:

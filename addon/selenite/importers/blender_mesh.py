@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -43,7 +44,7 @@ def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mes
         layer = data.uv_layers.new(name="UVMap")
         layer.data.foreach_set("uv", np.asarray(mesh.uvs[real], np.float32).ravel())
     if mesh.colors is not None:
-        attribute = data.color_attributes.new("Color", "FLOAT_COLOR", "POINT")
+        attribute = cast(Any, data.color_attributes).new("Color", "FLOAT_COLOR", "POINT")
         colors = np.ones((len(mesh.positions), 4), np.float32)
         colors[:, :3] = mesh.colors
         attribute.data.foreach_set("color", colors.ravel())
@@ -80,7 +81,7 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
         raise ReconstructionError(file, "mesh", "Blender finds no faces in it", cure)
     far = 0.0 if offset.any() else max(float(np.abs(mesh.positions).max()) for mesh in meshes)
     size = float(np.ptp(np.concatenate([mesh.positions for mesh in meshes]), axis=0).max())
-    remarks = tuple(
+    remarks: tuple[str, ...] = tuple(
         f"mesh '{name}': its texture is inside of '{file.name}' and is left out; export it as a "
         "picture of its own (glTF Separate, OBJ)"
         for name in inside
@@ -113,7 +114,7 @@ def _scratch_scene() -> Iterator[bpy.types.Scene]:
 
 def _import(file: Path) -> None:
     ending, path = file.suffix.lower(), str(file)
-    manager, older = bpy.ops.wm, bpy.ops.import_mesh
+    manager, operators = bpy.ops.wm, cast(Any, bpy.ops)
     if ending in (".glb", ".gltf"):
         bpy.ops.import_scene.gltf(filepath=path)
     elif ending == ".obj":
@@ -121,7 +122,7 @@ def _import(file: Path) -> None:
     elif bpy.app.version >= (4, 0, 0):
         manager.ply_import(filepath=path, forward_axis="Y", up_axis="Z")
     else:
-        older.ply(filepath=path)
+        operators.import_mesh.ply(filepath=path)
 
 
 def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:

@@ -19,13 +19,18 @@ _NUMBERS = 16
 
 def collection_of(scene: bpy.types.Scene, item: bpy.types.Object | None) -> bpy.types.Collection:
     """The import that holds `item`, or else the scene's only one. Raises BadInput."""
-    found = [one for one in scene.collection.children_recursive if TO_FILE in one]
+    found = [one for one in scene.collection.children_recursive if is_import(one)]
     holding = [one for one in found if item is not None and item.name in one.all_objects]
     if len(holding or found) == 1:
         return (holding or found)[0]
     cause = "no import is in the scene" if not found else "it is not clear which import is meant"
     cure = "import a reconstruction, or make one of its objects the active one"
     raise BadInput(Problem("Reconstruction", cause, cure))
+
+
+def is_import(collection: bpy.types.Collection) -> bool:
+    """Whether it was made by an import."""
+    return collection.get(TO_FILE) is not None
 
 
 def picked_points(context: bpy.types.Context, count: int) -> list[np.ndarray]:

@@ -4,8 +4,8 @@ thickness at a point. Each changes one mesh; the caller makes it one undo step."
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, cast
 
 import bmesh
 import bpy
@@ -60,12 +60,17 @@ def state_of(item: bpy.types.Object) -> BodyState:
     return BodyState(survey(positions, triangles), -volume if mirrored else volume)
 
 
+def sides(item: bpy.types.Object) -> np.ndarray:
+    """(3,) of its box along its own axes, in Blender units of the world."""
+    return np.array(item.dimensions, np.float64)
+
+
 def fill_holes(item: bpy.types.Object) -> int:
     """Closes every hole by a face of triangles whose corners keep the UVs of their neighbours, and
     turns all faces outwards; vertices at one place become one. Returns the number of new triangles.
     Raises BadInput where nothing is open, or the mesh cannot be changed."""
     mesh = _own_mesh(item)
-    size = max(Vector(item.dimensions).length, 1e-30) / max(_scale(item), 1e-30)
+    size = max(float(np.linalg.norm(sides(item))), 1e-30) / max(_scale(item), 1e-30)
     count = _fill(mesh, _TINY * size)
     if not count:
         cure = "there is nothing to do; use Watertight Remesh where other faults are left"
@@ -78,7 +83,7 @@ def remesh(item: bpy.types.Object, voxel: float) -> None:
     large as a voxel. UV maps are lost, details smaller than a voxel too. voxel: its side in Blender
     units of the world. Raises BadInput."""
     mesh = _own_mesh(item)
-    longest, scale = max(item.dimensions), _scale(item)
+    longest, scale = float(sides(item).max()), _scale(item)
     if not voxel > 0 or longest / voxel > MOST_VOXELS:
         parts = longest / max(voxel, 1e-30)
         cause = f"a voxel of {voxel:.4g} is 1/{parts:.0f} of its longest side"
@@ -103,7 +108,7 @@ def _fill(mesh: bpy.types.Mesh, distance: float) -> int:
     scratch = bmesh.new()
     try:
         scratch.from_mesh(mesh)
-        bmesh.ops.remove_doubles(scratch, verts=scratch.verts, dist=distance)
+        bmesh.ops.remove_doubles(scratch, verts=list(scratch.verts), dist=distance)
         rims = [edge for edge in scratch.edges if edge.is_boundary]
         if not rims:
             return 0
@@ -112,7 +117,7 @@ def _fill(mesh: bpy.types.Mesh, distance: float) -> int:
         new = [face for face in scratch.faces if face not in before]
         made = bmesh.ops.triangulate(scratch, faces=new)["faces"]
         _continue_uvs(scratch, set(made))
-        bmesh.ops.recalc_face_normals(scratch, faces=scratch.faces)
+        bmesh.ops.recalc_face_normals(scratch, faces=list(scratch.faces))
         scratch.to_mesh(mesh)
     finally:
         scratch.free()
@@ -134,15 +139,15 @@ def _voxels_of(mesh: bpy.types.Mesh, voxel: float) -> bpy.types.Mesh:
         bpy.data.objects.remove(scratch)
 
 
-def thickness_at(item: bpy.types.Object, point: Sequence[float]) -> float:
+def thickness_at(item: bpy.types.Object, point: np.ndarray) -> float:
     """Way through the body from the surface point next to `point` (world), against its normal, to
     where it is left, in Blender units. Raises BadInput where nothing is behind."""
     positions, triangles = _world_triangles(item)
     title = f"Object '{item.name}'"
     if not len(triangles):
         raise BadInput(Problem(title, "it has no face", "choose a mesh with faces"))
-    tree = BVHTree.FromPolygons(positions.tolist(), triangles.tolist())
-    place, normal, _, _ = tree.find_nearest(Vector(point))
+    tree: Any = BVHTree.FromPolygons(positions.tolist(), triangles.tolist())
+    place, normal, _, _ = tree.find_nearest(Vector(point.tolist()))
     diagonal = float(np.linalg.norm(np.ptp(positions, axis=0)))
     behind, _, _, distance = tree.ray_cast(place - normal * (_TINY * diagonal), -normal)
     if behind is None:
@@ -166,7 +171,7 @@ def _world_triangles(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
 
 def _own_mesh(item: bpy.types.Object) -> bpy.types.Mesh:
     """The object's mesh, which no other object shares from now on. Raises BadInput."""
-    mesh = item.data
+    mesh = cast(bpy.types.Mesh, item.data)
     title = f"Object '{item.name}'"
     if not (is_editable(item) and is_editable(mesh)):
         raise BadInput(Problem(title, "it is linked from a library", "make it local first"))
@@ -178,7 +183,7 @@ def _own_mesh(item: bpy.types.Object) -> bpy.types.Mesh:
 
 
 def _scale(item: bpy.types.Object) -> float:
-    return float(sum(item.matrix_world.to_scale())) / 3
+    return float(np.mean(np.array(item.matrix_world.to_scale())))
 
 
 def _continue_uvs(scratch: bmesh.types.BMesh, new: set[bmesh.types.BMFace]) -> None:

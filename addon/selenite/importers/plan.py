@@ -95,14 +95,7 @@ def make_plan(
     note("pairing photos", 0.4)
     warnings = list(found.remarks)
     photos, masks, left = _pair(request, found, problems, warnings)
-    scale, remark = places.unit_scale(found, request.meters, request.unit_length)
-    if request.known_distance is not None:
-        *ends, length = request.known_distance
-        points = _points(ends, found, "Scale", problems)
-        meters = places.distance_scale(points, length, problems) if points else None
-        scale = (meters or 1.0) / request.unit_length
-    elif remark:
-        warnings.append(remark)
+    scale = _scale(request, found, problems, warnings)
     ground = None
     if request.ground is not None:
         ground = _points(request.ground, found, "Ground", problems)
@@ -185,6 +178,20 @@ def _pair(
         if unused:
             warnings.append(f"masks without a photo: {_some(unused)}")
     return photos, masks, left
+
+
+def _scale(
+    request: ImportRequest, found: Reconstruction, problems: list[Problem], warnings: list[str]
+) -> float:
+    """Blender units in one unit of the file."""
+    scale, remark = places.unit_scale(found, request.meters, request.unit_length)
+    if request.known_distance is None:
+        warnings += [remark] if remark else []
+        return scale
+    first, second, length = request.known_distance
+    ends = _points((first, second), found, "Scale", problems)
+    meters = places.distance_scale(ends, length, problems) if ends else None
+    return (meters or 1.0) / request.unit_length
 
 
 def _some(names: Sequence[str]) -> str:

@@ -5,6 +5,7 @@ import math
 from abc import abstractmethod
 
 import bpy
+import numpy as np
 from bpy.props import FloatProperty
 
 from .. import mean_free_path
@@ -49,16 +50,16 @@ class SELENITE_OT_measure(_Tool):
     def _done(self, context: bpy.types.Context) -> list[str]:
         unit = meters_in_unit(context.scene)
         lines = []
-        if any(imported.TO_FILE in one for one in context.scene.collection.children_recursive):
+        if any(imported.is_import(one) for one in context.scene.collection.children_recursive):
             collection = imported.collection_of(context.scene, context.active_object)
             lines.append(f"{collection.name}: {_box(imported.size_of(collection) * unit)}")
         item = context.active_object
         if item is not None and item.type == "MESH":
             _sync(item)
-            lines += [f"{item.name}: {_box([x * unit for x in item.dimensions])}"]
+            lines += [f"{item.name}: {_box(mesh_repair.sides(item) * unit)}"]
             lines = list(dict.fromkeys(lines))  # an import of one mesh has its name and size
             lines.append(f"{item.name} is {mesh_repair.state_of(item).text(unit)}")
-            lines += _media(item, unit, min(x for x in item.dimensions))
+            lines += _media(item, unit, float(mesh_repair.sides(item).min()))
         if not lines:
             cure = "make a mesh the active object, or import a reconstruction"
             raise BadInput(Problem("Measure", "there is nothing to measure", cure))
@@ -79,7 +80,7 @@ class SELENITE_OT_set_scale(_Tool):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Asks for the length."""
-        return context.window_manager.invoke_props_dialog(self)
+        return set(context.window_manager.invoke_props_dialog(self))
 
     def _done(self, context: bpy.types.Context) -> list[str]:
         unit = meters_in_unit(context.scene)
@@ -91,7 +92,7 @@ class SELENITE_OT_set_scale(_Tool):
         lines = [f"{collection.name} is {factor:.6g} times as large: {size}"]
         item = context.active_object
         if item is not None and item.type == "MESH":
-            lines += _media(item, unit, min(item.dimensions))
+            lines += _media(item, unit, float(mesh_repair.sides(item).min()))
         return lines
 
 
@@ -158,12 +159,12 @@ class SELENITE_OT_remesh(_MeshTool):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Asks for the resolution."""
-        return context.window_manager.invoke_props_dialog(self)
+        return set(context.window_manager.invoke_props_dialog(self))
 
     def _done(self, context: bpy.types.Context) -> list[str]:
         item, unit = context.active_object, meters_in_unit(context.scene)
         before, maps = mesh_repair.state_of(item), len(item.data.uv_layers)
-        voxel = max(item.dimensions) / self.voxels
+        voxel = float(mesh_repair.sides(item).max()) / self.voxels
         mesh_repair.remesh(item, voxel)
         _sync(item)
         after = mesh_repair.state_of(item)
@@ -185,7 +186,7 @@ class SELENITE_OT_thickness(_MeshTool):
 
     def _done(self, context: bpy.types.Context) -> list[str]:
         item, unit = context.active_object, meters_in_unit(context.scene)
-        thickness = mesh_repair.thickness_at(item, context.scene.cursor.location)
+        thickness = mesh_repair.thickness_at(item, np.array(context.scene.cursor.location))
         lines = [f"{item.name} is {thickness * unit * 1000:.4g} mm thick there"]
         return lines + _media(item, unit, thickness)
 
@@ -221,7 +222,7 @@ def _sync(item: bpy.types.Object) -> None:
     bpy.context.view_layer.update()
 
 
-def _box(sides: list[float]) -> str:
+def _box(sides: np.ndarray) -> str:
     return f"{' x '.join(f'{side:.4g}' for side in sides)} m"
 
 
