@@ -52,6 +52,14 @@ def test_a_part_of_the_model_or_its_project_will_do(tmp_path: Path, form: str) -
     assert worst(found, cameras) < MOST and found.name == "project"
 
 
+def test_other_models_of_a_project_are_told(tmp_path: Path) -> None:
+    cameras = known(lens=LENSES["PINHOLE"])
+    for number in (0, 1, 3):
+        write_binary(tmp_path / "sparse" / str(number), cameras, "PINHOLE")
+    assert read_reconstruction(tmp_path).remarks == ("other models of it are not read: 1, 3",)
+    assert read_reconstruction(tmp_path / "sparse" / "3").remarks == ()
+
+
 def test_coordinates_of_a_million_metres_keep_their_digits(tmp_path: Path) -> None:
     cameras = known(lens=LENSES["OPENCV"], at=1e6)
     write_binary(tmp_path, cameras, "OPENCV")

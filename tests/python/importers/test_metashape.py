@@ -178,6 +178,18 @@ def test_the_region_goes_to_the_world(tmp_path: Path) -> None:
     np.testing.assert_allclose(corner[:3], SCALE * TURN @ (2, 4, 6) + MOVED, atol=1e-12)
 
 
+def test_components_that_are_not_aligned_are_told(tmp_path: Path) -> None:
+    rest = (
+        f'<components><component id="0">{transform()}</component><component id="1"/></components>'
+    )
+    cameras = known()
+    last = camera(cameras[-1], 9).replace('component_id="0"', 'component_id="1"')
+    content = document(sensor(calibration()), all_of(cameras[:-1]) + last, rest)
+    found = read_reconstruction(written(tmp_path, content))
+    assert worst(replace(found, cameras=found.cameras[:-1]), cameras[:-1]) < MOST
+    assert found.remarks[0].startswith("cameras are in 2 components that are not aligned")
+
+
 def test_geographic_coordinates_are_told(tmp_path: Path) -> None:
     rest = transform() + '<reference>GEOGCS["WGS 84"]</reference>'
     path = written(tmp_path, document(sensor(calibration()), all_of(known()), rest))

@@ -155,8 +155,14 @@ print(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1])
 """
 #: Files of up to 64 MB that would need much more than they have.
 HUNGRY = {
-    "tags.xml": lambda: "<a>" + "<b/>" * 16_000_000 + "</a>",
-    "attributes.xml": lambda: "<a " + " ".join(f'b{n}=""' for n in range(5_000_000)) + "/>",
+    "tags.xml": lambda: "<a>" + "<b/>" * 10_000_000 + "</a>",
+    "namespace.xml": lambda: (
+        f'<a xmlns="{"n" * 1_000_000}">' + "".join(f"<b{n}/>" for n in range(5000)) + "</a>"
+    ),
+    "many.xml": lambda: (
+        f'<a xmlns="{"n" * 199}">' + "".join(f"<b{n}/>" for n in range(999_990)) + "</a>"
+    ),
+    "attributes.xml": lambda: "<a " + " ".join(f'b{n}=""' for n in range(4_000_000)) + "/>",
     "numbers.x3d": lambda: scene(
         shape('<IndexedFaceSet coordIndex="0 1 2"><Coordinate point="'
               + "1 " * 27_000_000 + '"/></IndexedFaceSet>')

@@ -216,6 +216,12 @@ def test_nodes_that_are_not_read_are_named(tmp_path: Path) -> None:
     assert read(tmp_path, VIEW + rest).remarks == ("not read: Inline, Sphere",)
 
 
+def test_what_is_only_declared_is_not_seen(tmp_path: Path) -> None:
+    hidden = '<ProtoDeclare><ProtoBody><Viewpoint description="no"/></ProtoBody></ProtoDeclare>'
+    found = read(tmp_path, f"{hidden}<Unknown>{VIEW}</Unknown>")
+    assert [camera.label for camera in found.cameras] == ["A"]
+
+
 def test_a_switch_shows_what_it_chooses(tmp_path: Path) -> None:
     views = '<Viewpoint description="A"/><Viewpoint description="B"/>'
     found = read(tmp_path, f'<Switch whichChoice="1">{views}</Switch><Switch>{views}</Switch>')

@@ -30,5 +30,16 @@ def read_colmap(folder: Path, name: str) -> Reconstruction:
     if not is_file(folder / f"images{suffix}"):
         raise Place(folder, f"images{suffix}").error("it is missing", "give a whole COLMAP model")
     model = Model(folder)
+    others = _other_models(folder)
+    if others:
+        model.remarks.append(f"other models of it are not read: {others}")
     (read_binary_model if suffix == ".bin" else read_text_model)(folder, model)
     return model.reconstruction(name)
+
+
+def _other_models(folder: Path) -> str:
+    """Of parts of a project that COLMAP could not join: 1, 2 and so on beside the folder 0."""
+    if folder.name != "0":
+        return ""
+    siblings = (folder.parent / str(number) for number in range(1, 100))
+    return ", ".join(one.name for one in siblings if model_folder(one) == one)

@@ -72,6 +72,7 @@ class Model:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.points = np.zeros((0, 3))
+        self.remarks: list[str] = []
         self._cameras: dict[int, ColmapCamera] = {}
         self._images: dict[int, tuple[Image, Place]] = {}
         self._rigs: dict[int, Rig] = {}
@@ -112,7 +113,7 @@ class Model:
         frames = self._frame_of_image()
         labels = Labels()
         left_out: dict[str, list[str]] = {}
-        remarks: list[str] = []
+        remarks = list(self.remarks)
         found = []
         for image, where in sorted(self._images.values(), key=lambda entry: entry[0].name):
             place = where.at(f"image '{image.name}'")

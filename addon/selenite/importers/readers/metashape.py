@@ -68,7 +68,9 @@ class _Chunk:
         self.sensors = self._sensors()
         own = chunk.find("transform")
         self.own = IDENTITY if own is None else _similarity(own, Place(file, "chunk, <transform>"))
+        self.loose: set[str] = set()
         self.components = self._components()
+        self.placed: set[str] = set()
 
     def read(self) -> Reconstruction:
         labels = Labels()
@@ -97,6 +99,7 @@ class _Chunk:
             if name in used
             for remark in sensor.remarks
         ]
+        self._remark_on_components()
         self._remark_on_reference()
         return Reconstruction(
             self.file.stem, tuple(found), remarks=tuple(self.remarks), region=self._region()
@@ -141,6 +144,8 @@ class _Chunk:
                 raise place.error("its id comes twice")
             transform = element.find("transform")
             found[name] = self.own if transform is None else _similarity(transform, place)
+            if transform is None:
+                self.loose.add(name)
         return found
 
     def _to_world(self, camera: Element, place: Place) -> Similarity:
@@ -151,6 +156,7 @@ class _Chunk:
             if self.components:
                 raise place.error(f"there is no component {shortened(name)}")
             return self.own
+        self.placed.add(name)
         return self.components[name]
 
     def _pose(self, camera: Element, place: Place) -> np.ndarray:
@@ -182,6 +188,14 @@ class _Chunk:
             found[:3, 3] = world.point(centre)
             return found
         return None
+
+    def _remark_on_components(self) -> None:
+        """Components that nothing ties together lie anywhere to each other."""
+        if len(self.placed) > 1 and self.placed & self.loose:
+            self.remarks.append(
+                f"cameras are in {len(self.placed)} components that are not aligned to each other:"
+                " their places do not agree"
+            )
 
     def _remark_on_reference(self) -> None:
         system = (self.chunk.findtext("reference") or "").strip()

@@ -20,11 +20,8 @@ from .files import Place, shortened
 MOST_NODES = 500_000
 #: Of groups in each other; a file's elements cannot be nested deeper (`xml_tree.DEEPEST`), USE can.
 DEEPEST = 100
-#: Nodes whose children are placed where they are.
-GROUPS = frozenset((
-    "Scene", "Group", "StaticGroup", "Collision", "Anchor", "Billboard", "CADAssembly",
-    "CADLayer", "CADPart", "CADFace",
-))  # fmt: skip
+#: Nodes whose children are no part of the scene; those of any other, known here or not, are.
+CLOSED = frozenset(("Shape", "ProtoDeclare", "ExternProtoDeclare", "Script"))
 #: Nodes that would show something, of which this reader takes nothing.
 UNREAD = frozenset((
     "Inline", "ProtoInstance", "GeoTransform", "GeoLocation", "GeoViewpoint", "GeoLOD",
@@ -93,7 +90,7 @@ class Nodes:
                 yield element, matrix
             elif element.tag in UNREAD:
                 self.unread.add(element.tag)
-            elif element.tag in GROUPS or element.tag in ("Transform", "Switch", "LOD"):
+            elif element.tag not in CLOSED:
                 inner = matrix
                 if element.tag == "Transform":
                     inner = matrix @ self.transform(element)

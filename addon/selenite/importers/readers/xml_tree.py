@@ -14,7 +14,12 @@ from defusedxml.ElementTree import DefusedXMLParser
 from .files import Place, read_bytes, shortened
 
 #: Tags, opened or closed, and attributes: ten thousand cameras have some three hundred thousand.
-MOST_TAGS = 2_000_000
+MOST_TAGS = 1_000_000
+#: Bytes of a namespace's name, which the parser puts before each name of an element.
+LONGEST_NAMESPACE = 200
+_NAMESPACE = re.compile(
+    rb"xmlns[^=<>]{0,100}=\s*(?:\"[^\"]{%d}|'[^']{%d})" % (LONGEST_NAMESPACE, LONGEST_NAMESPACE)
+)
 DEEPEST = 200
 #: A value of 64 KiB or more. Expat reads such a one again for each MiB of it, so it is kept aside.
 _LONG = re.compile(rb'="([^"<&]{65536,}+)"')
@@ -61,6 +66,8 @@ def tree_of(data: bytes, file: Path) -> Element:
     if max(data.count(b"<"), data.count(b"=")) > MOST_TAGS:
         cause = f"it has more than {MOST_TAGS} tags or attributes"
         raise place.error(cause, "export cameras and mesh alone")
+    if _NAMESPACE.search(data):
+        raise place.error(f"the name of a namespace is longer than {LONGEST_NAMESPACE} bytes")
     # A file cannot know the mark, and so not ask for another value than its own.
     mark = secrets.token_hex(16)
     values: list[bytes] = []
