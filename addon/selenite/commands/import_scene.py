@@ -169,9 +169,9 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
 
 
 def _say(report: dict[str, Any], undistort: bool) -> None:
-    size = _lengths(report["size_m"])
+    size = f"; {_lengths(report['size_m'])}" if any(report["size_m"]) else ""
     cameras = len(report["cameras"])
-    say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}; {size}")
+    say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
     for mesh in report["meshes"]:
         texture = f"; texture {mesh['texture']}" if mesh["texture"] else ""
         counts = f"{mesh['vertices']} vertices, {mesh['triangles']} triangles"
