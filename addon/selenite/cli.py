@@ -18,6 +18,7 @@ from contextlib import suppress
 from typing import Any, NoReturn, TextIO
 
 from . import __version__
+from .commands import addon_settings
 from .commands.capture_arguments import add_captures
 from .commands.environment_arguments import (
     NO_ENVIRONMENT,
@@ -26,6 +27,7 @@ from .commands.environment_arguments import (
     add_rotate_world,
 )
 from .commands.examples import with_examples
+from .commands.import_arguments import add_import
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
@@ -101,6 +103,8 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
         return {"error": f"{name}{error.strerror.lower()}; {cure}"}
     except Exception as error:  # the last net: no input should come this far
         return {"error": _internal(error)}
+    finally:
+        addon_settings.release()
 
 
 def _without_blender(error: ImportError) -> Problem:
@@ -169,6 +173,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"selenite {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    add_import(_command(commands, "import", ".commands.import_scene"))
     _add_check(commands)
     _add_render(commands)
     _add_gradient(commands)
@@ -186,6 +191,7 @@ def _command(
     commands: argparse._SubParsersAction, name: str, module: str
 ) -> argparse.ArgumentParser:
     summary = {
+        "import": "makes a scene that is ready to fit of a reconstruction",
         "check": "what is understood of a scene and what stands in the way",
         "render": "renders one picture",
         "gradient": "renders a picture with its derivatives",

@@ -31,7 +31,9 @@ def open_scene(path: str) -> tuple[Any, SceneValues]:
     stop_if(problems)
     from ..scene_read import blend_file
     from ..scene_read.scene import read_scene
+    from . import addon_settings
 
+    addon_settings.make_known()
     scene = blend_file.open_blend(str(file))
     values = read_scene(scene)
     for text in (*blend_file.warnings_of_file(), *blend_file.blocked_drivers()):

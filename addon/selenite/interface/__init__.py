@@ -17,6 +17,8 @@ from . import (
     fit_operators,
     live_operators,
     live_properties,
+    import_operators,
+    import_tools,
     panels,
     picture_panel,
     preview_operators,
@@ -57,6 +59,8 @@ _MODULES = (
     panels,
     environment_panel,
     picture_panel,
+    import_operators,
+    import_tools,
     stages,
 )
 _command: object | None = None
@@ -74,6 +78,7 @@ def register() -> None:
     first_use.register()
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
     live_operators.register()
+    import_operators.add_to_menu()
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
 
@@ -93,6 +98,7 @@ def unregister() -> None:
         bpy.utils.unregister_cli_command(_command)
         _command = None
     live_operators.unregister()
+    import_operators.remove_from_menu()
     del bpy.types.Scene.selenite
     first_use.unregister()
     icon.unregister()

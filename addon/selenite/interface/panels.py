@@ -80,6 +80,7 @@ class SELENITE_PT_captures(bpy.types.Panel):
         layout.operator("selenite.load_photos", icon="FILE_FOLDER")
         if not len(settings.captures) and bpy.ops.selenite.open_sample.poll():
             layout.operator("selenite.open_sample", icon="FILE_3D")
+        layout.operator("selenite.import_reconstruction", icon="IMPORT")
         if settings.active_capture < len(settings.captures):
             item = settings.captures[settings.active_capture]
             if item.camera is None or item.photo is None:

@@ -106,7 +106,10 @@ class SeleniteCapture(bpy.types.PropertyGroup):
         name="Photo", type=bpy.types.Image, update=_show_photo, description="Photo of this camera"
     )
     mask_path: StringProperty(
-        name="Mask", subtype="FILE_PATH", description="Picture whose black pixels do not count"
+        name="Mask",
+        subtype="FILE_PATH",
+        options=hosts.path_options(),
+        description="Picture whose black pixels do not count",
     )
     # See capture_photo and capture_lights.
     how: PointerProperty(type=SeleniteCapturePhoto)
