@@ -88,6 +88,16 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     EXPECT_TRUE(with_gauge.report.components[k].determined);
     EXPECT_FALSE(free.report.components[k].determined);
   }
+  EXPECT_TRUE(with_gauge.report.weak.empty());
+  // A direction for each channel: the colour and the gain.
+  ASSERT_EQ(free.report.weak.size(), 3u);
+  for (const WeakDirection& one : free.report.weak) {
+    EXPECT_EQ(one.components.size(), 1u);
+    EXPECT_EQ(one.photos, std::vector<int>{0});
+  }
+  ASSERT_EQ(free.photos.size(), 1u);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_GT(free.photos[0].gain_error[c], 0.3f * free.photos[0].gain[c]) << "the colour is open";
 }
 
 TEST(FreeGain, OfABlackRenderIsOne) {

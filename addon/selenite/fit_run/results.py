@@ -23,6 +23,7 @@ from . import trust
 from .capture_render import Gain, gain_of, shown, under_its_lights
 from .captures import Capture
 from .fields import FieldUnknown, images
+from .gauge import gauges
 from .job import fitted_values, scene_at
 from .plan import FitPlan, paths_traced
 from .unknowns import Unknown
@@ -78,6 +79,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "misfit": trust.misfit(result),
         "alternative_minima": trust.alternative_minima(result),
         "ambiguous": trust.ambiguous(result),
+        "gauge": [one.as_json() for one in gauges(result)],
         "loss": _loss(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],

@@ -25,7 +25,8 @@ struct Validation {
 /// What a fit says of one photo.
 struct PhotoReport {
   Colorf gain{1, 1, 1};        ///< that the fit found; 1 where it is not free
-  Colorf gain_error{0, 0, 0};  ///< its standard error, the other values given
+  Colorf gain_error{0, 0, 0};  ///< its standard error; of a fit that computes intervals, theirs
+                               ///< included
   Alignment alignment;
   double residual_rms = 0;  ///< root mean square of render minus photo, without the render's noise
 };
@@ -39,7 +40,7 @@ Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Fi
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews);
 
-/// What a validation says of each photo.
+/// What a validation says of each photo; the errors of gains are those at the given values.
 std::vector<PhotoReport> report_photos(const FitProblem& problem, const Validation& validation);
 
 /// Whether `one` is worse by more than so many standard errors of the difference, pixel against pixel:

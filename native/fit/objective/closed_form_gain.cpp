@@ -17,10 +17,6 @@ double count_of(const Photo& photo) {
                  std::ranges::count_if(photo.weight, [](float weight) { return weight > 0; }));
 }
 
-double prior_strength(const Photo& photo) {
-  return 1 / (square(kGainPrior.log_deviation) * count_of(photo));
-}
-
 /// Minimises a g^2 / 2 - b g + prior (log g)^2 / 2.
 double gain_of(double a, double b, double prior) {
   if (!(a > 0) || !(b > 0)) return 1;  // the render is black, or noise
@@ -39,6 +35,10 @@ double gain_of(double a, double b, double prior) {
 
 }  // namespace
 
+double gain_prior_strength(const Photo& photo) {
+  return 1 / (square(kGainPrior.log_deviation) * count_of(photo));
+}
+
 Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::VectorXf& weights) {
   if (photo.gain_freedom == GainFreedom::kNone) return Colorf(1);
   Color<double> a, b;
@@ -50,7 +50,7 @@ Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::Vecto
       a[c] += weight * (mean * mean - std::max(film.variance[i][c], 0.f));
       b[c] += weight * mean * photo.reference[i][c];
     }
-  const double prior = prior_strength(photo);
+  const double prior = gain_prior_strength(photo);
   if (photo.gain_freedom == GainFreedom::kScalar)
     return Colorf(static_cast<float>(gain_of(a.r + a.g + a.b, b.r + b.g + b.b, prior)));
   return {static_cast<float>(gain_of(a.r, b.r, prior)),
@@ -105,7 +105,7 @@ void eliminate_gain(const HalfPicture& half, const Photo& photo, const Eigen::Ve
     strength.fill(strength[0] + strength[1] + strength[2]);
     common.fill(common[0] + common[1] + common[2]);
   }
-  const double prior = prior_strength(photo);
+  const double prior = gain_prior_strength(photo);
   for (Eigen::Index i = 0; i < column.size(); ++i) {
     const auto c = static_cast<std::size_t>(i % 3);
     const double all = std::max(strength[c], 0.0) + prior;

@@ -21,6 +21,9 @@ inline constexpr GainPriorOptions kGainPrior;
 /// has no gain yet; `weights`: precisions of the residuals times their shares, which sum to 1.
 Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::VectorXf& weights);
 
+/// Of the prior, in units of the weighted squares of the picture.
+double gain_prior_strength(const Photo& photo);
+
 /// Standard error of such a gain, the other values given, by how blocks of pixels scatter: neighbours
 /// share what no gain explains. `film` has the gain.
 Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,

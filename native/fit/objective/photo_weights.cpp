@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/objective/shared_residual.h"
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
@@ -63,7 +64,7 @@ bool PhotoWeights::learn(std::span<const Observation> seen, double keep, int ite
   }
   if (iteration < next_) return false;
   while (next_ <= iteration) next_ *= 2;
-  weigh(iteration >= options_.first_model_error);
+  weigh(false);
   return true;
 }
 
@@ -71,7 +72,15 @@ void PhotoWeights::weigh_answer() {
   if (weighted_ && renders_ > 0) weigh(true);
 }
 
-void PhotoWeights::weigh(bool with_model_error) {
+bool PhotoWeights::is_unexplained() const {
+  SharedResidual shared;
+  for (std::size_t i = 0; i < sums_.size(); ++i)
+    shared.add((*photos_)[i], sums_[i].half_a / static_cast<float>(renders_),
+               sums_[i].half_b / static_cast<float>(renders_), weights_[i]);
+  return shared.square > options_.model_error_sigmas * std::sqrt(shared.variance);
+}
+
+void PhotoWeights::weigh(bool of_answer) {
   const auto renders = static_cast<float>(renders_);
   std::vector<PhotoResiduals> residuals;
   std::vector<Eigen::VectorXf> variances;
@@ -86,7 +95,8 @@ void PhotoWeights::weigh(bool with_model_error) {
         {photo, residual_variance(photo, variances.back(), options_), products_.back()});
   }
   model_ = ResidualModel(residuals);
-  if (!with_model_error && model_.size(residuals) < options_.plain_model_error) {
+  const bool plain = model_.size(residuals) >= options_.plain_model_error;
+  if (!plain && !(of_answer && is_unexplained())) {
     model_ = ResidualModel();
     products_.clear();
   }

@@ -21,7 +21,7 @@ struct NoisyLoss {
 /// Weights of the residuals of each photo: what a fit minimises where its loss is `Loss::weighted`.
 ///
 /// First they are relative to brightness. Then the noise of the renders joins, and the model error that
-/// the residuals show (`ResidualModel`). Both are learned from seeds of earlier iterations only, and
+/// the residuals show (`ResidualModel`), where there is one. Both are learned from seeds of earlier iterations only, and
 /// enter the weights at few iterations: the start may be far from where the noise (caustics, say) and
 /// the residuals will be. Equations in older weights stay true: they are about the same unknowns. With another loss all
 /// residuals weigh alike, always.
@@ -41,7 +41,8 @@ class PhotoWeights {
   /// Adds residuals and noise of an iteration; of those before, the share `keep` stays. Whether the
   /// weights have changed: losses in other weights do not compare.
   bool learn(std::span<const Observation> seen, double keep, int iteration);
-  /// Puts all that has been learned into the weights, now that the residuals are those of the answer.
+  /// Puts all that has been learned into the weights, now that the residuals are those of the answer: a
+  /// model error too, if it is significant.
   void weigh_answer();
   /// Grows with each change.
   int version() const { return version_; }
@@ -58,7 +59,9 @@ class PhotoWeights {
     Eigen::VectorXf half_a, half_b;  ///< of the residuals
     void members(SavedState& state);
   };
-  void weigh(bool with_model_error);
+  void weigh(bool of_answer);
+  /// Whether neighbouring pixels share their mean residuals beyond noise.
+  bool is_unexplained() const;
   void set_scale();
 
   const std::vector<Photo>* photos_;
