@@ -14,8 +14,8 @@ from ..scene_read.build import build
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
-from . import fields as all_fields
 from . import environment_gauge, light_states
+from . import fields as all_fields
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .photos import suspicion
