@@ -46,7 +46,17 @@ void bind_lights(py::class_<Scene>& scene) {
           "object "
           "that places them, else by the lamp. KeyError: no such lamp. ValueError: a matrix that "
           "no "
-          "lamp can have, or one for several places.");
+          "lamp can have, or one for several places.")
+      .def(
+          "with_environment",
+          [](const Scene& s, const Array<float>& pixels) {
+            const EnvironmentMap& image = s.environment();
+            require_shape(pixels, "pixels", {image.height(), image.width(), 3});
+            return s.with_environment(colors_of(pixels));
+          },
+          py::arg("pixels"),
+          "Scene with other radiance in the world's image, (h, w, 3), row 0 at the top. ValueError: "
+          "no image, one that a colour tints, another size, a number below 0 or not finite.");
 }
 
 }  // namespace selenite

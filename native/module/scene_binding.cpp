@@ -376,16 +376,6 @@ void bind_scene(py::module_& m) {
           "Scene with other texels of a base colour's image, (h, w, 3) as it holds them, row 0 at "
           "the top. ValueError: no such image, another size, a number that is not finite.")
       .def(
-          "with_environment",
-          [](const Scene& s, const Array<float>& pixels) {
-            const EnvironmentMap& image = s.environment();
-            require_shape(pixels, "pixels", {image.height(), image.width(), 3});
-            return s.with_environment(colors_of(pixels));
-          },
-          "pixels"_a,
-          "Scene with other radiance in the world's image, (h, w, 3), row 0 at the top. ValueError: "
-          "no image, one that a colour tints, another size, a number below 0 or not finite.")
-      .def(
           "project",
           [](const Scene& s, const std::string& camera, int width, int height,
              const Array<double>& points) {

@@ -32,42 +32,6 @@ Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
   return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
 }
 
-/// Of an equirectangular image: sum of the squared differences between neighbours, a pixel of 1
-/// steradian each.
-Eigen::MatrixXd smoothness(int height, int width) {
-  const Eigen::Index size = static_cast<Eigen::Index>(height) * width;
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
-  const auto join = [&](Eigen::Index a, Eigen::Index b, double weight) {
-    if (a == b) return;
-    sum(a, a) += weight;
-    sum(b, b) += weight;
-    sum(a, b) -= weight;
-    sum(b, a) -= weight;
-  };
-  const double across = 2 * kPi<double> / width, down = kPi<double> / height;
-  for (int y = 0; y < height; ++y) {
-    const double sine = std::sin(kPi<double> * (y + 0.5) / height);
-    const double below = std::sin(kPi<double> * (y + 1.0) / height);
-    for (int x = 0; x < width; ++x) {
-      const Eigen::Index here = static_cast<Eigen::Index>(y) * width + x;
-      // The integral of the squared gradient over the sphere.
-      join(here, static_cast<Eigen::Index>(y) * width + (x + 1) % width, down / (across * sine));
-      if (y + 1 < height) join(here, here + width, across * below / down);
-    }
-  }
-  return sum;
-}
-
-/// Shares of the sphere that the pixels of an equirectangular image have.
-Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
-  Eigen::VectorXd share(shape[0] * shape[1]);
-  for (std::ptrdiff_t y = 0; y < shape[0]; ++y)
-    share.segment(y * shape[1], shape[1])
-        .setConstant(std::sin(kPi<double> * (static_cast<double>(y) + 0.5) /
-                              static_cast<double>(shape[0])));
-  return share / share.sum();
-}
-
 /// Three of each, as the numbers of pixels lie.
 Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
   const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
@@ -112,11 +76,9 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
 
 FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos,
                                    const FieldGaussNewtonOptions& options)
-    : options_(options), cell_(cell_size(fields, photos, options)), start_(fields.start()) {
+    : options_(options), cell_(cell_size(fields, photos, options)), prior_(fields, options.prior) {
   FieldValues low = fields.start(), high = low;
   for (std::size_t f = 0; f < low.size(); ++f) {
-    shapes_.push_back(fields.shape(f));
-    is_environment_.push_back(fields.is_environment(f));
     low[f].setConstant(fields.wanted()[f].minimum);
     high[f].setConstant(fields.wanted()[f].maximum);
   }
@@ -148,13 +110,12 @@ void FieldGaussNewton::View::members(SavedState& state) {
 
 void FieldGaussNewton::members(SavedState& state) {
   state(values_, prior_);
-  if (state.reading() && prior_.size() > 0) set_precision();
   for (View& view : views_) state(view);
 }
 
 void FieldGaussNewton::set_values(const FieldValues& values) {
   values_ = values;
-  if (prior_.size() == 0) set_prior(joined(values));
+  if (prior_.empty()) prior_.begin(joined(values));
   for (View& view : views_) view.seen = 0;
 }
 
@@ -247,13 +208,13 @@ void FieldGaussNewton::solve(double done) {
                                    : std::exp(std::log(options_.first_damping) * (1 - done) +
                                               std::log(options_.last_damping) * done));
     }
-    normal += channel.variance * precision_;
+    normal += channel.variance * prior_.precision();
     normal.diagonal().array() += damping;
     channel.normal.compute(normal);
     channel.matrix = std::move(normal);
     channel.descent =
         -((channel.jacobian.transpose() * residual).cast<double>() +
-          channel.variance * (precision_ * (of_channel(values, c) - of_channel(prior_, c))));
+          channel.variance * (prior_.precision() * (of_channel(values, c) - of_channel(prior_.mean(), c))));
   }
 }
 
@@ -294,7 +255,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
         strength > 0
             ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)
             : 1;
-    normal += variance * precision_;
+    normal += variance * prior_.precision();
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
     const Eigen::MatrixXd like =
         (eliminate_from_half(z, &InstrumentalVariables::Set::a, c, sums_a, solver) +
@@ -302,7 +263,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
         2;
     // The equations still move by variance * precision * like where a voxel is off by 1, and the
     // covariance of the voxels is variance / normal.
-    const Eigen::MatrixXd moves = variance * (precision_ * like);
+    const Eigen::MatrixXd moves = variance * (prior_.precision() * like);
     remaining += variance * (moves.transpose() * solver.solve(moves));
   }
   return remaining;
@@ -326,69 +287,6 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
       instruments.row(static_cast<Eigen::Index>(3 * p) + c) -= explained.row(cell_of(view, p));
   }
   return like;
-}
-
-void FieldGaussNewton::set_prior(const Eigen::VectorXd& values) {
-  prior_ = values;
-  Eigen::Index at = 0;
-  for (std::size_t f = 0; f < shapes_.size(); ++f) {
-    const Eigen::Index size = start_[f].size();
-    if (is_environment_[f]) {
-      const Eigen::VectorXd share = sphere_shares(shapes_[f]);
-      const auto channel_mean = [&](const Eigen::VectorXd& all, int c) {
-        return share.dot(of_channel(all, c));
-      };
-      double level = 0, before = 0;
-      for (int c = 0; c < 3; ++c) {
-        level += channel_mean(values.segment(at, size), c);
-        before += channel_mean(start_[f], c);
-      }
-      for (int c = 0; c < 3; ++c)
-        prior_(Eigen::seqN(at + c, size / 3, Eigen::fix<3>))
-            .setConstant(before > 0 ? level * channel_mean(start_[f], c) / before : level / 3);
-    }
-    at += size;
-  }
-  set_precision();
-}
-
-void FieldGaussNewton::set_precision() {
-  level_ = Eigen::VectorXd::Ones(prior_.size());
-  const Eigen::Index all = prior_.size() / 3;
-  precision_ = Eigen::MatrixXd::Zero(all, all);
-  Eigen::Index at = 0;
-  for (std::size_t f = 0; f < shapes_.size(); ++f) {
-    const Eigen::Index count = start_[f].size() / 3;
-    auto block = precision_.block(at, at, count, count);
-    if (is_environment_[f]) {
-      const double level = prior_.segment(3 * at, 3 * count).mean();
-      level_.segment(3 * at, 3 * count).setConstant(level);
-      const Eigen::VectorXd share = sphere_shares(shapes_[f]);
-      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1])) /
-                  square(options_.environment_difference * level) +
-              share * share.transpose() / square(options_.environment_level * level);
-      block.diagonal().array() += 1 / square(options_.environment_deviation * level);
-    } else {
-      block.diagonal().setConstant(1 / square(options_.deviation));
-    }
-    at += count;
-  }
-}
-
-Eigen::VectorXd FieldGaussNewton::longest_steps(const Eigen::VectorXd& at, int c) const {
-  Eigen::VectorXd longest = Eigen::VectorXd::Constant(at.size(), options_.longest);
-  Eigen::Index first = 0;
-  for (std::size_t f = 0; f < shapes_.size(); ++f) {
-    Eigen::Index count = 1;
-    for (const std::ptrdiff_t side : shapes_[f]) count *= side;
-    count /= 3;
-    if (is_environment_[f])
-      longest.segment(first, count) =
-          options_.longest_of_environment *
-          (at.segment(first, count) + of_channel(level_, c).segment(first, count));
-    first += count;
-  }
-  return longest;
 }
 
 /// Numbers beyond a bound are held at it until none of the others is.
@@ -418,7 +316,7 @@ Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel,
 }
 
 void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
-  const Eigen::VectorXd before = joined(values_);
+  const Eigen::VectorXd before = joined(values_), longest = prior_.longest_steps(before);
   Eigen::VectorXd step = Eigen::VectorXd::Zero(before.size());
   for (int c = 0; c < 3; ++c) {
     const Channel& one = channels_[static_cast<std::size_t>(c)];
@@ -432,10 +330,9 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
             view.slopes.middleRows(c * cells, cells) * du.cast<float>());
       at += cells;
     }
-    const Eigen::VectorXd at_start = before(mine);
-    const Eigen::VectorXd longest = longest_steps(at_start, c);
-    const Eigen::VectorXd low = (minimum_(mine) - at_start).cwiseMax(-longest);
-    const Eigen::VectorXd high = (maximum_(mine) - at_start).cwiseMin(longest);
+    const Eigen::VectorXd here = before(mine);
+    const Eigen::VectorXd low = (minimum_(mine) - here).cwiseMax(-longest(mine));
+    const Eigen::VectorXd high = (maximum_(mine) - here).cwiseMin(longest(mine));
     step(mine) = bounded_step(
         one, one.descent - (one.jacobian.transpose() * shift).cast<double>(), low, high);
   }

@@ -3,7 +3,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <memory>
@@ -11,6 +10,7 @@
 
 #include "fit/problem/fields.h"
 #include "fit/problem/photo.h"
+#include "fit/solver/field_prior.h"
 #include "fit/solver/instrumental_variables.h"
 #include "render/driver/field_gradient.h"
 
@@ -29,15 +29,9 @@ struct FieldGaussNewtonOptions {
       3 * 12 * 12 * 12;  ///< of the fields: their normal matrices are dense
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
-  double deviation = 0.3;  ///< standard deviation of voxels before any photo
-  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each, of
-  /// a pixel itself, and of a channel's mean over the sphere, all in units of the mean before any photo.
-  double environment_difference = 3, environment_deviation = 30, environment_level = 0.2;
+  FieldPriorOptions prior{};
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
-  double longest = 0.25;  ///< step of a voxel
-  /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
-  double longest_of_environment = 2;
   double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
   int active_set_rounds = 8;
 };
@@ -71,7 +65,7 @@ class FieldGaussNewton {
                                               const FieldGaussNewtonOptions& options = {});
 
   int cell() const { return cell_; }  ///< pixels along a side of it
-  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
+  bool has_environment() const { return prior_.has_environment(); }
   /// Of each pixel of photo i in its cell.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
@@ -137,26 +131,15 @@ class FieldGaussNewton {
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
-  /// What is expected of all numbers before any photo, where the fit begins at `values`: of voxels
-  /// these themselves, of the world's image their mean in the colour of the world at the start.
-  void set_prior(const Eigen::VectorXd& values);
-  void set_precision();
-  /// Of the numbers of channel c, where they are now.
-  Eigen::VectorXd longest_steps(const Eigen::VectorXd& at, int c) const;
   /// The step of a channel's numbers along `right`, from `low` to `high`.
   Eigen::VectorXd bounded_step(const Channel& channel, const Eigen::VectorXd& right,
                                const Eigen::VectorXd& low, const Eigen::VectorXd& high) const;
 
   FieldGaussNewtonOptions options_;
-  std::vector<std::vector<std::ptrdiff_t>> shapes_;
-  std::vector<char> is_environment_;
   int cell_;
   Eigen::VectorXd minimum_, maximum_;  ///< of all numbers
   FieldValues values_;
-  Eigen::VectorXd prior_;      ///< mean before any photo
-  Eigen::MatrixXd precision_;  ///< of a channel before any photo: inverse of the covariance
-  Eigen::VectorXd level_;      ///< of each number: the mean of its field in `prior_`
-  FieldValues start_;          ///< of the fit
+  FieldPrior prior_;
   std::vector<View> views_;
   std::array<Channel, 3> channels_;
 };

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/solver/field_prior.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fit/problem/saved_state.h"
+#include "math/scalar.h"
+
+namespace selenite {
+namespace {
+
+Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
+  return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
+}
+
+/// Of an equirectangular image: sum of the squared differences between neighbours, a pixel of 1
+/// steradian each.
+Eigen::MatrixXd smoothness(int height, int width) {
+  const Eigen::Index size = static_cast<Eigen::Index>(height) * width;
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
+  const auto join = [&](Eigen::Index a, Eigen::Index b, double weight) {
+    if (a == b) return;
+    sum(a, a) += weight;
+    sum(b, b) += weight;
+    sum(a, b) -= weight;
+    sum(b, a) -= weight;
+  };
+  const double across = 2 * kPi<double> / width, down = kPi<double> / height;
+  for (int y = 0; y < height; ++y) {
+    const double sine = std::sin(kPi<double> * (y + 0.5) / height);
+    const double below = std::sin(kPi<double> * (y + 1.0) / height);
+    for (int x = 0; x < width; ++x) {
+      const Eigen::Index here = static_cast<Eigen::Index>(y) * width + x;
+      // The integral of the squared gradient over the sphere.
+      join(here, static_cast<Eigen::Index>(y) * width + (x + 1) % width, down / (across * sine));
+      if (y + 1 < height) join(here, here + width, across * below / down);
+    }
+  }
+  return sum;
+}
+
+/// Shares of the sphere that the pixels of an equirectangular image have.
+Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
+  Eigen::VectorXd share(shape[0] * shape[1]);
+  for (std::ptrdiff_t y = 0; y < shape[0]; ++y)
+    share.segment(y * shape[1], shape[1])
+        .setConstant(std::sin(kPi<double> * (static_cast<double>(y) + 0.5) /
+                              static_cast<double>(shape[0])));
+  return share / share.sum();
+}
+
+}  // namespace
+
+FieldPrior::FieldPrior(const Fields& fields, const FieldPriorOptions& options)
+    : options_(options), start_(fields.start()) {
+  for (std::size_t f = 0; f < start_.size(); ++f) {
+    shapes_.push_back(fields.shape(f));
+    is_environment_.push_back(fields.is_environment(f));
+  }
+}
+
+bool FieldPrior::has_environment() const {
+  return std::ranges::any_of(is_environment_, [](char one) { return one != 0; });
+}
+
+void FieldPrior::begin(const Eigen::VectorXd& values) {
+  mean_ = values;
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    const Eigen::Index size = start_[f].size();
+    if (is_environment_[f]) {
+      const Eigen::VectorXd share = sphere_shares(shapes_[f]);
+      const auto channel_mean = [&](const Eigen::VectorXd& all, int c) {
+        return share.dot(of_channel(all, c));
+      };
+      double level = 0, before = 0;
+      for (int c = 0; c < 3; ++c) {
+        level += channel_mean(values.segment(at, size), c);
+        before += channel_mean(start_[f], c);
+      }
+      for (int c = 0; c < 3; ++c)
+        mean_(Eigen::seqN(at + c, size / 3, Eigen::fix<3>))
+            .setConstant(before > 0 ? level * channel_mean(start_[f], c) / before : level / 3);
+    }
+    at += size;
+  }
+  set_precision();
+}
+
+void FieldPrior::set_precision() {
+  level_ = Eigen::VectorXd::Ones(mean_.size());
+  const Eigen::Index all = mean_.size() / 3;
+  precision_ = Eigen::MatrixXd::Zero(all, all);
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    const Eigen::Index count = start_[f].size() / 3;
+    auto block = precision_.block(at, at, count, count);
+    if (is_environment_[f]) {
+      const double level = mean_.segment(3 * at, 3 * count).mean();
+      level_.segment(3 * at, 3 * count).setConstant(level);
+      const Eigen::VectorXd share = sphere_shares(shapes_[f]);
+      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1])) /
+                  square(options_.environment_difference * level) +
+              share * share.transpose() / square(options_.environment_level * level);
+      block.diagonal().array() += 1 / square(options_.environment_deviation * level);
+    } else {
+      block.diagonal().setConstant(1 / square(options_.deviation));
+    }
+    at += count;
+  }
+}
+
+Eigen::VectorXd FieldPrior::longest_steps(const Eigen::VectorXd& values) const {
+  Eigen::VectorXd longest = Eigen::VectorXd::Constant(values.size(), options_.longest);
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < start_.size(); ++f) {
+    const Eigen::Index size = start_[f].size();
+    if (is_environment_[f])
+      longest.segment(at, size) = options_.longest_of_environment *
+                                  (values.segment(at, size) + level_.segment(at, size));
+    at += size;
+  }
+  return longest;
+}
+
+void FieldPrior::members(SavedState& state) {
+  state(mean_);
+  if (state.reading() && !empty()) set_precision();
+}
+
+}  // namespace selenite

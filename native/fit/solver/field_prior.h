@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "fit/problem/fields.h"
+
+namespace selenite {
+
+class SavedState;
+
+/// Sources: docs/measurements/constants.md, "FieldPriorOptions".
+struct FieldPriorOptions {
+  double deviation = 0.3;  ///< standard deviation of voxels before any photo
+  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each, of
+  /// a pixel itself, and of a channel's mean over the sphere, all in units of the mean before any photo.
+  double environment_difference = 3, environment_deviation = 30, environment_level = 0.2;
+  double longest = 0.25;  ///< step of a voxel
+  /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
+  double longest_of_environment = 2;
+};
+
+/// What is known of the numbers of albedo grids and of the world's image before any photo. A voxel lies
+/// near its first value. A pixel of the world lies near its neighbours, and the mean of a channel near
+/// that of the values with which a fit begins, in the colour that the world has in the scene.
+/// Numbers of a channel lie three apart. Source: docs/method/fields.md, "Light of the world".
+class FieldPrior {
+ public:
+  explicit FieldPrior(const Fields& fields, const FieldPriorOptions& options = {});
+
+  bool has_environment() const;
+  bool empty() const { return mean_.size() == 0; }
+  /// The fit begins at these values.
+  void begin(const Eigen::VectorXd& values);
+  /// Expected values of all numbers, once begun.
+  const Eigen::VectorXd& mean() const { return mean_; }
+  /// Inverse of the covariance of the numbers of a channel, once begun.
+  const Eigen::MatrixXd& precision() const { return precision_; }
+  /// Longest steps of all numbers from `values`, once begun.
+  Eigen::VectorXd longest_steps(const Eigen::VectorXd& values) const;
+  void members(SavedState& state);
+
+ private:
+  void set_precision();
+
+  FieldPriorOptions options_;
+  std::vector<std::vector<std::ptrdiff_t>> shapes_;
+  std::vector<char> is_environment_;
+  FieldValues start_;  ///< of the scene
+  Eigen::VectorXd mean_;
+  Eigen::MatrixXd precision_;
+  Eigen::VectorXd level_;  ///< of each number: the mean of its field in `mean_`, of a grid 1
+};
+
+}  // namespace selenite
