@@ -232,9 +232,9 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]
     if plot.mark is not None:
         canvas.fill(across(plot.mark), y0, across(plot.mark) + 1, y1, INK, 0.5)
     for number, (bottom, ceiling, colour) in enumerate(plot.intervals):
-        right = x1 - 2 - 5 * number
+        edge = x1 - 2 - 5 * number
         span = scaled(np.clip([bottom, ceiling], low, high))
-        canvas.fill(right - 3, float(span[1]), right, float(span[0]) + 1, colour, 0.6)
+        canvas.fill(edge - 3, float(span[1]), edge, float(span[0]) + 1, colour, 0.6)
     for curve in plot.curves:
         y = np.clip(scaled(curve.y), y0, y1)
         known = np.isfinite(y)
