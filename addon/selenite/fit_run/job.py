@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import math
-import threading
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -18,9 +16,7 @@ from .diagnosis import Limits, View, diagnose
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
-#: Seconds between two diagnoses of a running fit, and how often the time that one takes fits
-#: between it and the next: with many photos it takes as long as several ticks of the panel.
-_DIAGNOSE_EVERY, _DIAGNOSE_TIMES = 1.0, 10.0
+_DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Phases of a fit that are asked for by name; the native module has more.
 MULTI_START, DESCENT = "multi-start", "descent"
 
@@ -85,7 +81,6 @@ class FitJob:
         self._from_start = from_start
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
-        self._diagnosis: threading.Thread | None = None
         settings = plan.request.settings.native()
         if not from_start:
             settings["search"] = "off"
@@ -124,9 +119,8 @@ class FitJob:
         if state["error"]:
             raise FitFailed(_in_words(state["error"]))
         if state["running"] and time.monotonic() >= self._next_diagnosis:
-            self._next_diagnosis = math.inf
-            self._diagnosis = threading.Thread(target=self._diagnose, daemon=True)
-            self._diagnosis.start()
+            self._notes = self.notes()
+            self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
@@ -152,15 +146,6 @@ class FitJob:
     def join(self) -> None:
         """Waits for the thread; the GIL is released meanwhile."""
         self._fit.join()
-        if self._diagnosis is not None:
-            self._diagnosis.join()
-
-    def _diagnose(self) -> None:
-        """In a thread of its own: whoever polls does not wait for it."""
-        begin = time.monotonic()
-        self._notes = self.notes()
-        end = time.monotonic()
-        self._next_diagnosis = end + max(_DIAGNOSE_EVERY, _DIAGNOSE_TIMES * (end - begin))
 
     def notes(self) -> tuple[str, ...]:
         """What is wrong now, in sentences: see `diagnosis`. Takes some milliseconds."""

@@ -251,7 +251,8 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]
     if plot.bounds:
         after = x0 + 10 + width_of(plot.title, 15)
         text = f"{plot.bounds[0]:.4g} to {plot.bounds[1]:.4g}"
-        canvas.text(after, top + 8, text, size=12, colour=_BOUND, width=right - after)
+        if width_of(text, 12) <= right - after:
+            canvas.text(after, top + 8, text, size=12, colour=_BOUND)
 
 
 def _range(plot: Plot) -> tuple[float, float]:
