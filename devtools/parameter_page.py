@@ -18,6 +18,14 @@ OWNERS = {
     "light": "Lights",
     "world": "World (named `World`)",
 }
+#: Unknowns with a value at every place, which are in no table of numbers.
+FIELDS = (
+    "## Values at every place",
+    "",
+    "A material also has `base_color_texture`, `albedo_grid` and `density_grid`: see"
+    " [Textures and grids](textures_and_grids.md). The world has `environment`, an image from"
+    " 0 up: see [Unknown light](unknown_light.md).",
+)
 STEPS = {
     "linear": "value",
     "log": "logarithm",
@@ -55,6 +63,7 @@ def page(table: list[dict[str, Any]]) -> str:
                 row["help"],
             )
             lines.append("| " + " | ".join(cells) + " |")
+    lines += ["", *FIELDS]
     return "\n".join(lines) + "\n"
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..paths import absolute
 from ..problems import Problem
+from .capture_arguments import add_captures
 
 if TYPE_CHECKING:
     from ..fit_run.request import UnknownRequest
@@ -21,7 +22,7 @@ NO_ENVIRONMENT = {
 _NAME = ("World", "environment")
 
 
-def add_environment(parser: argparse.ArgumentParser) -> None:
+def add_environment(parser: argparse._ActionsContainer) -> None:
     """The arguments of `selenite fit`."""
     add = parser.add_argument
     size = "texels of World:environment, 8 to 2048; default: 128, or those of a small image"
@@ -30,6 +31,33 @@ def add_environment(parser: argparse.ArgumentParser) -> None:
     add("--environment", metavar="FILE", help=start)
     projection = "of that file; default: equirect. A mirror ball is seen along +Y"
     add("--environment-projection", metavar="equirect|mirror_ball", help=projection)
+
+
+def add_rotate_world(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `selenite rotate-world`."""
+    add = parser.add_argument
+    add("scene", metavar="SCENE.blend")
+    add_captures(parser, "default: the captures of the scene")
+    add("--height", type=int, help="pixels of the compared pictures; default: 64")
+    add("--spp", type=int, help="samples per pixel of each angle; default: 64")
+    add("--depth", type=int, help="bounces; 0: unlimited")
+    add("--seed", type=int)
+    add("--threads", type=int, help="0: all")
+    physical = "no refraction towards lights that no micronormal gives; Cycles has it"
+    add("--physical-refraction", action="store_true", default=None, help=physical)
+    add("--save", metavar="OUT.blend", help="saves a copy with that rotation and strength")
+
+
+def add_lamps(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `selenite lamps`."""
+    add = parser.add_argument
+    add("scene", metavar="SCENE.blend")
+    count = "suns at most, the strongest first; default: 4"
+    add("--count", type=int, default=4, metavar="N", help=count)
+    result = "folder of a fit: the image is the one that it has found"
+    add("--result", metavar="DIR", help=result)
+    saved = "saves a copy with the suns and the rest of the image"
+    add("--save", metavar="OUT.blend", help=f"{saved}; without it they are listed")
 
 
 def with_environment(

@@ -18,6 +18,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Lists the suns and, with --save, writes a copy of the scene that has them."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
+    if args.count < 1:
+        cause, cure = f"it is {args.count}", "give a number from 1 up"
+        problems.append(Problem("Argument --count", cause, cure))
     scene, values = open_scene(args.scene)
     if args.result is not None:
         try:

@@ -56,7 +56,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     read = read_scene(scene)
     write_back.write(scene, read.owners, values)
     shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
-    if request["environment"]:
+    if request.get("environment"):
         shown.append(environments.show(scene, read, request["environment"]))
     read = read_scene(scene)
     problems = list(read.problems)

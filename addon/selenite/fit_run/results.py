@@ -23,6 +23,7 @@ from . import trust
 from .capture_render import alignment_of, gain_of, render_capture
 from .captures import Capture
 from .fields import FieldUnknown, images
+from .gauge import gauges
 from .job import fitted_values, scene_at
 from .pictures import comparison, plots, sheet
 from .plan import FitPlan, paths_traced
@@ -81,6 +82,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "misfit": trust.misfit(result),
         "alternative_minima": trust.alternative_minima(result),
         "ambiguous": trust.ambiguous(result),
+        "gauge": [one.as_json() for one in gauges(result)],
         "loss": _loss(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],

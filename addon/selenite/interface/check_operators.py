@@ -16,6 +16,7 @@ from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
 from . import environment_rows, field_rows
+from .output_folder import output_folder
 from .problem_reports import report_problems
 from .request import fit_settings
 from .state import CHECK, RUN, is_idle
@@ -172,9 +173,9 @@ def _folder() -> Path:
     """The fit's result folder; if it was not saved yet one without the fit's own pictures."""
     scene = bpy.data.scenes[CHECK.scene_name]
     if RUN.result is None or RUN.scene_name != scene.name:
-        return new_folder(Path(bpy.path.abspath(scene.selenite.output)))
+        return new_folder(output_folder(scene))
     if RUN.folder is None or not RUN.folder.is_dir():
-        parent = Path(bpy.path.abspath(scene.selenite.output))
+        parent = output_folder(scene)
         RUN.folder = write_results(
             RUN.plan, RUN.result, parent, bpy.app.version_string, pictures=False
         )

@@ -19,7 +19,7 @@ from ..paths import why_not_file
 from ..problems import BadInput, Problem
 from ..scene_read import hosts, nodes, view_layers, world
 from ..scene_read.values import SceneValues
-from . import datablock
+from . import datablock, write
 
 _BEFORE = "selenite_environment_before"
 #: Marks the images that were made here, which go when nobody uses them any more.
@@ -73,6 +73,47 @@ def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray)
     notes = json.loads(found.get(_BEFORE, "[]"))
     found[_BEFORE] = json.dumps([*notes, note | {"node": node.name}])
     return f"{title} now takes its light from image '{image.name}' (node '{node.name}', a new one)"
+
+
+def rotate(scene: bpy.types.Scene, values: SceneValues, angle: float, strength: float) -> str:
+    """Adds a Mapping behind those of the world's Environment Texture that turns by `angle` (radians
+    about Z), and sets the strength. Returns what was done. Raises BadInput, and then nothing has
+    changed."""
+    owner = values.owners.get(world.WORLD)
+    found = datablock(view_layers.worlds(scene), owner) if owner is not None else None
+    inlet, reason = (None, "it is gone: choose it again") if found is None else _inlet_of(found)
+    if owner is None or found is None or inlet is None or reason:
+        cause, _, cure = reason.partition(": ")
+        cause = f"its image cannot be rotated ({cause})"
+        raise BadInput(Problem("World", cause, cure or "give it an Environment Texture"))
+    write(scene, {world.WORLD: owner}, {(world.WORLD, "strength"): (strength,)})
+    tree, node = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
+    mapping = cast(bpy.types.ShaderNodeMapping, tree.nodes.new("ShaderNodeMapping"))
+    mapping.vector_type, mapping.select, mapping.parent = "POINT", False, node.parent
+    mapping.location = node.location[0] - 200, node.location[1] - 100
+    cast(Any, mapping.inputs["Rotation"]).default_value = (0.0, 0.0, angle)
+    before = nodes.link_of(inlet)
+    if before is None:
+        coordinates = tree.nodes.new("ShaderNodeTexCoord")
+        coordinates.location = mapping.location[0] - 200, mapping.location[1]
+        start = coordinates.outputs["Generated"]
+    else:
+        start = before.from_socket
+    tree.links.new(start, mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], inlet)
+    return f"World '{found.name}': node '{mapping.name}' rotates its image"
+
+
+def _inlet_of(found: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]:
+    """The Vector of the Environment Texture that gives the world's colour."""
+    socket, reason = world.find_inlet(found)
+    if socket is None or reason:
+        return None, reason
+    source = nodes.source_of(socket)
+    if not isinstance(source.node, bpy.types.ShaderNodeTexEnvironment):
+        return None, "no Environment Texture gives its colour"
+    tree = cast(bpy.types.NodeTree, source.node.id_data)
+    return source.node.inputs["Vector"], nodes.why_tree_fixed(tree, source.groups, found)
 
 
 def restore(scene: bpy.types.Scene) -> None:

@@ -30,7 +30,7 @@ PROJECTIONS = ("equirect", "mirror_ball")
 _MOST_RADIANCE, _GREY = 1e4, 0.05
 #: Rows of the picture that shows the image to people; each texel is a square of it.
 _VIEW_ROWS = 128
-#: Share of its texels that are not brighter than that picture can show.
+#: Share of its texels that are at most half as bright as white in that picture.
 _SHOWN = 0.9
 _NAME = "World"  # of its owner, as the native module calls it
 
@@ -88,9 +88,9 @@ class EnvironmentUnknown(FieldUnknown):
 
 def view_of(values: np.ndarray) -> np.ndarray:
     """(h, w, 3) linear, of at least `_VIEW_ROWS` rows: the image as bright as a picture can show it
-    without its brightest lights. values: of an EnvironmentUnknown."""
+    but for its brightest lights. values: of an EnvironmentUnknown."""
     brightness = values.mean(axis=-1)
-    most = float(np.quantile(brightness, _SHOWN)) or float(brightness.max())
+    most = 2 * float(np.quantile(brightness, _SHOWN)) or float(brightness.max())
     scaled = values / most if most > 0 else values
     times = max(1, _VIEW_ROWS // values.shape[0])
     shown = np.clip(scaled, 0, 1).repeat(times, axis=0).repeat(times, axis=1)

@@ -146,6 +146,7 @@ class StagedJob:
             seconds_left=0.0 if last and not state.running else self._seconds_left(state),
             values=values | state.values,
             stage=f"{index + 1} of {len(self.plan.stages)}: {stage.name}",
+            stage_index=index,
         )
 
     def preview(self, index: int) -> np.ndarray | None:

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite rotate-world`: rotation and exposure of a known panorama, by the photos."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import Any
+
+from ..fit_run.captures import read_captures
+from ..fit_run.settings import FitSettings, with_overrides
+from ..fit_run.world_rotation import found
+from ..problems import BadInput, Problem
+from . import arguments
+from .fit import captures_from
+from .scene import open_scene
+from .terminal import bar, say
+
+_SETTINGS = ("height", "spp", "seed", "depth", "threads", "physical_refraction")
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Says the angle and the strength and, with --save, writes a copy of the scene at them."""
+    problems: list[Problem] = []
+    save = arguments.optional_file(args.save, (".blend",), problems)
+    settings = FitSettings(height=64, spp=64)
+    try:
+        settings = with_overrides(settings, {name: getattr(args, name) for name in _SETTINGS})
+    except BadInput as error:
+        problems += error.problems
+    scene, values = open_scene(args.scene)
+
+    from ..scene_read.photos import captures_of, packed_photos
+
+    requests = captures_from(args, captures_of(scene), values, problems)
+    arguments.stop_if([*values.problems, *problems])
+    warnings: list[str] = []
+    captures = read_captures(
+        values, requests, settings.height, problems, warnings, packed_photos(), set()
+    )
+    arguments.stop_if(problems)
+    for text in warnings:
+        say(f"warning: {text}")
+    values.physical_refraction = settings.physical_refraction
+    with bar("rotating") as shown:
+        result = found(values, captures, settings, lambda fraction: shown.update(fraction))
+    strength = values.world.strength * result.factor
+    say(
+        f"rotation {math.degrees(result.angle):.1f} degrees about Z, strength {strength:.4g}: "
+        f"{100 * math.sqrt(max(result.misfit, 0)):.1f} % of the photos' brightness is left"
+    )
+    if result.other is not None:
+        say(
+            f"warning: {math.degrees(result.other):.0f} degrees explain the photos nearly as well; "
+            "compare both by eye"
+        )
+    report: dict[str, Any] = {
+        "degrees": math.degrees(result.angle),
+        "strength": strength,
+        "misfit": result.misfit,
+        "other_degrees": None if result.other is None else math.degrees(result.other),
+        "tried": {
+            "degrees": [math.degrees(item) for item in result.angles],
+            "misfit": list(result.misfits),
+        },
+        "saved": None,
+    }
+    if save is not None:
+        from .. import write_back
+        from ..write_back import environments
+
+        say(environments.rotate(scene, values, result.angle, strength))
+        write_back.save_copy(str(save))
+        say(f"wrote {save}")
+        report["saved"] = str(save)
+    return report
