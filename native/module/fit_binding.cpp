@@ -281,8 +281,7 @@ seconds, seconds_left (NaN: unknown yet), values
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def(
-          "history",
-          [](const FitJob& job) { return history_dict(job, job.result().history); },
+          "history", [](const FitJob& job) { return history_dict(job, job.result().history); },
           "That of `result` alone, at any time: what plots want, without a copy of the fields.")
       .def(
           "result", &result_dict,

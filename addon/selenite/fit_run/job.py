@@ -197,6 +197,11 @@ class FitJob:
         """The native result as it stands, at any time; a copy, so not for every tick."""
         return self._fit.result()
 
+    def history(self) -> dict[str, Any]:
+        """That of `so_far` alone, without a copy of the fields: for plots of a running fit."""
+        found: dict[str, Any] = self._fit.history()
+        return found
+
     def field(self, name: str) -> np.ndarray | None:
         """The newest values of a field, None where there is none of that name; as costly as
         `so_far`."""

@@ -95,8 +95,9 @@ def fit(window: bpy.types.Window, area: bpy.types.Area, *, whole: bool) -> None:
     if region is None or region.width < 2:
         return
     with bpy.context.temp_override(window=window, area=area, region=region):
-        if bpy.ops.image.view_all.poll():
-            bpy.ops.image.view_all(fit_view=whole)
+        view_all: Any = bpy.ops.image.view_all  # the stubs have another signature for `poll`
+        if view_all.poll():
+            view_all(fit_view=whole)
 
 
 def put_away() -> None:

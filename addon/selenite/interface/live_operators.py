@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import atexit
+from typing import Any
 
 import bpy
 from bpy.app.handlers import persistent
@@ -101,7 +102,7 @@ def _split(
     region = next(item for item in area.regions if item.type == "WINDOW")
     with context.temp_override(window=context.window, area=area, region=region):
         try:
-            bpy.ops.screen.area_split(direction=direction, factor=factor)
+            bpy.ops.screen.area_split(direction=direction, factor=factor)  # type: ignore[arg-type]
         except RuntimeError:  # too small
             return None
     return next((item for item in screen.areas if item.as_pointer() not in before), None)
@@ -133,7 +134,8 @@ CLASSES = (SELENITE_OT_show_pictures, SELENITE_OT_hide_pictures)
 
 def register() -> None:
     """The properties of the session, and what happens when a file is saved or loaded."""
-    bpy.types.WindowManager.selenite_pictures = bpy.props.PointerProperty(type=SelenitePictures)
+    manager: Any = bpy.types.WindowManager
+    manager.selenite_pictures = bpy.props.PointerProperty(type=SelenitePictures)
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).append(handler)
     atexit.register(VIEW.renderer.stop)
@@ -146,4 +148,5 @@ def unregister() -> None:
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
     atexit.unregister(VIEW.renderer.stop)
-    del bpy.types.WindowManager.selenite_pictures
+    manager: Any = bpy.types.WindowManager
+    del manager.selenite_pictures

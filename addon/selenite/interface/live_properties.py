@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import bpy
 from bpy.props import EnumProperty, FloatProperty
@@ -102,6 +103,6 @@ CLASSES = (SelenitePictures,)
 
 def settings(context: bpy.types.Context | None = None) -> SelenitePictures:
     """Those of the session."""
-    manager = (context or bpy.context).window_manager
+    manager: Any = (context or bpy.context).window_manager
     found: SelenitePictures = manager.selenite_pictures
     return found

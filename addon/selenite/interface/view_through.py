@@ -50,7 +50,7 @@ class SELENITE_OT_view_through(bpy.types.Operator):
 
 def is_through(scene: bpy.types.Scene) -> bool:
     """Whether a photo is shown over its camera's view now."""
-    return _KEY in scene
+    return scene.get(_KEY) is not None
 
 
 def _row(scene: bpy.types.Scene) -> Any:  # noqa: ANN401 - a SeleniteCapture

@@ -232,9 +232,9 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]
     if plot.mark is not None:
         canvas.fill(across(plot.mark), y0, across(plot.mark) + 1, y1, INK, 0.5)
     for number, (bottom, ceiling, colour) in enumerate(plot.intervals):
-        right = x1 - 2 - 5 * number
+        edge = x1 - 2 - 5 * number
         span = scaled(np.clip([bottom, ceiling], low, high))
-        canvas.fill(right - 3, float(span[1]), right, float(span[0]) + 1, colour, 0.6)
+        canvas.fill(edge - 3, float(span[1]), edge, float(span[0]) + 1, colour, 0.6)
     for curve in plot.curves:
         y = np.clip(scaled(curve.y), y0, y1)
         known = np.isfinite(y)
@@ -251,7 +251,8 @@ def _draw(canvas: Canvas, plot: Plot, left: int, top: int, size: tuple[int, int]
     if plot.bounds:
         after = x0 + 10 + width_of(plot.title, 15)
         text = f"{plot.bounds[0]:.4g} to {plot.bounds[1]:.4g}"
-        canvas.text(after, top + 8, text, size=12, colour=_BOUND, width=right - after)
+        if width_of(text, 12) <= right - after:
+            canvas.text(after, top + 8, text, size=12, colour=_BOUND)
 
 
 def _range(plot: Plot) -> tuple[float, float]:
