@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev bench fuzz [KIND ...]`: files that are broken at random, read as a fit reads them.
 
-Kinds: photos, masks, textures, grids, checkpoints. Small valid files of each kind are made, mutated
-(bits, bytes, numbers, pieces left out, doubled or taken from another file; checksums of PNG mended
-every other time) and read in a process of its own, with the native modules built with the address
-and undefined-behaviour sanitizers, and with 1 GiB of memory. A case is read, refused (a message for
-the user), or crashed: any other exception, a report of a sanitizer, too much memory, or no end
-within a minute. Files that crash are kept in build/fuzz-cases. Status 1 if there are any.
+Kinds: photos, masks, textures, grids, checkpoints, reconstructions. Small valid files of each kind
+are made, mutated (bits, bytes, numbers, pieces left out, doubled or taken from another file;
+checksums of PNG mended every other time) and read in a process of its own, with the native modules
+built with the address and undefined-behaviour sanitizers, and with 1 GiB of memory. A case is read,
+refused (a message for the user), or crashed: any other exception, a report of a sanitizer, too much
+memory, or no end within a minute. Files that crash are kept in build/fuzz-cases. Status 1 if there
+are any.
 
 The state of a native fit is read by `_core`. It is built with sanitizers only with `--core`, which
 takes long; without, the released one reads it.

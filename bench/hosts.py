@@ -17,6 +17,9 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "devtools"))
+from environment import interpreter  # noqa: E402
+
 WALK = ROOT / "bench" / "hosts" / "walk.py"
 PLACE = ROOT / "build" / "venv-hosts"
 # bpy -> the Python and the numpy that it is built for
@@ -29,21 +32,6 @@ HOSTS = {
 }
 CLASSES = ("modelled", "no effect on radiance", "refused", "warned of")
 LONGEST = 900  # seconds for a host
-
-
-def interpreter(version):
-    """A Python of this version that runs, or None."""
-    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
-    candidates = [shutil.which(f"python{version}"), *sorted(pyenv.glob(f"{version}.*/bin/python"))]
-    for candidate in filter(None, candidates):
-        command = [str(candidate), "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
-        try:
-            said = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-        except OSError:
-            continue
-        if said.stdout.strip() == version:
-            return str(candidate)
-    return None
 
 
 def environment(host, python, numpy):

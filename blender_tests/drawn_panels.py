@@ -18,23 +18,37 @@ class FakeLayout:
 
     box = column = split = row
 
-    def label(self, text="", icon="NONE"):
+    def label(self, text="", icon="NONE", icon_value=0, translate=True):
         assert icon in bpy.types.UILayout.bl_rna.functions["label"].parameters["icon"].enum_items
         self.drawn.append(text)
 
-    def prop(self, data, name, text=None, index=-1, emboss=True, icon="NONE"):
+    def prop(
+        self, data, name, text=None, index=-1, emboss=True, icon="NONE", slider=False,
+        translate=True,
+    ):  # fmt: skip
         assert icon in bpy.types.UILayout.bl_rna.functions["prop"].parameters["icon"].enum_items
         assert name in data.bl_rna.properties, name
-        self.drawn.append(name if text is None else text)
+        self.drawn.append(text or name)
 
-    def operator(self, name, text="", icon="NONE"):
+    def operator(self, name, text="", icon="NONE", depress=False, emboss=True):
         group, _, word = name.partition(".")
         assert hasattr(bpy.types, f"{group.upper()}_OT_{word}"), name
         self.drawn.append(name)
         return SimpleNamespace()
 
-    def template_list(self, kind, _identity, data, name, active_data, active, rows=1):
+    def menu(self, name, text=""):
+        assert hasattr(bpy.types, name)
+        self.drawn.append(text)
+
+    def separator(self, factor=1.0):
+        pass
+
+    def template_list(
+        self, kind, _identity, data, name, active_data, active, rows=1, item_dyntip_propname=""
+    ):
         assert hasattr(bpy.types, kind)
+        kept = data.bl_rna.properties[name].fixed_type
+        assert not item_dyntip_propname or item_dyntip_propname in kept.properties
         assert name in data.bl_rna.properties and active in active_data.bl_rna.properties
         self.drawn.append(name)
 

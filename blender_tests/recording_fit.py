@@ -142,10 +142,10 @@ class RecordingFit:
                        "standard_error": 0.0},
             "report": {"parameters": report, "passes": 3, "alternative_minima": [],
                        "ambiguous": [], "misfit": misfit},
-            "history": self._history(),
+            "history": self.history(),
         }  # fmt: skip
 
-    def _history(self):
+    def history(self):
         """From the start to the last values, the best ones in their iteration."""
         rows = ITERATIONS + 1
         place = np.linspace(0.0, 1.0, rows)[:, None]

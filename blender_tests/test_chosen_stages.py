@@ -211,7 +211,7 @@ def test_the_panel_stays_usable_while_it_looks_and_cancel_ends_it(tmp_path):
     state.STAGES.job._thread.join()
     assert start.modal(bpy.context, TIMER) == {"CANCELLED"}
     assert state.STAGES.job is None and state.RUN.job is None
-    assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_fit).split())
+    assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_head).split())
     assert start._start(bpy.context)
     state.STAGES.job._thread.join()
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}

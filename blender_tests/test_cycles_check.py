@@ -14,7 +14,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cli import main
-from selenite.cycles_check import render_settings, sheet
+from selenite.cycles_check import render_settings
 from selenite.cycles_check.compare import Estimate, judge, misfit
 from selenite.cycles_check.job import CheckFailed, CheckJob
 from selenite.fit_run.request import RunRequest
@@ -144,6 +144,29 @@ def test_check_renders_the_given_values_and_changes_nothing(tmp_path):
     assert {f"Camera_{n}.exr" for n in ("cycles", "cycles_sem", "native", "native_sem")} <= names
 
 
+def test_aligned_photo_is_checked_as_it_was_fitted(tmp_path):
+    """A dark triangle before a grey world: its edges show a wrong shift, roll or sign of them."""
+    made.triangle(material=made.material(base_color=(0.0, 0.0, 0.0)))
+    made.camera(distance=3.0)
+    made.world()
+    moved = {"Camera": (4.0, -3.0, 0.3)}
+    request = capture(tmp_path, picture_spp=64)
+    native_pictures, differences = [], []
+    for alignments in ({}, moved):
+        job = CheckJob(bpy.context.scene, request, {}, alignments=alignments)
+        try:
+            job.start()
+            row = job.result()["photos"]["Camera"]["native_against_cycles"]
+            path = job.folder / "out" / "Camera_native.exr"
+            native_pictures.append(native.image().read(str(path))[0])
+        finally:
+            job.close()
+        differences.append(row["relative_rmse_beyond_noise"])
+    assert max(differences) < 0.03
+    apart = np.sqrt(((native_pictures[1] - native_pictures[0]) ** 2).mean())
+    assert apart > 0.2 * native_pictures[0].mean(), "the alignment is seen"
+
+
 def test_cancelled_check_leaves_nothing(tmp_path):
     made.studio()
     scene = bpy.context.scene
@@ -181,15 +204,6 @@ def test_unsaved_pixels_are_refused(tmp_path):
     made.camera()
     with pytest.raises(BadInput, match="Image 'sky'"):
         CheckJob(bpy.context.scene, capture(tmp_path), {})
-
-
-def test_sheet_leaves_nothing_in_the_file(tmp_path):
-    blocks = datablocks()
-    row = {"photo": np.ones((8, 12, 3)), "error": np.ones((8, 12))}
-    sheet.write(tmp_path / "sheet.png", {"Front": row, "Süd": row}, 0.5)
-    assert datablocks() == blocks
-    pixels = native.image().read(str(tmp_path / "sheet.png"))[0]
-    assert pixels[:20].min() < 0.1  # ink
 
 
 def _noisy(mean, deviation, seeds, generator):

@@ -66,6 +66,8 @@ def request(folder, **settings):
         "grids": {},
         "images": {},
         "gains": {},
+        "alignments": {},
+        "environment": "",
     }
 
 

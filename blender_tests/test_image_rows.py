@@ -13,7 +13,8 @@ import undo_steps
 from drawn_panels import draw
 
 from selenite import native
-from selenite.interface import panels, properties, request, state
+from selenite.interface import panels, request, state
+from selenite.interface.rows import properties as row_properties
 from selenite.scene_read import openvdb_files
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
@@ -158,9 +159,10 @@ def test_rows_keep_what_is_set_and_are_reset(settings, tmp_path):
 
 
 def test_numbers_of_enums_stay_as_files_have_them():
-    assert [item[::3] for item in properties.GRID_ITEMS] == [("new", 0), ("scene", 1), ("file", 2)]
-    unseen = [item[::3] for item in properties.UNSEEN_ITEMS]
-    assert unseen == [("auto", 0), ("keep", 1), ("fill", 2)]
+    starts, unseen = row_properties.GRID_ITEMS, row_properties.UNSEEN_ITEMS
+    assert [item[0] for item in starts] == ["new", "scene", "file"]
+    assert [item[0] for item in unseen] == ["auto", "keep", "fill"]
+    assert [item[3] for item in (*starts, *unseen)] == [0, 1, 2, 0, 1, 2]
 
 
 def test_the_panel_offers_what_the_start_needs(settings):

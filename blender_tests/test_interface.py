@@ -230,16 +230,20 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
     start = Pressed(Start)
     assert start._start(bpy.context)
     assert "Starting" in draw(panels.SELENITE_PT_fit)
+    assert "Esc stops and keeps" in " ".join(draw(panels.SELENITE_PT_head).split())
     until = time.monotonic() + 30
     while time.monotonic() < until:
-        state.RUN.progress = state.RUN.job.progress()
+        state.RUN.update()
         if state.RUN.progress.iteration > 0:
             break
         time.sleep(0.02)
     drawn = draw(panels.SELENITE_PT_fit)
-    assert "of 4000" in drawn and "selenite.stop" in drawn and "Body:base_color" in drawn
+    assert "of 4000" in drawn and "Body:base_color" in drawn and "nan" not in drawn
+    head = draw(panels.SELENITE_PT_head)
+    assert "selenite.stop" in head and "selenite.cancel" in head and "%, descent" in head
     bpy.ops.selenite.stop()
     assert start._finish(bpy.context) == {"FINISHED"}
+    settings.show_report = True
     assert "Body: base_color" in draw(panels.SELENITE_PT_result)
     for panel, row, more in (
         (panels.SELENITE_UL_rows, settings.rows[0], ()),
@@ -265,7 +269,7 @@ def test_cancel_keeps_nothing(tmp_path):
 @pytest.mark.usefixtures("addon")
 def test_panel_shows_why_the_native_module_is_missing(monkeypatch):
     monkeypatch.setattr(state, "why_native_is_missing", lambda: "The native module does not load")
-    drawn = draw(panels.SELENITE_PT_captures)
+    drawn = " ".join(draw(panels.SELENITE_PT_captures).split())
     assert "The native module does not load" in drawn and "captures" not in drawn
 
 

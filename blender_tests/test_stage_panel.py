@@ -137,4 +137,4 @@ def test_a_row_of_the_list_shows_name_and_number_of_parameters(tmp_path):
     layout = FakeLayout()
     row = settings.stages[0]
     stages.SELENITE_UL_stages.draw_item(None, bpy.context, layout, None, row, 0, None, "")
-    assert layout.drawn == ["", "1"]
+    assert layout.drawn == ["name", "1"]

@@ -11,6 +11,10 @@ if(NOT pybind11_DIR)
 endif()
 find_package(pybind11 3 CONFIG REQUIRED)
 
+if(SELENITE_STATIC_LIBRARIES AND CMAKE_SYSTEM_NAME STREQUAL "Linux")
+  include(cmake/oldest_glibc.cmake)
+endif()
+
 # selenite_python_module(NAME LIBRARY SOURCE...): the Python module selenite.NAME over LIBRARY.
 function(selenite_python_module name library)
   if(NOT ARGN)
@@ -23,6 +27,15 @@ function(selenite_python_module name library)
   if(CMAKE_SYSTEM_NAME STREQUAL "Linux")
     # Blender's process holds other copies of these libraries: export nothing but the module's entry.
     target_link_options(${name} PRIVATE -Wl,--exclude-libs,ALL)
+    if(SELENITE_STATIC_LIBRARIES)
+      # The compiler's own library is inside too. Templates of it would be seen from outside.
+      set(exports "${PROJECT_BINARY_DIR}/${name}.exports")
+      file(WRITE "${exports}" "{ global: PyInit_${name}; local: *; };\n")
+      target_link_options(${name} PRIVATE -Wl,--gc-sections -static-libstdc++ "-Wl,--version-script=${exports}")
+      if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+        selenite_oldest_glibc(${name})
+      endif()
+    endif()
   endif()
   install(TARGETS ${name} DESTINATION selenite COMPONENT python)
 endfunction()

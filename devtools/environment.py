@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
 import sys
-import venv
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -26,12 +26,41 @@ from process import (
 )
 
 
-def ensure_environment(place: Path, requirements: Path) -> Path:
-    """A virtual environment that holds `requirements`; returns its Python."""
-    if sys.version_info[:2] != (3, 11):
+def interpreter(version: str, headers: bool = False) -> Path | None:
+    """A Python of this version ("3.13") that runs, from the path or from pyenv; None without one.
+
+    `headers`: only one that native modules can be built for.
+    """
+    versions = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
+    candidates = [
+        shutil.which(f"python{version}"),
+        *sorted(versions.glob(f"{version}.*/bin/python")),
+    ]
+    program = (
+        "import sys, sysconfig; from pathlib import Path\n"
+        "print('%d.%d' % sys.version_info[:2],"
+        " (Path(sysconfig.get_path('include')) / 'Python.h').is_file())"
+    )
+    for candidate in filter(None, candidates):
+        command = [str(candidate), "-c", program]
+        try:
+            said = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        except OSError:
+            continue
+        if said.stdout.split() in ([version, "True"], [version, str(headers)]):
+            return Path(candidate)
+    return None
+
+
+def ensure_environment(place: Path, requirements: Path, python_of: Path | None = None) -> Path:
+    """A virtual environment that holds `requirements`; returns its Python.
+
+    `python_of`: the Python that it is made with; None for the one that runs this.
+    """
+    if python_of is None and sys.version_info[:2] != (3, 11):
         raise Failed(f"Python 3.11 is needed (Blender's), this is {sys.version.split()[0]}")
     python = place / "bin" / "python3"
-    base = str(Path(sys.executable).resolve())
+    base = str((python_of or Path(sys.executable)).resolve())
     stamp = place / "selenite.stamp"
     key = digest([requirements, base, str(place)])
     with alone(place.name):
@@ -39,7 +68,7 @@ def ensure_environment(place: Path, requirements: Path) -> Path:
             made_here = (place / "pyvenv.cfg").is_file() and python.exists()
             if not made_here or python.resolve() != Path(base):
                 say(f"making {place.name} with {base}")
-                venv.create(place, clear=True, with_pip=True)
+                run([base, "-m", "venv", "--clear", place])
             say(f"installing {requirements.relative_to(ROOT)} into {place.name}")
             quietly = ["--disable-pip-version-check", "--no-input", "--quiet"]
             run([python, "-m", "pip", "install", *quietly, "--no-deps", "-r", requirements])
@@ -120,5 +149,5 @@ def clean(everything: bool) -> None:
         elif path.exists():
             path.unlink()
     if everything:
-        for path in [VENV, ROOT / ".venv-lint", ROOT / ".venv-package"]:
+        for path in [VENV, ROOT / ".venv-lint", *ROOT.glob(".venv-package*")]:
             shutil.rmtree(path, ignore_errors=True)

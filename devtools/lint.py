@@ -25,6 +25,7 @@ UNKNOWABLE = re.compile(
             # attributes of the subclass that a base class stands for (a Light is a PointLight)
             '"(ActionStrip|ID|Light|Modifier|Node|NodeSocket|PropertyGroup)" has no attribute',
             '"Color"(; expected "Iterable| has no attribute "__iter__)',  # is iterable
+            'Argument "icon" to "\\w+" of "UILayout" has incompatible type "str"',  # computed
             'base class "(Panel|Operator|UIList)" defined the type as "Literal',  # plain str
         )
     )

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`./dev package`: what people install, written to dist/ and tried out before it is called done.
 
-selenite-V-cp311-cp311-manylinux_*.whl   self-contained: carries its own Embree, TBB, OpenImageIO
-selenite-V-extension.zip                 Blender 4.2 to 5.0 (Python 3.11): that wheel and others
-selenite-V-blender34-debian.zip          add-on for Debian 12's Blender 3.4, which has the libraries
+selenite-V-cpXY-cpXY-manylinux_*.whl   one for each Python of Blender's: needs the C library alone
+selenite-V-extension.zip               Blender 4.2 and later: those wheels and others
+selenite-V-blender34-debian.zip        add-on for Debian 12's Blender 3.4, which has the libraries
+
+The wheels hold Embree, OpenImageIO and the rest as static libraries (static_libraries.py).
 """
 
 from __future__ import annotations
@@ -12,16 +14,22 @@ import argparse
 import asyncio
 import os
 import shutil
-import subprocess
 import tomllib
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import environment
+import package_checks
+import static_libraries
 from process import BUILD, PACKAGE, PYTHON, ROOT, Failed, alone, run, run_limited, say
 
 DIST = ROOT / "dist"
 WORK = BUILD / "package"
+# Of Blender 4.2 to 5.0, and of Blender 5.1 to 5.3. The first is there, or nothing runs.
+PYTHONS = ("3.11", "3.13")
+# The C library that Blender asks for; cmake/oldest_glibc.cmake sees to it
+GLIBC = (2, 28)
 # What a wheel of ours needs at run time beside numpy, which every Blender has
 PURE_PYTHON = ("rich", "markdown-it-py", "mdurl", "Pygments", "defusedxml", "platformdirs")
 
@@ -50,18 +58,18 @@ def make(arguments: list[str]) -> None:
     )
     options = parser.parse_args(arguments)
     environment.build()
-    python = environment.ensure_environment(
-        ROOT / ".venv-package", ROOT / "requirements" / "package.txt"
-    )
+    prefix = static_libraries.prefix()
+    pythons = _pythons()
     with alone("package"):
         shutil.rmtree(WORK, ignore_errors=True)
         WORK.mkdir(parents=True)
         DIST.mkdir(exist_ok=True)
         for old in DIST.glob("selenite-*"):
             old.unlink()
-        wheel = _self_contained(_plain_wheel(python), python)
-        libraries = _pure_python_wheels(python)
-        extension = _extension(wheel, libraries)
+        wheels = [_wheel(version, python, prefix) for version, python in pythons.items()]
+        libraries = _pure_python_wheels(pythons[PYTHONS[0]])
+        extension = _extension(wheels, libraries)
+        _refuse(package_checks.faults_of_extension(extension, map(_tag, pythons)))
         legacy = _legacy(libraries)
         if not options.untried:
             _try_extension(extension)
@@ -70,67 +78,60 @@ def make(arguments: list[str]) -> None:
         print(f"{path.relative_to(ROOT)}  {path.stat().st_size / 1e6:.1f} MB")
 
 
+def _tag(version: str) -> str:
+    return "cp" + version.replace(".", "")
+
+
+def _refuse(faults: Sequence[str]) -> None:
+    """What is not as it must be stays in dist/ to be looked at, but the job fails."""
+    if faults:
+        raise Failed("this is no package:\n  " + "\n  ".join(faults))
+
+
+def _pythons() -> dict[str, Path]:
+    """Version -> an environment with what builds a wheel for it."""
+    pinned = ROOT / "requirements" / "package.txt"
+    found = {}
+    for version in PYTHONS:
+        base = None
+        if version != PYTHONS[0]:
+            base = environment.interpreter(version, headers=True)
+            if base is None:
+                say(f"no Python {version} with headers is at hand: the Blenders that have it will "
+                    "refuse this extension")  # fmt: skip
+                continue
+        place = ROOT / (".venv-package" + ("" if base is None else f"-{version}"))
+        found[version] = environment.ensure_environment(place, pinned, base)
+    return found
+
+
 def _version() -> str:
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
 
-def _plain_wheel(python: Path) -> Path:
-    """The wheel as the build backend makes it: linked with this system's libraries."""
-    target = WORK / "plain"
-    run([python, "-m", "build", "--wheel", "--no-isolation", "--outdir", target, ROOT])
-    return next(target.glob("selenite-*.whl"))
-
-
-def _self_contained(wheel: Path, python: Path) -> Path:
-    """Adds the shared libraries, Embree's functions under names of our own.
-
-    Official Blender exports its own Embree 4 to every module it loads. Functions of Embree 3 that
-    bear the same names would be taken from there and silently miss every ray; neither hidden
-    visibility nor a hashed library name helps against that, another function name does.
-    """
-    tools = python.parent
-    opened = WORK / "opened"
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(opened)
-    libraries = WORK / "libraries"
-    libraries.mkdir()
-    core = next(opened.glob("selenite/_core*.so"))
-    embree = _linked(core, "libembree")
-    private = libraries / f"libselenite_{embree.name}"
-    shutil.copy2(embree, private)
-    names = subprocess.run(
-        ["nm", "-D", "--defined-only", "--format=posix", private],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
-    exported = {line.split()[0].split("@")[0] for line in names.splitlines()}
-    renaming = WORK / "embree_names.txt"
-    renaming.write_text(
-        "".join(f"{name} selenite_{name}\n" for name in sorted(exported) if name.startswith("rtc"))
-    )
-    patchelf = [str(tools / "patchelf")]
-    run([*patchelf, "--set-soname", private.name, private])
-    run([*patchelf, "--rename-dynamic-symbols", renaming, private])
-    run([*patchelf, "--replace-needed", embree.name, private.name, core])
-    run([*patchelf, "--rename-dynamic-symbols", renaming, core])
-    renamed = WORK / wheel.name
-    _zip(renamed, [(path, path.relative_to(opened)) for path in sorted(opened.rglob("*"))])
-    search = f"{libraries}:{os.environ.get('LD_LIBRARY_PATH', '')}".rstrip(":")
-    env = {"LD_LIBRARY_PATH": search, "PATH": f"{tools}:{os.environ['PATH']}"}
+def _wheel(version: str, python: Path, prefix: Path) -> Path:
+    """The wheel for one Python, named after the oldest C library that it runs with, and tried."""
+    plain, scratch = WORK / "plain" / version, WORK / "opened" / version
+    static = f"-Ccmake.define.SELENITE_STATIC_LIBRARIES={prefix}"
+    run([python, "-m", "build", "--wheel", "--no-isolation", static, "--outdir", plain, ROOT])
+    made = next(plain.glob("selenite-*.whl"))
+    env = {"PATH": f"{python.parent}:{os.environ['PATH']}"}
     repair = ["-m", "auditwheel", "repair", "--plat", "auto", "--wheel-dir"]
-    run([python, *repair, DIST, renamed], env=env)
-    return next(DIST.glob("selenite-*.whl"))
-
-
-def _linked(module: Path, prefix: str) -> Path:
-    """The shared library `prefix`* that the loader would give to `module`."""
-    listing = subprocess.run(["ldd", module], capture_output=True, text=True, check=True).stdout
-    for line in listing.splitlines():
-        name, _, rest = line.strip().partition(" => ")
-        if name.startswith(prefix):
-            return Path(rest.split(" (")[0]).parent / name
-    raise Failed(f"{module.name} is not linked with {prefix}*")
+    run([python, *repair, DIST, made], env=env)
+    wheel = next(DIST.glob(f"selenite-*-{_tag(version)}-{_tag(version)}-*.whl"))
+    _refuse(package_checks.faults_of_wheel(wheel, scratch))
+    for module in sorted(scratch.glob("selenite/*.so")):
+        needed = package_checks.newest_glibc(module)
+        version = ".".join(map(str, needed))
+        say(f"{module.name}: {module.stat().st_size / 1e6:.1f} MB, glibc {version} or newer")
+        if needed > GLIBC:
+            raise Failed(f"{module.name} needs glibc {version}: cmake/oldest_glibc.cmake lacks "
+                         "a function; nm -D --undefined-only names it")  # fmt: skip
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(scratch)
+    # Each module tests itself when it is loaded.
+    run([python, "-c", "import selenite._core, selenite._image"], env={"PYTHONPATH": str(scratch)})
+    return wheel
 
 
 def _pure_python_wheels(python: Path) -> list[Path]:
@@ -144,22 +145,25 @@ def _pure_python_wheels(python: Path) -> list[Path]:
 
 
 def _sources(target: Path) -> None:
-    """The add-on's own files: no native module, no cache."""
+    """The add-on's own files and the demo's: no native module, no cache."""
     shutil.copytree(
         PACKAGE, target, ignore=shutil.ignore_patterns("*.so", "*.partial", "lib", "__pycache__")
     )
+    for name in package_checks.DEMO:
+        (target / "demo_scene" / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / "scenes" / name, target / "demo_scene" / name)
     shutil.copy2(ROOT / "LICENSE", target / "LICENSE")
 
 
-def _extension(wheel: Path, libraries: list[Path]) -> Path:
+def _extension(own: list[Path], libraries: list[Path]) -> Path:
     source = WORK / "extension"
     _sources(source)
     for name in ("_core", "_image"):
         (source / f"{name}.py").write_text(BRIDGE.format(name=name))
     (source / "wheels").mkdir()
-    for path in [wheel, *libraries]:
+    for path in [*own, *libraries]:
         shutil.copy2(path, source / "wheels" / path.name)
-    listed = "".join(f'  "./wheels/{path.name}",\n' for path in [wheel, *libraries])
+    listed = "".join(f'  "./wheels/{path.name}",\n' for path in [*own, *libraries])
     manifest = source / "blender_manifest.toml"
     text = manifest.read_text()
     if "wheels = []" not in text:
@@ -181,7 +185,7 @@ def _legacy(libraries: list[Path]) -> Path:
     """Blender 3.4 knows no wheels: the modules lie in the package, pure Python in its lib/."""
     source = WORK / "legacy" / "selenite"
     _sources(source)
-    for module in PACKAGE.glob("*.so"):
+    for module in PACKAGE.glob("*.cpython-311-*.so"):
         shutil.copy2(module, source / module.name)
     for path in libraries:
         with zipfile.ZipFile(path) as archive:

@@ -12,6 +12,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import gui_test
 from native_tests import run_native
 from process import BUILD, PYTHON, ROOT, Failed, alone, run_limited, say, side_by_side
 from tally import REPORTS, Tally, keep_durations, last_durations, read_report
@@ -80,6 +81,12 @@ def _run_suites(options: argparse.Namespace) -> int:
         tallies[name] = sum((item.tally for item in own), Tally())
         seconds = sum(item.seconds for item in own)
         lines.append(f"{name:<10} {tallies[name].line()}; its processes took {seconds:.0f} s")
+    if "window" in wanted:
+        say("tests: window")
+        begun = time.monotonic()
+        tallies["window"] = gui_test.short_run(WINDOW_SECONDS)
+        seconds = time.monotonic() - begun
+        lines.append(f"{'window':<10} {tallies['window'].line()} in {seconds:.0f} s")
     total = sum(tallies.values(), Tally())
     print("\n" + "\n".join(lines))
     print(f"{'all':<10} {time.monotonic() - started:.0f} s, reports in {REPORTS.relative_to(ROOT)}")
@@ -90,6 +97,8 @@ def _run_suites(options: argparse.Namespace) -> int:
 
 
 def _is_wanted(suite: str, options: argparse.Namespace) -> bool:
+    if suite == "window" and (options.k or options.extra):
+        return False  # these choose tests of the other runners
     if not options.suites and not options.files:
         return True
     return suite in options.suites or any(_suite_of(path) == suite for path in options.files)
@@ -222,4 +231,6 @@ def _environment(name: str) -> dict[str, str]:
 
 
 PYTEST_SUITES = {"python": _python, "blender": _blender, "blender34": _blender34}
-SUITES = ("native", *PYTEST_SUITES)
+SUITES = ("native", *PYTEST_SUITES, "window")
+#: What of ./dev gui-test is part of every run takes at most so long.
+WINDOW_SECONDS = 60

@@ -91,6 +91,15 @@ class Example:
     def save_start(self, path: Path) -> None:
         """Writes the scene with the start values as a .blend file."""
         self.build(self.start)
+        body = next(
+            item
+            for item in bpy.data.objects
+            if any(slot.material and slot.material.name == self.material
+                   for slot in item.material_slots)
+        )  # fmt: skip
+        for item in bpy.context.view_layer.objects:
+            item.select_set(item == body)
+        bpy.context.view_layer.objects.active = body  # what is to be fitted
         bpy.ops.wm.save_as_mainfile(filepath=str(path.resolve()), check_existing=False)
 
     def main(self) -> None:

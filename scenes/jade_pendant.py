@@ -76,7 +76,8 @@ def add_camera(name: str, location: tuple) -> bpy.types.Object:
 
 def build(values: dict) -> bpy.types.Scene:
     """Replaces the open file by the demo scene, the pendant's material holding `values`."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    # Not the factory settings: they would switch off the add-on whose demo this is.
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     scene = bpy.context.scene
     add_pendant(principled(MATERIAL, values))
     add_ground(

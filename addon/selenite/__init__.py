@@ -8,6 +8,10 @@ photos -> step -> write the values back": `scene_read`, the native modules, `fit
 
 from __future__ import annotations
 
+import importlib.util
+import sys
+from typing import Any
+
 bl_info = {
     "name": "Selenite",
     "author": "The Selenite authors",
@@ -21,8 +25,25 @@ bl_info = {
 __version__ = "0.1.0"
 
 
+#: What the panel and the terminal say where numpy is not installed.
+NUMPY_MISSING = (
+    "Selenite needs the Python package numpy,",
+    "which this Blender does not have.",
+    "On Debian install python3-numpy:",
+    "sudo apt install python3-numpy",
+    "Then restart Blender.",
+)
+_notice: Any = None
+
+
 def register() -> None:
-    """Called by Blender when the add-on is switched on."""
+    """Called by Blender when the add-on is switched on.
+
+    Debian's Blender runs without numpy. There the add-on is a panel that says what to install.
+    """
+    if importlib.util.find_spec("numpy") is None:
+        _register_notice()
+        return
     from . import interface
 
     interface.register()
@@ -30,6 +51,32 @@ def register() -> None:
 
 def unregister() -> None:
     """Called by Blender when the add-on is switched off."""
+    global _notice
+    if _notice is not None:
+        import bpy
+
+        bpy.utils.unregister_class(_notice)
+        _notice = None
+        return
     from . import interface
 
     interface.unregister()
+
+
+def _register_notice() -> None:
+    global _notice
+    import bpy
+
+    class SELENITE_PT_notice(bpy.types.Panel):
+        bl_label = "Selenite"
+        bl_space_type = "VIEW_3D"
+        bl_region_type = "UI"
+        bl_category = "Selenite"
+
+        def draw(self, _context: Any) -> None:
+            for line in NUMPY_MISSING:
+                self.layout.label(text=line)
+
+    bpy.utils.register_class(SELENITE_PT_notice)
+    _notice = SELENITE_PT_notice
+    sys.stderr.write(" ".join(NUMPY_MISSING) + "\n")

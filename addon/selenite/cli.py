@@ -18,6 +18,7 @@ from contextlib import suppress
 from typing import Any, NoReturn, TextIO
 
 from . import __version__
+from .commands import addon_settings
 from .commands.capture_arguments import add_captures
 from .commands.environment_arguments import (
     NO_ENVIRONMENT,
@@ -25,6 +26,8 @@ from .commands.environment_arguments import (
     add_lamps,
     add_rotate_world,
 )
+from .commands.examples import with_examples
+from .commands.import_arguments import add_import
 from .commands.terminal import say
 from .json_text import json_text
 from .native import NativeUnavailable
@@ -85,6 +88,10 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
         return {"error": str(error)}
     except KeyboardInterrupt:
         return {"error": "interrupted"}
+    except ImportError as error:
+        if error.name != "bpy":
+            return {"error": _internal(error)}
+        return {"problems": _as_json(BadInput(_without_blender(error)))}
     except MemoryError:
         cure = "give smaller sizes, fewer photos or smaller grids, or close other programs"
         return {"error": f"the computer's memory does not suffice; {cure}"}
@@ -96,6 +103,17 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
         return {"error": f"{name}{error.strerror.lower()}; {cure}"}
     except Exception as error:  # the last net: no input should come this far
         return {"error": _internal(error)}
+    finally:
+        addon_settings.release()
+
+
+def _without_blender(error: ImportError) -> Problem:
+    version = "4.5.15" if sys.version_info < (3, 13) else "5.2.3"
+    cure = (
+        "run 'blender --command selenite' (Blender 4.2 or newer) in place of 'selenite', or "
+        f"install Blender as a module: pip install bpy=={version}"
+    )
+    return Problem("Blender", f"this command needs it, and bpy does not load ({error})", cure)
 
 
 def _internal(error: Exception) -> str:
@@ -155,6 +173,7 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"selenite {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    add_import(_command(commands, "import", ".commands.import_scene"))
     _add_check(commands)
     _add_render(commands)
     _add_gradient(commands)
@@ -172,6 +191,7 @@ def _command(
     commands: argparse._SubParsersAction, name: str, module: str
 ) -> argparse.ArgumentParser:
     summary = {
+        "import": "makes a scene that is ready to fit of a reconstruction",
         "check": "what is understood of a scene and what stands in the way",
         "render": "renders one picture",
         "gradient": "renders a picture with its derivatives",
@@ -184,6 +204,7 @@ def _command(
         "demo": "fits the demo scene",
     }[name]
     parser = commands.add_parser(name, help=summary, description=summary.capitalize() + ".")
+    with_examples(parser, name)
     parser.set_defaults(module=module)
     parser.add_argument("--json", action="store_true", help="print one JSON object on stdout")
     return parser
@@ -275,8 +296,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     scene = "a .blend file, or the run.json of an earlier fit; with --resume it may be left out"
     add("scene", metavar="SCENE", nargs="?", help=scene)
     many = {"action": "append", "default": []}
+    group = parser.add_argument_group("what is fitted")
+    add = group.add_argument
     add("--fit", **many, metavar="OWNER:PARAM[,PARAM]", help="what to fit")
-    add_captures(parser, "default: the captures of the scene")
     add("--start", **many, metavar="OWNER:PARAM=V[,V,V]", help="default: the scene's value")
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI")
     grid = (
@@ -286,7 +308,11 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
     unseen = "texels that no photo sees stay as they were, or are filled from those around them"
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
-    add_environment(parser)
+    stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
+    add("--stages", metavar="FILE", help=stages)
+    add_environment(group)
+    add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add = parser.add_argument_group("settings of the fit").add_argument
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="what is minimised; default: robust. An unknown name lists them all")
     add(
@@ -306,12 +332,11 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     )
     add("--tolerance", type=float, help="stop when the loss falls below; 0: never")
     add("--depth", type=int, help="bounces; 0: unlimited")
-    add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
-    stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
-    add("--stages", metavar="FILE", help=stages)
     add("--seed", type=int)
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=_PHYSICAL)
+    add = parser.add_argument_group("results").add_argument
+    add("--picture-spp", type=int, help="samples per pixel of the pictures in the result folder")
     add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
     out = "gets a folder <date>_<time>; default: selenite-fits, with --resume where DIR is"
     add("--out", metavar="DIR", help=out)

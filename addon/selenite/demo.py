@@ -23,12 +23,18 @@ from .commands.arguments import output_folder, stop_if
 from .commands.terminal import say, table
 from .problems import BadInput, Problem
 
-SCENES = Path(__file__).resolve().parents[2] / "scenes"
 NAME = "jade_pendant"
 #: Largest permitted error of each parameter: what the demo promises.
 LIMITS = {"base_color": 0.03, "roughness": 0.05, "transmission": 0.05, "ior": 0.05}
 #: Radiance at which the picture of the error is brightest.
 LARGEST_ERROR = 0.2
+
+
+def scenes() -> Path:
+    """Folder of the demo scene: inside an installed package, `scenes` in a checkout."""
+    here = Path(__file__).resolve()
+    installed = here.parent / "demo_scene"
+    return installed if installed.is_dir() else here.parents[2] / "scenes"
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -43,7 +49,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     start_file, fitted_file = out / "start.blend", out / "fitted.blend"
     say("building the scene with its dark opaque start")
     scene.EXAMPLE.save_start(start_file)
-    photos = [f"--photo={c}={SCENES / NAME / c}.png" for c in truth["cameras"]]
+    folder = scenes() / NAME
+    photos = [f"--photo={c}={folder / c}.png" for c in truth["cameras"]]
     command = ["fit", str(start_file), *photos]
     command += [f"--fit={truth['material']}:{','.join(truth['parameters'])}"]
     command += [f"--out={out}", f"--save={fitted_file}", "--check-in-cycles"]
@@ -80,12 +87,13 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _scene() -> tuple[ModuleType, dict[str, Any]]:
-    truth = SCENES / NAME / "truth.json"
+    folder = scenes()
+    truth = folder / NAME / "truth.json"
     if not truth.is_file():
-        cure = "run it in a checkout of Selenite; the demo scenes are not part of the package"
+        cure = "install the package again: a part of it is missing"
         raise BadInput(Problem("Demo", f"{truth} is not here", cure))
-    if str(SCENES) not in sys.path:
-        sys.path.insert(0, str(SCENES))
+    if str(folder) not in sys.path:
+        sys.path.insert(0, str(folder))
     return importlib.import_module(NAME), json.loads(truth.read_text(encoding="utf-8"))
 
 
@@ -108,7 +116,7 @@ def _rows(report: dict[str, Any], truth: dict[str, Any]) -> list[dict[str, Any]]
 
 def _contact_sheet(folder: Path, cameras: list[str], path: Path) -> None:
     """A row per camera: photo, start, fit, Cycles with the fitted values, its error."""
-    from .cycles_check import sheet
+    from .fit_run.pictures import sheet
 
     names = {"photo": "reference", "start": "initial", "fit": "optimised"}
     names["fitted values in Cycles"] = "cycles"

@@ -38,6 +38,13 @@ def absolute(text: str | Path) -> Path:
         return Path(expanded)
 
 
+def user_folder() -> Path:
+    """Where results go that have no other place: "Selenite" in the user's documents."""
+    import platformdirs
+
+    return Path(platformdirs.user_documents_dir()) / "Selenite"
+
+
 def why_not_file(path: str | Path) -> str:
     """Why `path` is no file that can be read; empty if it is one. A pipe or a device, which may
     never end, is none."""

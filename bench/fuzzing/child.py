@@ -87,6 +87,31 @@ def read_checkpoint(case: Path) -> bool:
     return True
 
 
+def read_reconstruction(case: Path) -> bool:
+    from fuzzing.reconstruction_seeds import MAIN
+    from selenite.importers import read
+    from selenite.importers.reconstruction import ReconstructionError
+
+    folder = case.parent
+    try:
+        read.read_reconstruction(folder / MAIN[folder.name])
+    except ReconstructionError:
+        return False
+    return True
+
+
+def folders_of(kind: str, seeds: list[Path], place: Path) -> list[Path]:
+    """Kinds of which a case is a folder: all of it lies in `place`, with one file broken."""
+    if kind == "checkpoints":
+        shutil.copytree(seeds[0], place, dirs_exist_ok=True)
+        return sorted(place.iterdir())
+    if kind == "reconstructions":
+        shutil.copytree(seeds[0].parent, place, dirs_exist_ok=True)
+        # Pictures are a kind of their own.
+        return sorted(path for path in place.rglob("*.*") if path.suffix != ".png")
+    return []
+
+
 def main(kind: str, folder: Path, first: int, seconds: float) -> None:
     seeds = sorted((folder / "seeds").iterdir())
     place = folder / "case"
@@ -98,10 +123,10 @@ def main(kind: str, folder: Path, first: int, seconds: float) -> None:
         "textures": read_texture,
         "grids": read_grid,
         "checkpoints": lambda path: read_checkpoint(path.parent),
+        "reconstructions": read_reconstruction,
     }
-    if kind == "checkpoints":
-        shutil.copytree(seeds[0], place, dirs_exist_ok=True)
-        seeds = sorted(seeds[0].iterdir())
+    whole = folders_of(kind, seeds, place)
+    seeds = whole or seeds
     contents = {path: path.read_bytes() for path in seeds}
     progress = os.open(folder / "progress", os.O_CREAT | os.O_RDWR)
     counts = {True: 0, False: 0}
@@ -110,11 +135,11 @@ def main(kind: str, folder: Path, first: int, seconds: float) -> None:
     while time.time() < end:
         rng = random.Random(number)
         seed = rng.choice(seeds)
-        path = place / seed.name
+        path = seed if whole else place / seed.name
         os.pwrite(progress, f"{number} {counts[True]} {counts[False]} ".encode(), 0)
         path.write_bytes(mutated(contents[seed], contents[rng.choice(seeds)], rng))
         counts[readers[kind](path)] += 1
-        if kind == "checkpoints":
+        if whole:
             path.write_bytes(contents[seed])
         else:
             path.unlink()

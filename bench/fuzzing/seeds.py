@@ -12,18 +12,22 @@ from pathlib import Path
 
 import numpy as np
 
-KINDS = ("photos", "masks", "textures", "grids", "checkpoints")
+from . import reconstruction_seeds
+
+KINDS = ("photos", "masks", "textures", "grids", "checkpoints", "reconstructions")
 SIZE = 12
 
 
 def make(kind: str, folder: Path) -> None:
-    """Writes them into `folder`; a checkpoint is a folder of files."""
+    """Writes them into `folder`; a checkpoint is a folder of files, and so is
+    each reconstruction."""
     makers: dict[str, Callable[[Path], None]] = {
         "photos": _photos,
         "masks": _masks,
         "textures": _photos,
         "grids": _grids,
         "checkpoints": _checkpoints,
+        "reconstructions": reconstruction_seeds.make,
     }
     makers[kind](folder)
 

@@ -2,6 +2,7 @@
 """How a script of this folder drives a Blender window; not a script itself."""
 
 import os
+import subprocess
 import sys
 import tempfile
 import traceback
@@ -37,6 +38,22 @@ def in_window(operator, *arguments, **options):
 def picture(name):
     """A screenshot; the operator redraws first, so every panel is drawn."""
     in_window(bpy.ops.screen.screenshot, filepath=str(PICTURES / f"{name}.png"))
+
+
+def whole_screen(name):
+    """A picture of all windows, as a file browser has its own."""
+    subprocess.run(["import", "-window", "root", str(PICTURES / f"{name}.png")], check=True)
+
+
+def click_tab(below=35):
+    """A click on the tab of the sidebar that is so many pixels below its upper end, at a scale of
+    the interface of 1; the first one is ours."""
+    shown, area = window()[:2]
+    region = next(item for item in area.regions if item.type == "UI")
+    x, y = region.x + region.width - 10, region.y + region.height - below
+    shown.event_simulate(type="MOUSEMOVE", value="NOTHING", x=x, y=y)
+    shown.event_simulate(type="LEFTMOUSE", value="PRESS", x=x, y=y)
+    shown.event_simulate(type="LEFTMOUSE", value="RELEASE", x=x, y=y)
 
 
 def photographed(value):

@@ -34,7 +34,7 @@ def steps():
     """See `_driving.run`."""
     settings = prepare()
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    yield lambda: state.RUN.job is None
+    yield lambda: not state.RUN.is_active
     blocks = sorted(item.name for item in bpy.data.user_map())
     engine = bpy.context.scene.render.engine
 

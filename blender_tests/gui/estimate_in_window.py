@@ -35,13 +35,13 @@ def steps():
     settings = bpy.context.scene.selenite
     settings.stage_mode = "auto"
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    assert state.STAGES.job is not None and state.RUN.job is None
+    yield lambda: state.STAGES.job is not None
+    assert state.RUN.job is None
     press_escape()
     yield lambda: state.STAGES.job is None
     assert state.RUN.job is None, "Esc starts no fit"
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    yield lambda: state.STAGES.job is None
-    yield lambda: state.RUN.job is None
+    yield lambda: state.RUN.result is not None and not state.RUN.is_active
     yield 0.5
     picture("staged")
     names = [stage["name"] for stage in state.RUN.result["stages"]]

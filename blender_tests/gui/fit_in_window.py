@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Start, live progress, Esc, Apply, undo, and a file load during a run, in a real window."""
+"""Start, live progress, Esc, Stop, Cancel, Apply, undo, and a file load during a run, in a real
+window. Part of every test run, so it is short."""
 
 import bpy
 from _driving import ENDLESS, in_window, made, photographed, picture, press_escape, run
@@ -31,12 +32,12 @@ def steps():
     yield 0.5
     picture("ready")
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    assert state.RUN.job is not None
+    assert state.RUN.is_active
     yield running
     yield 1.0  # the panels below slide into place
     picture("running")
     press_escape()
-    yield lambda: state.RUN.job is None
+    yield lambda: not state.RUN.is_active
     settings = bpy.context.scene.selenite
     assert len(settings.results) == 1, "Esc keeps the best values"
     assert tuple(made.socket(bpy.data.materials[name], "base_color").default_value) == before
@@ -54,15 +55,28 @@ def steps():
 
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield running
+    in_window(bpy.ops.selenite.stop)
+    yield lambda: not state.RUN.is_active
+    assert "best values so far are kept" in state.RUN.message, "Stop keeps"
+
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    yield running
     in_window(bpy.ops.selenite.cancel)
-    yield lambda: state.RUN.job is None
+    yield lambda: not state.RUN.is_active
     assert state.RUN.message.startswith("Cancelled")
+    assert len(bpy.context.scene.selenite.results) == 1, "Cancel keeps the result before"
+
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    assert state.RUN.preparing is not None, "photos are read in a thread"
+    in_window(bpy.ops.selenite.cancel)
+    yield 0.5
+    assert not state.RUN.is_active and state.RUN.message.startswith("Cancelled")
 
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield running
     in_window(bpy.ops.wm.read_homefile, use_empty=True)  # the modal operator is cancelled
     yield 0.5
-    assert state.RUN.job is None, "loading a file ends the fit"
+    assert not state.RUN.is_active, "loading a file ends the fit"
 
 
 run(steps, panels)

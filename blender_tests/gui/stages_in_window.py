@@ -44,7 +44,7 @@ def steps():
     assert (folder / "state.json").is_file()
     state.RUN.recorder = None  # as if Blender had ended here
     press_escape()
-    yield lambda: state.RUN.job is None
+    yield lambda: not state.RUN.is_active
     assert [stage["iterations"] > 0 for stage in state.RUN.result["stages"]] == [True, True]
     yield 0.5
     picture("remarks")
@@ -54,7 +54,7 @@ def steps():
     asked["stages"][1]["iterations"] = 1
     run_file.write_text(json.dumps(asked), encoding="utf-8")
     in_window(bpy.ops.selenite.resume, "EXEC_DEFAULT", directory=str(folder))
-    yield lambda: state.RUN.job is None
+    yield lambda: not state.RUN.is_active
     assert len(settings.results) == 2
     assert not folder.exists()
 

@@ -33,6 +33,17 @@ void self_test() {
         "loaded in front of ours. Use the self-contained release build of Selenite.");
 }
 
+/// Embree's oldest code path in the packages is SSE4.2. Rays in packets and paths in lanes need AVX2
+/// on top, and are chosen where the processor has it.
+void check_processor() {
+#if defined(__GNUC__) && defined(__x86_64__)
+  if (!__builtin_cpu_supports("sse4.2"))
+    throw py::import_error(
+        "selenite._core: this processor has no SSE4.2, which x86-64 processors have had since "
+        "2008; Selenite needs a newer one.");
+#endif
+}
+
 }  // namespace
 }  // namespace selenite
 
@@ -60,5 +71,6 @@ PYBIND11_MODULE(_core, m) {
   selenite::bind_fisher_information(m);
   selenite::bind_schedule(m);
   selenite::bind_probe(m);
+  selenite::check_processor();
   selenite::self_test();
 }

@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <array>
 
 #include "fit/inference/fisher_information.h"
 #include "module/arrays.h"
@@ -33,7 +34,7 @@ Photo photo_of(const Array<float>& reference, const OptionalArray& weight) {
 
 FisherInformation information(const PhotoJacobian& seen, const std::optional<Array<float>>& picture,
                               const OptionalArray& weight, double spp, double relative,
-                              double pixels) {
+                              double pixels, const std::array<double, 3>& model_error) {
   const Array<float> shown =
       picture ? *picture : Array<float>(picture_array(seen.mean, seen.width, seen.height));
   Photo photo = photo_of(shown, weight);
@@ -44,7 +45,8 @@ FisherInformation information(const PhotoJacobian& seen, const std::optional<Arr
                           " needed");
   check_photo(photo);
   const py::gil_scoped_release release;
-  return fisher_information(seen, photo, {spp, relative, pixels});
+  const auto& [of_brightness, absolute, shift] = model_error;
+  return fisher_information(seen, photo, {spp, relative, pixels, {of_brightness, absolute, shift}});
 }
 
 double misfit_of(const Scene& scene, const std::string& camera, const Array<float>& reference,
@@ -87,12 +89,14 @@ infinite where there is none but noise.)")
 information is not more than `resolved` standard deviations of its own noise count as not seen.)");
   m.def("fisher_information", &information, "seen"_a, "picture"_a = py::none(),
         "weight"_a = py::none(), py::kw_only(), "spp"_a, "relative"_a, "pixels"_a,
+        "model_error"_a = std::array<double, 3>{},
         R"(FisherInformation of a photo, with the weights and the instruments of a fit.
 
 seen: a PhotoJacobian. picture: the photo at its size, (height, width, 3); None: the render in its
 place. weight: (height, width), 0 where a pixel does not count. The noise of a residual: spp, samples
 of the render that a fit compares; relative, error of the photo as a share of its brightness; pixels,
-how many pixels of the photo are one of `seen`. Raises ValueError.)");
+how many pixels of the photo are one of `seen`; model_error, that a fit has found: relative, absolute,
+shift in pixels of the photo. Raises ValueError.)");
   m.def(
       "weakest_direction",
       [](const std::vector<FisherInformation>& photos) { return weakest_direction(photos); },

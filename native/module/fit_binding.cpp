@@ -98,7 +98,8 @@ py::dict search_dict(const MultiStartResult& r) {
 }
 
 /// Per parameter lists over its components; {} where nothing was verified.
-py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
+py::dict report_dict(const FitJob& job, const TrustReport& report) {
+  const Unknowns& unknowns = job.unknowns();
   py::dict parameters;
   for (std::size_t i = 0; i < unknowns.names().size() && !report.components.empty(); ++i) {
     py::list errors, intervals, determined, bounds, correlated;
@@ -125,8 +126,18 @@ py::dict report_dict(const Unknowns& unknowns, const TrustReport& report) {
   for (const Vector& x : report.alternatives) alternatives.append(values_dict(unknowns, x));
   for (const int k : report.ambiguous)
     ambiguous.append(unknowns.components()[static_cast<std::size_t>(k)].name);
+  py::list weak;
+  for (const WeakDirection& one : report.weak) {
+    py::list components, photos;
+    for (const int k : one.components)
+      components.append(unknowns.components()[static_cast<std::size_t>(k)].name);
+    for (const int p : one.photos) photos.append(job.photos()[static_cast<std::size_t>(p)].id);
+    weak.append(py::dict("deviation"_a = one.deviation, "components"_a = components,
+                         "captures"_a = photos));
+  }
   return py::dict("parameters"_a = parameters, "passes"_a = report.passes,
-                  "alternative_minima"_a = alternatives, "ambiguous"_a = ambiguous,
+                  "weak_directions"_a = weak, "alternative_minima"_a = alternatives,
+                  "ambiguous"_a = ambiguous,
                   "misfit"_a = py::dict("value"_a = report.misfit.value,
                                         "standard_error"_a = report.misfit.standard_error,
                                         "explained"_a = report.misfit.explained));
@@ -156,23 +167,22 @@ py::dict captures_dict(const FitJob& job, const std::vector<PhotoReport>& report
 py::dict result_dict(const FitJob& job) {
   const FitResult r = job.result();
   const FitState s = job.state();
-  return py::dict("values_last"_a = values_dict(job.unknowns(), r.last),
-                  "values_best"_a = values_dict(job.unknowns(), r.best),
-                  "fields_last"_a = fields_dict(job.fields(), *r.fields_last),
-                  "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
-                  "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
-                  "best_validation_standard_error"_a = r.best_validation_standard_error,
-                  "captures"_a = captures_dict(job, r.photos),
-                  "start_validation"_a = r.start_validation, "kept_start"_a = r.kept_start,
-                  "model_error"_a = py::dict("relative"_a = r.model_error.relative,
-                                             "absolute"_a = r.model_error.absolute,
-                                             "shift"_a = r.model_error.shift),
-                  "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because,
-                  "error"_a = s.error, "optimiser"_a = job.optimiser_name(),
-                  "samples"_a = r.samples, "seconds"_a = s.seconds, "cpu_seconds"_a = r.cpu_seconds,
-                  "dropped"_a = r.dropped, "search"_a = search_dict(r.search),
-                  "report"_a = report_dict(job.unknowns(), r.report),
-                  "history"_a = history_dict(job, r.history));
+  return py::dict(
+      "values_last"_a = values_dict(job.unknowns(), r.last),
+      "values_best"_a = values_dict(job.unknowns(), r.best),
+      "fields_last"_a = fields_dict(job.fields(), *r.fields_last),
+      "fields_best"_a = fields_dict(job.fields(), *r.fields_best),
+      "best_iteration"_a = r.best_iteration, "best_validation"_a = r.best_validation,
+      "best_validation_standard_error"_a = r.best_validation_standard_error,
+      "captures"_a = captures_dict(job, r.photos), "start_validation"_a = r.start_validation,
+      "kept_start"_a = r.kept_start,
+      "model_error"_a =
+          py::dict("relative"_a = r.model_error.relative, "absolute"_a = r.model_error.absolute,
+                   "shift"_a = r.model_error.shift),
+      "iterations"_a = r.iterations, "stopped_because"_a = s.stopped_because, "error"_a = s.error,
+      "optimiser"_a = job.optimiser_name(), "samples"_a = r.samples, "seconds"_a = s.seconds,
+      "cpu_seconds"_a = r.cpu_seconds, "dropped"_a = r.dropped, "search"_a = search_dict(r.search),
+      "report"_a = report_dict(job, r.report), "history"_a = history_dict(job, r.history));
 }
 
 py::object preview_array(const FitJob& job, int index) {
@@ -271,6 +281,10 @@ seconds, seconds_left (NaN: unknown yet), values
       .def("preview", &preview_array, "photo_index"_a,
            "Newest picture of a photo, (h, w, 3) float32, or None before the first.")
       .def(
+          "history",
+          [](const FitJob& job) { return history_dict(job, job.result().history); },
+          "That of `result` alone, at any time: what plots want, without a copy of the fields.")
+      .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
 best_validation_standard_error, captures {photo: {residual_rms, and of a free gain: gain (r, g, b), gain_interval_90, of one that is aligned: shift (x, y in pixels, roll in radians)}}, start_validation, kept_start, model_error {relative, absolute, shift},
@@ -282,7 +296,9 @@ search: {points (0: none), moved, start_loss, loss, standard_error}.
 report: {parameters: {"Body:roughness": {standard_error, interval_90, determined, at_bound ("minimum",
 "maximum", None), correlated_with}}, each a list by component; passes (0: no refinement); misfit:
 {value, standard_error, explained}; alternative_minima: values far from the best that explain the photos as well,
-each {"Body:roughness": [..]}; ambiguous: components ("Body:base_color[1]") determined but for them}.
+each {"Body:roughness": [..]}; ambiguous: components ("Body:base_color[1]") determined but for them; weak_directions: what makes up for
+what, the widest first, each {deviation: standard deviation along it in ranges, components, captures: whose
+gains follow it}}.
 history: iteration (k,), loss (k,), validation (k,) and its standard error (NaN where not done),
 mean_bias (k, 3) render minus photo, field_means {"Body:albedo_grid": (k, 3)}, values {"Body:roughness": (k, width)}; the last row is the
 final state, its loss taken from the validation render.)");

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "fit/objective/alignment.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
 #include "render/driver/field_gradient.h"
@@ -53,7 +54,8 @@ py::array_t<float> jacobian(const NamedFilm& f, Select&& select) {
 std::unique_ptr<NamedFilm> render_named(
     const Scene& scene, const std::string& camera, int width, int height, int spp,
     std::uint64_t seed, int depth, int threads, const FrameTuple& frame, int lanes,
-    const std::vector<std::pair<std::string, std::string>>& parameters, Progress* progress) {
+    const std::vector<std::pair<std::string, std::string>>& parameters,
+    const std::array<double, 3>& alignment, Progress* progress) {
   auto out = std::make_unique<NamedFilm>();
   std::vector<ParameterRef> refs;
   for (const auto& [owner, name] : parameters) refs.push_back(scene.find(owner, name));
@@ -61,7 +63,8 @@ std::unique_ptr<NamedFilm> render_named(
   for (std::size_t i = 0; i < refs.size(); ++i)
     for (int c = 0; c < parameter_widths(refs[i].kind)[refs[i].field]; ++c)
       out->unknowns.emplace_back(parameters[i].first, parameters[i].second, c);
-  const Camera& from = scene.camera(camera);
+  const Alignment moved{alignment[0], alignment[1], alignment[2]};
+  const Camera from = moved.apply(scene.camera(camera), width, height, frame_of(frame));
   py::gil_scoped_release release;
   out->film = render(scene, from, out->layout,
                      {width, height, spp, seed, depth, threads, frame_of(frame), lanes}, progress);
@@ -168,7 +171,7 @@ void bind_render(py::module_& m) {
       "render", &render_named, "scene"_a, "camera"_a, "width"_a, "height"_a, "spp"_a, py::kw_only(),
       "seed"_a = 0, "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{}, "lanes"_a = 0,
       "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
-      "progress"_a = py::none(),
+      "alignment"_a = std::array<double, 3>{}, "progress"_a = py::none(),
       "Image, standard error and, for `parameters` [(owner, name), ...], the Jacobian.\n\n"
       "depth 0: no limit; threads 0: one per core. Equal seeds give equal bytes whatever the\n"
       "number of threads. frame: (aspect, width, height) where the picture is\n"
@@ -176,6 +179,8 @@ void bind_render(py::module_& m) {
       "aspect is that of all that the camera takes, width / height; 0: no photo. A fourth entry\n"
       "(left, top, right, bottom) is what the picture shows of it, in [0, 1]: a crop. lanes:\n"
       "paths that a thread traces in lockstep, 1 or 8; 0: eight where processor and scene permit.\n"
+      "alignment: how the camera moved, in pixels of this picture to the right and down, and by\n"
+      "radians about its axis: `shift` in the captures of a fit's result.\n"
       "Raises ValueError, KeyError, Cancelled.");
 
   m.def(

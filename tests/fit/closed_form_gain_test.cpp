@@ -88,6 +88,16 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     EXPECT_TRUE(with_gauge.report.components[k].determined);
     EXPECT_FALSE(free.report.components[k].determined);
   }
+  EXPECT_TRUE(with_gauge.report.weak.empty());
+  // A direction for each channel: the colour and the gain.
+  ASSERT_EQ(free.report.weak.size(), 3u);
+  for (const WeakDirection& one : free.report.weak) {
+    EXPECT_EQ(one.components.size(), 1u);
+    EXPECT_EQ(one.photos, std::vector<int>{0});
+  }
+  ASSERT_EQ(free.photos.size(), 1u);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_GT(free.photos[0].gain_error[c], 0.3f * free.photos[0].gain[c]) << "the colour is open";
 }
 
 TEST(FreeGain, OfABlackRenderIsOne) {
@@ -95,7 +105,7 @@ TEST(FreeGain, OfABlackRenderIsOne) {
   photo.gain_freedom = GainFreedom::kRgb;
   check_photo(photo);
   const Film black(8, 8, 4);
-  EXPECT_EQ(closed_form_gain(black, photo, relative_weights(photo, 1)), Colorf(1));
+  EXPECT_EQ(closed_form_gain(black, photo, relative_weights(photo, 1), 1e-3), Colorf(1));
 }
 
 // By hand: render 0.25 everywhere, photo 0.5.
@@ -105,7 +115,8 @@ TEST(FreeGain, IsTheRatioOfThePicturesUpToThePrior) {
   check_photo(photo);
   Film film(32, 32, 4);
   for (Colorf& pixel : film.mean) pixel = Colorf(0.25f);
-  const Colorf gain = closed_form_gain(film, photo, relative_weights(photo, 1));
+  const Colorf gain = closed_form_gain(film, photo, relative_weights(photo, 1),
+                                       gain_prior_strength(count_of(photo)));
   EXPECT_NEAR(gain.r, 2, 0.01);
   EXPECT_LT(gain.r, 2) << "the prior pulls towards 1";
 }

@@ -170,7 +170,8 @@ struct OnPaper {
   }
   /// slope(row) in all halves, with noise of a standard deviation in each half of each portion.
   template <class Slope>
-  FisherInformation information(Slope&& slope, double deviation, std::uint64_t seed = 1) {
+  FisherInformation information(Slope&& slope, double deviation, std::uint64_t seed = 1,
+                                const ResidualNoise& noise = kNoise) {
     check_photo(photo);
     seen.portions.clear();
     std::uint64_t half = 0;
@@ -189,7 +190,7 @@ struct OnPaper {
       }
       seen.portions.push_back({std::move(halves), 16});
     }
-    return fisher_information(seen, photo, kNoise);
+    return fisher_information(seen, photo, noise);
   }
 };
 
@@ -213,6 +214,21 @@ TEST(FisherInformation, OfAPictureIsThatOfTheFormula) {
   const FisherInformation red =
       paper.information([](Eigen::Index i) { return i % 3 == 0 ? 2.0 : 0.0; }, 0);
   EXPECT_NEAR(errors({red}, Vector{{4.0}})[0], error, 0.02 * error);
+}
+
+// What a fit has left unexplained is in the weights and in the error; more pixels do not average it.
+TEST(FisherInformation, KnowsAModelError) {
+  OnPaper paper;
+  ResidualNoise noise = kNoise;
+  noise.pixels = 4;
+  noise.model = {0.3, 0.1, 0};
+  const FisherInformation found = paper.information(even_slope, 0, 1, noise);
+  const double model = std::pow(0.3 * 1.3, 2) + std::pow(0.1, 2);
+  const double w = 1 / (0.5 / 64 + std::pow(0.05 * 1.3, 2) + model);
+  EXPECT_NEAR(found.normal(0, 0), 4 * w, 1e-3 * 4 * w);
+  const double v = (0.5 / 100 + std::pow(0.02 * 1.3, 2)) / 4 + model;
+  const double error = std::sqrt(v / (4 * static_cast<double>(paper.photo.size())));
+  EXPECT_NEAR(errors({found}, Vector{{4.0}})[0], error, 1e-3 * error);
 }
 
 // A photo's noise has bright pixels; weighted down for it, each would say a hundredth of what it

@@ -256,7 +256,7 @@ TEST(Instruments, NoiseOfDerivativesDoesNotSeemToBeSlope) {
     for (std::uint64_t i = 0; i <= 8; ++i)
       fit.gather(x, {0, observed({0.5, 6}, 100 * run + i), {}}, 1);
     NormalEquations seen(1);
-    seen.add(photo.photos[0], fit.equations(0, exact), 1);
+    seen.add(photo.photos[0], fit.equations(0, exact));
     normal += seen.normal(0, 0);
     variance += seen.normal_variance(0, 0);
     gradient += seen.gradient[0];

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include "fit/objective/photo_weights.h"
 #include "fit/synthetic_renderer.h"
 #include "math/rng.h"
+#include "math/scalar.h"
 
 namespace selenite {
 namespace {
@@ -105,6 +108,60 @@ TEST(ResidualModel, APixelsOwnResidualLeavesItsWeightAlone) {
   const PhotoResiduals after = residuals(photo, error);
   EXPECT_FLOAT_EQ(model.precision(before)[3 * kPixel], model.precision(after)[3 * kPixel]);
   EXPECT_LT(model.precision(after)[3 * (kPixel + 1)], model.precision(before)[3 * (kPixel + 1)]);
+}
+
+/// Renders of the ramp with `noise` of a sample and the error `relative(pixel)`, `iterations` of them.
+void learn(PhotoWeights& weights, const Photo& photo, int iterations, double noise,
+           const std::function<double(std::size_t)>& relative) {
+  RenderSettings settings;
+  settings.width = settings.height = kSide;
+  settings.spp = 8;
+  for (int n = 1; n <= iterations; ++n) {
+    settings.seed = static_cast<std::uint64_t>(n);
+    Film film = evenly_noisy_film(SlotLayout(), settings, noise,
+                                  [](std::size_t) { return std::pair(0., 0.); });
+    for (std::size_t i = 0; i < film.size(); ++i) {
+      const Colorf value = photo.reference[i] * static_cast<float>(1 + relative(i));
+      film.mean[i] += value;
+      film.half_a[i] += value;
+    }
+    const Observation seen{0, std::move(film), {}};
+    weights.learn(std::span(&seen, 1), 0.9, n);
+  }
+}
+
+// Where the model explains the photos, weights are those of the noise: bit by bit.
+TEST(PhotoWeights, AreThoseOfTheNoiseWhereTheModelExplainsThePhotos) {
+  const std::vector<Photo> photos{ramp()};
+  PhotoWeights weights(photos);
+  learn(weights, photos[0], 14, 0.2, [](std::size_t) { return 0; });
+  weights.weigh_answer();
+  EXPECT_EQ(weights.model_error().relative, 0);
+  const Eigen::VectorXf noise =
+      noise_weights(photos[0], 1, Eigen::VectorXf::Constant(weights[0].size(), square(0.2f)));
+  EXPECT_LT((weights[0] - noise).cwiseQuotient(noise).cwiseAbs().maxCoeff(), 1e-3);
+}
+
+TEST(PhotoWeights, KnowAModelErrorThatNeighboursShareAtTheAnswerOnly) {
+  const std::vector<Photo> photos{ramp()};
+  PhotoWeights weights(photos);
+  const auto waves = [](std::size_t i) {
+    const double x = static_cast<double>(i % kSide), y = static_cast<double>(i / kSide);
+    return 0.14 * std::sin(0.4 * x) * std::cos(0.3 * y) * std::sqrt(2.0);
+  };
+  learn(weights, photos[0], 14, 0.02, waves);
+  EXPECT_EQ(weights.model_error().relative, 0) << "values may be on their way";
+  const Eigen::VectorXf before = weights[0];
+  weights.weigh_answer();
+  EXPECT_NEAR(weights.model_error().relative, 0.1, 0.05);
+  EXPECT_LT(weights[0].sum(), 0.6f * before.sum());
+}
+
+TEST(PhotoWeights, APlainModelErrorJoinsAtOnce) {
+  const std::vector<Photo> photos{ramp()};
+  PhotoWeights weights(photos);
+  learn(weights, photos[0], 3, 0.02, [](std::size_t) { return 0.5; });
+  EXPECT_GT(weights.model_error().relative, 0.2);
 }
 
 TEST(PhotoWeights, OfALossThatIsNotWeightedStayAlike) {

@@ -49,6 +49,34 @@ def test_wrong_words_are_problems_in_json_too(
     assert capsys.readouterr().out == ""
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["check", "s.blend"],
+        ["render", "s.blend", "--out=o.exr"],
+        ["gradient", "s.blend", "--parameter=Body:ior"],
+        ["fit", "s.blend", "--fit=Body:ior"],
+        ["next-camera", "s.blend", "--fit=Body:ior"],
+        ["trade", "s.blend", "--fit=Body:ior"],
+        ["demo"],
+    ],
+)
+def test_without_blender_one_line_says_how_to_run(
+    words: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "s.blend").touch()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "bpy", None)
+    assert cli.main(words) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len([line for line in said if "blender --command selenite" in line]) == 1
+    assert "pip install bpy==" in said[-1]
+    assert not list(tmp_path.glob("*/*")) and "Traceback" not in "".join(said)
+
+
 def raising(error: BaseException) -> Any:  # noqa: ANN401
     def run(_args: argparse.Namespace) -> dict[str, Any]:
         raise error

@@ -52,7 +52,8 @@ BLENDER_MODULES = {"bpy", "bmesh", "mathutils", "gpu", "blf", "bpy_extras", "add
 ROOMS = (
     "problems", "paths", "json_text", "native", "parameters", "atomic_files", "grid_files",
     "mean_free_path", "environments", "scene_read", "write_back", "fit_run", "information",
-    "next_camera", "trade", "cycles_check", "commands", "demo", "cli", "interface", "__main__",
+    "next_camera", "trade", "cycles_check", "importers", "commands", "demo", "cli", "interface",
+    "__main__",
 )  # fmt: skip
 
 VAGUE = re.compile(r"(^|_)(utils?|helpers?|common|manager|misc)($|_)")

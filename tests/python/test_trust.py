@@ -71,6 +71,14 @@ def test_a_fit_is_sure_when_all_values_are_determined() -> None:
     assert not trust.sure({}), "there was no refinement"
 
 
+def test_a_gauge_is_among_the_sentences() -> None:
+    seen = result()
+    assert "make up for each other" not in said(seen)
+    direction = {"deviation": 0.3, "components": ["Body:base_color[0]"], "captures": ["Front"]}
+    seen["report"]["weak_directions"] = [direction]
+    assert "Body:base_color and the gain of Front make up for each other" in said(seen)
+
+
 def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.entries(ROUGHNESS, result()) == {
         "standard_error": 0.01,

@@ -8,7 +8,7 @@ import argparse
 from ..scene_read.capture_request import GAINS
 
 
-def add_captures(parser: argparse.ArgumentParser, photo: str) -> None:
+def add_captures(parser: argparse._ActionsContainer, photo: str) -> None:
     """--photo with its help, and how photos were taken."""
     many = {"action": "append", "default": []}
     more = "may be given several times, for one camera too: its photos are CAMERA, CAMERA#2, ..."

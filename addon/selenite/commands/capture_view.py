@@ -10,7 +10,7 @@ from typing import Any
 
 from .. import native
 from ..fit_run.capture_files import read_captures_file
-from ..fit_run.capture_render import Gain, gain_of
+from ..fit_run.capture_render import Alignment, Gain, alignment_in_file, gain_of
 from ..fit_run.captures import Capture, read_captures
 from ..fit_run.request import read_run
 from ..json_text import read_json
@@ -24,9 +24,10 @@ _RESULT = "result.json"
 
 def capture_view(
     args: argparse.Namespace, values: SceneValues, problems: list[Problem]
-) -> tuple[Capture, Gain] | None:
-    """--capture of --captures, at --height or the photo's own size, and its gain. --captures may
-    also be the folder of a fit, or its run.json: then gains are those that the fit has found."""
+) -> tuple[Capture, Gain, Alignment] | None:
+    """--capture of --captures, at --height or the photo's own size, its gain and alignment.
+    --captures may also be the folder of a fit, or its run.json: then both are those that the fit
+    has found, as they are with --result."""
     for name in ("camera", "width"):
         if getattr(args, name) is not None:
             cause = "the photo of --capture has its own"
@@ -53,13 +54,17 @@ def capture_view(
     found = read_captures(values, [request], height, problems, [], packed_photos())
     if not found:
         return None
+    fitted = path
+    if path.name != "run.json" and getattr(args, "result", None):
+        fitted = absolute(args.result) / "run.json"
     try:
-        gain = gain_of(found[0], _result_of(path))
+        result = _result_of(fitted)
+        gain, alignment = gain_of(found[0], result), alignment_in_file(found[0], result)
     except ValueError as error:
         cure = "give the folder of a fit that has ended"
-        problems.append(Problem(f"File '{path.with_name(_RESULT)}'", str(error), cure))
+        problems.append(Problem(f"File '{fitted.with_name(_RESULT)}'", str(error), cure))
         return None
-    return found[0], gain
+    return found[0], gain, alignment
 
 
 def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:

@@ -22,7 +22,7 @@ NO_ENVIRONMENT = {
 _NAME = ("World", "environment")
 
 
-def add_environment(parser: argparse.ArgumentParser) -> None:
+def add_environment(parser: argparse._ActionsContainer) -> None:
     """The arguments of `selenite fit`."""
     add = parser.add_argument
     size = "texels of World:environment, 8 to 2048; default: 128, or those of a small image"

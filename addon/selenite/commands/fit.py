@@ -14,6 +14,7 @@ from ..fit_run.capture_files import read_captures_file
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
+from ..fit_run.overall import Overall, time_text
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.results import new_folder, size_of
@@ -165,6 +166,7 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[
     its first iteration no folder stays; then raises BadInput, else FitFailed."""
     job.start()
     stage, trouble = "", ""
+    overall = Overall(job.plan)
     reported: set[str] = set()
     try:
         with bar("fitting") as shown:
@@ -177,7 +179,9 @@ def _fit(job: FitJob | StagedJob, recorder: Recorder, *, resumed: bool) -> dict[
                     stage = state.stage
                     say(f"stage {stage}")
                 _warn(state.notes, reported)
-                shown.update(state.fraction, state.seconds_left, note)
+                whole = overall.update(state)
+                note = "  ".join(part for part in (note, time_text(whole.left)) if part)
+                shown.update(whole.fraction, note=note)
                 recorder.update(job)
                 trouble = _say_trouble(recorder, trouble)
                 time.sleep(0.05)

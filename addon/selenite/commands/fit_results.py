@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.capture_render import gains_of
+from ..fit_run.capture_render import alignments_of, gains_of
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
@@ -213,10 +213,10 @@ def _check(
     try:
         images = _images(plan, folder)
         gains = gains_of(plan.captures, result)
+        alignments = alignments_of(plan.captures, result)
+        values = fitted_values(plan, result)
         environment = next(iter(_environment(plan, folder)), "")
-        job = CheckJob(
-            scene, plan.request, fitted_values(plan, result), grids, images, gains, environment
-        )
+        job = CheckJob(scene, plan.request, values, grids, images, gains, environment, alignments)
         try:
             job.start()
             with bar("Cycles") as shown:

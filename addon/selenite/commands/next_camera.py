@@ -13,6 +13,7 @@ from ..fit_run.captures import LEFT_OUT
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import FitSettings, with_overrides
+from ..information.fisher import EXPLAINED, ModelError
 from ..json_text import read_json
 from ..next_camera import report
 from ..next_camera.suggestion import Suggestion, suggestion_of
@@ -33,7 +34,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     a result folder: then its fitted values count."""
     problems: list[Problem] = []
     save = arguments.optional_file(args.save, (".blend",), problems)
-    base, fitted = _asked(absolute(args.scene))
+    base, fitted, model_error = _asked(absolute(args.scene))
     settings = FitSettings()
     try:
         settings = with_overrides(base.settings, {name: getattr(args, name) for name in _SETTINGS})
@@ -52,7 +53,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         settings=settings,
     )
     try:
-        found = suggestion_of(values, request, packed_photos(), changes)
+        found = suggestion_of(values, request, packed_photos(), changes, model_error)
     except BadInput as error:
         problems += error.problems
     arguments.stop_if(problems)
@@ -76,18 +77,20 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     return content
 
 
-def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
-    """What was asked for, and the values that were found, none for a scene. Raises BadInput."""
+def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values], ModelError]:
+    """What was asked for, the values that were found, none for a scene, and what they leave
+    unexplained. Raises BadInput."""
     if is_folder(path):
         path = path / "run.json"
     if path.suffix != ".json":
-        return RunRequest(str(path)), {}
+        return RunRequest(str(path)), {}, EXPLAINED
     request = read_run(path)
     result = path.with_name("result.json")
     if not result.is_file():
-        return request, {}
+        return request, {}, EXPLAINED
     try:
-        rows = renamed(read_json(result))["parameters"]
+        content = renamed(read_json(result))
+        rows = content["parameters"]
         found = {}
         for item in request.unknowns:
             value = rows[join_name(item.owner, item.parameter)]["value"]
@@ -95,11 +98,13 @@ def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values]]:
             found[item.owner, item.parameter] = tuple(float(x) for x in numbers)
             if not all(map(math.isfinite, found[item.owner, item.parameter])):
                 raise ValueError(f"{item.owner}:{item.parameter} is {value}")
+        left = (content.get("loss") or {}).get("model_error") or {}
+        model_error = ModelError(**{name: float(size) for name, size in left.items()})
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         title, cause = f"File '{result}'", f"it has no fitted values ({error!r})"
         cure = "give the folder of a fit that has ended, or the scene with --set"
         raise BadInput(Problem(title, cause, cure)) from error
-    return request, found
+    return request, found, model_error
 
 
 def _at(item: UnknownRequest, known: dict[tuple[str, str], Values]) -> UnknownRequest:

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from .. import native
-from ..fit_run.capture_render import Gain, shown, under_lights
+from ..fit_run.capture_render import UNALIGNED, Alignment, Gain, shown, under_lights
 from ..fit_run.fitted_scene import at_result
 from ..fit_run.light_states import AS_IN_SCENE, described
 from ..parameters import Values
@@ -31,6 +32,7 @@ class View:
     frame: tuple[float, int, int]
     lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     gain: Gain = (1.0, 1.0, 1.0)
+    alignment: Alignment = UNALIGNED
     capture: str = ""
 
 
@@ -52,11 +54,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.captures is not None or args.capture is not None:
         found = capture_view(args, values, problems)
         if found is not None:
-            capture, gain = found
+            capture, gain, alignment = found
             height, width = capture.reference.shape[:2]
             view = View(
-                capture.camera, (width, height), capture.frame, capture.lights, gain, capture.id
-            )
+                capture.camera, (width, height), capture.frame, capture.lights, gain, alignment,
+                capture.id,
+            )  # fmt: skip
     else:
         camera = camera_of(values, args.camera, problems)
         size = picture_size(camera, args.width, args.height, problems)
@@ -69,7 +72,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     say(f"rendering {width} x {height}, {args.spp} samples per pixel")
     if view.capture:
         say(
-            f"photo {view.capture}: camera '{view.camera}', {described(view.lights)}, {_gain(view)}"
+            f"photo {view.capture}: camera '{view.camera}', {described(view.lights)}, "
+            f"{_gain(view)}{_shift(view)}"
         )
     with refused(*RENDER):
         film = native.core().render(
@@ -83,6 +87,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             threads=args.threads,
             lanes=args.lanes,
             frame=view.frame,
+            alignment=view.alignment,
         )
     picture = shown(film.image, view.gain)
     image = native.image()
@@ -106,6 +111,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if view.capture:
         report |= {
             "capture": view.capture, "gain": list(view.gain), "lights": described(view.lights),
+            "alignment": list(view.alignment),
         }  # fmt: skip
     return report
 
@@ -131,3 +137,10 @@ def _at_result(
 def _gain(view: View) -> str:
     numbers = ", ".join(f"{number:.4g}" for number in dict.fromkeys(view.gain))
     return f"gain {numbers}" if len(set(view.gain)) == 1 else f"gain {view.gain}"
+
+
+def _shift(view: View) -> str:
+    if view.alignment == UNALIGNED:
+        return ""
+    across, down, roll = view.alignment
+    return f", moved by {across:.2f} and {down:.2f} pixels, rolled by {math.degrees(roll):.2f} deg"

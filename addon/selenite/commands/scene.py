@@ -29,13 +29,11 @@ def open_scene(path: str) -> tuple[Any, SceneValues]:
     problems: list[Problem] = []
     file = input_file(path, problems, "give the path of a .blend file")
     stop_if(problems)
-    try:
-        from ..scene_read import blend_file
-    except ImportError as error:
-        cure = "install bpy, or use blender --command selenite"
-        raise BadInput(Problem("Blender", f"bpy does not load ({error})", cure)) from error
+    from ..scene_read import blend_file
     from ..scene_read.scene import read_scene
+    from . import addon_settings
 
+    addon_settings.make_known()
     scene = blend_file.open_blend(str(file))
     values = read_scene(scene)
     for text in (*blend_file.warnings_of_file(), *blend_file.blocked_drivers()):

@@ -21,7 +21,7 @@ import bpy
 
 from .. import grid_files, parameters, write_back
 from ..atomic_files import write_json
-from ..fit_run.capture_render import Gain
+from ..fit_run.capture_render import Alignment, Gain
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..problems import BadInput, Failed, Problem
@@ -29,6 +29,8 @@ from ..scene_read.values import GridValues
 from . import compare
 
 WORKER = Path(__file__).with_name("worker.py")
+#: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
+DRAWN = "selenite_drawn"
 
 
 class CheckFailed(Failed):
@@ -56,13 +58,14 @@ class CheckJob:
         images: Mapping[str, str] | None = None,
         gains: Mapping[str, Gain] | None = None,
         environment: str = "",
+        alignments: Mapping[str, Alignment] | None = None,
     ) -> None:
         """Saves the copy; the scene may change afterwards. Raises BadInput.
 
         request: what was fitted, with its captures. values: what is written back into the copy;
         grids: what Volume objects show there, material -> use -> grid. images: files that base
-        colours have there, by material. gains: of photos, by id, where a fit has found them.
-        environment: the file of the world's image there, "" for the scene's own.
+        colours have there, by material. gains, alignments: of photos, by id, where a fit has found
+        them. environment: the file of the world's image there, "" for the scene's own.
         """
         problems = _unsaved_pictures()
         if problems:
@@ -80,6 +83,7 @@ class CheckJob:
                 "grids": self._keep_grids(grids or {}),
                 "images": dict(images or {}),
                 "gains": dict(gains or {}),
+                "alignments": dict(alignments or {}),
                 "environment": environment,
                 # for the checkout and the legacy add-on, which are not where Python looks
                 "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
@@ -191,5 +195,5 @@ def _unsaved_pictures() -> list[Problem]:
         )
         for image in bpy.data.images
         if image.type not in {"RENDER_RESULT", "COMPOSITING"}
-        if image.is_dirty and image.users > 0
+        if image.is_dirty and image.users > 0 and not image.get(DRAWN)
     ]

@@ -28,10 +28,13 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     import bpy
 
     from selenite import parameters, write_back
-    from selenite.cycles_check import render_settings, sheet
+    from selenite.cycles_check import render_settings
+    from selenite.cycles_check.alignment import moved_window
+    from selenite.fit_run.capture_render import UNALIGNED
     from selenite.fit_run.captures import read_captures
     from selenite.fit_run.fields import with_grids
     from selenite.fit_run.photos.window import WHOLE, cropped_camera
+    from selenite.fit_run.pictures import sheet
     from selenite.fit_run.plan import build_scene
     from selenite.fit_run.request import RunRequest
     from selenite.paths import file_stems
@@ -77,12 +80,13 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     shown += [grid_objects.show(scene, read, name, uses, folder) for name, uses in grids.items()]
     samples = max(1, round(wanted.settings.picture_spp / SEEDS))
     cameras = {camera.name: camera for camera in read.cameras}
-    # Where one photo is cropped, each sets the lens of its camera.
+    # Where one photo is cropped or aligned, each sets the lens of its camera.
     lenses: dict[str, Any] = {item.id: item.camera for item in captures}
-    if any(item.window != WHOLE for item in captures):
+    alignments = {name: tuple(found) for name, found in request["alignments"].items()}
+    if alignments or any(item.window != WHOLE for item in captures):
         for item in captures:
-            whole = cameras[item.camera]
-            lenses[item.id] = cropped_camera(whole, item.aspect, item.window)
+            window = moved_window(item, alignments.get(item.id, UNALIGNED))
+            lenses[item.id] = cropped_camera(cameras[item.camera], item.aspect, window)
     stems = file_stems(item.id for item in captures)
     rows, pictures = {}, {}
     for index, capture in enumerate(captures):
@@ -99,6 +103,7 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
             stems[capture.id],
             lenses[capture.id],
             pixel_aspect,
+            alignments.get(capture.id, UNALIGNED),
             wanted.settings,
             samples,
             note,
@@ -143,6 +148,7 @@ def _check(
     stem: str,
     camera: Any,
     pixel_aspect: float,
+    alignment: Any,
     settings: Any,
     samples: int,
     note: Callable[[str, float], None],
@@ -151,6 +157,7 @@ def _check(
     import numpy as np
 
     from selenite import native
+    from selenite.cycles_check.alignment import rolled
     from selenite.cycles_check.compare import Estimate, misfit
     from selenite.cycles_check.light_state import under_lights
     from selenite.cycles_check.render import estimate
@@ -168,9 +175,10 @@ def _check(
         depth=settings.depth,
         threads=settings.threads,
         frame=capture.frame_of_render,
+        alignment=alignment,
     )
     ours, photo = Estimate.of_film(film), Estimate.exact(capture.reference)
-    with under_lights(scene, capture.lights):
+    with under_lights(scene, capture.lights), rolled(scene, capture.camera, alignment[2]):
         cycles = estimate(
             scene,
             camera,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from .. import native
@@ -49,6 +49,14 @@ def too_many(plan: FitPlan) -> str:
 def paths(settings: FitSettings, plan: FitPlan) -> float:
     """Paths of a whole fit of the plan's unknowns and captures, in paths without derivatives; the
     settings are those of the fit, not the plan's. Raises BadInput as FitJob."""
+    return sum(phase_paths(settings, plan).values())
+
+
+def phase_paths(
+    settings: FitSettings, plan: FitPlan, own: Mapping[str, str] | None = None
+) -> dict[str, float]:
+    """As `paths`, by the name of each phase that the fit is expected to have. own: native settings
+    in place of those of `settings`."""
     try:
         planned = native.core().schedule(
             plan.scene,
@@ -57,14 +65,16 @@ def paths(settings: FitSettings, plan: FitPlan) -> float:
                 *(item.native() for item in plan.unknowns),
                 *(item.native() for item in plan.fields),
             ],
-            settings.native(),
+            settings.native() | dict(own or {}),
         )
     except (ValueError, KeyError) as error:
         cure = "change the settings or the bounds"
         raise BadInput(problems_of(error, "Fit", cure)) from error
-    return sum(
-        row["pixels"] * row["spp"] * row["renders"] * _PATH[row["derivatives"]] for row in planned
-    )
+    found: dict[str, float] = {}
+    for row in planned:
+        cost = row["pixels"] * row["spp"] * row["renders"] * _PATH[row["derivatives"]]
+        found[row["phase"]] = found.get(row["phase"], 0.0) + cost
+    return found
 
 
 def seconds_per_path(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,9 @@ from .plan import FitPlan
 from .staging import plan as stage_plan
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
+#: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
+#: thread, or whoever draws an interface would wait for it.
+_PIXELS_AT_ONCE = 150_000
 #: Phases of a fit that are asked for by name; the native module has more.
 MULTI_START, DESCENT = "multi-start", "descent"
 
@@ -42,6 +46,8 @@ class Progress:
     phase_fraction: float = 0.0
     stage: str = ""
     notes: tuple[str, ...] = ()
+    stage_index: int = 0
+    own_iteration: int = 0  # of the stage
 
     @property
     def fraction(self) -> float:
@@ -81,6 +87,7 @@ class FitJob:
         self._from_start = from_start
         self._notes: tuple[str, ...] = ()
         self._next_diagnosis = 0.0  # by the clock
+        self._diagnosing: threading.Thread | None = None
         settings = plan.request.settings.native()
         if not from_start:
             settings["search"] = "off"
@@ -119,11 +126,12 @@ class FitJob:
         if state["error"]:
             raise FitFailed(_in_words(state["error"]))
         if state["running"] and time.monotonic() >= self._next_diagnosis:
-            self._notes = self.notes()
+            self._diagnose()
             self._next_diagnosis = time.monotonic() + _DIAGNOSE_EVERY
         return Progress(
             running=state["running"],
             iteration=state["iteration"],
+            own_iteration=state["iteration"],
             iterations=state["iterations"],
             loss=state["loss"],
             seconds=state["seconds"],
@@ -134,6 +142,17 @@ class FitJob:
             values={name: [float(x) for x in value] for name, value in state["values"].items()},
             notes=self._notes,
         )
+
+    def _diagnose(self) -> None:
+        """Renews the notes, now or soon."""
+        if sum(item.weight.size for item in self.plan.captures) <= _PIXELS_AT_ONCE:
+            self._notes = self.notes()
+        elif self._diagnosing is None or not self._diagnosing.is_alive():
+            self._diagnosing = threading.Thread(target=self._keep_notes, daemon=True)
+            self._diagnosing.start()
+
+    def _keep_notes(self) -> None:
+        self._notes = self.notes()
 
     def preview(self, index: int) -> np.ndarray | None:
         """Newest picture of a photo, (h, w, 3)."""
@@ -146,6 +165,8 @@ class FitJob:
     def join(self) -> None:
         """Waits for the thread; the GIL is released meanwhile."""
         self._fit.join()
+        if self._diagnosing is not None:
+            self._diagnosing.join()
 
     def notes(self) -> tuple[str, ...]:
         """What is wrong now, in sentences: see `diagnosis`. Takes some milliseconds."""

@@ -14,8 +14,8 @@ from ..scene_read.build import build
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
+from . import environment_gauge, light_states
 from . import fields as all_fields
-from . import gauge, light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .photos import suspicion
@@ -90,7 +90,7 @@ def prepare(
         cause = "no lamp, world or material of it gives light, and none of them is fitted"
         cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
         raise BadInput(Problem("Scene", cause, cure))
-    warnings += [*_gauge(captures, names), *gauge.remarks(values, names)]
+    warnings += [*_gauge(captures, names), *environment_gauge.remarks(values, names)]
     if captures_at is None:
         warnings += _suspicions(values, replace(request, unknowns=requests), captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)

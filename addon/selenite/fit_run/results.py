@@ -20,14 +20,18 @@ from ..atomic_files import write_json
 from ..parameters import Values
 from ..paths import file_stems
 from . import trust
-from .capture_render import Gain, gain_of, shown, under_its_lights
+from .capture_render import alignment_of, gain_of, render_capture
 from .captures import Capture
 from .fields import FieldUnknown, images
+from .gauge import gauges
 from .job import fitted_values, scene_at
+from .pictures import comparison, plots, sheet
 from .plan import FitPlan, paths_traced
 from .unknowns import Unknown
 
 SCHEMA = 1
+#: Pictures of a result folder beside those of each photo.
+SHEET, PLOTS = "contact_sheet.png", "plots.png"
 #: A pixel of a photo in its eight pictures, well compressed; and what a file takes at least.
 _BYTES_OF_PIXEL, _BYTES_OF_FILE = 30, 1000
 
@@ -78,6 +82,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "misfit": trust.misfit(result),
         "alternative_minima": trust.alternative_minima(result),
         "ambiguous": trust.ambiguous(result),
+        "gauge": [one.as_json() for one in gauges(result)],
         "loss": _loss(result),
         "best_iteration": result["best_iteration"],
         "iterations": result["iterations"],
@@ -110,7 +115,7 @@ def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = dict(result.get("captures", {}).get(capture.id, {}))
     if "shift" in found:  # in pixels of the file
         height, width = capture.reference.shape[:2]
-        across, down, roll = found["shift"]
+        across, down, roll = alignment_of(capture, result)
         columns, rows = capture.photo_size
         found["shift"] = [across * columns / width, down * rows / height, math.degrees(roll)]
     return {**found, "mask_share": capture.mask_share}
@@ -160,6 +165,7 @@ def write_results(
             field.write(partial, result["fields_best"][field.name], coverage)
         log = _log(plan, report, result).encode(errors="backslashreplace")
         (partial / "log.txt").write_bytes(log)
+        plots.write(partial / PLOTS, plan, result)
         if pictures:
             _write_pictures(plan, result, partial, progress)
         partial.rename(final)
@@ -172,7 +178,7 @@ def write_results(
 def size_of(plan: FitPlan) -> int:
     """Bytes that `write_results` takes at least, about."""
     pixels = sum(item.weight.size for item in plan.captures)
-    files = 4 + 8 * len(plan.captures)
+    files = 6 + 8 * len(plan.captures)
     fields = sum(item.values.nbytes for item in plan.fields)
     return pixels * _BYTES_OF_PIXEL + files * _BYTES_OF_FILE + fields
 
@@ -206,18 +212,27 @@ def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
 def _write_pictures(
     plan: FitPlan, result: dict[str, Any], folder: Path, progress: Callable[[str, float], None]
 ) -> None:
-    """Per photo: initial, optimised, reference, error (absolute difference), each black where the
-    photo does not count. Both renders use the same seed, so that their difference is the fit's."""
+    """Per photo: initial, optimised, reference, error (absolute difference); and all of them on one
+    sheet. What does not count is black in OpenEXR, marked in PNG. Both renders have the same seed
+    and alignment, so that their difference is the fit's."""
     optimised = scene_at(plan, result)
+    settings = plan.request.settings
     stems = file_stems(item.id for item in plan.captures)
     steps = 2 * len(plan.captures)
+    rows = {}
     for index, capture in enumerate(plan.captures):
         stem = stems[capture.id]
+        options = {
+            "seed": settings.seed,
+            "depth": settings.depth,
+            "threads": settings.threads,
+            "gain": gain_of(capture, result),
+            "alignment": alignment_of(capture, result),
+        }
         progress(f"initial picture of {capture.id}", 2 * index / steps)
-        gain = gain_of(capture, result)
-        initial = _render(plan, plan.scene, capture, gain)
+        initial = render_capture(plan.scene, capture, settings.picture_spp, **options)
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
-        final = _render(plan, optimised, capture, gain)
+        final = render_capture(optimised, capture, settings.picture_spp, **options)
         error = np.abs(final - capture.reference)
         counts = (capture.weight > 0)[..., None]
         for name, pixels in (
@@ -226,26 +241,14 @@ def _write_pictures(
             ("reference", capture.reference),
             ("error", error),
         ):
-            pixels = np.ascontiguousarray(np.where(counts, pixels, 0), np.float32)
-            native.image().write_exr(str(folder / f"{stem}_{name}.exr"), pixels)
-            native.image().write_png(str(folder / f"{stem}_{name}.png"), pixels)
-
-
-def _render(plan: FitPlan, scene: Any, capture: Capture, gain: Gain) -> np.ndarray:  # noqa: ANN401
-    settings = plan.request.settings
-    height, width = capture.reference.shape[:2]
-    film = native.core().render(
-        under_its_lights(scene, capture),
-        capture.camera,
-        width,
-        height,
-        settings.picture_spp,
-        seed=settings.seed,
-        depth=settings.depth,
-        threads=settings.threads,
-        frame=capture.frame,
-    )
-    return shown(film.image, gain)
+            black = np.ascontiguousarray(np.where(counts, pixels, 0), np.float32)
+            native.image().write_exr(str(folder / f"{stem}_{name}.exr"), black)
+            shown = capture.reference if name == "error" else pixels
+            outside = comparison.marked(shown, capture.weight)
+            seen = np.ascontiguousarray(np.where(counts, pixels, outside), np.float32)
+            native.image().write_png(str(folder / f"{stem}_{name}.png"), seen)
+        rows[capture.id] = sheet.small(capture.reference, capture.weight, initial, final)
+    sheet.of_fit(rows, comparison.ERROR_SCALE).write(folder / SHEET)
 
 
 def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..parameters import join_name
 from .field_kinds import IN_PLACE_OF
+from .gauge import gauges
 from .plan import FitPlan
 from .unknowns import Unknown
 
@@ -181,6 +182,7 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             "The most informative next photo: selenite next-camera RESULT_FOLDER, or Suggest Next "
             "Camera in the panel"
         )
+    lines += [gauge.text() for gauge in gauges(result)]
     left = misfit(result)
     if plan.fields and left is None:
         lines.append(

@@ -84,7 +84,9 @@ class Reconstruction:
 
     name: the file's, without suffix. points: (n, 3). meters_per_unit: None where the file does not
     say. remarks: what was left out and why, a line each (cameras without a pose, models of lenses
-    that Brown's does not cover). region: 4 x 4 of the box of interest, unit cube to world, or None.
+    that Brown's does not cover). region: 4 x 4 of the box of interest, from the cube between -0.5
+    and 0.5 to the world, or None. mesh_files: meshes that Blender's own importers read (OBJ, PLY,
+    glTF); their world is that of the cameras.
     """
 
     name: str
@@ -94,3 +96,4 @@ class Reconstruction:
     meters_per_unit: float | None = None
     remarks: tuple[str, ...] = ()
     region: np.ndarray | None = None
+    mesh_files: tuple[Path, ...] = ()

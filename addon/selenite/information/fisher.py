@@ -8,7 +8,7 @@ instruments are those of a fit (native/fit/inference/fisher_information.h).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,28 @@ from .. import native
 
 
 @dataclass(frozen=True)
+class ModelError:
+    """Of residuals, as standard deviations: shares of a pixel's and of the mean brightness, and
+    pixels along the photo's gradient."""
+
+    relative: float = 0.0
+    absolute: float = 0.0
+    shift: float = 0.0
+
+
+EXPLAINED = ModelError()
+
+
+@dataclass(frozen=True)
 class Noise:
     """Of a photo's residual: samples of a pixel in the render that is compared with it, the error
     of the photo itself as a share of brightness, and how many of its pixels are one of the small
-    picture whose derivatives are known."""
+    picture whose derivatives are known. model: what a fit has left unexplained."""
 
     spp: float
     relative: float
     pixels: float
+    model: ModelError = EXPLAINED
 
 
 def information(
@@ -36,8 +50,9 @@ def information(
     """picture: the photo, (h, w, 3); None: the render in its place. weight: (h, w), 0 where a pixel
     does not count."""
     return native.core().fisher_information(
-        seen, picture, weight, spp=noise.spp, relative=noise.relative, pixels=noise.pixels
-    )
+        seen, picture, weight, spp=noise.spp, relative=noise.relative, pixels=noise.pixels,
+        model_error=astuple(noise.model),
+    )  # fmt: skip
 
 
 def weakest(photos: Sequence[Any]) -> float:

@@ -62,6 +62,11 @@ class BackgroundJob(Generic[W]):
             raise self._error
         return True
 
+    def wait(self, seconds: float) -> bool:
+        """Waits at most so long; whether it has ended."""
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
     def _run(self) -> None:
         try:
             for step in self.work.steps():

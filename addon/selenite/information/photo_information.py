@@ -20,7 +20,7 @@ from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
 from . import fisher
-from .fisher import Noise
+from .fisher import EXPLAINED, ModelError, Noise
 from .job import Step
 
 #: Samples of the first pass at a photo's camera.
@@ -53,11 +53,17 @@ class PhotoInformation:
     """At the cameras of a scene, for the unknowns of a plan.
 
     plan: unknowns whose starts are the values that count, and the photos. scene: native, with these
-    values and every camera that is asked for.
+    values and every camera that is asked for. model_error: of the fit that found the values.
     """
 
-    def __init__(self, plan: FitPlan, scene: Any) -> None:  # noqa: ANN401 - a native Scene
+    def __init__(
+        self,
+        plan: FitPlan,
+        scene: Any,  # noqa: ANN401 - a native Scene
+        model_error: ModelError = EXPLAINED,
+    ) -> None:
         self.plan = plan
+        self._model_error = model_error
         self._scene = scene
         self._asked = [
             (item.owner, item.parameter.name, list(item.start), item.minimum, item.maximum)
@@ -155,7 +161,7 @@ class PhotoInformation:
         pixels = cost.pixels_at(photos, settings.height) / len(photos)
         spp = native.core().refinement_spp(settings.native())
         seen = sum(math.prod(_size_of(photo)) for photo in photos) / len(photos)
-        return Noise(spp, self.relative, pixels / seen)
+        return Noise(spp, self.relative, pixels / seen, self._model_error)
 
     def _relative_error(self, capture: Capture) -> float:
         """Mean square of what a photo differs by, relative to its brightness, beyond the noise of

@@ -7,34 +7,60 @@ import bpy
 
 from . import (
     apply_operators,
+    background,
     camera_operators,
     capture_lights,
+    capture_operators,
     capture_photo,
     check_operators,
     environment_panel,
     fit_operators,
+    import_operators,
+    import_tools,
+    live_operators,
+    live_properties,
     panels,
+    picture_panel,
     preview_operators,
+    problem_reports,
     properties,
     row_operators,
     stages,
     state,
+    stop_operators,
     time_operators,
+    view_through,
 )
+from .furniture import first_use, icon, languages, links, preferences, presets
+from .result import panel as result_panel
 
 _MODULES = (
+    preferences,
+    links,
+    presets,
     capture_lights,
     capture_photo,
     properties,
+    problem_reports,
+    background,
     row_operators,
+    capture_operators,
     preview_operators,
     fit_operators,
+    stop_operators,
     apply_operators,
     check_operators,
     time_operators,
     camera_operators,
+    result_panel,
+    live_properties,
+    live_operators,
+    view_through,
     panels,
     environment_panel,
+    picture_panel,
+    import_operators,
+    import_tools,
     stages,
 )
 _command: object | None = None
@@ -45,8 +71,14 @@ def register() -> None:
     global _command
     for module in _MODULES:
         for item in module.CLASSES:
+            _describe(item)
             bpy.utils.register_class(item)
+    languages.register()
+    icon.register()
+    first_use.register()
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
+    live_operators.register()
+    import_operators.add_to_menu()
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
 
@@ -60,14 +92,26 @@ def unregister() -> None:
     state.NEXT.stop()
     state.ESTIMATE.stop()
     state.STAGES.stop()
+    state.SAVE.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None
+    live_operators.unregister()
+    import_operators.remove_from_menu()
     del bpy.types.Scene.selenite
+    first_use.unregister()
+    icon.unregister()
+    languages.unregister()
     for module in reversed(_MODULES):
         for item in reversed(module.CLASSES):
             bpy.utils.unregister_class(item)
+
+
+def _describe(item: type) -> None:
+    """Its docstring as a tooltip of one paragraph, which is also what languages translate."""
+    if issubclass(item, (bpy.types.Operator, bpy.types.Panel)) and item.__doc__:
+        item.bl_description = " ".join(item.__doc__.split())  # type: ignore[union-attr]
 
 
 def _run_command(arguments: list[str]) -> int:

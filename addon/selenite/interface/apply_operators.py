@@ -13,9 +13,9 @@ from ..scene_read.values import Owner
 from ..write_back import Key
 from ..write_back import grids as grid_objects
 from . import field_rows
-from .fit_operators import three
 from .problem_reports import report_problems
 from .request import refresh_rows
+from .running.kept_result import three
 
 
 class SELENITE_OT_apply(bpy.types.Operator):
@@ -105,7 +105,7 @@ def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]
 def _refresh(context: bpy.types.Context) -> None:
     """The current values in the list of parameters."""
     if len(context.scene.selenite.rows):
-        refresh_rows(context.scene, read_scene(context.scene))
+        refresh_rows(context.scene, read_scene(context.scene, surveys=False))
 
 
 CLASSES = (SELENITE_OT_apply, SELENITE_OT_restore)

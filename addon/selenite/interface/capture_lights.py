@@ -57,11 +57,10 @@ def draw(layout: bpy.types.UILayout, lights: bpy.types.PropertyGroup) -> None:
     elif lights.mode == "COLLECTION":
         column.prop(lights, "collection")
     column.prop(lights, "world")
-    row = column.row(align=True, heading="Lamps at Frame")
-    row.prop(lights, "use_frame", text="")
-    part = row.row(align=True)
+    column.prop(lights, "use_frame")
+    part = column.row(align=True)
     part.enabled = lights.use_frame
-    part.prop(lights, "frame", text="")
+    part.prop(lights, "frame")
 
 
 CLASSES = (SeleniteCaptureLights,)

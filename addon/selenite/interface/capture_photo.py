@@ -76,7 +76,13 @@ class SeleniteCapturePhoto(bpy.types.PropertyGroup):
     response: EnumProperty(
         name="Response", items=RESPONSE_ITEMS, description="How code values became of light"
     )
-    gamma: FloatProperty(name="Exponent", default=2.2, min=0.1, max=10.0)
+    gamma: FloatProperty(
+        name="Exponent",
+        default=2.2,
+        min=0.1,
+        max=10.0,
+        description="Light is the code value to this power",
+    )
     response_path: StringProperty(
         name="Table", subtype="FILE_PATH", description="CSV of code values and light"
     )

@@ -9,13 +9,14 @@ import bpy
 
 from ..cycles_check.job import CheckFailed, CheckJob, lines
 from ..cycles_check.render_settings import contents_of, set_for_fit
-from ..fit_run.capture_render import gains_of
+from ..fit_run.capture_render import alignments_of, gains_of
 from ..fit_run.request import RunRequest
 from ..fit_run.results import new_folder, write_results
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..write_back import grids as grid_objects
 from . import environment_rows, field_rows
+from .output_folder import output_folder
 from .problem_reports import report_problems
 from .request import fit_settings
 from .state import CHECK, RUN, is_idle
@@ -86,8 +87,9 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
                 cause, _, cure = missing.partition(": ")
                 raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
             gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
+            alignments = alignments_of(RUN.plan.captures, RUN.result) if known else {}
             environment = "" if applied else environment_rows.fitted(scene)
-            job = CheckJob(scene, request, values, grids, images, gains, environment)
+            job = CheckJob(scene, request, values, grids, images, gains, environment, alignments)
         except (BadInput, OSError) as error:
             _report(self, error)
             return False
@@ -171,9 +173,9 @@ def _folder() -> Path:
     """The fit's result folder; if it was not saved yet one without the fit's own pictures."""
     scene = bpy.data.scenes[CHECK.scene_name]
     if RUN.result is None or RUN.scene_name != scene.name:
-        return new_folder(Path(bpy.path.abspath(scene.selenite.output)))
+        return new_folder(output_folder(scene))
     if RUN.folder is None or not RUN.folder.is_dir():
-        parent = Path(bpy.path.abspath(scene.selenite.output))
+        parent = output_folder(scene)
         RUN.folder = write_results(
             RUN.plan, RUN.result, parent, bpy.app.version_string, pictures=False
         )

@@ -86,6 +86,8 @@ def show(values: np.ndarray) -> bpy.types.Image:
 
 
 class SELENITE_PT_environment(bpy.types.Panel):
+    """The image of the world that is fitted"""
+
     bl_idname = "SELENITE_PT_environment"
     bl_label = "Environment"
     bl_parent_id = "SELENITE_PT_fit"

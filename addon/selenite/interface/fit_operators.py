@@ -1,37 +1,43 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Start, stop, resume, save. A fit changes nothing in the scene until Apply."""
+"""Start. A fit changes nothing in the scene until Apply."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
 from bpy.props import StringProperty
 
-from .. import mean_free_path
 from ..cycles_check.render_settings import contents_of
-from ..fit_run import trust
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
-from ..fit_run.inputs import Inputs, changes, inputs_of
-from ..fit_run.job import FitFailed, FitJob, fitted_values
-from ..fit_run.light_pairing import with_warnings
+from ..fit_run.inputs import Inputs
+from ..fit_run.job import FitFailed, FitJob
+from ..fit_run.overall import Overall
 from ..fit_run.plan import prepare
-from ..fit_run.results import finished, new_folder, write_results
+from ..fit_run.request import RunRequest
+from ..fit_run.results import new_folder
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO
 from ..information.conditioning import StageChoice
 from ..information.job import BackgroundJob
 from ..problems import BadInput
+from ..scene_read.bodies import judge_bodies
 from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
-from ..scene_read.values import Owner
-from . import environment_panel, field_rows
+from ..scene_read.values import Owner, SceneValues
+from . import environment_panel
+from .live_view import VIEW
+from .output_folder import output_folder
 from .problem_reports import report_problems
-from .request import run_request, values_text
-from .state import CHECK, RUN, STAGES, is_idle, remember_shapes
-from .ticking import Ticking, built, redraw
+from .request import run_request
+from .running.kept_result import keep_fields, keep_result
+from .running.notice import notify
+from .running.work import Finishing, Preparing
+from .state import CHECK, PROBLEMS, RUN, STAGES, remember_shapes
+from .ticking import Ticking, built, redraw, show_status
+
+#: Seconds that a tick waits for the work after a fit, which mostly is nothing.
+_SHORT = 0.05
 
 
 class SELENITE_OT_start(Ticking, bpy.types.Operator):
@@ -49,11 +55,17 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     _owners: dict[str, Owner]  # of the scene as it was read
     _inputs: Inputs  # what the run is given
+    _values: SceneValues
+    _scene_name: str
+    _resumed: str  # folder of an unfinished run, "" for none
+    _packed: dict[str, bytes]
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Starts the native thread; a timer polls it."""
-        if not self._start(context, self.resume):
+        """Reads the scene; a thread reads the photos and starts the native one; a timer polls."""
+        work = built(self, lambda: self._asked(context, self.resume))
+        if work is None:
             return {"CANCELLED"}
+        RUN.prepare(BackgroundJob(work), context.scene.name)
         return self._add_timer(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -67,60 +79,96 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but Esc passes through, so that Blender stays usable."""
+        if RUN.preparing is not None:
+            return self._preparing(context, event)
         if STAGES.job is not None:
             return self._choosing(context, event)
+        if RUN.finishing is not None:
+            return self._finishing(context, event)
         if RUN.job is None:  # stopped from elsewhere
-            self._remove_timer(context)
-            return {"CANCELLED"}
+            return self._over(context)
         if event.type == "ESC" and event.value == "PRESS":
             RUN.ask_to_stop(keep=True)
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         try:
-            RUN.progress = RUN.job.progress()
+            RUN.update()
             if trouble := RUN.record():
                 self.report({"WARNING"}, trouble)
         except FitFailed:
             return self._finish(context)
-        redraw(context)
-        return {"PASS_THROUGH"} if RUN.progress.running else self._finish(context)
+        show_status(context, RUN.shown.text, RUN.shown.fraction)
+        if RUN.progress.running:
+            return {"PASS_THROUGH"}
+        return self._begin_finishing(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Blender quits or loads another file: the thread must end first."""
+        """Blender quits or loads another file: the threads must end first."""
         STAGES.stop()
         RUN.stop(keep=False)
         self._remove_timer(context)
 
     def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
-        made = built(self, lambda: self._made(context, resume))
-        if made is None:
+        """All that comes before the fit, at once."""
+        work = built(self, lambda: self._asked(context, resume))
+        if work is None:
             return False
-        if isinstance(made, StageChoice):
-            STAGES.start(BackgroundJob(made), context.scene.name)
-            return True
-        return _begin(self, context.scene, made, resume)
+        if built(self, lambda: list(work.steps())) is None:
+            remember_shapes(self._scene_name, work.values)
+            return False
+        return self._begin(work)
 
-    def _made(self, context: bpy.types.Context, resume: str) -> FitJob | StagedJob | StageChoice:
-        """The fit, or the work that chooses its stages first."""
-        values = read_scene(context.scene)
-        remember_shapes(context.scene.name, values)
+    def _asked(self, context: bpy.types.Context, resume: str) -> Preparing:
+        """What needs Blender: the scene as it is, and what the panel asks for. Raises BadInput."""
+        scene = context.scene
+        self._scene_name, self._resumed = scene.name, resume
+        PROBLEMS.pop(scene.name, None)
+        values = read_scene(scene, surveys=False)
         if resume:
             run = going_on(load(Path(bpy.path.abspath(resume))))
         else:
-            run = Unfinished(run_request(context.scene, values), [])
-        packed = packed_photos()
-        plan = prepare(values, run.request, packed)
-        self._owners = values.owners
-        self._inputs = inputs_of(values, plan.request, packed)
-        if run.inputs is not None:
-            changed = changes(run.inputs, self._inputs, bpy.data.filepath)
-            if changed:
-                raise BadInput(changed)
-            self._inputs = run.inputs
-        if context.scene.selenite.stage_mode == AUTO and not resume:
-            return StageChoice(plan, lambda chosen: prepare(values, chosen, packed))
-        return make_job(plan, run.parts, run.state)
+            run = Unfinished(_request(scene, values), [])
+        for item in run.request.captures:
+            if item.frame is not None:
+                values.lamp_frames[item.frame]  # asks Blender, so now
+        self._values, self._owners, self._packed = values, values.owners, packed_photos()
+        chooses = scene.selenite.stage_mode == AUTO and not resume
+        return Preparing(values, run, self._packed, bpy.data.filepath, makes_job=not chooses)
+
+    def _begin(self, work: Preparing) -> bool:
+        """Starts the fit that was prepared, or chooses its stages first."""
+        remember_shapes(self._scene_name, work.values)
+        self._inputs = work.inputs
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(self._scene_name)
+        if scene is None:
+            RUN.message = "Cancelled; nothing was changed"
+            return False
+        if work.job is None:
+            values, packed = self._values, self._packed
+            choice = StageChoice(work.plan, lambda chosen: prepare(values, chosen, packed))
+            STAGES.start(BackgroundJob(choice), scene.name)
+            return True
+        return _begin(self, scene, work.job, self._resumed, work.overall)
+
+    def _preparing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """While a thread reads the photos; Esc leaves it alone, and nothing starts."""
+        job = RUN.preparing
+        if event.type == "ESC" and event.value == "PRESS":
+            RUN.drop_preparing()
+            RUN.message = "Cancelled; nothing was changed"
+            return self._over(context)
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        running, step = job.progress()
+        show_status(context, step.text, 0.0)
+        if running:
+            return {"PASS_THROUGH"}
+        RUN.preparing = None
+        if built(self, job.join) and self._begin(job.work):
+            return {"PASS_THROUGH"}
+        remember_shapes(self._scene_name, job.work.values)
+        return self._over(context)
 
     def _choosing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """While the stages are being chosen; the fit starts at the end of that."""
@@ -130,11 +178,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         running, STAGES.step = STAGES.job.progress()
-        redraw(context)
+        show_status(context, f"choosing stages, {STAGES.step.text}", STAGES.step.fraction)
         if running or self._go_on(context):
             return {"PASS_THROUGH"}
-        self._remove_timer(context)
-        return {"CANCELLED"}
+        return self._over(context)
 
     def _go_on(self, context: bpy.types.Context) -> bool:
         """Starts the fit with the stages that were chosen; False where there is none to start."""
@@ -154,147 +201,111 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             return False
         return _begin(self, scene, job)
 
+    def _begin_finishing(self, context: bpy.types.Context) -> set[str]:
+        """The native fit is over; what follows it may render, so it has a thread."""
+        if not RUN.keep:
+            return self._finish(context)
+        RUN.job.join()
+        RUN.finishing = BackgroundJob(_finishing(RUN.job))
+        RUN.finishing.start()
+        RUN.finishing.wait(_SHORT)
+        return self._finishing(context, None)
+
+    def _finishing(self, context: bpy.types.Context, event: bpy.types.Event | None) -> set[str]:
+        """While a thread looks for wrong lights and fills images; Esc leaves that out."""
+        if event is not None and event.type == "ESC" and event.value == "PRESS":
+            RUN.finishing.cancel()
+            return {"RUNNING_MODAL"}
+        if event is not None and event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        running, _ = RUN.finishing.progress()
+        if not running:
+            return self._finish(context)
+        RUN.shown = RUN.overall.finishing(RUN.finishing.work.share)
+        show_status(context, RUN.shown.text, RUN.shown.fraction)
+        return {"PASS_THROUGH"}
+
     def _finish(self, context: bpy.types.Context) -> set[str]:
+        """Waits for all of it, and keeps the result."""
         self._remove_timer(context)
+        show_status(context, None)
         job, RUN.job = RUN.job, None
+        if job is None:  # cancelled meanwhile
+            redraw(context)
+            return {"CANCELLED"}
         job.join()
         troubles = RUN.close_record()
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
+        last, RUN.finishing = RUN.finishing, None
         try:
-            result = job.result()
+            stopped = job.progress().stopped_because
         except FitFailed as error:
             RUN.message = str(error)
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if not RUN.keep or scene is None:
-            RUN.message = "Cancelled; nothing was changed"
+            if last is not None:
+                last.cancel()
+            RUN.bring_back()
             redraw(context)
             return {"CANCELLED"}
-        with _shown_progress(context) as note_progress:
-            result = with_warnings(RUN.plan, result, note_progress)
-            RUN.result = finished(RUN.plan, result, note_progress)
+        if last is None:
+            last = BackgroundJob(_finishing(job))
+            last.start()
+        last.join()
+        RUN.result = dict(last.work.result)
         RUN.result["notes"] = (*RUN.result["notes"], *troubles)
-        RUN.message = f"Stopped because: {result['stopped_because']}"
-        _keep_result(scene)
-        try:
-            _keep_fields(scene)
-        except OSError as error:
-            parent = bpy.path.abspath(scene.selenite.output)
-            text = f"Cannot write the fitted grids and images to '{parent}': {error}"
-            self.report({"ERROR"}, f"{text}; choose another folder below and save the result")
+        RUN.folder = last.work.folder
+        if stopped == "cancelled":
+            stopped = "you stopped it; the best values so far are kept"
+        RUN.message = f"Stopped because: {stopped}"
+        keep_result(scene)
+        keep_fields(scene)
+        if last.work.trouble:
+            text = f"Cannot write the fitted grids and images to '{output_folder(scene)}'"
+            cure = "choose another folder below and save the result"
+            self.report({"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
         redraw(context)
-        self.report({"INFO"}, RUN.message)
+        notify(self, context, scene)
         return {"FINISHED"}
 
-
-class SELENITE_OT_resume(bpy.types.Operator):
-    """Go on with a run that ended with Blender: choose its folder, <date>_<time>.unfinished"""
-
-    bl_idname = "selenite.resume"
-    bl_label = "Resume a Run"
-
-    directory: StringProperty(subtype="DIR_PATH")
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """One fit at a time."""
-        cls.poll_message_set("A fit or a check is running")
-        return is_idle()
-
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Opens the file browser where runs are kept."""
-        self.directory = bpy.path.abspath(context.scene.selenite.output)
-        context.window_manager.fileselect_add(self)
-        return {"RUNNING_MODAL"}
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        """As Start, with what the run was asked for in place of the panel's settings."""
-        mode = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
-        return bpy.ops.selenite.start(mode, resume=self.directory)
+    def _over(self, context: bpy.types.Context) -> set[str]:
+        """Nothing runs any more, and there is nothing to keep."""
+        self._remove_timer(context)
+        show_status(context, None)
+        redraw(context)
+        return {"CANCELLED"}
 
 
-class SELENITE_OT_stop(bpy.types.Operator):
-    """Stop the fit and keep the best values so far"""
-
-    bl_idname = "selenite.stop"
-    bl_label = "Stop and Keep Best"
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running."""
-        return RUN.job is not None
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The fit ends at its next tick."""
-        RUN.ask_to_stop(keep=True)
-        return {"FINISHED"}
-
-
-class SELENITE_OT_cancel(bpy.types.Operator):
-    """Stop the fit and forget it"""
-
-    bl_idname = "selenite.cancel"
-    bl_label = "Cancel"
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running, or its stages are being chosen."""
-        return RUN.job is not None or STAGES.job is not None
-
-    def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The scene was never touched."""
-        if STAGES.job is not None:
-            STAGES.job.cancel()
-        RUN.ask_to_stop(keep=False)
-        return {"FINISHED"}
-
-
-class SELENITE_OT_save_result(bpy.types.Operator):
-    """Write the last result with its pictures to a folder named by date and time"""
-
-    bl_idname = "selenite.save_result"
-    bl_label = "Save Result Folder"
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit has ended in this session."""
-        cls.poll_message_set("Run a fit first")
-        return RUN.result is not None
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """The folder appears complete or not at all."""
-        parent = Path(bpy.path.abspath(context.scene.selenite.output))
-        try:
-            with _shown_progress(context) as note_progress:
-                folder = RUN.folder = write_results(
-                    RUN.plan, RUN.result, parent, bpy.app.version_string, note_progress
-                )
-        except OSError as error:
-            self.report({"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
-            return {"CANCELLED"}
-        self.report({"INFO"}, f"Wrote {folder}")
-        return {"FINISHED"}
-
-
-@contextmanager
-def _shown_progress(context: bpy.types.Context) -> Iterator[Callable[[str, float], None]]:
-    """The pointer shows how far it is, by the function that this gives."""
-    manager = context.window_manager
-    manager.progress_begin(0, 100)
+def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
+    """Of the panel. Raises BadInput, with what a survey of the bodies finds too."""
     try:
-        yield lambda _text, fraction: manager.progress_update(int(100 * fraction))
-    finally:
-        manager.progress_end()
+        return run_request(scene, values)
+    except BadInput as error:
+        values.bodies = judge_bodies(values)
+        remember_shapes(scene.name, values)
+        raise BadInput([*values.problems, *error.problems]) from error
+
+
+def _finishing(job: FitJob | StagedJob) -> Finishing:
+    scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
+    folder = output_folder(scene) if scene is not None else Path()
+    return Finishing(job, folder, bpy.app.version_string)
 
 
 def _begin(
-    operator: SELENITE_OT_start, scene: bpy.types.Scene, job: FitJob | StagedJob, resume: str = ""
+    operator: SELENITE_OT_start,
+    scene: bpy.types.Scene,
+    job: FitJob | StagedJob,
+    resume: str = "",
+    overall: Overall | None = None,
 ) -> bool:
     """Starts the native thread and the record on disk."""
     for text in job.plan.warnings:
         operator.report({"WARNING"}, text)
     CHECK.contents[scene.name] = contents_of(scene)
-    RUN.start(job, scene.name, operator._owners)
+    RUN.start(job, scene.name, operator._owners, overall)
+    VIEW.begin()
     environment_panel.begin()
     RUN.recorder = _recorder(scene, resume, operator._inputs)
     if RUN.recorder is not None and RUN.recorder.trouble:
@@ -303,62 +314,14 @@ def _begin(
 
 
 def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> Recorder | None:
-    """Keeps the run on disk, where it was or in the folder of results; None where there is none,
-    because the file has no place yet."""
+    """Keeps the run on disk, where it was or in the folder of results; None where the file has no
+    place yet: its scene could not be found again."""
     if resumed:
         return Recorder(Path(bpy.path.abspath(resumed)), RUN.plan.request, inputs)
-    output = scene.selenite.output
-    if output.startswith("//") and not bpy.data.filepath:
+    if scene.selenite.output.startswith("//") and not bpy.data.filepath:
         return None
-    folder = new_folder(Path(bpy.path.abspath(output)), SUFFIX)
+    folder = new_folder(output_folder(scene), SUFFIX)
     return Recorder(folder, RUN.plan.request, inputs)
 
 
-def _keep_result(scene: bpy.types.Scene) -> None:
-    """The result goes into the scene, so that Apply works after saving and loading."""
-    settings = scene.selenite
-    settings.results.clear()
-    settings.applied = False
-    values = fitted_values(RUN.plan, RUN.result)
-    for unknown in RUN.plan.unknowns:
-        owner, name = RUN.owners[unknown.owner], unknown.parameter.name
-        row = settings.results.add()
-        row.owner, row.kind, row.parameter = owner.name, owner.kind, name
-        row.datablock, row.library = owner.datablock, owner.library
-        row.width = unknown.parameter.width
-        value = values[owner.name, name]
-        row.start, row.value = three(unknown.start), three(value)
-        row.original = three(owner.values[name])
-        row.text = f"{values_text(unknown.start)}\nto {values_text(value)}"
-        if name == "extinction":
-            row.text += f"\n{mean_free_path.of(value, RUN.plan.millimetres).text()} free path"
-        for line in trust.words(unknown, RUN.result):
-            row.text += f"\n{line}"
-
-
-def _keep_fields(scene: bpy.types.Scene) -> None:
-    """Fitted grids and images go into a result folder, and results name their files. Raises
-    OSError."""
-    if not RUN.plan.fields:
-        return
-    parent = Path(bpy.path.abspath(scene.selenite.output))
-    RUN.folder = write_results(RUN.plan, RUN.result, parent, bpy.app.version_string, pictures=False)
-    for field in RUN.plan.fields:
-        owner, row = RUN.owners[field.owner], scene.selenite.results.add()
-        row.owner, row.kind = owner.name, owner.kind
-        row.datablock, row.library = owner.datablock, owner.library
-        field_rows.keep(row, field, RUN.result, RUN.folder)
-
-
-def three(values: tuple[float, ...]) -> tuple[float, float, float]:
-    first, second, third = (values * 3)[:3]
-    return first, second, third
-
-
-CLASSES = (
-    SELENITE_OT_start,
-    SELENITE_OT_resume,
-    SELENITE_OT_stop,
-    SELENITE_OT_cancel,
-    SELENITE_OT_save_result,
-)
+CLASSES = (SELENITE_OT_start,)

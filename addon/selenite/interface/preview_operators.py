@@ -6,7 +6,9 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..cycles_check.job import DRAWN
 from ..fit_run.captures import Capture, read_captures
+from ..fit_run.pictures.comparison import marked
 from ..native import NativeUnavailable
 from ..problems import Problem
 from ..scene_read.photos import capture_of_row, packed_photos
@@ -14,8 +16,6 @@ from ..scene_read.scene import read_scene
 
 #: Name of the image, which each preview replaces.
 IMAGE = "Selenite Mask"
-#: What does not count has this colour, and so much of the photo.
-_OUTSIDE, _SHOWN = (0.5, 0.0, 0.0), 0.25
 
 
 class SELENITE_OT_preview_mask(bpy.types.Operator):
@@ -70,11 +70,11 @@ def _image(capture: Capture) -> bpy.types.Image:
     image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
     if image is None:
         image = bpy.data.images.new(IMAGE, width, height, float_buffer=True)
+        image[DRAWN] = True
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
-    outside = np.array(_OUTSIDE) + _SHOWN * capture.reference
     pixels = np.ones((height, width, 4), np.float32)
-    pixels[..., :3] = np.where((capture.weight > 0)[..., None], capture.reference, outside)
+    pixels[..., :3] = marked(capture.reference, capture.weight)
     into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
     into.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
     image.update()

@@ -1,13 +1,95 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is wrong with a request, in Blender's reports."""
+"""What is wrong with a request: in Blender's reports, and as a list that stays in the panel."""
 
 from __future__ import annotations
 
-import bpy
+import re
 
-from ..problems import BadInput
+import bpy
+from bpy.props import StringProperty
+
+from ..problems import BadInput, Problem
+from ..scene_read.camera import named_cameras
+from .running.problem_words import in_panel_words
+from .state import PROBLEMS
+
+_TITLE = re.compile(r"^(\w+) '(.*)'")
 
 
 def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
-    """Every problem becomes one line of Blender's report."""
-    operator.report({"ERROR"}, "\n".join(problem.line() for problem in error.problems))
+    """All of them stay in the head of the panel; the report has a line for each."""
+    PROBLEMS[bpy.context.scene.name] = list(error.problems)
+    lines = (
+        Problem(item.object, in_panel_words(item.cause), in_panel_words(item.cure)).line()
+        for item in error.problems
+    )
+    operator.report({"ERROR"}, "\n".join(lines))
+
+
+def thing_of(title: str) -> bpy.types.ID | None:
+    """The datablock that the title of a problem names, as "Camera 'Front'"; None where it names
+    none."""
+    found = _TITLE.match(title)
+    if found is None:
+        return None
+    kind, name = found.groups()
+    data = bpy.data
+    if kind == "Camera":
+        return named_cameras(bpy.context.scene).get(name) or data.objects.get(name)
+    if kind == "Parameter":
+        owner = name.rpartition(":")[0]
+        return data.materials.get(owner) or data.lights.get(owner)
+    places = {
+        "Object": data.objects, "Material": data.materials, "Light": data.lights,
+        "Mesh": data.meshes, "Image": data.images,
+    }  # fmt: skip
+    return places[kind].get(name) if kind in places else None
+
+
+class SELENITE_OT_select_problem(bpy.types.Operator):
+    """Select the thing that the problem is about: an object, or what has the material, mesh or
+    lamp"""
+
+    bl_idname = "selenite.select_problem"
+    bl_label = "Select"
+    bl_options = {"REGISTER", "UNDO"}
+
+    thing: StringProperty(options={"HIDDEN", "SKIP_SAVE"}, description="Title of the problem")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """All objects concerned, the first one active; a material becomes the active one."""
+        thing = thing_of(self.thing)
+        objects = [item for item in context.view_layer.objects if _uses(item, thing)]
+        if thing is None or not objects:
+            self.report({"WARNING"}, "Nothing in the view layer is or has it")
+            return {"CANCELLED"}
+        for item in context.view_layer.objects:
+            if item.select_get():
+                item.select_set(False)
+        for item in objects:
+            item.select_set(True)
+        context.view_layer.objects.active = objects[0]
+        for at, slot in enumerate(objects[0].material_slots):
+            if slot.material == thing:
+                objects[0].active_material_index = at
+        return {"FINISHED"}
+
+
+class SELENITE_OT_clear_problems(bpy.types.Operator):
+    """Clear the list; what is still wrong comes back with the next start"""
+
+    bl_idname = "selenite.clear_problems"
+    bl_label = "Clear Problems"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Of this scene."""
+        PROBLEMS.pop(context.scene.name, None)
+        return {"FINISHED"}
+
+
+def _uses(item: bpy.types.Object, thing: bpy.types.ID | None) -> bool:
+    slots = [slot.material for slot in item.material_slots]
+    return thing is not None and (thing in (item, item.data) or thing in slots)
+
+
+CLASSES = (SELENITE_OT_select_problem, SELENITE_OT_clear_problems)

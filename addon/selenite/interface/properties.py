@@ -7,20 +7,19 @@ from bpy.props import (
     CollectionProperty,
     EnumProperty,
     FloatProperty,
-    FloatVectorProperty,
     IntProperty,
     PointerProperty,
     StringProperty,
 )
 
 from .. import native
-from ..fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
-from ..fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
-from . import environment_rows
 from .capture_lights import SeleniteCaptureLights
 from .capture_photo import SeleniteCapturePhoto
+from .furniture.preset_items import PRESET_ITEMS
+from .result.properties import SeleniteResult
+from .rows.properties import SeleniteOwner, SeleniteRow
 
 SCHEMA = 1
 
@@ -37,21 +36,6 @@ def _loss_items() -> tuple[tuple[str, str, str, int], ...]:
 
 
 LOSS_ITEMS = _loss_items()
-PRESET_ITEMS = (
-    ("draft", "Draft", "Small pictures, few iterations", 0),
-    ("balanced", "Balanced", "The usual choice", 1),
-    ("accurate", "Accurate", "More samples and iterations", 2),
-)
-GRID_ITEMS = (
-    ("new", "New", "One value everywhere, in as many voxels or texels as asked for", 0),
-    ("scene", "Scene", "The grid of the Volume object, the image of the base colour", 1),
-    ("file", "File", "A grid from a .npy or .vol file, an image from a picture", 2),
-)
-UNSEEN_ITEMS = (
-    ("auto", "Usual", "Filled where the image starts as one colour, else as they were", 0),
-    ("keep", "As They Were", "At the value that they start from", 1),
-    ("fill", "Filled from Around", "Smoothly, from the texels nearby that photos see", 2),
-)
 OPTIMISER_ITEMS = (
     ("auto", "Automatic", "Gauss-Newton where few numbers are fitted, else Adam", 0),
     ("gauss-newton", "Gauss-Newton", "Least squares, by the derivatives of all iterations", 1),
@@ -81,7 +65,6 @@ STAGE_ITEMS = (
         4,
     ),
 )
-KIND_ITEMS = (("material", "Material", "", 0), ("light", "Light", "", 1), ("world", "World", "", 2))
 
 
 def _is_camera(_self: bpy.types.bpy_struct, item: bpy.types.Object) -> bool:
@@ -123,85 +106,14 @@ class SeleniteCapture(bpy.types.PropertyGroup):
         name="Photo", type=bpy.types.Image, update=_show_photo, description="Photo of this camera"
     )
     mask_path: StringProperty(
-        name="Mask", subtype="FILE_PATH", description="Picture whose black pixels do not count"
+        name="Mask",
+        subtype="FILE_PATH",
+        options=hosts.path_options(),
+        description="Picture whose black pixels do not count",
     )
     # See capture_photo and capture_lights.
     how: PointerProperty(type=SeleniteCapturePhoto)
     lights: PointerProperty(type=SeleniteCaptureLights)
-
-
-class SeleniteRow(bpy.types.PropertyGroup):
-    """A parameter that can be fitted: tick, start, box constraint and step."""
-
-    enabled: BoolProperty(name="Fit", default=False, description="Fit this parameter")
-    kind: EnumProperty(name="Kind", items=KIND_ITEMS)
-    material: PointerProperty(type=bpy.types.Material)
-    light: PointerProperty(type=bpy.types.Light)
-    owner: StringProperty(description="Name of the owner as on the command line")
-    parameter: StringProperty(description="Name of the parameter as on the command line")
-    unit: StringProperty()
-    help: StringProperty()
-    width: IntProperty(default=1)
-    value: StringProperty(description="Value in the scene when the list was last refreshed")
-    note: StringProperty(description="What the value means, where that needs another unit")
-    reason: StringProperty(description="Why this parameter cannot be fitted")
-    use_start: BoolProperty(
-        name="Own Start", default=False, description="Start elsewhere than at the scene's value"
-    )
-    start: FloatVectorProperty(name="Start", size=3, precision=4, description="First value")
-    minimum: FloatProperty(name="Minimum", precision=4, description="Smallest value of the fit")
-    maximum: FloatProperty(name="Maximum", precision=4, description="Largest value of the fit")
-    learning_rate: FloatProperty(
-        name="Rate", default=0.03, min=1e-6, max=1.0, precision=4, description="Step of the fit"
-    )
-    grid_from: EnumProperty(
-        name="Start From", items=GRID_ITEMS, description="Where a grid or an image starts"
-    )
-    voxels: IntProperty(
-        name="Voxels",
-        default=USUAL_SIZE,
-        min=1,
-        max=MOST_BY_NUMBER,
-        description="Voxels along the longest side of the object",
-    )
-    texels: IntProperty(
-        name="Texels",
-        default=USUAL_TEXELS,
-        min=1,
-        max=MOST_TEXELS,
-        description="Texels along each side of the image",
-    )
-    grid_path: StringProperty(
-        name="File",
-        subtype="FILE_PATH",
-        description="Grid (.npy or .vol) or picture (such as .png or .exr) to start from",
-    )
-    unseen: EnumProperty(
-        name="Unseen",
-        items=UNSEEN_ITEMS,
-        description="What becomes of texels that no photo sees",
-    )
-    environment_size: environment_rows.SIZE
-    projection: environment_rows.PROJECTION
-
-
-class SeleniteResult(bpy.types.PropertyGroup):
-    """One fitted parameter. `original` is what stood in the scene before Apply."""
-
-    owner: StringProperty()
-    kind: EnumProperty(items=KIND_ITEMS)
-    datablock: StringProperty()
-    library: StringProperty()
-    parameter: StringProperty()
-    width: IntProperty(default=1)
-    start: FloatVectorProperty(size=3, precision=4)
-    value: FloatVectorProperty(size=3, precision=4)
-    original: FloatVectorProperty(size=3, precision=4)
-    text: StringProperty(description="Start and fitted value")
-    grid_file: StringProperty(
-        description="The fitted grid (.npy) or image (.png or .exr), if this is one"
-    )
-    grid_to_unit: StringProperty(description="World to the unit cube over which a grid lies (JSON)")
 
 
 class SeleniteStage(bpy.types.PropertyGroup):
@@ -223,6 +135,14 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     active_capture: IntProperty()
     rows: CollectionProperty(type=SeleniteRow)
     active_row: IntProperty()
+    owners: CollectionProperty(type=SeleniteOwner)
+    active_owner: IntProperty(
+        name="Material, Lamp or World", description="Its parameters are listed below"
+    )
+    show_locked: BoolProperty(
+        name="Show Locked",
+        description="Also list the parameters that cannot be fitted; the tooltip says why",
+    )
     stage_mode: EnumProperty(
         name="Stages", items=STAGE_ITEMS, description="What is fitted first and what later"
     )
@@ -230,11 +150,31 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     active_stage: IntProperty()
     results: CollectionProperty(type=SeleniteResult)
     applied: BoolProperty(description="The fitted values are in the scene")
-    preset: EnumProperty(
-        name="Quality", items=PRESET_ITEMS, default="balanced", update=_take_preset
+    verdict: StringProperty(description="The result in one sentence")
+    verdict_icon: StringProperty(description="How sure the whole is")
+    report: StringProperty(description="Everything that the fit reports, line by line")
+    show_report: BoolProperty(
+        name="Full Report", description="Everything that the fit reports about each value"
     )
-    loss: EnumProperty(name="Loss", items=LOSS_ITEMS, default=_DEFAULTS.loss)
-    optimiser: EnumProperty(name="Optimiser", items=OPTIMISER_ITEMS, default="auto")
+    preset: EnumProperty(
+        name="Quality",
+        items=PRESET_ITEMS,
+        default="balanced",
+        update=_take_preset,
+        description="Sets size, samples and iterations; Advanced shows and changes them",
+    )
+    loss: EnumProperty(
+        name="Loss",
+        items=LOSS_ITEMS,
+        default=_DEFAULTS.loss,
+        description="How the difference between render and photo is measured",
+    )
+    optimiser: EnumProperty(
+        name="Optimiser",
+        items=OPTIMISER_ITEMS,
+        default="auto",
+        description="How the next values follow from the derivatives",
+    )
     accumulate: BoolProperty(
         name="One Step for All Photos",
         default=True,
@@ -273,7 +213,12 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     depth: IntProperty(
         name="Depth", default=0, min=0, description="Bounces of a path; 0 does not limit them"
     )
-    seed: IntProperty(name="Seed", default=0, min=0)
+    seed: IntProperty(
+        name="Seed",
+        default=0,
+        min=0,
+        description="Of the random numbers: the same one gives the same values, bit by bit",
+    )
     threads: IntProperty(name="Threads", default=0, min=0, description="0 uses all")
     search: EnumProperty(
         name="Multi-Start",
@@ -310,4 +255,11 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
 
 
-CLASSES = (SeleniteCapture, SeleniteRow, SeleniteResult, SeleniteStage, SeleniteSettings)
+CLASSES = (
+    SeleniteCapture,
+    SeleniteOwner,
+    SeleniteRow,
+    SeleniteResult,
+    SeleniteStage,
+    SeleniteSettings,
+)

@@ -16,6 +16,9 @@ from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
 from . import environment_rows, field_rows, stages
+from .furniture.preferences import preferences
+from .rows.labels import label_of, tip_of, unit_text
+from .rows.owners import refresh_owners
 
 #: Of the panel, in its order; the rate is each row's.
 FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
@@ -84,7 +87,9 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
 def fit_settings(scene: bpy.types.Scene) -> FitSettings:
     """The settings of the panel."""
     settings = scene.selenite
-    return FitSettings(**{name: getattr(settings, name) for name in FIT_SETTINGS})
+    found = {name: getattr(settings, name) for name in FIT_SETTINGS}
+    found["threads"] = found["threads"] or preferences().threads
+    return FitSettings(**found)
 
 
 def owner_of(row: bpy.types.PropertyGroup, values: SceneValues) -> Owner | None:
@@ -119,6 +124,10 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             row.reason = owner.fixed.get(parameter.name, "")
             current = owner.values.get(parameter.name)
             row.value = values_text(current) if current is not None else ""
+            row.value += unit_text(parameter.unit) if row.value else ""
+            row.is_colour = current is not None and parameter.width == 3 and max(current) <= 1
+            if row.is_colour:
+                row.current = current
             if current is not None and parameter.name == "extinction":
                 path = mean_free_path.of(current, values.millimetres)
                 row.note = f"Mean free path {path.text()}"
@@ -130,6 +139,21 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             setattr(row, name, value)
         if row.reason:
             row.enabled = False
+        row.label = row.name = label_of(row)
+        row.tip = tip_of(row)
+    refresh_owners(scene, values.owners.values())
+    _choose_row(scene.selenite)
+
+
+def _choose_row(settings: bpy.types.PropertyGroup) -> None:
+    """The active row is one that is listed."""
+    if not len(settings.owners):
+        return
+    name = settings.owners[settings.active_owner].name
+    rows = settings.rows
+    if settings.active_row < len(rows) and rows[settings.active_row].owner == name:
+        return
+    settings.active_row = next((at for at, row in enumerate(rows) if row.owner == name), 0)
 
 
 def _fill(row: bpy.types.PropertyGroup, owner: Owner, parameter: str) -> bpy.types.PropertyGroup:

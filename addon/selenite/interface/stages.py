@@ -191,6 +191,8 @@ class SELENITE_UL_stages(bpy.types.UIList):
 
 
 class SELENITE_PT_stages(bpy.types.Panel):
+    """What is fitted first and what later"""
+
     bl_idname = "SELENITE_PT_stages"
     bl_label = "Stages"
     bl_parent_id = "SELENITE_PT_fit"

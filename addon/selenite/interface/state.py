@@ -14,20 +14,29 @@ from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
+from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
 from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
+from ..problems import Problem
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
+from .running.work import Finishing, Preparing
 
 
 @dataclass
 class Run:
-    """At most one fit at a time. `result` stays after its end, for the result folder, and `folder`
-    is that folder once it is written."""
+    """At most one fit at a time: `preparing`, then `job`, then `finishing`. `result` stays after
+    its end, for the result folder, and `folder` is that folder once it is written."""
 
     job: FitJob | StagedJob | None = None
+    preparing: BackgroundJob[Preparing] | None = None
+    finishing: BackgroundJob[Finishing] | None = None
+    overall: Overall | None = None
+    shown: Shown = field(default_factory=Shown)
+    before: tuple[Any, ...] = (None, None, None, {})  # plan, result, folder, owners
+    left: list[BackgroundJob[Any]] = field(default_factory=list)  # cancelled, not at their end
     scene_name: str = ""
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
@@ -38,13 +47,47 @@ class Run:
     folder: Path | None = None
     message: str = ""
 
-    def start(self, job: FitJob | StagedJob, scene_name: str, owners: dict[str, Owner]) -> None:
-        """Starts the native thread."""
+    def start(
+        self,
+        job: FitJob | StagedJob,
+        scene_name: str,
+        owners: dict[str, Owner],
+        overall: Overall | None = None,
+    ) -> None:
+        """Starts the native thread. overall: of the job, where it was made already."""
+        self.before = (self.plan, self.result, self.folder, self.owners)
         self.job, self.scene_name, self.owners = job, scene_name, owners
         self.progress, self.keep, self.message = None, True, ""
         self.plan, self.result, self.folder = job.plan, None, None
-        self.recorder = None
+        self.recorder = self.finishing = None
+        self.overall, self.shown = overall or Overall(job.plan), Shown()
         job.start()
+
+    @property
+    def is_active(self) -> bool:
+        """Whether anything of a run goes on."""
+        return any(item is not None for item in (self.job, self.preparing, self.finishing))
+
+    def prepare(self, job: BackgroundJob[Preparing], scene_name: str) -> None:
+        """Starts the thread before the fit."""
+        self.preparing, self.scene_name, self.keep = job, scene_name, True
+        self.progress, self.shown, self.message = None, Shown(phase="reading photos"), ""
+        job.start()
+
+    def drop_preparing(self) -> None:
+        """Cancels what comes before a fit at once; its thread ends by itself."""
+        job, self.preparing = self.preparing, None
+        if job is not None:
+            job.cancel()
+            self.left = [item for item in self.left if item.progress()[0]] + [job]
+
+    def update(self) -> None:
+        """The newest progress. Raises FitFailed."""
+        if self.job is None:
+            return
+        self.progress = self.job.progress()
+        if self.overall is not None:
+            self.shown = self.overall.update(self.progress)
 
     def record(self) -> str:
         """Keeps the run on disk; returns why that has failed since the last time, "" if it has
@@ -67,14 +110,39 @@ class Run:
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""
         self.keep = keep
+        if self.preparing is not None:
+            self.drop_preparing()
         if self.job is not None:
             self.job.cancel()
+        if self.finishing is not None:
+            self.finishing.cancel()
+
+    def bring_back(self) -> None:
+        """A cancelled run leaves the result before it as it was."""
+        self.plan, self.result, self.folder, self.owners = self.before
+        self.message = "Cancelled; nothing was changed"
+
+    def forget(self) -> None:
+        """The job has ended and its result is not wanted; the one before stays in the scene."""
+        job, self.job = self.job, None
+        last, self.finishing = self.finishing, None
+        if job is not None:
+            job.join()
+        if last is not None:
+            self.left.append(last)
+        self.close_record()
+        self.bring_back()
 
     def stop(self, *, keep: bool) -> None:
         """Waits for the thread and forgets the job."""
         self.ask_to_stop(keep=keep)
-        if self.job is not None:
-            self.job.join()
+        for item in (self.job, self.finishing):
+            if item is not None:
+                item.join()
+        for item in self.left:
+            item.wait(60.0)
+        self.left = []
+        self.finishing = None
         self.job = self.recorder = None  # what is on disk stays: Blender ends, not the user's wish
 
 
@@ -154,16 +222,19 @@ TRADE = Measurement()
 NEXT = Background()
 ESTIMATE = Background()
 STAGES = Background()
+SAVE = Background()
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
 SHAPES: dict[str, list[str]] = {}
+#: Scene name -> what stands in the way of what was last asked for.
+PROBLEMS: dict[str, list[Problem]] = {}
 
 
 def is_idle() -> bool:
     """Nothing runs: no fit, no check, no measurement, no other job."""
-    jobs = (RUN.job, CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job)
-    return all(item is None for item in jobs)
+    jobs = (CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job, SAVE.job)
+    return not RUN.is_active and all(item is None for item in jobs)
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:

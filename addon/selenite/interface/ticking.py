@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from abc import abstractmethod
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
@@ -33,7 +34,7 @@ def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
 class Ticking:
     """Base of a modal operator that polls something at each tick of a timer; one at a time."""
 
-    tick = 0.2  # seconds
+    tick = 0.1  # seconds
     _timer: bpy.types.Timer | None = None
 
     @classmethod
@@ -76,6 +77,7 @@ class WorksInThread(Ticking, bpy.types.Operator):
         """Everything but Esc passes through, so that Blender stays usable."""
         if self.background.job is None:  # cancelled from elsewhere
             self._remove_timer(context)
+            show_status(context, None)
             redraw(context)
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
@@ -83,8 +85,9 @@ class WorksInThread(Ticking, bpy.types.Operator):
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        running, self.background.step = self.background.job.progress()
-        redraw(context)
+        running, step = self.background.job.progress()
+        self.background.step = getattr(self.background.job.work, "step", step)
+        show_status(context, self.background.step.text, self.background.step.fraction)
         return {"PASS_THROUGH"} if running else self._finish(context)
 
     def cancel(self, context: bpy.types.Context) -> None:
@@ -108,12 +111,13 @@ class WorksInThread(Ticking, bpy.types.Operator):
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
+        show_status(context, None)
         job, self.background.job = self.background.job, None
         try:
             return self._end(job.work if job.join() else None)
         except BadInput as error:
             report_problems(self, error)
-        except (FitFailed, ValueError, RuntimeError) as error:
+        except (FitFailed, OSError, ValueError, RuntimeError) as error:
             self.report({"ERROR"}, f"{self.failure}: {error}")
         finally:
             redraw(context)
@@ -135,6 +139,30 @@ class CancelsWork(bpy.types.Operator):
         if self.background.job is not None:
             self.background.job.cancel()
         return {"FINISHED"}
+
+
+#: What the status bar shows; the sidebars are drawn again only when it changes.
+_SHOWN: list[str] = [""]
+_BLOCKS = 20
+#: Seconds between two redraws: each may take a tick on a slow display.
+_REDRAW_EVERY = 0.5
+_DRAWN_AT: list[float] = [0.0]
+
+
+def show_status(context: bpy.types.Context, text: str | None, fraction: float = 0.0) -> None:
+    """Into the status bar, with the head of the panel; None gives the bar back. Draws only where
+    there is something new: drawing is what makes Blender lose ticks."""
+    line = ""
+    if text is not None:
+        done = round(_BLOCKS * min(max(fraction, 0.0), 1.0))
+        line = f"Selenite  [{'|' * done}{'.' * (_BLOCKS - done)}]  {text}"
+    now = time.monotonic()
+    if line == _SHOWN[0] or (line and now - _DRAWN_AT[0] < _REDRAW_EVERY):
+        return
+    _SHOWN[0], _DRAWN_AT[0] = line, now
+    for window in context.window_manager.windows:
+        window.workspace.status_text_set(line or None)
+    redraw(context)
 
 
 def redraw(context: bpy.types.Context) -> None:

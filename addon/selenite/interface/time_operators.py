@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import bpy
 
 from ..fit_run.job import FitFailed
@@ -16,6 +14,7 @@ from ..trade import report
 from ..trade.expected import Estimate
 from ..trade.measure import Trade
 from ..trade.start import estimate_of, trade_of
+from .output_folder import output_folder
 from .request import run_request
 from .state import ESTIMATE, EXPECTED, TRADE
 from .ticking import CancelsWork, Ticking, WorksInThread, built, redraw
@@ -110,7 +109,7 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
         trade = TRADE.trade
         TRADE.stop()
         TRADE.lines = _lines(trade)
-        parent = Path(bpy.path.abspath(context.scene.selenite.output))
+        parent = output_folder(context.scene)
         try:
             folder = new_folder(parent, "-trade")
             content = report.report(trade)

@@ -60,11 +60,12 @@ class Suggestion:
         scene: Any,  # noqa: ANN401
         body: Body,
         places: list[Candidate],
+        model_error: fisher.ModelError = fisher.EXPLAINED,
     ) -> None:
         self.plan, self.body, self.places = plan, body, places
         self.rows: list[Row] = []
         self.seconds = 0.0
-        self._photos = PhotoInformation(plan, scene)
+        self._photos = PhotoInformation(plan, scene, model_error)
         self.names, self.groups = self._photos.names, self._photos.groups
         self._slope, self._ranges = self._photos.slope, self._photos.ranges
         #: Light state of a photo to come.
@@ -133,9 +134,11 @@ def suggestion_of(
     request: RunRequest,
     packed: Mapping[str, bytes],
     changes: Mapping[tuple[str, str], Values] | None = None,
+    model_error: fisher.ModelError = fisher.EXPLAINED,
 ) -> Suggestion:
     """From a request to a suggestion that can start. The values are the starts of the request, and
-    `changes` for what is not fitted. Raises BadInput with all problems, and NativeUnavailable."""
+    `changes` for what is not fitted. model_error: of the fit that found them. Raises BadInput with
+    all problems, and NativeUnavailable."""
     plan = prepare(values, replace(request, stages=()), packed)
     problems = [
         Problem(
@@ -158,4 +161,4 @@ def suggestion_of(
     starts = {(item.owner, item.parameter.name): item.start for item in plan.unknowns}
     scene = build_scene(replace(values, cameras=[*values.cameras, *idle]))
     scene = scene.with_values({**(changes or {}), **starts})
-    return Suggestion(plan, scene, body, places)
+    return Suggestion(plan, scene, body, places, model_error)

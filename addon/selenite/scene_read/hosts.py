@@ -18,6 +18,12 @@ def is_version_3() -> bool:
     return bpy.app.version < (4, 0, 0)
 
 
+def path_options() -> set[str]:
+    """Of a property that holds a path, which may begin with "//", the folder of the .blend."""
+    relative = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
+    return {"ANIMATABLE"} | relative
+
+
 def flavour() -> str:
     """Which Principled BSDF this Blender's Cycles renders."""
     return "v1" if is_version_3() else "v2"

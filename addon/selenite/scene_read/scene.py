@@ -33,8 +33,11 @@ from .textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 
-def read_scene(scene: bpy.types.Scene) -> SceneValues:
+def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
     """Reads everything that Cycles would render; changes nothing.
+
+    surveys: False leaves out whether bodies are closed, the longest part that needs no Blender:
+    `judge_bodies` may follow in another thread.
 
     What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
     NativeUnavailable, since the parameter table is native.
@@ -56,6 +59,8 @@ def read_scene(scene: bpy.types.Scene) -> SceneValues:
     if problem is not None:
         read.problems.append(problem)
     # Settings of the scene are its own again.
+    if surveys:
+        read.bodies = judge_bodies(read)
     _judge_properties(scene, layer, rendered, read)
     _note(read, [], list(remarks(scene)))
     read.lamp_frames = LampFrames(scene, read)
@@ -101,7 +106,6 @@ def _read(
         if item not in instancers:
             read.warn(f"Object '{item.name}': its mesh has no faces, so it renders as nothing")
     _note(read, [], room.warnings)
-    read.bodies = judge_bodies(read)
     if not read.objects:
         cure = "add an object or make one visible for rendering"
         read.problems.append(

@@ -25,7 +25,8 @@ struct Validation {
 /// What a fit says of one photo.
 struct PhotoReport {
   Colorf gain{1, 1, 1};        ///< that the fit found; 1 where it is not free
-  Colorf gain_error{0, 0, 0};  ///< its standard error, the other values given
+  Colorf gain_error{0, 0, 0};  ///< its standard error; of a fit that computes intervals, theirs
+                               ///< included
   Alignment alignment;
   double residual_rms = 0;  ///< root mean square of render minus photo, without the render's noise
 };
@@ -33,13 +34,14 @@ struct PhotoReport {
 /// Newest picture of each photo, null before the first; never changed afterwards.
 using Previews = std::vector<std::shared_ptr<const Picture>>;
 
-/// The loss of renders of all photos, by the present weights.
-Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films);
+/// The loss of renders of all photos, which have these gains, by the present weights.
+Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films,
+                 std::vector<Colorf> gains);
 /// `previews` takes the pictures. Throws what `evaluate` throws.
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews);
 
-/// What a validation says of each photo.
+/// What a validation says of each photo; the errors of gains are those at the given values.
 std::vector<PhotoReport> report_photos(const FitProblem& problem, const Validation& validation);
 
 /// Whether `one` is worse by more than so many standard errors of the difference, pixel against pixel:

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fit/evaluate/finite_differences.h"
+#include "fit/inference/weak_directions.h"
 #include "fit/problem/saved_state.h"
 #include "fit/problem/significance.h"
 #include "fit/problem/unknowns.h"
@@ -51,8 +52,10 @@ struct Confidence {
 
 /// Whether something remains that no value of the unknowns explains.
 struct Misfit {
-  double value = 0;  ///< mean square of render minus photo, in units of the photo's brightness, as
-                     ///< far as neighbouring pixels share it: noise of the photo does not count
+  double value =
+      0;  ///< mean square of render minus photo by the weights of the fit, in units of the
+          ///< photo's brightness, as far as neighbouring pixels share it: noise of the photo
+          ///< does not count
   double standard_error = 0;
   bool explained = true;
 };
@@ -64,7 +67,14 @@ struct TrustReport {
   /// Values far from the answer that explain the photos as well; see `AlternativeMinima`.
   std::vector<Vector> alternatives;
   std::vector<int> ambiguous;  ///< components that were determined but for them
-  void members(SavedState& state) { state(components, misfit, passes, alternatives, ambiguous); }
+  /// Of all components, in `Reparametrization`; of what shows in nothing or is at a bound by how far it
+  /// may go.
+  Eigen::MatrixXd covariance{};
+  std::vector<Eigen::MatrixXd> gain_slopes{};  ///< see `GainSlopes`
+  std::vector<WeakDirection> weak{};           ///< what makes up for what
+  void members(SavedState& state) {
+    state(components, misfit, passes, alternatives, ambiguous, covariance, gain_slopes, weak);
+  }
 };
 
 }  // namespace selenite

@@ -52,6 +52,7 @@ class Estimator {
   }
 
   Estimate run() {
+    result_.covariance = covariance_of_fixed();
     while (!free_.empty() && solve_once()) {
     }
     return std::move(result_);
@@ -75,6 +76,27 @@ class Estimator {
       free_.push_back(k);
     else
       fixed_.push_back({k, 0, point_.options.prior * point_.range(k)});
+  }
+
+  /// Where no component is free.
+  Eigen::MatrixXd covariance_of_fixed() const {
+    const Eigen::Index n = point_.u.size();
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+    for (const FixedComponent& one : fixed_) covariance(one.k, one.k) = square(one.extent);
+    return covariance;
+  }
+
+  /// Of all components: the free ones answer to where the fixed ones may lie.
+  Eigen::MatrixXd covariance_by(const NormalSolution& solution) const {
+    Eigen::MatrixXd covariance = covariance_of_fixed();
+    covariance(free_, free_) = solution.covariance;
+    for (std::size_t h = 0; h < fixed_.size(); ++h) {
+      const Vector across =
+          -fixed_[h].extent * solution.responses.col(static_cast<Eigen::Index>(h));
+      covariance(free_, fixed_[h].k) = across;
+      covariance(fixed_[h].k, free_) = across.transpose();
+    }
+    return covariance;
   }
 
   bool is_confirmed_square(Eigen::Index k) const {
@@ -119,6 +141,7 @@ class Estimator {
     result_.surprise = solution.surprise;
     const Vector likely = likely_step(point_, free_, solution);
     solution.covariance *= square(others_.beyond_noise);
+    result_.covariance = covariance_by(solution);
     std::vector<Eigen::Index> kept;
     std::vector<FixedComponent> bounded;
     for (std::size_t i = 0; i < free_.size(); ++i) {
@@ -140,6 +163,7 @@ class Estimator {
     fixed_.insert(fixed_.end(), bounded.begin(), bounded.end());
     const bool again = kept.size() < free_.size();
     free_ = std::move(kept);
+    if (free_.empty()) result_.covariance = covariance_of_fixed();
     return again;
   }
 

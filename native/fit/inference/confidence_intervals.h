@@ -15,6 +15,7 @@ struct Estimate {
   Vector step;          ///< in determined directions only, inside the bounds
   double surprise = 0;  ///< largest component of it along a direction, in standard deviations
   std::vector<Confidence> components;
+  Eigen::MatrixXd covariance;  ///< see `TrustReport`
 };
 /// What another pass has found of a component.
 struct Known {

@@ -105,11 +105,16 @@ InstrumentalVariables instrumental_variables(const PhotoJacobian& seen) {
 FisherInformation fisher_information(const PhotoJacobian& seen, const Photo& photo,
                                      const ResidualNoise& noise) {
   const Eigen::VectorXf variance = near_variance(seen.variance, photo);
-  const Eigen::VectorXf weight = noise_weights(photo, 1, variance);
-  const Eigen::VectorXf model = brightness(photo) * static_cast<float>(noise.relative);
+  ModelError unexplained = noise.model;
+  unexplained.shift /= std::sqrt(noise.pixels);
+  const Eigen::VectorXf of_model = ErrorScales(photo).variance(unexplained);
+  const Eigen::VectorXf weight =
+      shares(photo, 1).cwiseQuotient(residual_variance(photo, variance) + of_model);
+  const Eigen::VectorXf of_photo = brightness(photo) * static_cast<float>(noise.relative);
   const Eigen::VectorXf of_residual =
-      (variance / static_cast<float>(noise.spp) + model.cwiseAbs2()) /
-      static_cast<float>(noise.pixels);
+      (variance / static_cast<float>(noise.spp) + of_photo.cwiseAbs2()) /
+          static_cast<float>(noise.pixels) +
+      of_model;
   const InstrumentalVariables::Set z = instrumental_variables(seen).all(seen.layout, photo, weight);
   const Eigen::Index n = z.a.slopes.cols();
   const Matrix zero = Matrix::Zero(n, n);

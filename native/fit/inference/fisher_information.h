@@ -8,6 +8,7 @@
 
 #include "fit/inference/confidence_intervals.h"
 #include "fit/inference/photo_jacobian.h"
+#include "fit/objective/residual_model.h"
 #include "fit/problem/photo.h"
 #include "fit/solver/instrumental_variables.h"
 
@@ -18,11 +19,13 @@ struct ResidualNoise {
   double spp;       ///< samples of a pixel in the render that is compared with the photo
   double relative;  ///< error of the photo itself, a share of its brightness
   double pixels;    ///< so many pixels of the photo are one of the `PhotoJacobian`
+  /// That a fit has found, its shift in pixels of the photo; neighbours share it.
+  ModelError model{};
 };
 
 /// What one photo says about the unknowns, in `Reparametrization`; before there is a fit.
 ///
-/// With J = d picture / d unknowns, w the weights of a fit (`noise_weights`) and V the variance of a
+/// With J = d picture / d unknowns, w the weights of a fit (noise, and the model error) and V the variance of a
 /// residual, each summed over pixels and channels. Z are the instruments of a fit: J clipped and
 /// filtered. Their columns are scaled, which changes no estimate, so that Z^T w Z is as long as
 /// Z^T w J. Source: docs/method/confidence.md, "Fisher information".

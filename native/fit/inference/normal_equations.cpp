@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/inference/normal_equations.h"
 
-#include <array>
-
-#include "fit/problem/pixel_weights.h"
-
 namespace selenite {
 
 void NormalEquations::remove(Eigen::Index k) {
@@ -15,8 +11,7 @@ void NormalEquations::remove(Eigen::Index k) {
   gradient[k] = 0;
 }
 
-void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations& equations,
-                          std::size_t photos) {
+void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations& equations) {
   const Eigen::VectorXf& weight = equations.whole.weight;
   const Eigen::Index n = gradient.size(), pixels = weight.size() / 3;
   const GaussNewton::WeightedResidual* const informative =
@@ -53,33 +48,7 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
     score_covariance.noalias() += term * term.transpose();
   }
   const Halves& halves = equations.whole.residual;
-  // A pixel's residual in one half times its neighbours' in the other: only what they share stays.
-  const Eigen::VectorXf relative = relative_weights(photo, photos);
-  const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * photo.width + x; };
-  for (int y = 0; y < photo.height; ++y)
-    for (int x = 0; x < photo.width; ++x) {
-      if (photo.weight[at(x, y)] == 0) continue;
-      std::array<double, 3> around{};
-      int count = 0;
-      for (int dy = -1; dy <= 1; ++dy)
-        for (int dx = -1; dx <= 1; ++dx) {
-          const int p = x + dx, q = y + dy;
-          if ((dx == 0 && dy == 0) || p < 0 || q < 0 || p >= photo.width || q >= photo.height)
-            continue;
-          if (photo.weight[at(p, q)] == 0) continue;
-          ++count;
-          for (std::size_t c = 0; c < 3; ++c)
-            around[c] += halves.residual_b[static_cast<Eigen::Index>(3 * at(p, q) + c)];
-        }
-      if (count == 0) continue;
-      double part = 0;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const auto i = static_cast<Eigen::Index>(3 * at(x, y) + c);
-        part += relative[i] * halves.residual_a[i] * around[c] / count;
-      }
-      misfit += part;
-      misfit_variance += part * part;
-    }
+  shared.add(photo, halves.residual_a, halves.residual_b, weight);
 }
 
 }  // namespace selenite

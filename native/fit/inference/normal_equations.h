@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fit/inference/clustered_scores.h"
+#include "fit/objective/shared_residual.h"
 #include "fit/problem/saved_state.h"
 #include "fit/solver/gauss_newton.h"
 
@@ -15,7 +16,7 @@ struct NormalEquations {
   Eigen::MatrixXd score_covariance;  ///< of `gradient`, noise of the photos included
   Vector gradient;                   ///< Z^T w (I - photo)
   ClusteredScores clusters;          ///< of both, photo by photo and block by block
-  double misfit = 0, misfit_variance = 0;
+  SharedResidual shared;             ///< by the weights of the equations
 
   explicit NormalEquations(Eigen::Index n)
       : normal(Eigen::MatrixXd::Zero(n, n)),
@@ -26,9 +27,9 @@ struct NormalEquations {
   /// As if unknown k showed in no picture.
   void remove(Eigen::Index k);
   void members(SavedState& state) {
-    state(normal, normal_variance, score_covariance, gradient, clusters, misfit, misfit_variance);
+    state(normal, normal_variance, score_covariance, gradient, clusters, shared);
   }
-  void add(const Photo& photo, const GaussNewton::PhotoEquations& equations, std::size_t photos);
+  void add(const Photo& photo, const GaussNewton::PhotoEquations& equations);
 };
 
 }  // namespace selenite

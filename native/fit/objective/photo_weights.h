@@ -21,7 +21,7 @@ struct NoisyLoss {
 /// Weights of the residuals of each photo: what a fit minimises where its loss is `Loss::weighted`.
 ///
 /// First they are relative to brightness. Then the noise of the renders joins, and the model error that
-/// the residuals show (`ResidualModel`). Both are learned from seeds of earlier iterations only, and
+/// the residuals show (`ResidualModel`), where there is one. Both are learned from seeds of earlier iterations only, and
 /// enter the weights at few iterations: the start may be far from where the noise (caustics, say) and
 /// the residuals will be. Equations in older weights stay true: they are about the same unknowns. With another loss all
 /// residuals weigh alike, always.
@@ -31,6 +31,10 @@ class PhotoWeights {
   explicit PhotoWeights(const std::vector<Photo>& photos, bool weighted = true,
                         const PixelWeightsOptions& options = {});
 
+  /// Independent residuals of photo i.
+  double count(std::size_t i) const { return counts_[i]; }
+  /// What a loss multiplies the weights by, times the number of photos.
+  double scale() const { return scale_; }
   /// Of the residuals of photo i, 3 numbers a pixel; at first they sum to about 1 / brightness^2.
   const Eigen::VectorXf& operator[](std::size_t i) const { return weights_[i]; }
   /// The same as a loss takes them: a weighted sum of squares over a photo is its mean square relative
@@ -41,7 +45,8 @@ class PhotoWeights {
   /// Adds residuals and noise of an iteration; of those before, the share `keep` stays. Whether the
   /// weights have changed: losses in other weights do not compare.
   bool learn(std::span<const Observation> seen, double keep, int iteration);
-  /// Puts all that has been learned into the weights, now that the residuals are those of the answer.
+  /// Puts all that has been learned into the weights, now that the residuals are those of the answer: a
+  /// model error too, if it is significant.
   void weigh_answer();
   /// Grows with each change.
   int version() const { return version_; }
@@ -58,7 +63,9 @@ class PhotoWeights {
     Eigen::VectorXf half_a, half_b;  ///< of the residuals
     void members(SavedState& state);
   };
-  void weigh(bool with_model_error);
+  void weigh(bool of_answer);
+  /// Whether neighbouring pixels share their mean residuals beyond noise.
+  bool is_unexplained() const;
   void set_scale();
 
   const std::vector<Photo>* photos_;
@@ -70,6 +77,7 @@ class PhotoWeights {
   int next_;            ///< iteration at which they enter the weights
   int version_ = 0;
   ResidualModel model_;
+  std::vector<double> counts_;
   std::vector<Eigen::VectorXf> products_;  ///< residuals as of the newest weights; empty: none yet
   double scale_ = 1;                       ///< of `of_loss`
 };
@@ -77,6 +85,9 @@ class PhotoWeights {
 /// Precisions of a photo's residuals times their shares, which sum to 1: of one of the problem's photos
 /// by what has been learned, of another by its brightness.
 Eigen::VectorXf gain_weights(const Problem& problem, const Photo& photo);
+/// Strength of the prior of a photo's gain beside these weights. Where a model error has been learned its
+/// pixels are not independent, and the prior counts the more.
+double gain_prior(const Problem& problem, const Photo& photo);
 
 /// The loss of photo i, by what has been learned so far.
 LossResult evaluate_loss(const Problem& problem, std::size_t i, const Film& film);

@@ -60,8 +60,7 @@ void FieldRefinement::gather_first_jacobians(Evaluator& evaluator) {
   const std::vector<Photo>& photos = point_.problem->photos;
   for (int portion = 0; portion < kWithoutFields.warm_ups; ++portion) {
     for (std::size_t v = 0; v < photos.size(); ++v)
-      point_.gauss_newton.gather(
-          point_.x, derivatives(evaluator, kWarmUp, portion, iteration_spp_, v, photos[v]), 1);
+      point_.gather(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v, photos[v]), 1);
   }
   has_jacobians_ = true;
 }
@@ -74,7 +73,7 @@ void FieldRefinement::gather(Evaluator& evaluator, int spp) {
     const Observation seen = derivatives(evaluator, purpose() + 1, portion, of_portion, photo_,
                                          point_.problem->photos[photo_]);
     const double weight = static_cast<double>(of_portion) / iteration_spp_;
-    point_.gauss_newton.gather(point_.x, seen, weight);
+    point_.gather(seen, weight);
     informative_.add_pilot(seen, point_.reparametrization().slope(point_.x), weight);
   }
 }
@@ -126,7 +125,7 @@ void FieldRefinement::end_pass() {
   point_.equations.score_covariance +=
       JointGaussNewton::eliminate_fields(photo_equations_, fields_, point_.gauss_newton.done());
   for (std::size_t i = 0; i < photo_equations_.size(); ++i)
-    point_.equations.add(photos[i], photo_equations_[i], photo_equations_.size());
+    point_.equations.add(photos[i], photo_equations_[i]);
   photo_equations_.clear();
   for (int k = 0; k < point_.x.size(); ++k)
     if (is_left_out(k)) point_.equations.remove(k);

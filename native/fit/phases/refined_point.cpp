@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fit/inference/expansion_point.h"
+#include "fit/inference/weak_directions.h"
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
@@ -12,9 +14,15 @@ RefinedPoint::RefinedPoint(const Problem& problem, const GaussNewton* optimiser,
     : problem(&problem),
       gauss_newton(optimiser ? *optimiser : GaussNewton(problem)),
       equations(x.size()),
-      x(std::move(x)) {}
+      x(std::move(x)),
+      gain_slopes(problem) {}
 
 void RefinedPoint::begin_pass() { equations = NormalEquations(x.size()); }
+
+void RefinedPoint::gather(const Observation& derivatives, double weight) {
+  gauss_newton.gather(x, derivatives, weight);
+  gain_slopes.add(*problem, derivatives, reparametrization().slope(x), weight);
+}
 
 Estimate RefinedPoint::estimate_here() const {
   return estimate(problem->unknowns, reparametrization(), u, equations, others);
@@ -22,9 +30,9 @@ Estimate RefinedPoint::estimate_here() const {
 
 Estimate RefinedPoint::end_pass() {
   ++report.passes;
-  report.misfit.value = equations.misfit;
-  report.misfit.standard_error = std::sqrt(equations.misfit_variance);
-  report.misfit.explained = equations.misfit <= kCertainSigmas * report.misfit.standard_error;
+  report.misfit.value = equations.shared.relative();
+  report.misfit.standard_error = equations.shared.relative_error();
+  report.misfit.explained = report.misfit.value <= kCertainSigmas * report.misfit.standard_error;
   return estimate_here();
 }
 
@@ -56,7 +64,18 @@ void RefinedPoint::accept(const Vector& accepted) {
 
 void RefinedPoint::report_components(const Estimate& now, const Vector& at) {
   report.components = now.components;
+  report.covariance = now.covariance;
+  report.gain_slopes = gain_slopes.slopes();
+  report.weak = weak_directions(now.covariance, ranges(), report.gain_slopes);
   contain(problem->unknowns, reparametrization(), at, report.components);
+}
+
+/// How far each component may go, in `Reparametrization`.
+Vector RefinedPoint::ranges() const {
+  const ExpansionPoint point{problem->unknowns, reparametrization(), x, kConfidence};
+  Vector range(x.size());
+  for (Eigen::Index k = 0; k < x.size(); ++k) range[k] = point.range(k);
+  return range;
 }
 
 bool RefinedPoint::is_roughness(int k) const {
@@ -64,7 +83,7 @@ bool RefinedPoint::is_roughness(int k) const {
 }
 
 void RefinedPoint::members(SavedState& state) {
-  state(gauss_newton, equations, u, x, others, report);
+  state(gauss_newton, equations, u, x, gain_slopes, others, report);
 }
 
 }  // namespace selenite

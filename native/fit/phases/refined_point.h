@@ -5,6 +5,7 @@
 
 #include "fit/inference/confidence_intervals.h"
 #include "fit/inference/photo_jacobian.h"
+#include "fit/objective/gain_slopes.h"
 #include "fit/problem/significance.h"
 #include "fit/solver/gauss_newton.h"
 
@@ -21,6 +22,9 @@ struct RefinedPoint {
   /// The step of the pass that has just been seen; notes what it says of the misfit.
   Estimate end_pass();
   Estimate estimate_here() const;
+  /// `derivatives` of a photo at the present values join the instruments and the slopes of its gain;
+  /// `weight`: their samples in units of those of an iteration.
+  void gather(const Observation& derivatives, double weight);
   /// The longest component of a step, in units of those that may be taken at once.
   double reach_of(const Estimate& now) const;
   /// Moves along the step, as far as may be taken at once, and reports; returns the way in
@@ -35,6 +39,7 @@ struct RefinedPoint {
   void report_components(const Estimate& now, const Vector& x);
   const Reparametrization& reparametrization() const { return gauss_newton.reparametrization(); }
   bool is_roughness(int k) const;
+  Vector ranges() const;
   void members(SavedState& state);
 
   const Problem* problem;
@@ -42,6 +47,7 @@ struct RefinedPoint {
   NormalEquations equations;  ///< of this pass so far
   Vector u;                   ///< of the last pass, in `Reparametrization`
   Vector x;
+  GainSlopes gain_slopes;
   OtherPasses others;
   TrustReport report;
 };

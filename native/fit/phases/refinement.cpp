@@ -55,8 +55,7 @@ void Refinement::gather_first_jacobians(Evaluator& evaluator) {
       std::max(pass_spp(point_.report.passes) / options_.derivative_share, kLeastOfDerivatives);
   for (int portion = 0; portion < options_.warm_ups; ++portion)
     for (std::size_t v = 0; v < point_.problem->photos.size(); ++v)
-      point_.gauss_newton.gather(point_.x,
-                                 derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
+      point_.gather(derivatives(evaluator, kWarmUp, portion, iteration_spp_, v), 1);
   has_jacobians_ = true;
 }
 
@@ -65,7 +64,7 @@ void Refinement::gather(Evaluator& evaluator, int spp) {
       std::max(spp / options_.derivative_share / kJacobianPortions, kLeastOfDerivatives);
   for (int portion = 0; portion < kJacobianPortions; ++portion) {
     const Observation seen = derivatives(evaluator, purpose() + 1, portion, of_portion, photo_);
-    point_.gauss_newton.gather(point_.x, seen, static_cast<double>(of_portion) / iteration_spp_);
+    point_.gather(seen, static_cast<double>(of_portion) / iteration_spp_);
   }
 }
 
@@ -80,7 +79,7 @@ bool Refinement::step(Evaluator& evaluator) {
   // The last that may follow has as many samples as the one before, and is near: slopes are known.
   if (suspended_ || after_offset_ || point_.report.passes + 1 < options_.most_passes)
     gather(evaluator, spp);
-  point_.equations.add(photo, point_.gauss_newton.equations(photo_, film), photos);
+  point_.equations.add(photo, point_.gauss_newton.equations(photo_, film));
   if (++photo_ < photos) return true;
   if (suspended_)
     end_offset();

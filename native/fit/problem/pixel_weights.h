@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "fit/problem/photo.h"
+#include "fit/problem/significance.h"
 
 namespace selenite {
 
@@ -22,10 +23,11 @@ struct PixelWeightsOptions {
   double model_error = 0.05;  ///< of a pixel's brightness, at least
   /// Iteration at which Gauss-Newton first puts the noise into its weights; it doubles each time.
   int first_weighing = 3;
-  /// From this one on the model error that residuals show joins: before they are mostly those of a start
-  /// that is far from the answer. A plain one, as a share of brightness, joins at once: by relative
-  /// weights dark pixels would rule.
-  int first_model_error = 12;
+  /// The model error that residuals show joins at the answer, and only if neighbouring pixels share it
+  /// beyond so many standard errors: before, residuals are mostly those of values that are still on
+  /// their way, and where the model explains the photos weights are those of noise. A plain one, as a
+  /// share of brightness, joins at once: by relative weights dark pixels would rule.
+  double model_error_sigmas = kCertainSigmas;
   double plain_model_error = 0.2;
 };
 inline constexpr PixelWeightsOptions kPixelWeights;

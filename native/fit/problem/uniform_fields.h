@@ -42,7 +42,7 @@ class UniformFields {
   FieldValues fields(const Vector& x) const;
 
  private:
-  static constexpr double kTintFactor = 30;
+  static constexpr double kTintFactor = 2;
   /// A field for which one colour stands.
   struct Colour {
     std::size_t field;

@@ -58,6 +58,16 @@ Eigen::MatrixXd smoothness(int height, int width) {
   return sum;
 }
 
+/// Shares of the sphere that the pixels of an equirectangular image have.
+Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
+  Eigen::VectorXd share(shape[0] * shape[1]);
+  for (std::ptrdiff_t y = 0; y < shape[0]; ++y)
+    share.segment(y * shape[1], shape[1])
+        .setConstant(std::sin(kPi<double> * (static_cast<double>(y) + 0.5) /
+                              static_cast<double>(shape[0])));
+  return share / share.sum();
+}
+
 /// Three of each, as the numbers of pixels lie.
 Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
   const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
@@ -102,7 +112,7 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
 
 FieldGaussNewton::FieldGaussNewton(const Fields& fields, const std::vector<Photo>& photos,
                                    const FieldGaussNewtonOptions& options)
-    : options_(options), cell_(cell_size(fields, photos, options)) {
+    : options_(options), cell_(cell_size(fields, photos, options)), start_(fields.start()) {
   FieldValues low = fields.start(), high = low;
   for (std::size_t f = 0; f < low.size(); ++f) {
     shapes_.push_back(fields.shape(f));
@@ -138,7 +148,7 @@ void FieldGaussNewton::View::members(SavedState& state) {
 
 void FieldGaussNewton::members(SavedState& state) {
   state(values_, prior_);
-  if (state.reading() && prior_.size() > 0) set_prior(prior_);
+  if (state.reading() && prior_.size() > 0) set_precision();
   for (View& view : views_) state(view);
 }
 
@@ -224,6 +234,14 @@ void FieldGaussNewton::solve(double done) {
     channel.variance = 0;
     if (all > 0) {
       channel.variance = noise / all;
+      // What no light explains is not noise: a residual that stays counts as well.
+      if (has_environment())
+        channel.variance =
+            std::max(channel.variance,
+                     static_cast<double>((channel.jacobian.rowwise().squaredNorm().array() *
+                                          residual.array().square())
+                                             .sum()) /
+                         all);
       damping = normal.diagonal().squaredNorm() / all *
                 (has_environment() ? options_.environment_damping
                                    : std::exp(std::log(options_.first_damping) * (1 - done) +
@@ -310,23 +328,45 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
   return like;
 }
 
-void FieldGaussNewton::set_prior(const Eigen::VectorXd& mean) {
-  prior_ = mean;
-  level_ = Eigen::VectorXd::Ones(mean.size());
-  const Eigen::Index size = mean.size() / 3;
-  precision_ = Eigen::MatrixXd::Zero(size, size);
+void FieldGaussNewton::set_prior(const Eigen::VectorXd& values) {
+  prior_ = values;
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < shapes_.size(); ++f) {
-    const std::vector<std::ptrdiff_t>& shape = shapes_[f];
-    Eigen::Index count = 1;
-    for (const std::ptrdiff_t side : shape) count *= side;
-    count /= 3;
+    const Eigen::Index size = start_[f].size();
+    if (is_environment_[f]) {
+      const Eigen::VectorXd share = sphere_shares(shapes_[f]);
+      const auto channel_mean = [&](const Eigen::VectorXd& all, int c) {
+        return share.dot(of_channel(all, c));
+      };
+      double level = 0, before = 0;
+      for (int c = 0; c < 3; ++c) {
+        level += channel_mean(values.segment(at, size), c);
+        before += channel_mean(start_[f], c);
+      }
+      for (int c = 0; c < 3; ++c)
+        prior_(Eigen::seqN(at + c, size / 3, Eigen::fix<3>))
+            .setConstant(before > 0 ? level * channel_mean(start_[f], c) / before : level / 3);
+    }
+    at += size;
+  }
+  set_precision();
+}
+
+void FieldGaussNewton::set_precision() {
+  level_ = Eigen::VectorXd::Ones(prior_.size());
+  const Eigen::Index all = prior_.size() / 3;
+  precision_ = Eigen::MatrixXd::Zero(all, all);
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    const Eigen::Index count = start_[f].size() / 3;
     auto block = precision_.block(at, at, count, count);
     if (is_environment_[f]) {
-      const double level = mean.segment(3 * at, 3 * count).mean();
+      const double level = prior_.segment(3 * at, 3 * count).mean();
       level_.segment(3 * at, 3 * count).setConstant(level);
-      block = smoothness(static_cast<int>(shape[0]), static_cast<int>(shape[1])) /
-              square(options_.environment_difference * level);
+      const Eigen::VectorXd share = sphere_shares(shapes_[f]);
+      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1])) /
+                  square(options_.environment_difference * level) +
+              share * share.transpose() / square(options_.environment_level * level);
       block.diagonal().array() += 1 / square(options_.environment_deviation * level);
     } else {
       block.diagonal().setConstant(1 / square(options_.deviation));

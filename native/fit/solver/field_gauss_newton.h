@@ -30,9 +30,9 @@ struct FieldGaussNewtonOptions {
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
   double deviation = 0.3;  ///< standard deviation of voxels before any photo
-  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each,
-  /// and of a pixel itself, both in units of the mean that the image starts with.
-  double environment_difference = 3, environment_deviation = 30;
+  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each, of
+  /// a pixel itself, and of a channel's mean over the sphere, all in units of the mean before any photo.
+  double environment_difference = 3, environment_deviation = 30, environment_level = 0.2;
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
   double longest = 0.25;  ///< step of a voxel
@@ -71,6 +71,7 @@ class FieldGaussNewton {
                                               const FieldGaussNewtonOptions& options = {});
 
   int cell() const { return cell_; }  ///< pixels along a side of it
+  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
   /// Of each pixel of photo i in its cell.
   const std::vector<float>& shares(std::size_t i) const { return views_[i].share; }
 
@@ -136,9 +137,10 @@ class FieldGaussNewton {
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
-  bool has_environment() const { return std::ranges::count(is_environment_, 1) > 0; }
-  /// Of the numbers of a channel before any photo: inverse of their covariance. From `prior_`.
-  void set_prior(const Eigen::VectorXd& mean);
+  /// What is expected of all numbers before any photo, where the fit begins at `values`: of voxels
+  /// these themselves, of the world's image their mean in the colour of the world at the start.
+  void set_prior(const Eigen::VectorXd& values);
+  void set_precision();
   /// Of the numbers of channel c, where they are now.
   Eigen::VectorXd longest_steps(const Eigen::VectorXd& at, int c) const;
   /// The step of a channel's numbers along `right`, from `low` to `high`.
@@ -152,8 +154,9 @@ class FieldGaussNewton {
   Eigen::VectorXd minimum_, maximum_;  ///< of all numbers
   FieldValues values_;
   Eigen::VectorXd prior_;      ///< mean before any photo
-  Eigen::MatrixXd precision_;  ///< of a channel, see `set_prior`
+  Eigen::MatrixXd precision_;  ///< of a channel before any photo: inverse of the covariance
   Eigen::VectorXd level_;      ///< of each number: the mean of its field in `prior_`
+  FieldValues start_;          ///< of the fit
   std::vector<View> views_;
   std::array<Channel, 3> channels_;
 };

@@ -32,7 +32,13 @@ Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen
 Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen) {
   const std::vector<Halves> halves = residual_halves(problem_->photos, seen);
   add_residuals(seen, halves);
-  if (!scalars_.has_instruments()) return x;
+  if (!scalars_.has_instruments()) {
+    if (fields_.has_environment()) {  // light is linear: it goes ahead of what is not
+      fields_.solve(scalars_.done());
+      fields_.advance(Eigen::VectorXd(0));
+    }
+    return x;
+  }
   const Reparametrization& reparametrization = scalars_.reparametrization();
   const Vector u = reparametrization.from_values(x);
   const Measurement now = measure(seen, halves);

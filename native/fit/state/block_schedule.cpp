@@ -14,7 +14,8 @@ bool BlockSchedule::is_scalar_block(int iteration) const {
            scalars;
   }
   if (kind_.joint) {
-    const std::int64_t first = std::min<std::int64_t>(options_.first_fields, all / 5);
+    const std::int64_t first = std::min<std::int64_t>(
+        kind_.has_environment ? options_.first_lights : options_.first_fields, all / 5);
     const std::int64_t scalars = (options_.cycle * options_.scalar_tenths + 5) / 10;
     return iteration >= all - scalars ||
            (iteration >= first && (iteration - first) % options_.cycle < scalars);

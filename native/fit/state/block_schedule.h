@@ -9,6 +9,7 @@ struct BlockOptions {
   int cycle = 10;               ///< after one: iterations of a block of fields and one of scalars
   int scalar_tenths = 3;        ///< tenths of a cycle that step scalars
   int first_fields = 2;  ///< of voxels stepped together with scalars: Jacobians are needed to begin
+  int first_lights = 8;  ///< the same of the world's image: scalars go astray beside a wrong light
 };
 
 /// What an iteration moves: scalars and fields together, or one of them (block coordinate descent).
@@ -27,7 +28,7 @@ class BlockSchedule {
  public:
   /// after_multi_start: with one colour for each field. joint: voxels are stepped together with scalars.
   struct Kind {
-    bool alternates, has_fields, after_multi_start, joint;
+    bool alternates, has_fields, after_multi_start, joint, has_environment = false;
   };
   BlockSchedule(Kind kind, int iterations, BlockOptions options = {})
       : kind_(kind), iterations_(iterations), options_(options) {}

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fit/objective/gain_slopes.h"
 #include "fit/objective/photo_weights.h"
 
 namespace selenite {
@@ -86,10 +87,19 @@ bool FitRun::accept(const Vector& x, const Validation& validation, bool confirme
 
 bool FitRun::stop(StopReason reason, std::string message) {
   keep_start_if_best();
-  if (!best.validation().parts.empty()) result.photos = report_photos(problem, best.validation());
+  if (!best.validation().parts.empty()) report_photos();
   result.stopped = reason;
   result.message = std::move(message);
   return false;
+}
+
+void FitRun::report_photos() {
+  result.photos = selenite::report_photos(problem, best.validation());
+  const TrustReport& report = result.report;
+  for (std::size_t i = 0; i < report.gain_slopes.size(); ++i)
+    if (PhotoReport& one = result.photos[i]; problem.photos()[i].gain_freedom != GainFreedom::kNone)
+      one.gain_error =
+          joint_gain_error(one.gain, one.gain_error, report.gain_slopes[i], report.covariance);
 }
 
 bool FitRun::stop_if_dropped() {

@@ -44,6 +44,8 @@ struct FitRun {
   /// Returns the start where all that was found is worse by more than noise; the intervals then reach
   /// there.
   void keep_start_if_best();
+  /// Of the best values; errors of gains know those of the values.
+  void report_photos();
 
   int weights_version_ = 0;  ///< that validations are by
 };

@@ -69,7 +69,7 @@ Strategy::Strategy(FitProblem& problem)
 
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
-  return {{alternates, !problem.fields().empty(), after_multi_start(), joint},
+  return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment},
           joint && refines && !has_environment ? (all + 1) / 2 : all};
 }
 

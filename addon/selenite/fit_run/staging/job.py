@@ -146,6 +146,7 @@ class StagedJob:
             seconds_left=0.0 if last and not state.running else self._seconds_left(state),
             values=values | state.values,
             stage=f"{index + 1} of {len(self.plan.stages)}: {stage.name}",
+            stage_index=index,
         )
 
     def preview(self, index: int) -> np.ndarray | None:
@@ -178,6 +179,11 @@ class StagedJob:
     def parts(self) -> list[dict[str, Any]]:
         """The native results so far of every stage that has begun."""
         return [*self._ended, self._job.so_far()]
+
+    def history(self) -> dict[str, Any]:
+        """Of all stages that have begun."""
+        found: dict[str, Any] = self.so_far()["history"]
+        return found
 
     def so_far(self) -> dict[str, Any]:
         """As `result`, at any time."""

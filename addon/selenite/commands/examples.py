@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Examples that the help of each command ends with."""
+
+from __future__ import annotations
+
+import argparse
+
+#: Command -> (what it does, the line).
+EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
+    "check": (
+        ("what is understood of a scene, and every problem", "check scene.blend"),
+        ("the same as data for a script", "check scene.blend --json"),
+    ),
+    "render": (
+        ("a quarter of a Full HD picture", "render scene.blend --height 540 --out front.exr"),
+        ("with another value", "render scene.blend --set Jade:roughness=0.2 --out sharp.png"),
+    ),
+    "gradient": (
+        ("by two parameters", "gradient scene.blend --parameter Jade:ior Jade:roughness"),
+        ("as pictures", "gradient scene.blend --parameter Jade:ior --out-dir derivatives"),
+    ),
+    "probe": (
+        ("the BSDF for each row of a table", "probe rows.csv --out values.csv --derivatives"),
+    ),
+    "fit": (
+        ("the usual parameters to the photos of the scene", "fit scene.blend --save fitted.blend"),
+        (
+            "one material to two photos",
+            "fit scene.blend --fit Jade:base_color,roughness --photo Front=front.png "
+            "--photo Side=side.png",
+        ),
+        ("a quick answer first", "fit scene.blend --preset draft"),
+        ("again, from its record", "fit selenite-fits/2026-01-31_12-00-00/run.json"),
+        ("on with a run that was interrupted", "fit --resume selenite-fits/DATE_TIME.unfinished"),
+    ),
+    "next-camera": (
+        ("after a fit", "next-camera selenite-fits/2026-01-31_12-00-00"),
+        ("with the camera in a copy", "next-camera scene.blend --save with_camera.blend"),
+    ),
+    "trade": (
+        ("expected seconds and errors, without fits", "trade scene.blend --expected"),
+        ("measured within ten minutes", "trade scene.blend --budget 600 --out trade"),
+    ),
+    "lamps": (
+        ("which suns the world's image holds", "lamps scene.blend"),
+        ("in a copy, with the rest of the image", "lamps scene.blend --save with_suns.blend"),
+    ),
+    "demo": (("everything into a folder", "demo --out my-demo"),),
+}  # fmt: skip
+
+
+def with_examples(parser: argparse.ArgumentParser, name: str) -> None:
+    """Puts the examples of a command below its options, line by line."""
+    lines = ["examples:"]
+    for text, words in EXAMPLES.get(name, ()):
+        lines += [f"  {text}:", f"    selenite {words}"]
+    lines += ["", f"manual: docs/guide/command_line.md, section {name}"]
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.epilog = "\n".join(lines)

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`selenite import`: from a reconstruction to a .blend file that a fit takes as it is."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..paths import absolute, is_folder, is_there
+from ..problems import BadInput, Problem
+from .arguments import input_file, output_file, stop_if
+from .terminal import bar, say
+
+if TYPE_CHECKING:
+    from ..importers.plan import ImportPlan, ImportRequest
+
+_FILE = "give a file of a reconstruction; see selenite import --help"
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Reads, makes a new scene of it, and saves that. Nothing is written if anything is wrong."""
+    problems: list[Problem] = []
+    save = output_file(args.save, (".blend",), problems)
+    given = _request(args, problems)
+    stop_if(problems)
+    try:
+        import bpy
+    except ImportError as error:
+        cure = "install bpy, or use blender --command selenite"
+        raise BadInput(Problem("Blender", f"bpy does not load ({error})", cure)) from error
+    from ..cycles_check.render_settings import set_for_fit
+    from ..importers import to_blender, undistorted
+    from ..importers.plan import make_plan
+    from ..importers.sources import read_any
+    from . import addon_settings
+
+    addon_settings.make_known()
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    scene = bpy.context.scene
+    assert scene is not None  # noqa: S101 - an empty file has one
+    folder = save.with_name(f"{save.stem}_photos")
+    existed = is_there(folder)
+    with bar("importing") as shown:
+
+        def note(text: str, fraction: float) -> None:
+            shown.update(fraction, note=text)
+
+        plan = make_plan(given, read_any, note)
+        to_blender.show_as_photos(plan, scene)
+        try:
+            if args.undistort:
+                plan = undistorted.write_photos(plan, folder, note)
+            made = to_blender.create(plan, scene, note)
+            to_blender.add_white_world(scene)
+            set_for_fit(scene)
+            to_blender.relative_paths(scene, save.parent)
+            _save(save)
+        except BaseException:
+            if not existed:  # else it is the user's
+                shutil.rmtree(folder, ignore_errors=True)
+            raise
+    report = _report(plan, save, made.captures)
+    _say(report, args.undistort)
+    return report
+
+
+def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest:
+    from ..importers.plan import ImportRequest
+
+    file = absolute(args.file) if is_folder(absolute(args.file)) else None  # COLMAP's
+    cameras = None
+    if args.cameras is not None:
+        cameras = absolute(args.cameras)
+        if not is_folder(cameras):
+            cameras = input_file(args.cameras, problems, _FILE)
+    distance = None
+    if args.scale_points is not None:
+        first, second, text = args.scale_points
+        distance = (first, second, _length("--scale-points", text, problems))
+    if args.scale is not None:
+        _length("--scale", args.scale, problems)
+    given: dict[str, Any] = {
+        "cameras": cameras,
+        "photos": _folder("--photos", args.photos, problems),
+        "masks": _folder("--masks", args.masks, problems),
+        "meters": args.scale,
+        "known_distance": distance,
+        "ground": tuple(args.ground) if args.ground is not None else None,
+        "up": args.up,
+    }
+    return ImportRequest(file or input_file(args.file, problems, _FILE), **given)
+
+
+def _length(argument: str, value: str | float, problems: list[Problem]) -> float:
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not 0 < number < math.inf:
+        cure = "give metres, a number above 0"
+        problems.append(Problem(f"Argument {argument}", f"its length is {value}", cure))
+        return 1.0
+    return number
+
+
+def _folder(argument: str, text: str | None, problems: list[Problem]) -> Path | None:
+    if text is None:
+        return None
+    path = absolute(text)
+    if not is_folder(path):
+        cure = "give a folder that exists"
+        problems.append(Problem(f"Argument {argument} '{text}'", "it is no folder", cure))
+    return path
+
+
+def _save(path: Path) -> None:
+    """Blender writes beside `path` and renames. Raises BadInput."""
+    import bpy
+
+    try:
+        bpy.ops.wm.save_as_mainfile(
+            filepath=str(path), check_existing=False, relative_remap=False, compress=False
+        )
+    except RuntimeError as error:
+        cause = " ".join(str(error).removeprefix("Error: ").split())
+        title = f"File '{path}'"
+        raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
+
+
+def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
+    return {
+        "saved": str(save),
+        "name": plan.name,
+        "cameras": [
+            {
+                "name": item.name,
+                "label": item.label,
+                "width": item.intrinsics.width,
+                "height": item.intrinsics.height,
+                "photo": item.capture.photo if item.capture is not None else None,
+                "mask": (item.capture.mask or None) if item.capture is not None else None,
+                "distorted": item.intrinsics.distorted,
+            }
+            for item in plan.cameras
+        ],
+        "captures": captures,
+        "cameras_without_photo": list(plan.without_photo),
+        "photos_without_camera": list(plan.without_camera),
+        "meshes": [
+            {
+                "name": item.name,
+                "vertices": len(item.positions),
+                "triangles": len(item.triangles),
+                "texture": str(item.texture) if item.texture is not None else None,
+            }
+            for item in plan.meshes
+        ],
+        "points": len(plan.points),
+        "size_m": [float(value) for value in plan.size],
+        "meters_per_unit": plan.placement.scale,
+        "offset": [float(value) for value in plan.placement.offset],
+        "world_to_file": plan.placement.to_file().tolist(),
+        "warnings": list(plan.warnings),
+    }
+
+
+def _say(report: dict[str, Any], undistort: bool) -> None:
+    size = f"; {_lengths(report['size_m'])}" if any(report["size_m"]) else ""
+    cameras = len(report["cameras"])
+    say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
+    for mesh in report["meshes"]:
+        texture = f"; texture {mesh['texture']}" if mesh["texture"] else ""
+        counts = f"{mesh['vertices']} vertices, {mesh['triangles']} triangles"
+        say(f"mesh '{mesh['name']}': {counts}{texture}")
+    if any(item["distorted"] for item in report["cameras"]) and not undistort:
+        say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
+    for text in report["warnings"]:
+        say(f"warning: {text}")
+    say("light: an even white world of strength 1 stands in; set or fit your own")
+    say(f"wrote {report['saved']}")
+
+
+def _lengths(size: Sequence[float]) -> str:
+    return f"size {' x '.join(f'{value:.4g}' for value in size)} m"

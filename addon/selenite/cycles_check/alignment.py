@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A camera in a copy of the file, shifted and rolled as a fit has aligned a photo.
+
+Source of the signs: native/fit/objective/alignment.cpp, which does the same natively.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import bpy
+import mathutils
+
+from ..fit_run.capture_render import UNALIGNED, Alignment
+from ..fit_run.captures import Capture
+from ..scene_read.camera import named_cameras
+from ..scene_read.render_depsgraph import view_layer_of
+
+
+def moved_window(capture: Capture, alignment: Alignment) -> tuple[float, float, float, float]:
+    """What the photo shows of what its camera takes (left, top, right, bottom; see Capture), moved
+    by the alignment's pixels. Some of it may lie outside of [0, 1]."""
+    if alignment == UNALIGNED:
+        return capture.window
+    left, top, right, bottom = capture.window
+    height, width = capture.reference.shape[:2]
+    x, y = alignment[0] / width * (right - left), alignment[1] / height * (bottom - top)
+    return (left + x, top + y, right + x, bottom + y)
+
+
+@contextmanager
+def rolled(scene: bpy.types.Scene, camera: str, roll: float) -> Iterator[None]:
+    """The camera of that name turned by `roll` radians about its axis; nothing else moves it any
+    more. All is as before afterwards, but for that."""
+    if roll == 0:
+        yield
+        return
+    item: Any = named_cameras(scene)[camera]
+    before = item.matrix_world.copy()
+    item.animation_data_clear()
+    item.constraints.clear()
+    item.parent = None
+    item.matrix_world = before @ mathutils.Matrix.Rotation(roll, 4, "Z")
+    view_layer_of(scene).update()
+    try:
+        yield
+    finally:
+        item.matrix_world = before
+        view_layer_of(scene).update()

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Contact sheet: a row of pictures for each photo, each under its title."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from .canvas import FAINT, Canvas, encoded, resized
+from .comparison import OUTSIDE, difference, error_picture, marked
+
+_GAP, _TEXT, _LEGEND = 8, 22, 34
+#: Height of a tile, and of one where there are many photos.
+_TILE, _SMALL_TILE, _MANY = 220, 130, 12
+
+
+def small(
+    photo: np.ndarray, weight: np.ndarray, start: np.ndarray, final: np.ndarray
+) -> dict[str, np.ndarray]:
+    """The tiles of one photo for `sheet`, not larger than they are shown: photo and renders
+    (h, w, 3), weight (h, w)."""
+    tiles = {
+        "photo": marked(photo, weight),
+        "start": marked(start, weight),
+        "fit": marked(final, weight),
+        "|start - photo|": difference(start, photo, weight),
+        "|fit - photo|": difference(final, photo, weight),
+    }
+    height, width = weight.shape
+    if height <= _TILE:
+        return tiles
+    columns = max(1, round(width * _TILE / height))
+    return {title: resized(picture, columns, _TILE) for title, picture in tiles.items()}
+
+
+def of_fit(rows: Mapping[str, Mapping[str, np.ndarray]], scale: float) -> Canvas:
+    """rows: id of a photo -> `small`."""
+    errors = [tiles["|fit - photo|"] for tiles in rows.values()]
+    return sheet(rows, scale, masked=any(bool(np.isnan(error).any()) for error in errors))
+
+
+def sheet(
+    rows: Mapping[str, Mapping[str, np.ndarray]], scale: float, *, masked: bool = False
+) -> Canvas:
+    """rows: photo -> title -> picture. (h, w, 3) is linear and shown as sRGB; (h, w) is an error,
+    shown in colours from 0 to `scale`, and NaN where the photo does not count."""
+    height = _TILE if len(rows) <= _MANY else _SMALL_TILE
+    lines = [
+        [(title, _tile(picture, height, scale)) for title, picture in tiles.items()]
+        for tiles in rows.values()
+    ]
+    widths = [sum(tile.shape[1] + _GAP for _, tile in line) + _GAP for line in lines]
+    step = _TEXT + height + _GAP
+    page = Canvas(max([*widths, 420]), step * len(lines) + _LEGEND + _GAP)
+    for number, (photo, line) in enumerate(zip(rows, lines, strict=True)):
+        x, y = _GAP, number * step
+        for index, (title, tile) in enumerate(line):
+            text = title if index else f"{photo}: {title}"
+            page.text(x, y + 5, text, size=15, width=tile.shape[1])
+            page.paste(x, y + _TEXT, tile)
+            x += tile.shape[1] + _GAP
+    bottom = step * len(lines)
+    page.legend(_GAP, bottom + 4, 240, scale)
+    page.text(_GAP + 256, bottom + 4, "difference, linear light", size=14, colour=FAINT)
+    if masked:
+        red = encoded(np.asarray(OUTSIDE, np.float32).reshape(1, 1, 3))[0, 0]
+        page.fill(_GAP + 256, bottom + 22, _GAP + 268, bottom + 34, (red[0], red[1], red[2]))
+        page.text(_GAP + 274, bottom + 21, "does not count", size=14, colour=FAINT)
+    return page
+
+
+def write(path: Path, rows: Mapping[str, Mapping[str, np.ndarray]], scale: float) -> None:
+    """`sheet` as PNG. Raises OSError."""
+    sheet(rows, scale).write(path)
+
+
+def _tile(picture: np.ndarray, height: int, scale: float) -> np.ndarray:
+    """Encoded, of that height."""
+    shown = error_picture(picture, scale) if picture.ndim == 2 else encoded(picture)
+    rows, columns = shown.shape[:2]
+    return resized(shown, max(1, round(height * columns / rows)), height)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a calibration in pixels to Blender's lens, and to what a capture says of its photo."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..scene_read.capture_request import LensDistortion
+from .reconstruction import Intrinsics, ReconstructedCamera
+
+#: Of the imported cameras, in millimetres: that of a 35 mm film, the usual one.
+SENSOR = 36.0
+#: Of the focal lengths: what differs less is one number that a file rounds in two ways.
+_SQUARE = 1e-9
+
+
+@dataclass(frozen=True)
+class BlenderLens:
+    """Of a camera with sensor fit Horizontal and a sensor as wide as SENSOR: focal length in mm,
+    shifts in widths of the picture. pixel_aspect: width / height of a pixel."""
+
+    lens: float
+    shift_x: float
+    shift_y: float
+    pixel_aspect: float
+
+
+def blender_lens(found: Intrinsics) -> BlenderLens:
+    """The pinhole alone: Blender has no distortion. fit_run.photos.window is the inverse."""
+    aspect = found.fy / found.fx
+    if abs(aspect - 1) < _SQUARE:
+        aspect = 1.0
+    width = float(found.width)
+    return BlenderLens(
+        lens=found.fx * SENSOR / width,
+        shift_x=(width / 2 - found.cx) / width,
+        shift_y=(found.cy - found.height / 2) / (width * aspect),
+        pixel_aspect=aspect,
+    )
+
+
+def distortion_of(found: Intrinsics) -> LensDistortion | None:
+    """What a capture says of the lens; None where it does not distort."""
+    if not found.distorted:
+        return None
+    names = LensDistortion.__dataclass_fields__
+    return LensDistortion(**{name: getattr(found, name) for name in names})
+
+
+def intrinsics_of(camera: ReconstructedCamera, size: tuple[int, int]) -> Intrinsics:
+    """The camera's own; of one that has a field of view alone a centred pinhole for a photo of
+    `size`. X3D's field of view is the smaller of the two angles."""
+    if camera.intrinsics is not None:
+        return camera.intrinsics
+    angle = camera.field_of_view if camera.field_of_view is not None else math.pi / 4  # X3D's
+    width, height = size
+    focal = min(width, height) / 2 / math.tan(angle / 2)
+    return Intrinsics(width, height, focal, focal, width / 2, height / 2)

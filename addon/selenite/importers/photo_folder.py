@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which file of a folder is the photo, or the mask, of a camera: by label, whatever the case."""
+
+from __future__ import annotations
+
+import os
+import unicodedata
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from ..problems import Problem, listed
+from .reconstruction import ReconstructedCamera
+
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr")
+#: What programs put behind a photo's name to call its mask.
+_MASK_ENDINGS = ("_mask", "-mask", ".mask")
+_MOST_FILES = 200_000
+
+
+@dataclass(frozen=True)
+class FolderMatch:
+    """files: by the camera's label. without: labels of cameras that have none. left: files that
+    belong to no camera, relative to the folder."""
+
+    files: dict[str, Path]
+    without: tuple[str, ...]
+    left: tuple[str, ...]
+
+
+def match_photos(
+    cameras: Sequence[ReconstructedCamera], folder: Path, problems: list[Problem]
+) -> FolderMatch:
+    """Photos in `folder` and the folders inside it.
+
+    A camera names its photo by a path or a label, with or without ending. The most exact match
+    counts: the same name, most folders, the same ending. Two files that match equally well are a
+    problem.
+    """
+    wanted = {item.label: [item.photo, item.label] for item in cameras}
+    return _match(wanted, folder, "Photo", "--photos", problems, is_mask=False)
+
+
+def match_masks(
+    cameras: Sequence[ReconstructedCamera], folder: Path, problems: list[Problem]
+) -> FolderMatch:
+    """The same of masks, which are called as the photo is, or as photo.jpg.png or photo_mask."""
+    wanted = {item.label: [item.mask, item.photo, item.label] for item in cameras}
+    return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True)
+
+
+def photos_by_path(cameras: Sequence[ReconstructedCamera], folder: Path) -> dict[str, Path]:
+    """Photos that the file itself names, by the camera's label, where they lie in its folder or
+    inside: no path leads out of it."""
+    found = {}
+    inside = folder.resolve()
+    for camera in cameras:
+        name = camera.photo.replace("\\", "/")
+        for ending in ("", *PICTURES) if name else ():
+            try:
+                path = (inside / f"{name}{ending}").resolve()
+                if path.is_relative_to(inside) and path.is_file() and _is_picture(path.name):
+                    found[camera.label] = path
+                    break
+            except (OSError, ValueError):  # a name that no file has
+                break
+    return found
+
+
+def short_name(label: str) -> str:
+    """What a camera's object is called: the label without folders and a picture's ending."""
+    name = PurePosixPath(label.replace("\\", "/")).name or label
+    stem, dot, ending = name.rpartition(".")
+    return stem if dot and stem and f".{ending.lower()}" in PICTURES else name
+
+
+def _match(
+    wanted: dict[str, list[str]],
+    folder: Path,
+    kind: str,
+    argument: str,
+    problems: list[Problem],
+    *,
+    is_mask: bool,
+) -> FolderMatch:
+    files = _pictures(folder, argument, problems)
+    by_name: dict[str, list[str]] = {}
+    for file in files:
+        for name in _answers_to(file, is_mask):
+            by_name.setdefault(name, []).append(file)
+    found: dict[str, Path] = {}
+    owner: dict[str, str] = {}
+    for label, names in wanted.items():
+        hits = _best([name for name in names if name], by_name)
+        if len(hits) > 1:
+            cause = f"the files {listed(sorted(hits)[:4])} match it equally well"
+            cure = "keep one of them in the folder"
+            problems.append(Problem(f"{kind} of camera '{label}'", cause, cure))
+        elif hits and hits[0] in owner:
+            cause = f"file '{hits[0]}' is that of camera '{owner[hits[0]]}' too"
+            cure = "give every photo a name of its own"
+            problems.append(Problem(f"{kind} of camera '{label}'", cause, cure))
+        elif hits:
+            owner[hits[0]] = label
+            found[label] = folder / hits[0]
+    left = tuple(file for file in files if file not in owner)
+    return FolderMatch(found, tuple(label for label in wanted if label not in found), left)
+
+
+def _best(names: Sequence[str], by_name: dict[str, list[str]]) -> list[str]:
+    """The files that match the first of the names that any file matches: those that share most
+    folders with it, then its ending."""
+    for name in names:
+        path = _folded(name)
+        files = by_name.get(_without_ending(path).rpartition("/")[2], ())
+        scores = {file: _common_path(path, _folded(file)) for file in files}
+        if scores:
+            most = max(scores.values())
+            return [file for file, score in scores.items() if score == most]
+    return []
+
+
+def _common_path(wanted: str, file: str) -> tuple[int, bool, bool]:
+    """Common folders from the end, the same ending, the same path."""
+    *folders, name = wanted.split("/")
+    *others, other = file.split("/")
+    common = 0
+    for first, second in zip(reversed(folders), reversed(others), strict=False):
+        if first != second:
+            break
+        common += 1
+    return common, name == other, wanted == file
+
+
+def _answers_to(file: str, is_mask: bool) -> set[str]:
+    """Names without ending that a camera may have for the file."""
+    name = _without_ending(_folded(file)).rpartition("/")[2]
+    names = {name}
+    if is_mask:
+        names.add(_without_ending(name))  # photo.jpg.png
+        names |= {name.removesuffix(ending) for ending in _MASK_ENDINGS}
+    return names
+
+
+def _without_ending(path: str) -> str:
+    stem, dot, ending = path.rpartition(".")
+    return stem if dot and f".{ending}" in PICTURES and not stem.endswith("/") and stem else path
+
+
+def _folded(text: str) -> str:
+    """For comparisons: no case, one form of accents, forward slashes."""
+    plain = unicodedata.normalize("NFC", text.strip().replace("\\", "/").casefold())
+    return plain.removeprefix("./")
+
+
+def _is_picture(name: str) -> bool:
+    return PurePosixPath(name).suffix.lower() in PICTURES
+
+
+def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]:
+    """Paths of pictures relative to the folder, sorted."""
+    found: list[str] = []
+    seen = 0
+    if not folder.is_dir():
+        cure = "give the folder that holds the photos"
+        problems.append(Problem(f"Argument {argument} '{folder}'", "it is no folder", cure))
+        return found
+    for base, folders, names in os.walk(folder):
+        folders.sort()
+        seen += len(names)
+        if seen > _MOST_FILES:
+            cause = f"it holds more than {_MOST_FILES} files"
+            cure = "give the folder of the photos alone"
+            problems.append(Problem(f"Argument {argument} '{folder}'", cause, cure))
+            return []
+        inside = Path(base).relative_to(folder)
+        found += [(inside / name).as_posix() for name in names if _is_picture(name)]
+    return sorted(found)

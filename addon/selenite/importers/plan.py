@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a file and what the user says of it to all that Blender gets: nothing is created here, so
+that whatever is wrong, is wrong before anything exists."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ..fit_run.photos.files import header, pixels, same_aspect
+from ..problems import BadInput, Problem, listed
+from ..scene_read.capture_request import CaptureRequest
+from . import placement as places
+from .lens import BlenderLens, blender_lens, distortion_of, intrinsics_of
+from .photo_folder import match_masks, match_photos, photos_by_path, short_name
+from .placement import Placement
+from .reconstruction import (
+    Intrinsics,
+    ReconstructedCamera,
+    ReconstructedMesh,
+    Reconstruction,
+    ReconstructionError,
+)
+
+#: Gets the file, that of the cameras, and the folders of pictures.
+Reader = Callable[[Path, Path | None, tuple[Path, ...]], Reconstruction]
+#: Size of a camera that has neither calibration nor photo.
+_USUAL_SIZE = (1920, 1080)
+_MOST_LISTED = 12
+#: What readers call a mesh that the file does not name.
+_NAMELESS = ("", "mesh")
+
+
+@dataclass(frozen=True)
+class ImportRequest:
+    """file: of the reconstruction. cameras: of its cameras, where they are not in it. photos,
+    masks: folders. meters: in one unit of the file; None: as it says. known_distance: two points,
+    each "X,Y,Z" in coordinates of the file or a camera's label, and the metres between them.
+    ground: three such points whose plane becomes z = 0. up: "Z" or "Y", the file's upward axis.
+    unit_length: metres in one Blender unit."""
+
+    file: Path
+    cameras: Path | None = None
+    photos: Path | None = None
+    masks: Path | None = None
+    meters: float | None = None
+    known_distance: tuple[str, str, float] | None = None
+    ground: tuple[str, str, str] | None = None
+    up: str = "Z"
+    unit_length: float = 1.0
+
+
+@dataclass(frozen=True)
+class PlannedCamera:
+    """name: of the object. matrix: 4 x 4 of Blender's world. capture: None without a photo."""
+
+    name: str
+    label: str
+    matrix: np.ndarray
+    intrinsics: Intrinsics
+    lens: BlenderLens
+    capture: CaptureRequest | None
+
+
+@dataclass(frozen=True)
+class ImportPlan:
+    """All that Blender gets, in its world. warnings: what the user has to know, a line each.
+    size: (3,) of the box around all meshes, or else points, in Blender units."""
+
+    name: str
+    source: Path
+    placement: Placement
+    cameras: tuple[PlannedCamera, ...]
+    meshes: tuple[ReconstructedMesh, ...]
+    points: np.ndarray
+    region: np.ndarray | None
+    clip: tuple[float, float]
+    size: np.ndarray
+    warnings: tuple[str, ...] = ()
+    without_photo: tuple[str, ...] = ()
+    without_camera: tuple[str, ...] = field(default=())
+
+
+def make_plan(
+    request: ImportRequest, read: Reader, note: Callable[[str, float], None] = lambda *_: None
+) -> ImportPlan:
+    """Reads, places and pairs. read: gives what a file holds and raises ReconstructionError. note:
+    gets what is done and how far. Raises BadInput with all that is wrong."""
+    problems: list[Problem] = []
+    note("reading", 0.0)
+    found = _read(request, read)
+    note("pairing photos", 0.4)
+    warnings = list(found.remarks)
+    photos, masks, left = _pair(request, found, problems, warnings)
+    scale = _scale(request, found, problems, warnings)
+    ground = None
+    if request.ground is not None:
+        ground = _points(request.ground, found, "Ground", problems)
+        if ground and (why := places.why_no_plane(ground)):
+            cure = "give three points that are no line"
+            problems.append(Problem("Ground", why, cure))
+    if problems:
+        raise BadInput(problems)
+    placement = places.placement_of(found, scale, request.up, ground)
+    if placement.offset.any():
+        text = ", ".join(f"{value:.12g}" for value in placement.offset)
+        warnings.append(f"the origin is moved to {text} of the file, which the collection keeps")
+    note("measuring photos", 0.5)
+    cameras = _cameras(found, placement, photos, masks, problems, note)
+    for mesh in found.meshes:
+        _check_mesh(mesh, problems)
+    if problems:
+        raise BadInput(problems)
+    meshes = _placed(found, placement)
+    points = placement.points(found.points) if len(found.points) else found.points
+    without = tuple(item.label for item in found.cameras if item.label not in photos)
+    return ImportPlan(
+        name=found.name,
+        source=request.file,
+        placement=placement,
+        cameras=tuple(cameras),
+        meshes=meshes,
+        points=points,
+        region=placement.box(found.region) if found.region is not None else None,
+        clip=_clip(cameras, meshes, points),
+        size=_size([mesh.positions for mesh in meshes] or [points]),
+        warnings=tuple(warnings),
+        without_photo=without,
+        without_camera=left,
+    )
+
+
+def _read(request: ImportRequest, read: Reader) -> Reconstruction:
+    folders = tuple(folder for folder in (request.photos, request.masks) if folder is not None)
+    try:
+        found = read(request.file, request.cameras, folders)
+    except ReconstructionError as error:
+        title = f"File '{Path(error.file).name}'"
+        cause = f"{error.element}: {error.cause}"
+        raise BadInput(Problem(title, cause, error.cure)) from error
+    if not (found.cameras or found.meshes or len(found.points)):
+        cause = "it holds neither cameras nor meshes nor points"
+        cure = "give the file that the reconstruction was exported to"
+        raise BadInput(Problem(f"File '{request.file.name}'", cause, cure))
+    return found
+
+
+def _pair(
+    request: ImportRequest,
+    found: Reconstruction,
+    problems: list[Problem],
+    warnings: list[str],
+) -> tuple[dict[str, Path], dict[str, Path], tuple[str, ...]]:
+    """Photos and masks by label, and the photos that are left; what has no counterpart is named."""
+    left: tuple[str, ...] = ()
+    if request.photos is not None:
+        match = match_photos(found.cameras, request.photos, problems)
+        photos, left = match.files, match.left
+    else:
+        source = request.cameras or request.file
+        photos = photos_by_path(found.cameras, source if source.is_dir() else source.parent)
+    without = [item.label for item in found.cameras if item.label not in photos]
+    if without:
+        warnings.append(f"cameras without a photo: {_some(without)}")
+    if left:
+        warnings.append(f"photos without a camera: {_some(left)}")
+    masks: dict[str, Path] = {}
+    if request.masks is not None:
+        match = match_masks(found.cameras, request.masks, problems)
+        masks = {label: file for label, file in match.files.items() if label in photos}
+        missing = [label for label in photos if label not in masks]
+        unused = [*match.left, *(str(f.name) for k, f in match.files.items() if k not in photos)]
+        if missing:
+            warnings.append(f"photos without a mask: {_some(missing)}")
+        if unused:
+            warnings.append(f"masks without a photo: {_some(unused)}")
+    return photos, masks, left
+
+
+def _scale(
+    request: ImportRequest, found: Reconstruction, problems: list[Problem], warnings: list[str]
+) -> float:
+    """Blender units in one unit of the file."""
+    scale, remark = places.unit_scale(found, request.meters, request.unit_length)
+    if request.known_distance is None:
+        warnings += [remark] if remark else []
+        return scale
+    first, second, length = request.known_distance
+    ends = _points((first, second), found, "Scale", problems)
+    meters = places.distance_scale(ends, length, problems) if ends else None
+    return (meters or 1.0) / request.unit_length
+
+
+def _some(names: Sequence[str]) -> str:
+    more = len(names) - _MOST_LISTED
+    return listed(names[:_MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _points(
+    texts: Sequence[str], found: Reconstruction, title: str, problems: list[Problem]
+) -> list[np.ndarray] | None:
+    """Each "X,Y,Z", or the place of a camera by label."""
+    centres = {item.label: item.camera_to_world[:3, 3] for item in found.cameras}
+    points = []
+    for text in texts:
+        if text in centres:
+            points.append(np.asarray(centres[text], np.float64))
+            continue
+        try:
+            point = np.array([float(part) for part in text.split(",")])
+        except ValueError:
+            point = np.zeros(0)
+        if point.shape != (3,) or not np.isfinite(point).all():
+            cause = f"'{text}' is neither a point nor the label of a camera"
+            cure = "give X,Y,Z in coordinates of the file, or the label of a camera"
+            problems.append(Problem(title, cause, cure))
+        else:
+            points.append(point)
+    return points if len(points) == len(texts) else None
+
+
+def _cameras(
+    found: Reconstruction,
+    placement: Placement,
+    photos: dict[str, Path],
+    masks: dict[str, Path],
+    problems: list[Problem],
+    note: Callable[[str, float], None],
+) -> list[PlannedCamera]:
+    planned: list[PlannedCamera] = []
+    taken: set[str] = set()
+    for number, camera in enumerate(found.cameras):
+        note(f"photo {number + 1} of {len(found.cameras)}", 0.5 + 0.3 * number / len(found.cameras))
+        photo = photos.get(camera.label)
+        size = _file_size(camera, photo, problems) if photo is not None else None
+        intrinsics = intrinsics_of(camera, size or _USUAL_SIZE)
+        lens = blender_lens(intrinsics)
+        name = _free_name(short_name(camera.label), taken)
+        capture = None
+        if photo is not None:
+            mask = masks.get(camera.label)
+            capture = CaptureRequest(
+                name,
+                str(photo),
+                mask=str(mask) if mask is not None else "",
+                size=(intrinsics.width, intrinsics.height),
+                distortion=distortion_of(intrinsics),
+                pixel_aspect=lens.pixel_aspect,
+            )
+        matrix = placement.camera(camera.camera_to_world)
+        planned.append(PlannedCamera(name, camera.label, matrix, intrinsics, lens, capture))
+    return planned
+
+
+def _free_name(name: str, taken: set[str]) -> str:
+    """A name of at most 59 bytes, Blender's limit less a number, that no other camera has."""
+    short = name.encode()[:59].decode(errors="ignore") or "Camera"
+    found, number = short, 1
+    while found in taken:
+        number += 1
+        found = f"{short}-{number}"
+    taken.add(found)
+    return found
+
+
+def _file_size(
+    camera: ReconstructedCamera, photo: Path, problems: list[Problem]
+) -> tuple[int, int] | None:
+    """Of the photo, which has to have the shape of its calibration."""
+    title = f"Photo '{photo}'"
+    info = header(title, str(photo), problems, {}, as_linear=True)
+    if info is None:
+        return None
+    size = (int(info["width"]), int(info["height"]))
+    known = camera.intrinsics
+    if known is not None and not same_aspect(size, (known.width, known.height)):
+        cause = f"it is {pixels(size)}, the calibration is of {known.width} x {known.height}"
+        if same_aspect(size, (known.height, known.width)):
+            cause += ", which lies on its side"
+        cure = "give the photos that the reconstruction was made of, as they were"
+        problems.append(Problem(title, cause, cure))
+    return size
+
+
+def _check_mesh(mesh: ReconstructedMesh, problems: list[Problem]) -> None:
+    """A face that names a vertex which is not there would end Blender's process."""
+    count = len(mesh.positions)
+    good = not len(mesh.triangles) or (mesh.triangles.min() >= 0 and mesh.triangles.max() < count)
+    if not (good and np.isfinite(mesh.positions).all()):
+        cause = "a face names a vertex that is not there, or a vertex is not finite"
+        problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export the mesh again"))
+    elif count == 0 or not len(mesh.triangles):
+        cause = "it has no face"
+        problems.append(Problem(f"Mesh '{mesh.name}'", cause, "export a mesh with faces"))
+
+
+def _placed(found: Reconstruction, placement: Placement) -> tuple[ReconstructedMesh, ...]:
+    """In Blender's world; a mesh without a name of its own gets the file's."""
+    meshes, taken = [], set[str]()
+    for mesh in found.meshes:
+        normals = placement.directions(mesh.normals) if mesh.normals is not None else None
+        own = mesh.name.strip()
+        name = _free_name(found.name if own in _NAMELESS else own, taken)
+        positions = placement.points(mesh.positions)
+        meshes.append(replace(mesh, name=name, positions=positions, normals=normals))
+    return tuple(meshes)
+
+
+def _size(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """(3,) of the box around all."""
+    points = np.concatenate([np.asarray(part).reshape(-1, 3) for part in parts])
+    return points.max(axis=0) - points.min(axis=0) if len(points) else np.zeros(3)
+
+
+def _clip(
+    cameras: Sequence[PlannedCamera], meshes: Sequence[ReconstructedMesh], points: np.ndarray
+) -> tuple[float, float]:
+    """Distances at which cameras begin and end to see: around everything, whatever the unit."""
+    parts = [item.matrix[None, :3, 3] for item in cameras]
+    parts += [mesh.positions for mesh in meshes] or [points]
+    diagonal = float(np.linalg.norm(_size(parts)))
+    diagonal = diagonal if diagonal > 0 else 1.0
+    return 1e-4 * diagonal, 100.0 * diagonal

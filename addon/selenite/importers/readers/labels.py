@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Labels of cameras: unique in a reconstruction, and a few of many in a remark."""
+
+from __future__ import annotations
+
+from .files import Place, shortened
+
+#: Cameras whose labels a remark spells out.
+MOST_NAMED = 5
+#: Letters of a label: those of a path.
+LONGEST = 4096
+
+
+class Labels:
+    """Sees that no label comes twice."""
+
+    def __init__(self) -> None:
+        self._seen: set[str] = set()
+
+    def add(self, label: str, place: Place) -> str:
+        """The label. Raises ReconstructionError if it is empty or was there before."""
+        if not label.strip():
+            raise place.error("it has no label", "give it one where it was made")
+        usable_text(label, place)
+        if label in self._seen:
+            raise place.error("the label comes twice", "rename one of the photos and export again")
+        self._seen.add(label)
+        return label
+
+
+def usable_text(text: str, place: Place) -> str:
+    """The same, if a name can be made of it. Raises ReconstructionError."""
+    if len(text) > LONGEST or any(
+        ord(letter) < 32 or "\ud800" <= letter <= "\udfff" for letter in text
+    ):
+        raise place.error("a name in it has control characters or is too long", "rename the photo")
+    return text
+
+
+def named(labels: list[str]) -> str:
+    """cameras 'A', 'B' and 3 more."""
+    shown = ", ".join(f"'{shortened(label)}'" for label in labels[:MOST_NAMED])
+    more = len(labels) - MOST_NAMED
+    kind = "camera" if len(labels) == 1 else "cameras"
+    return f"{kind} {shown}" + (f" and {more} more" if more > 0 else "")

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Text files whose lines are words, read one line at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from .files import MOST_BINARY, Place, size_of
+
+#: Bytes of one line: an image with half a million features.
+LONGEST_LINE = 32 << 20
+
+
+def word_lines(file: Path, every_other: bool = False) -> Iterator[tuple[list[str], Place]]:
+    """Words of each line that is neither empty nor a comment (#), and where it is; with
+    `every_other`, the line after such a one is skipped, empty or not. Raises ReconstructionError.
+    """
+    size_of(file, MOST_BINARY)
+    try:
+        with file.open("rb") as stream:
+            count = 0
+            while line := stream.readline(LONGEST_LINE + 1):
+                count += 1
+                place = Place(file, f"line {count}")
+                if len(line) > LONGEST_LINE:
+                    raise place.error(f"it is longer than {LONGEST_LINE >> 20} MiB")
+                try:
+                    words = line.decode("utf-8-sig" if count == 1 else "utf-8").split()
+                except UnicodeDecodeError as error:
+                    raise place.error("it is no text in UTF-8") from error
+                if not words or words[0].startswith("#"):
+                    continue
+                yield words, place
+                if every_other:
+                    count += 1
+                    if len(stream.readline(LONGEST_LINE + 1)) > LONGEST_LINE:
+                        raise place.error(f"the next line is longer than {LONGEST_LINE >> 20} MiB")
+    except OSError as error:
+        raise Place(file, "file").error(
+            f"it cannot be read ({error})", "check its rights"
+        ) from error

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Cameras as Metashape exports them (File > Export > Export Cameras, "Agisoft XML").
+
+A camera's <transform> takes its own axes (x right, y down, z forward) to those of the chunk; the
+<transform> of its component, or of the chunk in older files, takes these to the world by a
+rotation, a translation and a scale. Source: Metashape Python Reference, Camera.transform and
+ChunkTransform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from ..reconstruction import ReconstructedCamera, Reconstruction
+from . import numbers
+from .files import Place, shortened
+from .labels import Labels, named
+from .metashape_lens import Sensor, read_sensor
+from .xml_tree import attribute, child
+
+ALIGN = "align the photos in Metashape and export the cameras again"
+
+
+@dataclass(frozen=True)
+class Similarity:
+    """x_world = scale * rotation @ x + translation."""
+
+    rotation: np.ndarray
+    translation: np.ndarray
+    scale: float
+
+    def point(self, at: np.ndarray) -> np.ndarray:
+        """(3,) of the chunk, in the world."""
+        return self.scale * (self.rotation @ at) + self.translation
+
+
+IDENTITY = Similarity(np.eye(3), np.zeros(3), 1.0)
+
+
+def is_metashape(root: Element) -> bool:
+    """Whether it is the file of a chunk."""
+    return root.tag == "document" and root.find("chunk") is not None
+
+
+def read_metashape(root: Element, file: Path) -> Reconstruction:
+    """The cameras of a file's first chunk, and its region. Raises ReconstructionError."""
+    place = Place(file, "document")
+    chunks = root.findall("chunk")
+    chunk = next((one for one in chunks if one.find("cameras") is not None), None)
+    if chunk is None:
+        raise place.error("no chunk of it has <cameras>", ALIGN)
+    remarks = [
+        f"chunk '{shortened(one.get('label', ''))}' is not read: one file gives one chunk"
+        for one in chunks
+        if one is not chunk
+    ]
+    return _Chunk(chunk, file, remarks).read()
+
+
+class _Chunk:
+    def __init__(self, chunk: Element, file: Path, remarks: list[str]) -> None:
+        self.chunk, self.file, self.remarks = chunk, file, remarks
+        self.sensors = self._sensors()
+        own = chunk.find("transform")
+        self.own = IDENTITY if own is None else _similarity(own, Place(file, "chunk, <transform>"))
+        self.loose: set[str] = set()
+        self.components = self._components()
+        self.placed: set[str] = set()
+
+    def read(self) -> Reconstruction:
+        labels = Labels()
+        left_out: dict[str, list[str]] = {}
+        used: set[str] = set()
+        found = []
+        for element in _cameras(child(self.chunk, "cameras", Place(self.file, "chunk"))):
+            label = element.get("label", "")
+            place = Place(self.file, f"camera '{label}'")
+            sensor = self._sensor(element, place)
+            cause = sensor.cause if sensor else "it has no pose: Metashape did not align it"
+            if sensor is None or sensor.intrinsics is None:
+                left_out.setdefault(cause, []).append(label)
+                continue
+            labels.add(label, place)
+            used.add(element.get("sensor_id", ""))
+            pose = self._pose(element, place)
+            found.append(ReconstructedCamera(label, pose, sensor.intrinsics, photo=label))
+        if not found:
+            causes = "; ".join(left_out) or "the chunk is empty"
+            raise Place(self.file, "cameras").error(f"none can be used ({causes})", ALIGN)
+        self.remarks += [f"{named(names)}: {cause}" for cause, names in left_out.items()]
+        self.remarks += [
+            f"sensor '{name}': {remark}"
+            for name, (_, sensor) in self.sensors.items()
+            if name in used
+            for remark in sensor.remarks
+        ]
+        self._remark_on_components()
+        self._remark_on_reference()
+        return Reconstruction(
+            self.file.stem, tuple(found), remarks=tuple(self.remarks), region=self._region()
+        )
+
+    def _sensor(self, camera: Element, place: Place) -> Sensor | None:
+        """None for a camera that has no pose."""
+        if camera.get("enabled", "true") in ("false", "0"):
+            return Sensor(None, "it is disabled in Metashape")
+        if camera.find("transform") is None:
+            if camera.get("master_id") is None:
+                return None
+            return Sensor(
+                None, "it belongs to a rig, whose other cameras have no pose of their own"
+            )
+        name = attribute(camera, "sensor_id", place)
+        if name not in self.sensors:
+            raise place.error(f"there is no sensor {shortened(name)}")
+        element, sensor = self.sensors[name]
+        if element is not None:
+            sensor = read_sensor(element, Place(self.file, f"sensor '{shortened(name)}'"))
+            self.sensors[name] = (None, sensor)
+        return sensor
+
+    def _sensors(self) -> dict[str, tuple[Element | None, Sensor]]:
+        """By id; read when a camera asks for it, as sensors without photos may be incomplete."""
+        found: dict[str, tuple[Element | None, Sensor]] = {}
+        for element in self.chunk.iterfind("sensors/sensor"):
+            place = Place(self.file, "sensor")
+            name = attribute(element, "id", place)
+            if name in found:
+                raise place.error(f"the id {shortened(name)} comes twice")
+            found[name] = (element, Sensor(None))
+        return found
+
+    def _components(self) -> dict[str, Similarity]:
+        found: dict[str, Similarity] = {}
+        for element in self.chunk.iterfind("components/component"):
+            name = attribute(element, "id", Place(self.file, "component"))
+            place = Place(self.file, f"component '{shortened(name)}'")
+            if name in found:
+                raise place.error("its id comes twice")
+            transform = element.find("transform")
+            found[name] = self.own if transform is None else _similarity(transform, place)
+            if transform is None:
+                self.loose.add(name)
+        return found
+
+    def _to_world(self, camera: Element, place: Place) -> Similarity:
+        name = camera.get("component_id")
+        if name is None:
+            return next(iter(self.components.values())) if len(self.components) == 1 else self.own
+        if name not in self.components:
+            if self.components:
+                raise place.error(f"there is no component {shortened(name)}")
+            return self.own
+        self.placed.add(name)
+        return self.components[name]
+
+    def _pose(self, camera: Element, place: Place) -> np.ndarray:
+        inner = place.at(f"{place.element}, <transform>")
+        values = numbers.numbers(camera.findtext("transform"), inner, 16).reshape(4, 4)
+        if np.abs(values[3] - (0, 0, 0, 1)).max() > 1e-9:
+            raise inner.error("its last row is not 0 0 0 1")
+        world = self._to_world(camera, place)
+        rotation = world.rotation @ numbers.nearest_rotation(values[:3, :3], inner)
+        return numbers.pose(rotation, numbers.finite(world.point(values[:3, 3]), inner))
+
+    def _region(self) -> np.ndarray | None:
+        """Of the component that the cameras are in, else of the chunk."""
+        owners = [*self.chunk.iterfind("components/component"), self.chunk]
+        for owner in owners:
+            region = owner.find("region")
+            if region is None:
+                continue
+            world = self.own if owner is self.chunk else self.components[owner.get("id", "")]
+            if owner is self.chunk and len(self.components) == 1:
+                world = next(iter(self.components.values()))
+            place = Place(self.file, "region")
+            centre = numbers.numbers(region.findtext("center"), place, 3)
+            size = numbers.numbers(region.findtext("size"), place, 3)
+            turn = numbers.numbers(region.findtext("R"), place, 9).reshape(3, 3)
+            turn = numbers.nearest_rotation(turn, place)
+            found = np.eye(4)
+            found[:3, :3] = world.scale * (world.rotation @ turn) * size
+            found[:3, 3] = world.point(centre)
+            return found
+        return None
+
+    def _remark_on_components(self) -> None:
+        """Components that nothing ties together lie anywhere to each other."""
+        if len(self.placed) > 1 and self.placed & self.loose:
+            self.remarks.append(
+                f"cameras are in {len(self.placed)} components that are not aligned to each other:"
+                " their places do not agree"
+            )
+
+    def _remark_on_reference(self) -> None:
+        system = (self.chunk.findtext("reference") or "").strip()
+        if system and not system.startswith("LOCAL_CS"):
+            self.remarks.append(
+                "the chunk has geographic coordinates: cameras are in geocentric ones, and a mesh"
+                " fits them only if it was exported in local or geocentric coordinates too"
+            )
+
+
+def _cameras(parent: Element) -> Iterator[Element]:
+    """Of all groups, in the order of the file."""
+    return parent.iter("camera")
+
+
+def _similarity(element: Element, place: Place) -> Similarity:
+    """A <transform> of rotation, translation and scale, or of 16 numbers. What is absent is
+    neutral. Raises ReconstructionError."""
+    if not len(element) and (element.text or "").strip():
+        matrix = numbers.numbers(element.text, place, 16).reshape(4, 4)
+        scale = float(np.cbrt(np.linalg.det(matrix[:3, :3])))
+        if not scale > 0 or np.abs(matrix[3] - (0, 0, 0, 1)).max() > 1e-9:
+            raise place.error("its matrix is no rotation with a scale and a translation")
+        rotation = numbers.nearest_rotation(matrix[:3, :3] / scale, place)
+        return Similarity(rotation, matrix[:3, 3], scale)
+    rotation, translation, scale = np.eye(3), np.zeros(3), 1.0
+    if element.find("rotation") is not None:
+        inner = place.at(f"{place.element}, <rotation>")
+        values = numbers.numbers(element.findtext("rotation"), inner, 9).reshape(3, 3)
+        rotation = numbers.nearest_rotation(values, inner)
+    if element.find("translation") is not None:
+        inner = place.at(f"{place.element}, <translation>")
+        translation = numbers.numbers(element.findtext("translation"), inner, 3)
+    if element.find("scale") is not None:
+        inner = place.at(f"{place.element}, <scale>")
+        scale = numbers.positive(element.findtext("scale"), inner)
+    return Similarity(rotation, translation, scale)

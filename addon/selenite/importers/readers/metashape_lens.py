@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensors of Metashape's XML: focal length, principal point and distortion.
+
+Source: Metashape User Manual, appendix "Camera models". A frame camera maps (x, y) = (X/Z, Y/Z) by
+Brown's model to u = w/2 + cx + x' f + x' b1 + y' b2 and v = h/2 + cy + y' f.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+from ..reconstruction import Intrinsics
+from . import numbers
+from .files import Place
+from .lenses import check, left_out
+from .xml_tree import attribute
+
+#: What the file of old versions writes instead of f and b1.
+OLD_FOCAL = "fx"
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What cameras of a sensor have in common: intrinsics, or why there are none; remarks."""
+
+    intrinsics: Intrinsics | None
+    cause: str = ""
+    remarks: tuple[str, ...] = ()
+
+
+def read_sensor(element: Element, place: Place) -> Sensor:
+    """A <sensor>. Raises ReconstructionError."""
+    kind = element.get("type", "frame")
+    calibration = _calibration(element)
+    if calibration is not None:
+        kind = calibration.get("type", kind)
+    if kind != "frame":
+        return Sensor(None, f"its sensor is of type {kind}, which is no pinhole with a lens")
+    width, height = _resolution(element, calibration, place)
+    if calibration is None:
+        return _of_properties(element, width, height, place)
+    return _of_calibration(calibration, width, height, place)
+
+
+def _calibration(element: Element) -> Element | None:
+    """The one that was adjusted comes before the one that was given."""
+    found = element.findall("calibration")
+    adjusted = [one for one in found if one.get("class", "adjusted") == "adjusted"]
+    return next(iter(adjusted + found), None)
+
+
+def _resolution(element: Element, calibration: Element | None, place: Place) -> tuple[int, int]:
+    for holder in (calibration, element):
+        resolution = None if holder is None else holder.find("resolution")
+        if resolution is not None:
+            inner = place.at(f"{place.element}, <resolution>")
+            return (
+                numbers.pixels(numbers.whole(attribute(resolution, "width", inner), inner), inner),
+                numbers.pixels(numbers.whole(attribute(resolution, "height", inner), inner), inner),
+            )
+    raise place.error("it has no <resolution>")
+
+
+def _of_properties(element: Element, width: int, height: int, place: Place) -> Sensor:
+    """Without a calibration: focal length and pixel size in millimetres."""
+    found: dict[str, float] = {}
+    for entry in element.findall("property"):
+        name = entry.get("name", "")
+        if name in ("focal_length", "pixel_width", "pixel_height"):
+            found[name] = numbers.positive(entry.get("value"), place.at(f"{place.element}, {name}"))
+    if "focal_length" not in found or "pixel_width" not in found:
+        raise place.error(
+            "it has neither a <calibration> nor focal_length and pixel_width",
+            "align the photos in Metashape and export the cameras again",
+        )
+    across = found["focal_length"] / found["pixel_width"]
+    down = found["focal_length"] / found.get("pixel_height", found["pixel_width"])
+    intrinsics = Intrinsics(width, height, across, down, width / 2, height / 2)
+    check(intrinsics, place)
+    remark = "it has no calibration: the focal length is that of its lens, without distortion"
+    return Sensor(intrinsics, remarks=(remark,))
+
+
+def _of_calibration(calibration: Element, width: int, height: int, place: Place) -> Sensor:
+    values = _values(calibration, place)
+    if "f" not in values:
+        if OLD_FOCAL in values:
+            raise place.error(
+                "its calibration is in the form of PhotoScan 1.2 or before",
+                "open the project in Metashape and export the cameras again",
+            )
+        raise place.error("its <calibration> has no <f>")
+    focal = values["f"]
+    intrinsics = Intrinsics(
+        width, height,
+        fx=focal + values.get("b1", 0.0), fy=focal,
+        cx=width / 2 + values.get("cx", 0.0), cy=height / 2 + values.get("cy", 0.0),
+        **{name: values.get(name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")},
+    )  # fmt: skip
+    check(intrinsics, place)
+    return Sensor(intrinsics, remarks=tuple(left_out(values, intrinsics)))
+
+
+def _values(calibration: Element, place: Place) -> dict[str, float]:
+    names = ("f", "cx", "cy", "b1", "b2", "k1", "k2", "k3", "k4", "p1", "p2", "p3", "p4", OLD_FOCAL)
+    found = {}
+    for entry in calibration:
+        if entry.tag in names:
+            inner = place.at(f"{place.element}, <{entry.tag}>")
+            found[entry.tag] = numbers.number(plain(entry.text), inner)
+    return found
+
+
+def plain(text: str | None) -> str | None:
+    """Without the name of a type around the number, which scripts leave that print numpy's."""
+    if text and text.strip().startswith("np.float64(") and text.strip().endswith(")"):
+        return text.strip()[len("np.float64(") : -1]
+    return text

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""RealityCapture and RealityScan: XMP files beside the photos, or one CSV of all cameras.
+
+Lengths on the photo are shares of its longer side, focal lengths those of a film 36 mm wide.
+Coefficients k1 k2 k3 k4 t1 t2 have Metashape's order: x moves by t1 (r² + 2 x²) + 2 t2 x y.
+Source: RealityCapture XMP Camera Math (Epic, knowledge base vzwB); RealityScan help, "Registration
+export"; the order of t1 and t2 as AliceVision's importSfMData of these files has it.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction
+from . import numbers
+from .files import Place, read_text, shortened
+from .labels import Labels, named
+from .lenses import check, left_out
+from .pictures import Pictures
+from .xml_tree import read_tree
+
+FILM = 36.0
+MODELS = ("perspective", "brown3", "brown4", "brown3t2", "brown4t2")
+COEFFICIENTS = ("k1", "k2", "k3", "k4", "p1", "p2")
+NOT_ALIGNED = "it has no pose: RealityCapture did not align it"
+MOST_FILES = 100_000
+FLIP = np.diag([1.0, -1.0, -1.0])
+#: Of a CSV with cameras, and the names that versions have for the same.
+REQUIRED = ("name", "x", "y", "alt", "heading", "pitch", "roll", "f")
+ALIASES = {"yaw": "heading", "z": "alt", "f_35mm": "f", "px_norm": "px", "py_norm": "py"}
+
+
+class _Cameras:
+    """Those that are read, and why others are not."""
+
+    def __init__(self) -> None:
+        self.labels = Labels()
+        self.found: list[ReconstructedCamera] = []
+        self.skipped: dict[str, list[str]] = {}
+        self.dropped: dict[str, None] = {}
+
+    def reconstruction(self, name: str, place: Place) -> Reconstruction:
+        """Raises ReconstructionError where none is left."""
+        if not self.found:
+            causes = "; ".join(self.skipped) or "there are none"
+            raise place.error(f"no camera can be used ({causes})", "align the photos and export")
+        remarks = [f"{named(names)}: {cause}" for cause, names in self.skipped.items()]
+        return Reconstruction(name, tuple(self.found), remarks=(*remarks, *self.dropped))
+
+    def add(
+        self, label: str, pose: np.ndarray, values: Mapping[str, float], size: tuple[int, int],
+        photo: str, place: Place,
+    ) -> None:  # fmt: skip
+        """values: f in mm, u and v in shares, aspect, skew, k1 to k4, p1 and p2."""
+        self.labels.add(label, place)
+        width, height = (numbers.pixels(side, place) for side in size)
+        longer = max(width, height)
+        focal = values["f"] * longer / FILM
+        lens = Intrinsics(
+            width, height,
+            fx=focal, fy=focal * values.get("aspect", 1.0),
+            cx=width / 2 + values.get("u", 0.0) * longer,
+            cy=height / 2 + values.get("v", 0.0) * longer,
+            k1=values.get("k1", 0.0), k2=values.get("k2", 0.0), k3=values.get("k3", 0.0),
+            p1=values.get("p1", 0.0), p2=values.get("p2", 0.0),
+        )  # fmt: skip
+        check(lens, place)
+        skew = values.get("skew", 0.0) * longer / FILM
+        remarks = left_out({"b2": skew, "k4": values.get("k4", 0.0)}, lens)
+        self.dropped.update(dict.fromkeys(remark.replace("b2", "skew") for remark in remarks))
+        self.found.append(ReconstructedCamera(label, pose, lens, photo=photo))
+
+
+def is_xmp(root: Element) -> bool:
+    """Whether it is such a file."""
+    return root.tag == "xmpmeta"
+
+
+def read_xmp(files: Sequence[Path], name: str, folders: Iterable[Path] = ()) -> Reconstruction:
+    """One camera of each file, whose photo has the same name. Raises ReconstructionError."""
+    folder = files[0].parent
+    if len(files) > MOST_FILES:
+        raise Place(folder, "folder").error(f"it has more than {MOST_FILES} XMP files")
+    cameras, folders = _Cameras(), tuple(folders)
+    near: dict[Path, Pictures] = {}
+    for file in sorted(files):
+        pictures = near.setdefault(file.parent, Pictures(file.parent, folders))
+        _read_xmp(file, cameras, pictures)
+    return cameras.reconstruction(name, Place(folder, "XMP"))
+
+
+def _read_xmp(file: Path, cameras: _Cameras, pictures: Pictures) -> None:
+    root, place = read_tree(file), Place(file, "Description")
+    if not is_xmp(root):
+        raise Place(file, "XML").error("it is no XMP", "give the XMP files of RealityCapture alone")
+    fields: dict[str, str] = {}
+    for element in root.iter("Description"):
+        fields.update((key.rpartition("}")[2], text) for key, text in element.attrib.items())
+        fields.update((one.tag, one.text or "") for one in element)
+    label = file.stem
+    if "Position" not in fields or "Rotation" not in fields:
+        cameras.skipped.setdefault(NOT_ALIGNED, []).append(label)
+        return
+    model = fields.get("DistortionModel", "perspective")
+    if model not in MODELS:
+        cause = f"its model {shortened(model)} is not Brown's"
+        cameras.skipped.setdefault(cause, []).append(label)
+        return
+    rotation = numbers.numbers(fields["Rotation"], place.at("Rotation"), 9).reshape(3, 3)
+    rotation = numbers.nearest_rotation(rotation, place.at("Rotation"))
+    centre = numbers.numbers(fields["Position"], place.at("Position"), 3)
+    photo = pictures.find(label)
+    values = _xmp_values(fields, model, place)
+    size = pictures.size([label], place)
+    name = label if photo is None else photo.name
+    cameras.add(label, numbers.pose(rotation.T, centre), values, size, name, place)
+
+
+def _xmp_values(fields: Mapping[str, str], model: str, place: Place) -> dict[str, float]:
+    names = {
+        "FocalLength35mm": "f", "PrincipalPointU": "u", "PrincipalPointV": "v",
+        "AspectRatio": "aspect", "Skew": "skew",
+    }  # fmt: skip
+    found = {
+        short: numbers.number(fields[long], place.at(long))
+        for long, short in names.items()
+        if long in fields
+    }
+    if "f" not in found:
+        raise place.error("it has no FocalLength35mm")
+    if model != "perspective":
+        inner = place.at("DistortionCoeficients")
+        listed = numbers.numbers(fields.get("DistortionCoeficients"), inner, 6)
+        found.update(zip(COEFFICIENTS, (float(value) for value in listed), strict=True))
+    return found
+
+
+def csv_header(text: str) -> dict[str, int] | None:
+    """Columns by name, if it is a table of cameras."""
+    line = next((line for line in text[:100_000].splitlines() if _is_header(line)), "")
+    names = [name.strip().lstrip("#").strip().lower() for name in line.split(",")]
+    found = {ALIASES.get(name, name): index for index, name in enumerate(names)}
+    return found if all(name in found for name in REQUIRED) else None
+
+
+def _is_header(line: str) -> bool:
+    return line.lstrip("# \t").lower().startswith("name,")
+
+
+def _is_camera(row: list[str]) -> bool:
+    """Whether it is neither empty, nor a comment, nor the header."""
+    first = row[0].strip() if row else ""
+    return bool(first) and not first.startswith("#") and not _is_header(",".join(row))
+
+
+def read_csv(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
+    """One camera of each row. Raises ReconstructionError."""
+    text = read_text(file)
+    header = csv_header(text)
+    if header is None:
+        raise Place(file, "header").error(
+            f"its columns are not those of cameras: {', '.join(REQUIRED)}",
+            "export internal/external camera parameters",
+        )
+    cameras, pictures = _Cameras(), Pictures(file.parent, folders)
+    try:
+        for count, row in enumerate(csv.reader(io.StringIO(text)), start=1):
+            if _is_camera(row):
+                _read_row(row, header, cameras, pictures, Place(file, f"row {count}"))
+    except csv.Error as error:
+        raise Place(file, "CSV").error(f"it is no CSV ({error})") from error
+    return cameras.reconstruction(file.stem, Place(file, "CSV"))
+
+
+def _read_row(
+    row: list[str], header: Mapping[str, int], cameras: _Cameras, pictures: Pictures, place: Place
+) -> None:
+    if len(row) < len(header):
+        raise place.error(f"it has {len(row)} columns instead of {len(header)}")
+    label = row[header["name"]].strip()
+    place = place.at(f"{place.element} '{label}'")
+    found = {
+        name: numbers.number(row[index], place.at(f"{place.element}, {shortened(name)}"))
+        for name, index in header.items()
+        if name in (*REQUIRED[1:], "px", "py", "k1", "k2", "k3", "k4", "t1", "t2")
+    }
+    heading, pitch, roll = (math.radians(found[name]) for name in ("heading", "pitch", "roll"))
+    pose = numbers.pose(
+        _turn(2, -heading) @ _turn(0, pitch) @ _turn(1, roll) @ FLIP,
+        np.array([found["x"], found["y"], found["alt"]]),
+    )
+    names = {"px": "u", "py": "v", "t1": "p1", "t2": "p2"}
+    values = {names.get(name, name): value for name, value in found.items()}
+    cameras.add(label, pose, values, pictures.size([label], place), label, place)
+
+
+def _turn(axis: int, angle: float) -> np.ndarray:
+    """3 x 3, counterclockwise about x, y or z."""
+    found = np.eye(3)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    found[[first, second], [first, second]] = math.cos(angle)
+    found[first, second], found[second, first] = -math.sin(angle), math.sin(angle)
+    return found

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""X3D and VRML97 in XML: meshes with their texture, and Viewpoints as cameras.
+
+Source: ISO/IEC 19775-1 and 19776-1 (XML encoding). A Viewpoint looks along -z with y up; its
+fieldOfView is the smaller of both angles (23.3.1).
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from ..reconstruction import ReconstructedCamera, ReconstructedMesh, Reconstruction
+from . import numbers
+from .files import Place, shortened
+from .labels import Labels
+from .x3d_geometry import READ, Geometry, read_geometry
+from .x3d_nodes import Nodes
+from .x3d_texture import picture
+
+#: From a Viewpoint's axes to those of a camera that looks along +z with y down.
+FLIP = np.diag([1.0, -1.0, -1.0])
+#: Corners of all meshes together: each has a position, a place in the texture and a normal.
+MOST_CORNERS = 30_000_000
+#: By how much the sides of a Transform around a Viewpoint may differ.
+UNEVEN = 1e-6
+#: Of the volume that all Transforms around a mesh leave of one.
+SMALLEST = 1e-60
+
+
+def is_x3d(root: Element) -> bool:
+    """Whether it is a scene of X3D."""
+    return root.tag == "X3D"
+
+
+def read_x3d(root: Element, file: Path) -> Reconstruction:
+    """All meshes and Viewpoints. Raises ReconstructionError."""
+    scene = root.find("Scene")
+    if scene is None:
+        raise Place(file, "X3D").error("it has no <Scene>")
+    nodes = Nodes(scene, file)
+    remarks: list[str] = []
+    meshes = _meshes(nodes, remarks)
+    cameras = _cameras(nodes)
+    if nodes.unread:
+        remarks.append(f"not read: {', '.join(sorted(nodes.unread))}")
+    if not meshes and not cameras:
+        raise Place(file, "Scene").error(
+            "it has neither a mesh nor a Viewpoint that can be read",
+            f"export the mesh as {READ[0]}" if nodes.unread else "export mesh and cameras again",
+        )
+    return Reconstruction(
+        file.name.partition(".")[0] or file.stem, tuple(cameras), tuple(meshes),
+        meters_per_unit=_unit(root, file), remarks=tuple(remarks),
+    )  # fmt: skip
+
+
+def _unit(root: Element, file: Path) -> float | None:
+    """Of a <unit> in the head; without one the file does not say, as few programs use metres."""
+    for unit in root.iterfind("head/unit"):
+        if unit.get("category") == "length":
+            return numbers.positive(unit.get("conversionFactor"), Place(file, "unit"))
+    return None
+
+
+def _cameras(nodes: Nodes) -> list[ReconstructedCamera]:
+    labels = Labels()
+    found = []
+    for count, (element, matrix) in enumerate(nodes.placed("Viewpoint"), start=1):
+        named = element.get("description", "").strip() or element.get("DEF", "").strip()
+        place = nodes.place(element)
+        label = labels.add(named or f"Viewpoint {count}", place)
+        angle = float(nodes.vector(element, "fieldOfView", (math.pi / 4,))[0])
+        if not 1e-4 < angle < math.pi:
+            field = nodes.place(element, "fieldOfView")
+            raise field.error(f"{angle:g} is not between 0.0001 and pi radians")
+        turn = _turn(matrix[:3, :3], place) @ nodes.rotation(element, "orientation") @ FLIP
+        centre = matrix[:3, :3] @ nodes.vector(element, "position", (0, 0, 10)) + matrix[:3, 3]
+        pose = numbers.pose(turn, numbers.finite(centre, place))
+        photo = element.get("description", "").strip()
+        found.append(ReconstructedCamera(label, pose, field_of_view=angle, photo=photo))
+    return found
+
+
+def _turn(matrix: np.ndarray, place: Place) -> np.ndarray:
+    """The rotation of Transforms around a camera."""
+    scale = float(np.cbrt(np.linalg.det(matrix)))
+    gram = matrix.T @ matrix / max(scale * scale, 1e-300)
+    if not scale > 0 or not np.abs(gram - np.eye(3)).max() <= UNEVEN:
+        raise place.error(
+            "a Transform around it is a mirror or scales its sides differently",
+            "apply the scale before the export",
+        )
+    return numbers.nearest_rotation(matrix / scale, place)
+
+
+def _meshes(nodes: Nodes, remarks: list[str]) -> list[ReconstructedMesh]:
+    found: list[ReconstructedMesh] = []
+    names: set[str] = set()
+    corners = 0
+    read: dict[int, Geometry] = {}
+    for shape, matrix in nodes.placed("Shape"):
+        element = _geometry(shape, nodes)
+        if element is None:
+            continue
+        if id(element) not in read:
+            read[id(element)] = read_geometry(element, nodes)
+        geometry = read[id(element)]
+        if not len(geometry.triangles):
+            continue
+        corners += geometry.triangles.size
+        if corners > MOST_CORNERS:
+            raise nodes.place(shape).error(
+                f"the meshes have more than {MOST_CORNERS // 3} triangles", "reduce the mesh"
+            )
+        name = _name(shape.get("DEF") or element.get("DEF") or "", names)
+        texture = _texture(shape, nodes, remarks)
+        found.append(_mesh(name, geometry, matrix, texture, nodes.place(shape)))
+    return found
+
+
+def _geometry(shape: Element, nodes: Nodes) -> Element | None:
+    found = nodes.child(shape, *READ)
+    if found is None:
+        rest = [one.tag for one in shape if one.tag != "Appearance" and "Metadata" not in one.tag]
+        nodes.unread.update(shortened(tag) for tag in rest[:5])
+    return found
+
+
+def _name(wanted: str, names: set[str]) -> str:
+    base = shortened(wanted) or "mesh"
+    name, count = base, 1
+    while name in names:
+        count += 1
+        name = f"{base} {count}"
+    names.add(name)
+    return name
+
+
+def _texture(shape: Element, nodes: Nodes, remarks: list[str]) -> Path | None:
+    """Of the colours of a shape: the first picture that its Appearance has."""
+    appearance = nodes.child(shape, "Appearance")
+    if appearance is None:
+        return None
+    image = nodes.child(appearance, "ImageTexture", "MultiTexture")
+    if image is not None and image.tag == "MultiTexture":
+        image = nodes.child(image, "ImageTexture")
+    for slot in ("Material", "PhysicalMaterial", "UnlitMaterial"):
+        holder = None if image is not None else nodes.child(appearance, slot)
+        if holder is not None:
+            image = nodes.child(holder, "ImageTexture")
+    if image is None:
+        return None
+    url = image.get("url", "")
+    found = picture(url, nodes.file.parent, nodes.place(image, "url"))
+    if found is None:
+        remarks.append(f"the texture '{shortened(url)}' is not there: the mesh has none")
+    return found
+
+
+def _mesh(
+    name: str, geometry: Geometry, matrix: np.ndarray, texture: Path | None, place: Place
+) -> ReconstructedMesh:
+    """In the world; a mirror turns the triangles over."""
+    triangles, uvs, normals = geometry.triangles, geometry.uvs, geometry.normals
+    volume = float(np.linalg.det(matrix[:3, :3]))
+    if not abs(volume) > SMALLEST:
+        raise place.error("the Transforms around it leave nothing of its size")
+    if normals is not None:
+        # The transposed inverse, up to the length, which is made 1.
+        normals = normals @ np.linalg.inv(matrix[:3, :3])
+        length = np.linalg.norm(normals, axis=-1, keepdims=True)
+        normals = None if not (length > 0).all() else normals / length
+    if volume < 0:
+        triangles = triangles[:, ::-1]
+        uvs = None if uvs is None else uvs[:, ::-1]
+        normals = None if normals is None else normals[:, ::-1]
+    positions = geometry.positions
+    if (matrix != np.eye(4)).any():
+        positions = numbers.finite(positions @ matrix[:3, :3].T + matrix[:3, 3], place)
+    return ReconstructedMesh(
+        name, positions, np.ascontiguousarray(triangles), uvs, normals, geometry.colors, texture
+    )

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The picture that an ImageTexture names: below the file's folder, or not at all."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+from .files import Place, inside, is_file, shortened
+
+#: Of an address; one letter is a drive of Windows.
+_SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:|[A-Za-z]:[\\/]|//|\\\\|/")
+#: One string of an MFString: in quotes, in which a backslash keeps the next letter.
+_QUOTED = re.compile(r"\"((?:[^\"\\]|\\.)*)\"|'((?:[^'\\]|\\.)*)'", re.DOTALL)
+MOST_ADDRESSES = 100
+
+
+def addresses(text: str, place: Place) -> list[str]:
+    """Of an MFString in whatever quotes: tex.png, "tex.png", 'tex.png', or several.
+    Raises ReconstructionError."""
+    text = text.strip()
+    if not text.startswith(('"', "'")):
+        return [text] if text else []
+    found, at = [], 0
+    while at < len(text):
+        match = _QUOTED.match(text, at)
+        if match is None:
+            raise place.error(f"its quotes do not match: {shortened(text)}")
+        inner = match[1] if match[1] is not None else match[2]
+        found.append(re.sub(r"\\(.)", r"\1", inner, flags=re.DOTALL))
+        at = match.end()
+        while at < len(text) and (text[at] == "," or text[at].isspace()):
+            at += 1
+    return [address for address in found if address.strip()][:MOST_ADDRESSES]
+
+
+def picture(text: str, folder: Path, place: Place) -> Path | None:
+    """The first address that is a file below `folder`; None if none of them is there. Raises
+    ReconstructionError if there is none and one lies elsewhere."""
+    elsewhere = ""
+    for address in addresses(text, place):
+        if _SCHEME.match(address):
+            elsewhere = elsewhere or address
+            continue
+        for name in (address, unquote(address)):
+            # Backslashes part folders where these files are written, not where they are read.
+            path = inside(folder, name.replace("\\", "/"))
+            if path is None:
+                elsewhere = elsewhere or address
+            elif is_file(path):
+                return path
+    if elsewhere:
+        raise place.error(
+            f"'{shortened(elsewhere)}' is not a picture below the folder of the file",
+            "put the picture beside the file and write its name alone",
+        )
+    return None

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One reader for every file: those of this folder, and meshes by Blender's own importers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from .blender_mesh import read_with_blender
+from .read import read_reconstruction
+from .reconstruction import Reconstruction
+
+
+def read_any(file: Path, cameras: Path | None, pictures: tuple[Path, ...] = ()) -> Reconstruction:
+    """What `file` holds, with the cameras of another file where one is given. pictures: see
+    `read_reconstruction`. Raises ReconstructionError."""
+    found = read_reconstruction(file, cameras, pictures)
+    for mesh_file in found.mesh_files:
+        meshes, remarks = read_with_blender(mesh_file)
+        found = replace(found, meshes=(*found.meshes, *meshes), remarks=(*found.remarks, *remarks))
+    return found

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Photos without their lens's distortion, as files: what Blender shows behind its own cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from .. import native
+from ..fit_run.photos import distortion
+from ..fit_run.photos.files import header, unreadable
+from ..fit_run.photos.window import PhotoWindow, Projection
+from ..paths import file_stems, is_there
+from ..problems import BadInput, Problem
+from .lens import distortion_of
+from .plan import ImportPlan, PlannedCamera
+from .reconstruction import Intrinsics
+
+
+def write_photos(
+    plan: ImportPlan, folder: Path, note: Callable[[str, float], None] = lambda *_: None
+) -> ImportPlan:
+    """The plan with an undistorted photo, and a mask of what it shows, for each that a lens
+    distorts: PNG of 16 bits with the sRGB curve, or OpenEXR where the photo has floats.
+
+    folder: a new one. Colours go through linear light, as in a fit. Raises BadInput; then the
+    folder may hold some files.
+    """
+    distorted = [item for item in plan.cameras if item.capture and item.intrinsics.distorted]
+    if not distorted:
+        return plan
+    if is_there(folder):
+        cause, cure = "it exists", "remove it, or give --save another name"
+        raise BadInput(Problem(f"Folder '{folder}'", cause, cure))
+    folder.mkdir()
+    stems = file_stems(item.name for item in distorted)
+    problems: list[Problem] = []
+    done: dict[str, PlannedCamera] = {}
+    for number, item in enumerate(distorted):
+        note(f"undistorting '{item.name}'", 0.5 + 0.3 * number / len(distorted))
+        try:
+            done[item.name] = _written(item, folder, stems[item.name], problems)
+        except (OSError, ValueError, MemoryError) as error:
+            problems.append(unreadable(f"Photo of camera '{item.name}'", error))
+    if problems:
+        raise BadInput(problems)
+    cameras = tuple(done.get(item.name, item) for item in plan.cameras)
+    return replace(plan, cameras=cameras)
+
+
+def _written(
+    camera: PlannedCamera, folder: Path, stem: str, problems: list[Problem]
+) -> PlannedCamera:
+    capture = camera.capture
+    assert capture is not None  # noqa: S101 - see `write_photos`
+    info = header(f"Photo '{capture.photo}'", capture.photo, problems, {}, as_linear=True)
+    if info is None:
+        return camera
+    width, height = int(info["width"]), int(info["height"])
+    corners = corners_of(camera.intrinsics, (width, height))
+    image = native.image()
+    pixels, _, inside, _, _ = image.read_at_size(
+        capture.photo, width, height, capture.mask or None, corners=corners
+    )
+    photo = folder / f"{stem}.{'exr' if info['float'] else 'png'}"
+    mask = folder / f"{stem}_mask.png"
+    if info["float"]:
+        image.write_exr(str(photo), pixels)
+    else:
+        image.write_png(str(photo), pixels, 16)
+    image.write_png(str(mask), inside.astype(np.float32))
+    plain = replace(camera.intrinsics, k1=0.0, k2=0.0, k3=0.0, p1=0.0, p2=0.0)
+    capture = replace(capture, photo=str(photo), mask=str(mask), distortion=None)
+    return replace(camera, intrinsics=plain, capture=capture)
+
+
+def corners_of(found: Intrinsics, file_size: tuple[int, int]) -> np.ndarray:
+    """(height + 1, width + 1, 2): where the corners of the undistorted photo's pixels lie in the
+    file of (width, height) pixels; NaN for nowhere."""
+    lens = distortion_of(found)
+    assert lens is not None  # noqa: S101 - asked for only then
+    whole = (found.width, found.height)
+    window = PhotoWindow(whole, (0, 0, *whole), found.width / found.height)
+    pinhole = Projection((found.fx, found.fy), (found.cx, found.cy))
+    return distortion.corners(lens, pinhole, window, file_size, *file_size)

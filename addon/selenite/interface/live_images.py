@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Image datablocks that show what was drawn, and the Image Editors that show them.
+
+They are no part of the user's work: `put_away` takes them out of a file that is being saved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..cycles_check.job import DRAWN
+
+COMPARISON, PLOTS, SHEET, CYCLES = (
+    "Selenite Comparison", "Selenite Plots", "Selenite All Photos", "Selenite Check in Cycles",
+)  # fmt: skip
+#: Pixels of an Image Editor that its picture leaves free: headers and tools lie over them.
+_AROUND = (24, 64)
+NAMES = {"COMPARISON": COMPARISON, "PLOTS": PLOTS, "SHEET": SHEET, "CYCLES": CYCLES}
+
+
+def editors() -> Iterator[tuple[bpy.types.Window, bpy.types.Area]]:
+    """Every Image Editor of every window."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "IMAGE_EDITOR":
+                yield window, area
+
+
+def image_of(area: bpy.types.Area) -> bpy.types.Image | None:
+    """What an Image Editor shows."""
+    space: Any = area.spaces.active
+    found: bpy.types.Image | None = space.image
+    return found
+
+
+def shown_names() -> set[str]:
+    """Those of our images that some Image Editor shows."""
+    found = {image.name for _, area in editors() if (image := image_of(area)) is not None}
+    return found & set(NAMES.values())
+
+
+def show(name: str, picture: np.ndarray) -> bpy.types.Image:
+    """Puts an encoded picture (h, w, 3), row 0 at the top, into the image of that name."""
+    image = ensure(name, picture.shape[1], picture.shape[0])
+    pixels = np.ones((*picture.shape[:2], 4), np.float32)
+    pixels[..., :3] = picture[::-1]
+    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
+    into.foreach_set(pixels.ravel())
+    image.update()
+    for _, area in editors():
+        if image_of(area) == image:
+            area.tag_redraw()
+    return image
+
+
+def ensure(name: str, width: int = 64, height: int = 64) -> bpy.types.Image:
+    """The image of that name and size."""
+    image: bpy.types.Image | None = bpy.data.images.get(name)
+    if image is None:
+        image = bpy.data.images.new(name, width, height)
+        image[DRAWN] = True
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    return image
+
+
+def assign(area: bpy.types.Area, name: str) -> None:
+    """Makes an Image Editor show one of the images, as large as fits."""
+    image: bpy.types.Image | None = bpy.data.images.get(name)
+    space: Any = area.spaces.active
+    space.image = image if image is not None else ensure(name)
+
+
+def room_of(name: str) -> tuple[int, int] | None:
+    """Width and height of the picture that the first editor that shows it has room for; None where
+    that is not known."""
+    scale = bpy.context.preferences.system.pixel_size
+    for _, area in editors():
+        image = image_of(area)
+        if image is not None and image.name == name:
+            region = next((item for item in area.regions if item.type == "WINDOW"), None)
+            if region is not None and min(region.width, region.height) > 80:
+                width, height = region.width - _AROUND[0], region.height - _AROUND[1]
+                return int(width / scale), int(height / scale)
+    return None
+
+
+def fit(window: bpy.types.Window, area: bpy.types.Area, *, whole: bool) -> None:
+    """Zooms an Image Editor to its picture; not whole: to its own pixels, where it fits."""
+    region = next((item for item in area.regions if item.type == "WINDOW"), None)
+    if region is None or region.width < 2:
+        return
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        if bpy.ops.image.view_all.poll():
+            bpy.ops.image.view_all(fit_view=whole)
+
+
+def put_away() -> None:
+    """Removes all of them."""
+    for name in NAMES.values():
+        image: bpy.types.Image | None = bpy.data.images.get(name)
+        if image is not None and image.get(DRAWN):
+            bpy.data.images.remove(image)

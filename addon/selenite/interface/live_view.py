@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws what the Image Editors show of a fit, while it runs and after it.
+
+A timer of Blender's calls `VIEW` a few times a second. What it draws takes at most a twentieth of
+the time of the main thread; renders are made in a thread of their own.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..fit_run.job import DESCENT, FitFailed
+from ..fit_run.pictures import plots, sheet
+from ..fit_run.pictures.comparison import ERROR_SCALE, Choice, Pictures, compared
+from ..fit_run.pictures.moments import RESULT, START, Moment, Moments
+from ..scene_read.photos import ids_of
+from . import live_images
+from .live_properties import MODES, listen, settings
+from .live_render import Renderer
+from .state import CHECK, RUN
+
+#: Seconds between two calls of the timer, between two pictures, between two pages of plots.
+TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
+#: How often the time that a drawing took fits between it and the next one.
+_TIMES = 20.0
+#: Images that are drawn in the size that their editor has room for.
+_TO_SIZE = (live_images.COMPARISON, live_images.PLOTS)
+#: Ticks after which an editor that was opened has its size.
+_LAID_OUT = 3
+
+
+class LiveView:
+    """What was drawn last, and when the next drawing is due. `seconds`: what the main thread spent
+    on drawings, `drawings` of them, since the fit began."""
+
+    def __init__(self) -> None:
+        self.renderer = Renderer()
+        self.areas: dict[int, str] = {}  # of editors that were opened: address -> image
+        self.seconds, self.drawings = 0.0, 0
+        self.text = ""  # what the panel says of the picture
+        self._moments: Moments | None = None
+        self._tiles: dict[str, dict[str, np.ndarray]] = {}
+        self._keys: dict[str, Any] = {}
+        self._due: dict[str, float] = {}
+        self._unfitted: dict[int, int] = {}  # editors to zoom: address -> ticks
+        self._forgotten: Any = None
+
+    # -- called by operators, properties and handlers
+
+    def begin(self) -> None:
+        """A fit has started."""
+        self.seconds, self.drawings = 0.0, 0
+        self._forget()
+        self.wake()
+
+    def wake(self) -> None:
+        """Something is to be drawn anew."""
+        self._due.clear()
+        if not bpy.app.background and not bpy.app.timers.is_registered(_tick):
+            bpy.app.timers.register(_tick, first_interval=0.05, persistent=True)
+
+    def open(self, area: bpy.types.Area, name: str) -> None:
+        """An Image Editor shows one of our images from now on."""
+        self.areas[area.as_pointer()] = name
+        self._unfitted[area.as_pointer()] = _LAID_OUT
+        live_images.assign(area, name)
+        self._keys.clear()
+        self.wake()
+
+    def close(self, area: bpy.types.Area) -> None:
+        """No longer."""
+        self.areas.pop(area.as_pointer(), None)
+
+    def switch(self, content: str) -> None:
+        """The first of the editors shows something else."""
+        found = next(
+            (area for _, area in live_images.editors() if area.as_pointer() in self.areas), None
+        )
+        if found is not None:
+            self.open(found, live_images.NAMES[content])
+
+    def stop(self) -> None:
+        """Another file is loaded, or the add-on goes: nothing of the run is shown any more."""
+        self._forget()
+        self.areas.clear()
+        self._forgotten = RUN.result
+        if bpy.app.timers.is_registered(_tick):
+            bpy.app.timers.unregister(_tick)
+
+    # -- called by the timer
+
+    def update(self) -> bool:
+        """Draws what is due. Returns whether there is a reason to be called again."""
+        self._keep_editors()
+        shown = live_images.shown_names()
+        if not shown:
+            self.renderer.stop()
+            return RUN.job is not None
+        finished = self.renderer.poll()
+        if finished:
+            self._due.clear()
+        if RUN.job is not None:
+            self._while_running(shown)
+        elif RUN.result is not None and RUN.result is not self._forgotten and RUN.plan is not None:
+            if self._moments is None or self._moments.result is not RUN.result:
+                self._forget()
+                self._moments = Moments(RUN.plan, RUN.result)
+            self._after_fit(shown, self._moments)
+        if live_images.CYCLES in shown:
+            self._show_cycles()
+        self._fit_editors()
+        return True
+
+    def capture_index(self) -> int:
+        """Of the panel's active row among the photos of the fit; the first where that is none."""
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
+        if scene is None or RUN.plan is None:
+            return 0
+        rows = ids_of(scene)
+        active = scene.selenite.active_capture
+        name = rows[active] if active < len(rows) else ""
+        ids = [item.id for item in RUN.plan.captures]
+        return ids.index(name) if name in ids else 0
+
+    def row(self, moments: Moments) -> int:
+        """Which moment is chosen: START, RESULT or a row of the history."""
+        chosen = settings()
+        if chosen.moment == "START":
+            return START
+        iterations = moments.iterations
+        if chosen.moment == "RESULT" or not len(iterations):
+            return RESULT
+        wanted = round(chosen.timeline / 100 * float(iterations[-1]))
+        return int(np.flatnonzero(iterations <= wanted)[-1])
+
+    def moment_text(self) -> str:
+        """For the panel: which iteration the timeline is at."""
+        if self._moments is None or settings().moment != "ITERATION":
+            return ""
+        row = self.row(self._moments)
+        iterations = self._moments.iterations
+        return f"Iteration {iterations[row]} of {iterations[-1]}" if len(iterations) else ""
+
+    def _while_running(self, shown: set[str]) -> None:
+        job, plan, progress = RUN.job, RUN.plan, RUN.progress
+        if job is None or plan is None:
+            return
+        if live_images.COMPARISON in shown and self._is_due(live_images.COMPARISON):
+            begin = time.perf_counter()
+            index = self.capture_index()
+            capture, picture = plan.captures[index], job.preview(index)
+            where = "starting" if progress is None else _phase(progress)
+            page = compared(
+                Pictures(capture.reference, capture.weight, picture),
+                _choice(),
+                f"{capture.id}: {where}",
+                live_images.room_of(live_images.COMPARISON),
+            )
+            self._draw(live_images.COMPARISON, page, begin, PICTURE_EVERY)
+        if live_images.PLOTS in shown and self._is_due(live_images.PLOTS):
+            begin = time.perf_counter()
+            try:
+                history = job.history()
+            except FitFailed:
+                return
+            if len(history["iteration"]):
+                room = live_images.room_of(live_images.PLOTS)
+                page = plots.page(plots.of_fit(plan, history), room).pixels
+                self._draw(live_images.PLOTS, page, begin, PLOTS_EVERY)
+
+    def _after_fit(self, shown: set[str], moments: Moments) -> None:
+        plan, row = moments.plan, self.row(moments)
+        if live_images.COMPARISON in shown:
+            self._show_moment(moments, Moment(self.capture_index(), row))
+        if live_images.PLOTS in shown:
+            mark = float(moments.iterations[row]) if row >= 0 else None
+            room = live_images.room_of(live_images.PLOTS)
+            if self._changed(live_images.PLOTS, (id(moments), mark, room)):
+                begin = time.perf_counter()
+                history = moments.result["history"]
+                page = plots.page(plots.of_fit(plan, history, moments.result, mark), room).pixels
+                self._draw(live_images.PLOTS, page, begin, 0.0)
+        if live_images.SHEET in shown:
+            self._show_sheet(moments)
+
+    def _show_moment(self, moments: Moments, moment: Moment) -> None:
+        """What is there of it, and wishes for what is not."""
+        chosen, choice = settings(), _choice()
+        capture = moments.plan.captures[moment.photo]
+        needed = [moment]
+        if chosen.mode == "BEFORE_AFTER":
+            needed = [Moment(moment.photo, START), moment]
+        if chosen.mode == "PHOTO":
+            needed = []
+        missing = [item for item in needed if moments.kept(item) is None]
+        picture = moments.kept(moment)
+        start = moments.kept(Moment(moment.photo, START)) if len(needed) == 2 else None
+        if missing and not self.renderer.trouble:
+            self.renderer.want(moments, missing[0])
+        words = _moment_words(moments, moment.row)
+        if missing:
+            words += f" ({self.renderer.trouble or 'rendering'})"
+        room = live_images.room_of(live_images.COMPARISON)
+        there = (picture is None, start is None)
+        if self._changed(live_images.COMPARISON, (id(moments), moment, choice, there, room)):
+            begin = time.perf_counter()
+            pictures = Pictures(capture.reference, capture.weight, picture, start)
+            page = compared(pictures, choice, f"{capture.id}: {words}", room)
+            self._draw(live_images.COMPARISON, page, begin, 0.0)
+
+    def _show_sheet(self, moments: Moments) -> None:
+        """Photo by photo, as their renders end."""
+        captures = moments.plan.captures
+        for index, capture in enumerate(captures):
+            if capture.id in self._tiles:
+                continue
+            both = [Moment(index, START), Moment(index, RESULT)]
+            pictures = [moments.kept(item) for item in both]
+            start, final = pictures
+            if start is None or final is None:
+                if not self.renderer.trouble:
+                    self.renderer.want(moments, both[0] if start is None else both[1])
+                break
+            self._tiles[capture.id] = sheet.small(capture.reference, capture.weight, start, final)
+        if self._tiles and self._changed(live_images.SHEET, (id(moments), len(self._tiles))):
+            begin = time.perf_counter()
+            page = sheet.of_fit(self._tiles, ERROR_SCALE).pixels
+            self._draw(live_images.SHEET, page, begin, 0.0)
+
+    def _show_cycles(self) -> None:
+        """The sheet that the last check wrote."""
+        if CHECK.sheet is None or not self._changed(live_images.CYCLES, str(CHECK.sheet)):
+            return
+        from .. import native
+
+        try:
+            picture = native.image().read(str(CHECK.sheet))[0]
+        except OSError:
+            return
+        begin = time.perf_counter()
+        page = native.image().srgb_encode(np.ascontiguousarray(picture, np.float32))
+        self._draw(live_images.CYCLES, page, begin, 0.0)
+
+    # -- bookkeeping
+
+    def _draw(self, name: str, page: np.ndarray, begin: float, every: float) -> None:
+        image: bpy.types.Image | None = bpy.data.images.get(name)
+        size = tuple(image.size) if image is not None else ()
+        live_images.show(name, page)
+        if size != (page.shape[1], page.shape[0]):
+            self._unfitted |= {
+                address: _LAID_OUT for address, own in self.areas.items() if own == name
+            }
+        cost = time.perf_counter() - begin
+        self.seconds, self.drawings = self.seconds + cost, self.drawings + 1
+        self._due[name] = time.monotonic() + max(every, _TIMES * cost)
+
+    def _is_due(self, name: str) -> bool:
+        return time.monotonic() >= self._due.get(name, 0.0)
+
+    def _changed(self, name: str, key: Any) -> bool:  # noqa: ANN401 - anything that compares
+        if self._keys.get(name) == key and bpy.data.images.get(name) is not None:
+            return False
+        self._keys[name] = key
+        return True
+
+    def _forget(self) -> None:
+        self.renderer.stop()
+        self.renderer.trouble = ""
+        self._moments = None
+        self._tiles, self._keys, self._due = {}, {}, {}
+
+    def _keep_editors(self) -> None:
+        """After undo, or saving, an editor has lost its image; the user may also have given it
+        another one, which stays."""
+        there = {area.as_pointer(): area for _, area in live_images.editors()}
+        for address, name in list(self.areas.items()):
+            area = there.get(address)
+            image = live_images.image_of(area) if area is not None else None
+            if area is None or (image is not None and image.name != name):
+                del self.areas[address]
+            elif image is None:
+                live_images.assign(area, name)
+                self._keys.pop(name, None)
+
+    def _fit_editors(self) -> None:
+        """Zooms what was opened, until it is laid out."""
+        for window, area in live_images.editors():
+            if area.as_pointer() in self._unfitted:
+                drawn_to_size = self.areas.get(area.as_pointer()) in _TO_SIZE
+                large = bpy.context.preferences.system.pixel_size > 1
+                live_images.fit(window, area, whole=large or not drawn_to_size)
+        self._unfitted = {address: n - 1 for address, n in self._unfitted.items() if n > 1}
+
+
+VIEW = LiveView()
+listen(VIEW.wake, VIEW.switch)
+
+
+def _tick() -> float | None:
+    return TICK if VIEW.update() else None
+
+
+def _choice() -> Choice:
+    chosen = settings()
+    return Choice(MODES[chosen.mode], chosen.wipe, chosen.scale)
+
+
+def _phase(progress: Any) -> str:  # noqa: ANN401 - a Progress
+    if progress.phase != DESCENT:
+        return str(progress.phase)
+    return f"iteration {progress.iteration} of {progress.iterations}"
+
+
+def _moment_words(moments: Moments, row: int) -> str:
+    if row == START:
+        return "start"
+    if row == RESULT:
+        return "fit"
+    words = f"iteration {moments.iterations[row]} of {moments.iterations[-1]}"
+    fields = [item for item in moments.plan.fields]
+    return f"{words}, fitted grids and images" if fields else words

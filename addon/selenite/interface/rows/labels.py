@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the list calls a parameter: as the node of this Blender labels its input."""
+
+from __future__ import annotations
+
+import bpy
+
+from ... import parameters
+from ...fit_run.field_kinds import KINDS
+from ...parameters import Parameter
+from ...scene_read import hosts
+from ..texts import translated
+
+_UNITS = {"1": "", "scale": ""}
+
+
+def label_of(row: bpy.types.PropertyGroup) -> str:
+    """ "Transmission Weight" in Blender 4, "Transmission" in 3; in the interface's language."""
+    if row.parameter in KINDS:
+        kind = KINDS[row.parameter]
+        if row.kind == "world":
+            return f"{translated('World')}: {translated('Image')}"
+        if kind.is_image:
+            return f"{translated('Base Color')}: {translated('Image')}"
+        return f"{translated(kind.use.title())}: {translated('Grid')}"
+    return translated(socket_name(parameters.table()[row.kind, row.parameter]))
+
+
+def socket_name(parameter: Parameter) -> str:
+    """Of the input that holds it in this Blender, in English; in words where it has none."""
+    if not parameter.sockets:
+        return parameter.label
+    return parameter.sockets[-1 if hosts.is_version_3() else 0]
+
+
+def unit_text(unit: str) -> str:
+    """ " W" to put behind a number; "" of a ratio."""
+    shown = _UNITS.get(unit, unit)
+    return f" {shown}" if shown else ""
+
+
+def tip_of(row: bpy.types.PropertyGroup) -> str:
+    """Tooltip: what it is, its unit, its name on the command line, and why it is locked."""
+    lines = [label_of(row)]  # the list may cut it
+    lines += [translated(row.help)] if row.help else []
+    if row.note:
+        lines.append(row.note)
+    if row.unit not in ("", "1"):
+        lines.append(translated("Unit: {}").format(row.unit))
+    lines.append(
+        translated("Command line: {}").format(parameters.join_name(row.owner, row.parameter))
+    )
+    if row.reason:
+        lines.append(translated("Locked: {}").format(row.reason))
+    return "\n".join(lines)

@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What comes before and after a native fit, as work for a thread: nothing of it needs Blender."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from ...fit_run.checkpoint import Unfinished
+from ...fit_run.inputs import Inputs, changes, inputs_of
+from ...fit_run.job import FitJob
+from ...fit_run.light_pairing import with_warnings
+from ...fit_run.overall import Overall
+from ...fit_run.plan import FitPlan, prepare
+from ...fit_run.results import finished, write_results
+from ...fit_run.staging.job import StagedJob, make_job
+from ...information.job import Step
+from ...problems import BadInput
+from ...scene_read.bodies import judge_bodies
+from ...scene_read.values import SceneValues
+
+
+class _Cancelled(Exception):
+    """Leaves a function that has no other way to end early."""
+
+
+class Preparing:
+    """Surveys bodies (of values read without), reads the photos, builds the native scene and
+    validates the fit. Afterwards `plan`, `inputs` and, unless the stages are chosen first, `job`
+    are there. `steps` raises BadInput."""
+
+    def __init__(
+        self,
+        values: SceneValues,
+        run: Unfinished,
+        packed: Mapping[str, bytes],
+        file: str,
+        *,
+        makes_job: bool = True,
+    ) -> None:
+        """file: of the scene, for messages. makes_job: False where the stages are not known yet."""
+        self.values, self._run, self._packed, self._file = values, run, packed, file
+        self._makes_job = makes_job
+        self.plan: FitPlan | None = None
+        self.inputs: Inputs | None = None
+        self.job: FitJob | StagedJob | None = None
+        self.overall: Overall | None = None
+
+    def steps(self) -> Iterator[Step]:
+        """A few; whoever cancels is heard after each."""
+        yield Step(0.0, "surveying bodies")
+        self.values.bodies = judge_bodies(self.values)
+        yield Step(0.1, "reading the photos")
+        self.plan = prepare(self.values, self._run.request, self._packed)
+        yield Step(0.6, "comparing with the run before")
+        now = inputs_of(self.values, self.plan.request, self._packed)
+        before = self._run.inputs
+        if before is not None:
+            changed = changes(before, now, self._file)
+            if changed:
+                raise BadInput(changed)
+        self.inputs = before or now
+        yield Step(0.8, "preparing the fit")
+        if self._makes_job:
+            self.job = make_job(self.plan, self._run.parts, self._run.state)
+            self.overall = Overall(self.plan)
+
+    def cancel(self) -> None:
+        """The step that runs goes on to its end."""
+
+
+class Survey:
+    """Whether the bodies of values that were read without are closed; then it is in the values."""
+
+    def __init__(self, values: SceneValues) -> None:
+        self._values = values
+
+    def steps(self) -> Iterator[Step]:
+        """One."""
+        yield Step(0.0, "surveying bodies")
+        self._values.bodies = judge_bodies(self._values)
+
+    def cancel(self) -> None:
+        """The survey goes on to its end."""
+
+
+class Finishing:
+    """After a fit: `result` is the native one with its remarks, warnings and the texels that no
+    photo sees; fitted fields go into `folder`. What stops the writing is in `trouble`."""
+
+    def __init__(self, job: FitJob | StagedJob, parent: Path, host: str) -> None:
+        """job: at its end. parent: of the result folder. host: version of Blender."""
+        self._job, self._plan = job, job.plan
+        self.result: dict[str, Any] = {}
+        self._parent, self._host = parent, host
+        self._stop = threading.Event()
+        self._share = 0.0
+        self.folder: Path | None = None
+        self.trouble = ""
+
+    @property
+    def share(self) -> float:
+        """Between 0 and 1, from any thread."""
+        return self._share
+
+    def steps(self) -> Iterator[Step]:
+        """One for each part; the result is there before the first."""
+        self.result = self._job.result()
+        yield Step(0.0, "comparing lights")
+        try:
+            self.result = with_warnings(self._plan, self.result, self._note(0.0, 0.4))
+            yield Step(0.4, "finishing images")
+            self.result = finished(self._plan, self.result, self._note(0.4, 0.4))
+        except _Cancelled:
+            return
+        yield Step(0.8, "writing fields")
+        if self._plan.fields:
+            try:
+                self.folder = write_results(
+                    self._plan, self.result, self._parent, self._host, pictures=False
+                )
+            except OSError as error:
+                self.trouble = str(error)
+
+    def cancel(self) -> None:
+        """Ends after the picture that is rendered now."""
+        self._stop.set()
+
+    def _note(self, begin: float, length: float) -> Callable[[str, float], None]:
+        def note(_text: str, fraction: float) -> None:
+            self._share = begin + length * fraction
+            if self._stop.is_set():
+                raise _Cancelled
+
+        return note
+
+
+class Saving:
+    """Writes a result folder with its pictures; afterwards `folder` is there, or `trouble` says why
+    it is not."""
+
+    def __init__(self, plan: FitPlan, result: dict[str, Any], parent: Path, host: str) -> None:
+        self._plan, self._result, self._parent, self._host = plan, result, parent, host
+        self._stop = threading.Event()
+        self._step = Step(0.0, "writing the result")
+        self.folder: Path | None = None
+        self.trouble = ""
+
+    @property
+    def step(self) -> Step:
+        """How far it has come, from any thread."""
+        return self._step
+
+    def steps(self) -> Iterator[Step]:
+        """One: it notes its progress itself."""
+        yield self._step
+        try:
+            self.folder = write_results(
+                self._plan, self._result, self._parent, self._host, self._note
+            )
+        except _Cancelled:
+            return
+        except OSError as error:
+            cure = "choose another folder"
+            self.trouble = f"Cannot write to '{self._parent}': {error}; {cure}"
+
+    def cancel(self) -> None:
+        """Ends after the picture that is rendered now; no folder is left."""
+        self._stop.set()
+
+    def _note(self, text: str, fraction: float) -> None:
+        self._step = Step(fraction, text)
+        if self._stop.is_set():
+            raise _Cancelled

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Texts of the panel: translated, and in lines that fit the region."""
+
+from __future__ import annotations
+
+import re
+
+import bpy
+
+#: Width of a letter in pixels at a scale of the interface of 1, on average, and what a panel keeps
+#: for itself at both sides.
+_LETTER, _MARGIN = 6.6, 46
+_FEWEST = 18
+_NUMBER = re.compile(r"\d+(?:\.\d+)?")
+#: Letters of a line in a pop-up, see result.panel.
+_POP_UP = 62
+
+
+def translated(text: str) -> str:
+    """In the language of the interface."""
+    return str(bpy.app.translations.pgettext_iface(text))
+
+
+def translated_sentence(text: str) -> str:
+    """As `translated`, of a sentence with numbers: languages hold it with "{}" for each."""
+    numbers = _NUMBER.findall(text)
+    pattern = translated(_NUMBER.sub("{}", text))
+    return pattern.format(*numbers) if pattern.count("{}") == len(numbers) else text
+
+
+def letters(context: bpy.types.Context, less: int = 0) -> int:
+    """How many letters a line of the region holds. less: pixels that are taken, as by an icon."""
+    region = getattr(context, "region", None)
+    if region is None or region.width <= 1:
+        return 32
+    if region.type != "UI" and context.area.type == "VIEW_3D":
+        return _POP_UP  # drawn over the view
+    width, scale = region.width, context.preferences.system.ui_scale
+    return max(_FEWEST, int((width / scale - _MARGIN - less) / _LETTER))
+
+
+def wrapped(text: str, width: int) -> list[str]:
+    """A sentence in lines of at most `width` letters; a longer word has a line of its own."""
+    lines = [""]
+    for word in text.split():
+        if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
+            lines.append("")
+        lines[-1] = f"{lines[-1]} {word}".strip()
+    return lines
+
+
+def paragraph(
+    layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE"
+) -> None:
+    """A sentence in lines close together, as wide as the region."""
+    column = layout.column(align=True)
+    has_icon = icon != "NONE"
+    for index, line in enumerate(wrapped(text, letters(context, 24 if has_icon else 0))):
+        shown = icon if index == 0 else ("BLANK1" if has_icon else "NONE")
+        column.label(text=line, icon=shown, translate=False)

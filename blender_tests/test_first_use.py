@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a new user meets: photos, problems, folders, presets, and the result folder."""
+
+import time
+from pathlib import Path
+
+import bpy
+import made_scenes as made
+import pytest
+from drawn_panels import draw
+from pressed_buttons import TIMER, Pressed
+from test_interface import prepare_fit
+
+from selenite import paths
+from selenite.interface import panels, properties, state
+from selenite.interface.furniture import links, presets
+from selenite.interface.furniture.preferences import Defaults, preferences
+from selenite.interface.output_folder import DEFAULT_FOLDER, output_folder
+from selenite.interface.problem_reports import thing_of
+from selenite.interface.request import FIT_SETTINGS
+
+pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
+
+
+def photos(tmp_path, *names):
+    folder = tmp_path / "photos"
+    folder.mkdir()
+    for name in names:
+        made.photo(folder / f"{name}.png")
+    return {"directory": str(folder), "files": [{"name": f"{name}.png"} for name in names]}
+
+
+def test_loading_photos_lists_and_ticks_what_is_usual_once(tmp_path):
+    made.studio()
+    settings = bpy.context.scene.selenite
+    chosen = photos(tmp_path, "Camera")
+    bpy.ops.selenite.load_photos(**chosen)
+    ticked = {row.parameter for row in settings.rows if row.enabled}
+    assert ticked == {"base_color", "roughness", "transmission", "ior"}
+    bpy.ops.selenite.untick()
+    bpy.ops.selenite.load_photos(**chosen)
+    assert not any(row.enabled for row in settings.rows)  # the user's own ticks stay
+    assert len(settings.captures) == 1
+
+
+def test_all_problems_stay_in_the_head_in_the_words_of_the_panel(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    settings.captures[0].photo = None
+    settings.spp = 1_000_000_000
+    with pytest.raises(RuntimeError, match="Camera 'Camera'") as error:
+        bpy.ops.selenite.start()
+    assert "--photo" not in str(error.value)
+    drawn = " ".join(draw(panels.SELENITE_PT_head).split())
+    assert "Camera 'Camera'" in drawn and "choose a photo or remove the row" in drawn
+    assert "selenite.select_problem" in drawn and "--" not in drawn
+    for item in bpy.context.view_layer.objects:
+        item.select_set(False)
+    assert bpy.ops.selenite.select_problem(thing="Camera 'Camera'") == {"FINISHED"}
+    assert [item.name for item in bpy.context.selected_objects] == ["Camera"]
+    assert bpy.ops.selenite.clear_problems() == {"FINISHED"}
+    assert "Camera 'Camera'" not in draw(panels.SELENITE_PT_head)
+
+
+def test_things_that_problems_name():
+    made.studio()
+    assert thing_of("Material 'Body'") == bpy.data.materials["Body"]
+    assert thing_of("Parameter 'Body:ior'") == bpy.data.materials["Body"]
+    assert thing_of("Camera 'Camera'") == bpy.data.objects["Camera"]
+    assert thing_of("Fit") is None and thing_of("Material 'None such'") is None
+    assert bpy.ops.selenite.select_problem(thing="Material 'Body'") == {"FINISHED"}
+    assert bpy.context.view_layer.objects.active.active_material == bpy.data.materials["Body"]
+
+
+def test_results_of_an_unsaved_file_go_to_the_users_folder(tmp_path, monkeypatch):
+    made.studio()
+    scene = bpy.context.scene
+    monkeypatch.setattr(paths, "user_folder", lambda: tmp_path / "Documents")
+    monkeypatch.setattr("selenite.interface.output_folder.user_folder", paths.user_folder)
+    assert scene.selenite.output == DEFAULT_FOLDER and not bpy.data.filepath
+    assert output_folder(scene) == tmp_path / "Documents" / "selenite-fits"
+    scene.selenite.output = str(tmp_path / "own")
+    assert output_folder(scene) == tmp_path / "own"
+    made.save(tmp_path / "saved.blend")
+    scene = bpy.context.scene
+    scene.selenite.property_unset("output")
+    assert output_folder(scene) == tmp_path / "selenite-fits"
+
+
+def test_preferences_apply_where_the_scene_says_nothing(monkeypatch):
+    from selenite.interface import request
+
+    assert preferences() == Defaults()
+    scene = bpy.context.scene
+    monkeypatch.setattr(request, "preferences", lambda: Defaults(threads=3))
+    assert request.fit_settings(scene).threads == 3
+    scene.selenite.threads = 2
+    assert request.fit_settings(scene).threads == 2
+
+
+def test_presets_hold_every_setting_of_a_fit():
+    kept = {text.partition(".")[2] for text in presets.SELENITE_OT_add_preset.preset_values}
+    assert kept == {*FIT_SETTINGS, "stage_mode"}
+    for name in kept:
+        assert name in properties.SeleniteSettings.bl_rna.properties
+
+
+def test_a_bug_report_names_versions():
+    text = links.bug_report()
+    assert "Selenite " in text and bpy.app.version_string in text
+
+
+def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
+    from selenite.information.job import BackgroundJob
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    prepare_fit(tmp_path)
+    start = Pressed(Start)
+    state.RUN.prepare(BackgroundJob(start._asked(bpy.context, "")), bpy.context.scene.name)
+    assert "Esc cancels" in draw(panels.SELENITE_PT_head)
+    assert not bpy.ops.selenite.start.poll()
+    assert bpy.ops.selenite.cancel() == {"FINISHED"}
+    assert not state.RUN.is_active and start.modal(bpy.context, TIMER) == {"CANCELLED"}
+    assert not len(bpy.context.scene.selenite.results)
+
+    job = BackgroundJob(start._asked(bpy.context, ""))
+    state.RUN.prepare(job, bpy.context.scene.name)
+    assert job.wait(60.0)
+    assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
+    assert state.RUN.job is not None and state.RUN.preparing is None
+    bpy.ops.selenite.cancel()
+    assert start._finish(bpy.context) == {"CANCELLED"}
+
+
+def test_a_result_is_saved_in_a_thread(tmp_path):
+    from selenite.interface.stop_operators import SELENITE_OT_save_result as Save
+
+    _, settings = prepare_fit(tmp_path)
+    settings.output = str(tmp_path / "out")
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    save = Pressed(Save)
+    assert save._start(bpy.context)
+    assert not bpy.ops.selenite.start.poll()
+    until = time.monotonic() + 60
+    while save.modal(bpy.context, TIMER) == {"PASS_THROUGH"} and time.monotonic() < until:
+        time.sleep(0.02)
+    (folder,) = (tmp_path / "out").iterdir()
+    assert (folder / "Camera_optimised.png").is_file()
+    assert folder == Path(state.RUN.folder) and state.SAVE.job is None
+
+
+def test_cancel_ends_at_once_and_brings_the_result_before_back(tmp_path):
+    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+
+    _, settings = prepare_fit(tmp_path)
+    settings.output = str(tmp_path / "out")
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    result, value = state.RUN.result, tuple(settings.results[0].value)
+    settings.iterations, settings.loss = 4000, "mae"
+    start = Pressed(Start)
+    assert start._start(bpy.context) and state.RUN.result is None
+    assert bpy.ops.selenite.cancel() == {"FINISHED"}
+    assert not state.RUN.is_active and state.RUN.result is result
+    assert start.modal(bpy.context, TIMER) == {"CANCELLED"}
+    assert tuple(settings.results[0].value) == value
+    assert "nothing was changed" in " ".join(draw(panels.SELENITE_PT_head).split())
+    assert bpy.ops.selenite.save_result.poll()
+
+
+def test_a_result_says_how_sure_it_is(tmp_path):
+    _, settings = prepare_fit(tmp_path)
+    assert bpy.ops.selenite.start() == {"FINISHED"}
+    assert settings.verdict and settings.report
+    (row,) = settings.results
+    assert row.sureness in {"SURE", "WEAK", "OPEN", "UNKNOWN"}
+    drawn = " ".join(draw(panels.SELENITE_PT_result).split())
+    assert settings.verdict.split(":")[0][:20] in drawn
+    assert "Body: base_color" not in drawn  # the whole report is behind a triangle
+    settings.show_report = True
+    assert "Body: base_color" in draw(panels.SELENITE_PT_result)

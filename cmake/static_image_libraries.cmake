@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+#
+# selenite::image_libraries of static libraries, for the packages: OpenImageIO, OpenEXR, LibTIFF and
+# Little CMS of ./dev package; libpng, libjpeg, zlib and Boost's thread library of the distribution.
+
+set(ZLIB_USE_STATIC_LIBS ON)
+find_package(ZLIB REQUIRED)
+foreach(package IN ITEMS Imath OpenEXR)
+  find_package(${package} 3.1 CONFIG REQUIRED PATHS "${SELENITE_STATIC_LIBRARIES}" NO_DEFAULT_PATH)
+endforeach()
+find_path(OPENIMAGEIO_INCLUDE_DIR OpenImageIO/imageio.h
+  PATHS "${SELENITE_STATIC_LIBRARIES}/include" NO_DEFAULT_PATH REQUIRED)
+
+add_library(selenite_image_libraries INTERFACE)
+add_library(selenite::image_libraries ALIAS selenite_image_libraries)
+target_include_directories(selenite_image_libraries SYSTEM INTERFACE "${OPENIMAGEIO_INCLUDE_DIR}")
+target_compile_definitions(selenite_image_libraries INTERFACE OIIO_STATIC_DEFINE=1)
+foreach(name IN ITEMS OpenImageIO OpenImageIO_Util tiff lcms2)
+  find_library(library_${name} NAMES lib${name}.a PATHS "${SELENITE_STATIC_LIBRARIES}/lib" NO_DEFAULT_PATH REQUIRED)
+  target_link_libraries(selenite_image_libraries INTERFACE "${library_${name}}")
+endforeach()
+foreach(name IN ITEMS jpeg png16 boost_thread)
+  find_library(library_${name} NAMES lib${name}.a REQUIRED)
+  target_link_libraries(selenite_image_libraries INTERFACE "${library_${name}}")
+endforeach()
+target_link_libraries(selenite_image_libraries INTERFACE
+  OpenEXR::OpenEXR ZLIB::ZLIB Threads::Threads ${CMAKE_DL_LIBS})

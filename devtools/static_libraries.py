@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Embree, OpenImageIO and what they need as static libraries, for the packages alone.
+
+The distribution's OpenImageIO brings 249 shared libraries along. Here it is built with the five
+formats that Selenite reads, from the distribution's own source packages. Versions and checksums
+are pinned below. Sources, build trees and results lie in a cache outside the checkout;
+`./dev build` and `./dev test` never come here.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tarfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from process import JOBS, ROOT, Failed, digest, is_stamped, run, say, write_stamp
+
+CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "selenite" / "static"
+PREFIX = CACHE / "prefix"
+KEYRING = Path("/usr/share/keyrings/debian-archive-keyring.gpg")
+# The release whose source packages are asked, after those of the release that runs
+NEWER = "trixie"
+
+ON, OFF = "ON", "OFF"
+COMMON = {
+    "CMAKE_BUILD_TYPE": "Release",
+    "CMAKE_INSTALL_PREFIX": str(PREFIX),
+    "CMAKE_INSTALL_LIBDIR": "lib",
+    "CMAKE_PREFIX_PATH": str(PREFIX),
+    "CMAKE_POSITION_INDEPENDENT_CODE": ON,
+    "CMAKE_C_VISIBILITY_PRESET": "hidden",
+    "CMAKE_CXX_VISIBILITY_PRESET": "hidden",
+    "CMAKE_VISIBILITY_INLINES_HIDDEN": ON,
+    # A unique symbol would be one for all copies of a library in the process, hidden or not.
+    "CMAKE_CXX_FLAGS": "-fno-gnu-unique -ffunction-sections -fdata-sections",
+    "CMAKE_C_FLAGS": "-ffunction-sections -fdata-sections",
+    "BUILD_SHARED_LIBS": OFF,
+    "BUILD_TESTING": OFF,
+}
+# Of OpenImageIO: libraries it goes without, formats that Selenite does not read, algorithms
+UNUSED = (
+    *("libjpeg-turbo", "FREETYPE", "OPENCOLORIO", "OPENCV", "TBB", "DCMTK", "FFMPEG", "GIF"),
+    *("LIBHEIF", "LIBRAW", "OPENJPEG", "OPENVDB", "PTEX", "WEBP", "NUKE", "R3DSDK"),
+)
+UNREAD = (
+    *("BMP", "CINEON", "DDS", "DICOM", "DPX", "FFMPEG", "FITS", "GIF", "HEIF", "ICO", "IFF"),
+    *("JPEG2000", "NULL", "OPENVDB", "PNM", "PSD", "PTEX", "R3D", "RAW", "RLA", "SGI"),
+    *("SOFTIMAGE", "TARGA", "TERM", "WEBP", "ZFILE"),
+)
+UNCALLED = (
+    *("pixelmath", "channels", "compare", "deep", "addsub", "muldiv", "mad", "minmaxchan"),
+    *("orient", "xform", "yee"),
+)
+
+
+@dataclass(frozen=True)
+class Library:
+    """One source package: its files with their SHA-256, and how it is configured."""
+
+    name: str
+    version: str
+    files: Mapping[str, str]
+    options: Mapping[str, str] = field(default_factory=dict)
+    #: Files that the installation asks for and the distribution has taken out of the sources
+    placeholders: tuple[str, ...] = ()
+    #: Beginnings of lines that are taken out of a CMake file: sources of what is switched off
+    left_out: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    autotools: bool = False
+
+
+LIBRARIES = (
+    Library(
+        "embree",
+        "3.13.5+dfsg-2",
+        {
+            "embree_3.13.5+dfsg.orig.tar.xz": (
+                "1b7c5b6144230ad81b92ece884a2017fbbb433bf5416a6fca9257e0109501c63"
+            )
+        },
+        {
+            "EMBREE_STATIC_LIB": ON,
+            "EMBREE_TASKING_SYSTEM": "INTERNAL",
+            "EMBREE_ISPC_SUPPORT": OFF,
+            "EMBREE_TUTORIALS": OFF,
+            "EMBREE_MAX_ISA": "NONE",
+            "EMBREE_ISA_SSE2": OFF,
+            "EMBREE_ISA_SSE42": ON,
+            # Without AVX its AVX2 code lacks functions that a shared object misses when it loads.
+            "EMBREE_ISA_AVX": ON,
+            "EMBREE_ISA_AVX2": ON,
+            "EMBREE_ISA_AVX512": OFF,
+            "EMBREE_RAY_MASK": ON,
+            "EMBREE_FILTER_FUNCTION": OFF,
+            "EMBREE_GEOMETRY_QUAD": OFF,
+            "EMBREE_GEOMETRY_CURVE": OFF,
+            "EMBREE_GEOMETRY_SUBDIVISION": OFF,
+            "EMBREE_GEOMETRY_USER": OFF,
+            "EMBREE_GEOMETRY_GRID": OFF,
+            "EMBREE_GEOMETRY_POINT": OFF,
+        },
+        placeholders=("readme.pdf",),
+        # Compiled whatever the options say, and three quarters of the time
+        left_out={"kernels/CMakeLists.txt": ("geometry/curve_intersector_virtual_",)},
+    ),
+    Library(
+        "imath",
+        "3.1.6-1",
+        {
+            "imath_3.1.6.orig.tar.gz": (
+                "ea5592230f5ab917bea3ceab266cf38eb4aa4a523078d46eac0f5a89c52304db"
+            )
+        },
+    ),
+    Library(
+        "openexr",
+        "3.1.5-5",
+        {
+            "openexr_3.1.5.orig.tar.gz": (
+                "93925805c1fc4f8162b35f0ae109c4a75344e6decae5a240afdfce25f8a433ec"
+            )
+        },
+        {"OPENEXR_BUILD_TOOLS": OFF, "OPENEXR_INSTALL_EXAMPLES": OFF, "DOCS": OFF},
+    ),
+    Library(
+        "tiff",
+        "4.5.0-6+deb12u4",
+        {
+            "tiff_4.5.0.orig.tar.bz2": (
+                "638f43d7dea33948d5dee7f39572fc0194d9cc3c74195de9dd26a4388a1f880a"
+            ),
+            "tiff_4.5.0-6+deb12u4.debian.tar.xz": (
+                "4ee50a8cdf74a184d94e65a04f3c9de466cb0b74ef5393fb5ca65666fccb864b"
+            ),
+        },
+        {
+            **{f"tiff-{part}": OFF for part in ("tools", "tests", "contrib", "docs")},
+            **{part: OFF for part in ("cxx", "jbig", "lerc", "lzma", "webp", "zstd", "libdeflate")},
+        },
+    ),
+    Library(
+        "lcms2",
+        "2.14-2+deb12u1",
+        {
+            "lcms2_2.14.orig.tar.gz": (
+                "28474ea6f6591c4d4cee972123587001a4e6e353412a41b3e9e82219818d5740"
+            ),
+            "lcms2_2.14-2+deb12u1.debian.tar.xz": (
+                "3b88006a5ccc15f3d4b2f28310875a8c4d789ac8342deaf4113ed5c2fd4a59e8"
+            ),
+        },
+        autotools=True,
+    ),
+    Library(
+        "openimageio",
+        "2.5.18.0+dfsg-1",
+        {
+            "openimageio_2.5.18.0+dfsg.orig.tar.xz": (
+                "0dc2185aac5e01a2e5a1a804f558c1190ea048650a7fedef1033a1616abcac80"
+            )
+        },
+        {
+            "CMAKE_CXX_STANDARD": "17",
+            # It only hands over what libpng, libjpeg, libtiff and OpenEXR have decoded.
+            "CMAKE_CXX_FLAGS_RELEASE": "-O1 -DNDEBUG",
+            "OIIO_BUILD_TOOLS": OFF,
+            "OIIO_BUILD_TESTS": OFF,
+            "OIIO_DISABLE_BOOST_STACKTRACE": ON,
+            "BUILD_DOCS": OFF,
+            "INSTALL_DOCS": OFF,
+            "INSTALL_FONTS": OFF,
+            "EMBEDPLUGINS": ON,
+            "BUILD_MISSING_FMT": OFF,
+            "BUILD_MISSING_ROBINMAP": OFF,
+            "LINKSTATIC": ON,
+            "USE_CCACHE": OFF,
+            "USE_PYTHON": OFF,
+            "USE_QT": OFF,
+            **{f"USE_{name}": OFF for name in UNUSED},
+            **{f"ENABLE_{name}": OFF for name in UNREAD},
+        },
+        # Image algorithms and textures: most of the time, and no reader or writer of files calls
+        # them. The module is linked with -z defs: what is missed shows there.
+        left_out={
+            "src/libOpenImageIO/CMakeLists.txt": (
+                *(f"imagebufalgo_{name}.cpp" for name in UNCALLED),
+                "maketexture.cpp",
+                "printinfo.cpp",
+                "../libtexture/texture",
+                "../libtexture/environment.cpp",
+            )
+        },
+    ),
+)
+
+
+def prefix() -> Path:
+    """Builds what is not there yet; returns the folder to be searched for libraries first."""
+    before = ""
+    for library in LIBRARIES:
+        key = digest([repr(library), repr(COMMON), _compiler(), before])
+        stamp = CACHE / "stamps" / library.name
+        if not is_stamped(stamp, key):
+            _build(library)
+            write_stamp(stamp, key)
+        if library.name != "embree":  # nothing is built on it
+            before = key
+    return PREFIX
+
+
+def _compiler() -> str:
+    return subprocess.run(
+        ["c++", "--version"], capture_output=True, text=True, check=True
+    ).stdout.splitlines()[0]
+
+
+def _build(library: Library) -> None:
+    source, build = CACHE / "src" / library.name, CACHE / "build" / library.name
+    shutil.rmtree(build, ignore_errors=True)
+    _unpack(library, source)
+    say(f"building {library.name} {library.version} as a static library (once)")
+    if library.autotools:
+        build.mkdir(parents=True)
+        options = ["--disable-shared", "--with-pic", f"--prefix={PREFIX}"]
+        flags = f"-O2 -DNDEBUG -fvisibility=hidden {COMMON['CMAKE_C_FLAGS']}"
+        run([source / "configure", "--quiet", *options], build, {"CFLAGS": flags})
+        run(["make", "--silent", "-C", "src", f"-j{JOBS}", "install"], build)
+        run(["make", "--silent", "-C", "include", "install"], build)
+        return
+    settings = [f"-D{name}={value}" for name, value in {**COMMON, **library.options}.items()]
+    run(["cmake", "-G", "Ninja", "-S", source, "-B", build, "-Wno-dev", *settings])
+    run(["cmake", "--build", build, f"-j{JOBS}"])
+    run(["cmake", "--install", build])
+
+
+def _unpack(library: Library, target: Path) -> None:
+    """The sources with the distribution's patches, in `target`."""
+    archives = _fetch(library)
+    shutil.rmtree(target, ignore_errors=True)
+    unpacked = target.with_suffix(".partial")
+    shutil.rmtree(unpacked, ignore_errors=True)
+    for path in archives:
+        with tarfile.open(path) as archive:
+            archive.extractall(unpacked, filter="data")
+    (original,) = [folder for folder in unpacked.iterdir() if folder.name != "debian"]
+    series = unpacked / "debian" / "patches" / "series"
+    if series.is_file():
+        for line in series.read_text().splitlines():
+            name = line.partition("#")[0].strip()
+            if name:
+                run(["patch", "--quiet", "-p1", "-i", series.parent / name], original)
+    for name in library.placeholders:
+        (original / name).touch()
+    for name, beginnings in library.left_out.items():
+        path = original / name
+        lines = path.read_text().splitlines(keepends=True)
+        path.write_text("".join(x for x in lines if not x.strip().startswith(beginnings)))
+    original.rename(target)
+    shutil.rmtree(unpacked)
+
+
+def _fetch(library: Library) -> list[Path]:
+    """The source package's files, checked. What is in the cache is not asked for again."""
+    folder = CACHE / "sources"
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / name for name in library.files]
+
+    def wrong() -> list[str]:
+        sums = library.files.items()
+        return [n for n, s in sums if not (folder / n).is_file() or _sha256(folder / n) != s]
+
+    if wrong():
+        settings = _apt()
+        # It fails where one file of a package is no longer served, and yet brings the others.
+        words = ["apt-get", *settings, "--quiet", "--download-only", "--only-source", "source"]
+        subprocess.call([*words, f"{library.name}={library.version}"], cwd=folder)
+    if missing := wrong():
+        raise Failed(
+            f"{', '.join(missing)} of the source package {library.name} {library.version} cannot "
+            f"be had here, or is not the file of the checksum in "
+            f"{Path(__file__).relative_to(ROOT)}; put the file into {folder}"
+        )
+    return paths
+
+
+def _sha256(path: Path) -> str:
+    import hashlib
+
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _apt() -> list[str]:
+    """Options that let apt see source packages, without touching the system's own lists."""
+    place = CACHE / "apt"
+    sources, lists = place / "sources.list", place / "lists"
+    options = {
+        "Dir::Etc::sourcelist": sources,
+        "Dir::Etc::sourceparts": "/dev/null",
+        "Dir::State::lists": lists,
+        "Dir::Cache": place / "cache",
+        "APT::Sandbox::User": "root",
+    }
+    settings = [f"-o{name}={value}" for name, value in options.items()]
+    if not sources.is_file():
+        asked = ["indextargets", "--format", "$(REPO_URI) $(CODENAME)", "Identifier: Packages"]
+        listing = subprocess.run(
+            ["apt-get", *asked], capture_output=True, text=True, check=True
+        ).stdout
+        here = sorted({tuple(line.split()) for line in listing.splitlines() if "debian" in line})
+        if not here:
+            raise Failed("this system's package sources name no Debian mirror: ./dev package "
+                         "takes the sources of its libraries from one")  # fmt: skip
+        main = min(here, key=lambda item: len(item[1]))
+        (lists / "partial").mkdir(parents=True, exist_ok=True)
+        sources.write_text("".join(
+            f"deb-src [signed-by={KEYRING}] {uri} {suite} main\n"
+            for uri, suite in [*here, (main[0], NEWER)]
+        ))  # fmt: skip
+        run(["apt-get", *settings, "--quiet", "update"])
+    return settings

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""transforms.json with intrinsics that frames share or have of their own."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from selenite.importers.read import read_reconstruction
+from selenite.importers.reconstruction import ReconstructionError
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from known import FLIP, FULL, HEIGHT, MOST, WIDTH, Known, Lens, known, picture, worst  # noqa: E402
+
+
+def lens_of(lens: Lens) -> dict[str, float]:
+    return {
+        "w": WIDTH, "h": HEIGHT, "fl_x": lens.fx, "fl_y": lens.fy, "cx": lens.cx, "cy": lens.cy,
+        "k1": lens.k1, "k2": lens.k2, "k3": lens.k3, "p1": lens.p1, "p2": lens.p2,
+    }  # fmt: skip
+
+
+def frame(one: Known) -> dict[str, Any]:
+    """Its axes are OpenGL's."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = one.rotation.T @ FLIP, one.centre
+    return {"file_path": one.label, "transform_matrix": matrix.tolist()}
+
+
+def document(cameras: list[Known], **shared: Any) -> dict[str, Any]:
+    return {**shared, "frames": [frame(one) for one in cameras]}
+
+
+def written(folder: Path, content: Any) -> Path:
+    path = folder / "transforms.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return path
+
+
+def test_reprojection_with_shared_intrinsics(tmp_path: Path) -> None:
+    path = written(tmp_path, document(known(), camera_model="OPENCV", **lens_of(FULL)))
+    found = read_reconstruction(path)
+    assert worst(found, known()) < MOST and found.remarks == ()
+    assert worst(read_reconstruction(tmp_path), known()) < MOST
+    assert found.cameras[0].photo == "IMG_0000.JPG"
+
+
+def test_reprojection_with_intrinsics_of_each_frame(tmp_path: Path) -> None:
+    cameras = [replace(one, lens=replace(FULL, fx=500.0 + 10 * number, k1=-0.02 * number))
+               for number, one in enumerate(known())]  # fmt: skip
+    content = document(cameras, fl_x=1.0, w=2, k1=0.5)
+    for entry, one in zip(content["frames"], cameras, strict=True):
+        entry.update(lens_of(one.lens))
+    assert worst(read_reconstruction(written(tmp_path, content)), cameras) < MOST
+
+
+def test_coordinates_of_a_million_metres_keep_their_digits(tmp_path: Path) -> None:
+    path = written(tmp_path, document(known(at=1e6), **lens_of(FULL)))
+    assert worst(read_reconstruction(path), known(at=1e6), 1e6) < MOST
+
+
+def test_an_angle_of_view_and_the_photos_will_do(tmp_path: Path) -> None:
+    lens = Lens(500.0, 500.0)
+    cameras = [replace(one, label=f"./train/r_{number}")
+               for number, one in enumerate(known(3, lens))]  # fmt: skip
+    for number in range(3):
+        picture(tmp_path / "train" / f"r_{number}.png")
+    content = document(cameras, camera_angle_x=2 * math.atan(WIDTH / 2 / lens.fx))
+    assert worst(read_reconstruction(written(tmp_path, content)), cameras) < MOST
+
+
+def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
+    (tmp_path / "poses").mkdir()
+    picture(tmp_path / "photos" / "IMG_0000.jpg")
+    content = document(known(1, Lens()), fl_x=520.0)
+    path = written(tmp_path / "poses", content)
+    found = read_reconstruction(path, pictures=[tmp_path / "photos"])
+    assert worst(found, known(1, Lens())) < MOST
+    with pytest.raises(ReconstructionError, match=r"size of its photo is not known.*--photos"):
+        read_reconstruction(path)
+
+
+def test_a_frame_with_a_mask_alone_is_read(tmp_path: Path) -> None:
+    picture(tmp_path / "masks" / "m0.png")
+    content = document(known(1, Lens()), fl_x=520.0)
+    content["frames"][0] = {**content["frames"][0], "file_path": None, "mask_path": "masks/m0.png"}
+    (camera,) = read_reconstruction(written(tmp_path, content)).cameras
+    assert (camera.label, camera.photo, camera.mask) == ("masks/m0.png", "", "masks/m0.png")
+
+
+def test_a_fisheye_and_k4_are_told(tmp_path: Path) -> None:
+    content = document(known(2), **lens_of(FULL))
+    content["frames"][1]["camera_model"] = "OPENCV_FISHEYE"
+    content["k4"] = 0.01
+    found = read_reconstruction(written(tmp_path, content))
+    assert worst(found, known(1)) < MOST
+    assert found.remarks[0].startswith("camera 'IMG_0001.JPG': its camera_model OPENCV_FISHEYE")
+    assert found.remarks[1].startswith("k4 = 0.01 is left out: ")
+
+
+GOOD = document(known(2), **lens_of(FULL))
+
+
+def broken(**changes: Any) -> dict[str, Any]:
+    return {**GOOD, "frames": [{**GOOD["frames"][0], **changes}, GOOD["frames"][1]]}
+
+
+@pytest.mark.parametrize(
+    ("content", "element", "cause"),
+    [
+        ("{", "JSON", "no JSON"),
+        ("{\x00}", "JSON", "no JSON"),
+        ('{"frames": NaN}', "JSON", "NaN is no number"),
+        ("{" * 100_000, "JSON", "no JSON"),
+        ('{"a":' + "[" * 100_000, "JSON", "nested too deep"),
+        ("{" + "[" * 600_000, "JSON", "more than"),
+        ('{"a": ' + "9" * 5000 + "}", "JSON", "no JSON"),
+        ({}, "frames", "missing or empty"),
+        ({"frames": []}, "frames", "missing or empty"),
+        ({"frames": [3]}, "frame 0", "no object"),
+        (broken(file_path=3), "frame 0", "file_path is no text"),
+        (broken(file_path=""), "frame 0", "no label"),
+        (broken(file_path="a\x00b"), "frame 0", "control characters"),
+        (broken(file_path="\ud800"), "frame 0", "control characters"),
+        (broken(file_path="IMG_0001.JPG"), "frame 1", "comes twice"),
+        (broken(transform_matrix=None), "transform_matrix", "no matrix"),
+        (broken(transform_matrix=[[1, 2]] * 4), "transform_matrix", "no matrix"),
+        (broken(transform_matrix=[[0, 0, 0, 0]] * 3), "transform_matrix", "unit length"),
+        (broken(transform_matrix=[["a"] * 4] * 4), "transform_matrix", "'a' is no number"),
+        (broken(transform_matrix=[[10**400] * 4] * 4), "transform_matrix", "too large"),
+        (broken(transform_matrix=[[True] * 4] * 4), "transform_matrix", "no number"),
+        (broken(fl_x=-3), "frame 0", "fx is -3"),
+        (broken(fl_x="x"), "fl_x", "'x' is no number"),
+        (broken(w=0), "frame 0", "0 pixels"),
+        (broken(w=640.5), "frame 0", "no whole number"),
+        ({**GOOD, "fl_x": None, "fl_y": None}, "frame 0", "neither fl_x nor camera_angle_x"),
+        ({**GOOD, "fl_x": None, "camera_angle_x": 7}, "frame 0", "no angle of view"),
+        ({**GOOD, "camera_model": "EQUIRECTANGULAR"}, "frames", "none can be used"),
+    ],
+)
+def test_a_broken_file_is_refused(tmp_path: Path, content: Any, element: str, cause: str) -> None:
+    with pytest.raises(ReconstructionError) as caught:
+        read_reconstruction(written(tmp_path, content))
+    error = caught.value
+    assert element in error.element and cause in error.cause and error.cure
+    assert "\n" not in str(error)

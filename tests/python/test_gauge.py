@@ -1,0 +1,64 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is said of light, reflectance and gains that make up for each other."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "addon"))
+
+from selenite.fit_run.gauge import gauges  # noqa: E402
+
+
+def result(*directions: tuple[list[str], list[str]]) -> dict[str, Any]:
+    """Of a fit whose report has these directions: components, captures."""
+    weak = [
+        {"deviation": 0.3, "components": names, "captures": captures}
+        for names, captures in directions
+    ]
+    return {"report": {"weak_directions": weak}}
+
+
+def test_light_and_color_are_said_once_for_all_channels_with_what_helps() -> None:
+    found = gauges(
+        result(
+            (["World:strength", "Body:base_color[0]", "Body:roughness"], []),
+            (["Body:base_color[1]", "World:strength"], []),
+        )
+    )
+    assert len(found) == 1
+    assert found[0].as_json() == {
+        "parameters": ["World:strength", "Body:base_color"],
+        "captures": [],
+    }
+    text = found[0].text()
+    assert text.startswith("World:strength and Body:base_color make up for each other")
+    assert "grey card" in text
+    assert "one lamp" in text
+    assert "gain of none" not in text, "no gain takes part"
+
+
+def test_gains_take_part_with_their_own_cure() -> None:
+    (found,) = gauges(result((["Body:base_color[2]"], ["Front", "Back"])))
+    assert found.as_json() == {"parameters": ["Body:base_color"], "captures": ["Front", "Back"]}
+    text = found.text()
+    assert text.startswith("Body:base_color and the gains of Front and Back make up for each other")
+    assert "gain of none" in text
+    assert "lamp" not in text
+
+
+def test_other_weak_directions_are_no_matter_of_brightness() -> None:
+    assert gauges(result((["Body:ior", "Body:transmission"], []))) == []
+    assert gauges(result((["Key:power", "Fill:power"], []))) == [], "two of one kind"
+    assert gauges({}) == [], "there was no refinement"
+    assert gauges({"report": {}}) == []
+
+
+def test_what_shares_nothing_stays_apart() -> None:
+    found = gauges(
+        result((["Key:power", "Head:base_color[0]"], []), (["Base:albedo[1]"], ["Left"]))
+    )
+    assert [one.parameters for one in found] == [("Key:power", "Head:base_color"), ("Base:albedo",)]
