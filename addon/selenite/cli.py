@@ -19,13 +19,8 @@ from typing import Any, NoReturn, TextIO
 
 from . import __version__
 from .commands import addon_settings
+from .commands import environment_arguments as environment
 from .commands.capture_arguments import add_captures
-from .commands.environment_arguments import (
-    NO_ENVIRONMENT,
-    add_environment,
-    add_lamps,
-    add_rotate_world,
-)
 from .commands.examples import with_examples
 from .commands.import_arguments import add_import
 from .commands.terminal import say
@@ -181,8 +176,8 @@ def build_parser() -> argparse.ArgumentParser:
     _add_fit(commands)
     _add_next_camera(commands)
     _add_trade(commands)
-    add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
-    add_lamps(_command(commands, "lamps", ".commands.lamps"))
+    environment.add_rotate_world(_command(commands, "rotate-world", ".commands.rotate_world"))
+    environment.add_lamps(_command(commands, "lamps", ".commands.lamps"))
     _add_demo(commands)
     return parser
 
@@ -310,7 +305,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
     stages = "fitted first: ior-last, colours-first, auto (what photos determine), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
-    add_environment(group)
+    environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
     add = parser.add_argument_group("settings of the fit").add_argument
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
@@ -348,8 +343,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
 
 def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "next-camera", ".commands.next_camera")
-    # --set says at which values
-    parser.set_defaults(start=[], grid=[], unseen=[], **NO_ENVIRONMENT)
+    parser.set_defaults(start=[], grid=[], unseen=[], **environment.NO_ENVIRONMENT)
     add = parser.add_argument
     scene = "a .blend file, or the folder or run.json of a fit: then at its fitted values"
     add("scene", metavar="SCENE", help=scene)
@@ -371,8 +365,7 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
 
 def _add_trade(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "trade", ".commands.trade")
-    # The truth is the scene's, starts lie away from it.
-    parser.set_defaults(start=[], grid=[], unseen=[], **NO_ENVIRONMENT)
+    parser.set_defaults(start=[], grid=[], unseen=[], **environment.NO_ENVIRONMENT)
     add = parser.add_argument
     add("scene", metavar="SCENE.blend")
     many = {"action": "append", "default": []}

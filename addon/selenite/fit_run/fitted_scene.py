@@ -72,7 +72,7 @@ def _file_of(row: dict[str, Any], folder: Path) -> str:
 
 def _numbers(value: object, folder: Path) -> Values:
     """Raises BadInput."""
-    items = value if isinstance(value, list) else [value]
+    items: list[Any] = value if isinstance(value, list) else [value]
     if items and all(type(item) in (int, float) for item in items):
         return tuple(float(item) for item in items)
     raise BadInput(Problem(f"File '{folder / RESULT}'", f"a value is {value!r}", _CURE))

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import bpy
 import numpy as np
 
@@ -75,7 +77,8 @@ def find_inlet(world: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str
     except Unreadable as error:
         return None, error.problem.cause
     socket = background.node.inputs["Color"]
-    return socket, nodes.why_tree_fixed(socket.id_data, background.groups, world)
+    tree = cast(bpy.types.NodeTree, socket.id_data)
+    return socket, nodes.why_tree_fixed(tree, background.groups, world)
 
 
 def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValues:

@@ -158,13 +158,13 @@ def _undo(found: bpy.types.World) -> None:
         found[_BEFORE] = json.dumps(earlier)
     else:
         del found[_BEFORE]
-    tree = found.node_tree
+    tree: bpy.types.NodeTree | None = found.node_tree
     if note["group"]:
         groups = (item for item in bpy.data.node_groups if hosts.is_editable(item))
         tree = next((item for item in groups if item.name == note["group"]), None)
     if tree is None:
         return
-    node = tree.nodes.get(note["node"])
+    node: bpy.types.Node | None = tree.nodes.get(note["node"])
     if node is not None:
         tree.nodes.remove(node)
     inlet = _socket(tree, "inputs", *note["inlet"])
@@ -182,7 +182,7 @@ def _undo(found: bpy.types.World) -> None:
 def _socket(
     tree: bpy.types.NodeTree, side: str, node: str, identifier: str
 ) -> bpy.types.NodeSocket | None:
-    found = tree.nodes.get(node)
+    found: bpy.types.Node | None = tree.nodes.get(node)
     if found is None:
         return None
     sockets = getattr(found, side)

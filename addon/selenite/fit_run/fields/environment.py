@@ -214,7 +214,7 @@ def _start(
         ):
             cause = f"its start is {', '.join(f'{x:g}' for x in request.start)}"
             raise BadInput(Problem(title, cause, "give 1 or 3 numbers from 0 up"))
-        return np.broadcast_to(np.float32(request.start), (rows, columns, 3)).copy(), ()
+        return np.broadcast_to(np.array(request.start, np.float32), (rows, columns, 3)).copy(), ()
     if file:
         return _from_file(file, request.projection, size, title)
     if world.image is not None:
@@ -222,7 +222,7 @@ def _start(
         # A code value of 1 that many pixels share is where a picture of few bits ends.
         note = _clipped("its start, the image of the world,", world.image) if brightest <= 1 else ()
         return _sized(world.image, world.to_map, size), note
-    return np.broadcast_to(np.float32(world.color), (rows, columns, 3)).copy(), ()
+    return np.broadcast_to(np.array(world.color, np.float32), (rows, columns, 3)).copy(), ()
 
 
 def _sized(image: np.ndarray, to_map: np.ndarray, size: tuple[int, int] | None) -> np.ndarray:
