@@ -306,5 +306,7 @@ def test_requirements_hold_the_pins_of_the_project() -> None:
         asked += group
     for text in asked:
         wanted = Requirement(text)
-        if wanted.name != project["project"]["name"]:
+        # The file is for the Python that `./dev` runs with.
+        here = wanted.marker is None or wanted.marker.evaluate({"python_version": "3.11"})
+        if here and wanted.name != project["project"]["name"]:
             assert wanted.specifier.contains(pins[canonicalize_name(wanted.name)]), text
