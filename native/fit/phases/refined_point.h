@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "fit/inference/confidence_intervals.h"
-#include "fit/inference/gain_slopes.h"
 #include "fit/inference/photo_jacobian.h"
+#include "fit/objective/gain_slopes.h"
 #include "fit/problem/significance.h"
 #include "fit/solver/gauss_newton.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fit/inference/gain_slopes.h"
+#include "fit/objective/gain_slopes.h"
 #include "fit/objective/photo_weights.h"
 
 namespace selenite {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/inference/gain_slopes.h"
+#include "fit/objective/gain_slopes.h"
 
 #include <algorithm>
 #include <cmath>
