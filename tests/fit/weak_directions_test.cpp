@@ -10,8 +10,7 @@ namespace {
 
 // A light (in a logarithm) and a colour: photos show their product, and a third value well.
 TEST(WeakDirections, NameWhatMakesUpForWhat) {
-  const Vector product = (Vector(3) << 1, 1 / 0.5, 0).finished();  // of colour 0.5
-  const Vector third = (Vector(3) << 0, 0, 1).finished();
+  const Eigen::Vector3d product(1, 1 / 0.5, 0), third(0, 0, 1);  // of colour 0.5
   Eigen::MatrixXd normal = 1e6 * product * product.transpose() + 1e6 * third * third.transpose();
   normal += Eigen::Vector3d(4, 40, 1).asDiagonal();  // what the bounds say
   const Vector ranges = Eigen::Vector3d(4.6, 1, 1);
