@@ -55,7 +55,8 @@ void bind_lights(py::class_<Scene>& scene) {
             return s.with_environment(colors_of(pixels));
           },
           py::arg("pixels"),
-          "Scene with other radiance in the world's image, (h, w, 3), row 0 at the top. ValueError: "
+          "Scene with other radiance in the world's image, (h, w, 3), row 0 at the top. "
+          "ValueError: "
           "no image, one that a colour tints, another size, a number below 0 or not finite.");
 }
 

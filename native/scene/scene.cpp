@@ -237,8 +237,7 @@ Scene Scene::with_image(const ImageRef& ref, std::vector<Colorf> pixels) const {
 const EnvironmentMap& Scene::environment() const {
   const World& world = appearance.world;
   const std::string who = std::string(kWorldName) + ":" + kEnvironment + ": ";
-  if (!world.map)
-    throw InvalidArgument(who + "the world has no image; give it one, or name color");
+  if (!world.map) throw InvalidArgument(who + "the world has no image; give it one, or name color");
   for (int c = 0; c < 3; ++c)
     if (world.values.color[c] != 1)
       throw InvalidArgument(who + "the world's colour (" + std::to_string(world.values.color[c]) +

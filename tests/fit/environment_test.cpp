@@ -33,7 +33,9 @@ std::vector<Colorf> bright_side() {
   return pixels;
 }
 
-std::vector<Colorf> even(float level) { return std::vector<Colorf>(kWidth * kHeight, Colorf(level)); }
+std::vector<Colorf> even(float level) {
+  return std::vector<Colorf>(kWidth * kHeight, Colorf(level));
+}
 
 std::vector<Photo> photos() {
   std::vector<Photo> taken;
@@ -49,9 +51,8 @@ std::vector<Photo> photos() {
   return taken;
 }
 
-const std::vector<UnknownParameter> kWanted = {
-    {"Ball", "base_color", {0.4, 0.4, 0.4}, 0, 1, 0.03},
-    {kWorldName, kEnvironment, {}, 0, 1e4, 0.03}};
+const std::vector<UnknownParameter> kWanted = {{"Ball", "base_color", {0.4, 0.4, 0.4}, 0, 1, 0.03},
+                                               {kWorldName, kEnvironment, {}, 0, 1e4, 0.03}};
 
 FitSettings settings_for(int iterations) {
   FitSettings settings;

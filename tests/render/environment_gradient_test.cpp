@@ -59,8 +59,8 @@ TEST_P(UnderUnknownSky, DerivativesTimesTheSkyAreThePicture) {
   const Scene scene = under_sky(GetParam().material, pixels);
   const RenderSettings settings = settings_of(8);
   const std::vector<float> weights(settings.width * settings.height, 1);
-  const FieldJacobian found = render_field_jacobian(scene, scene.cameras[0], {EnvironmentRef{}},
-                                                    settings, weights, 1);
+  const FieldJacobian found =
+      render_field_jacobian(scene, scene.cameras[0], {EnvironmentRef{}}, settings, weights, 1);
   ASSERT_EQ(found.fields[0].cols(), 3 * kWidth * kHeight);
   for (std::size_t p = 0; p < weights.size(); ++p)
     for (int c = 0; c < 3; ++c) {
@@ -73,14 +73,15 @@ TEST_P(UnderUnknownSky, DerivativesTimesTheSkyAreThePicture) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Bodies, UnderUnknownSky,
-    testing::Values(Body{"Matte", matte("Body", 0.7)}, Body{"Mirror", mirror("Body", 0.8, 0)},
-                    Body{"RoughMirror", mirror("Body", 0.8, 0.4)}, Body{"Glass", glass("Body")},
-                    Body{"RoughGlass", glass("Body", 1.4, 0.4)},
-                    Body{"Medium", filled_glass(0.3, 1.3, 2, 0.8)},
-                    Body{"Fog", fog(Color<double>(1.5), 0.9, 0.3)}),
-    [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(Bodies, UnderUnknownSky,
+                         testing::Values(Body{"Matte", matte("Body", 0.7)},
+                                         Body{"Mirror", mirror("Body", 0.8, 0)},
+                                         Body{"RoughMirror", mirror("Body", 0.8, 0.4)},
+                                         Body{"Glass", glass("Body")},
+                                         Body{"RoughGlass", glass("Body", 1.4, 0.4)},
+                                         Body{"Medium", filled_glass(0.3, 1.3, 2, 0.8)},
+                                         Body{"Fog", fog(Color<double>(1.5), 0.9, 0.3)}),
+                         [](const auto& info) { return info.param.name; });
 
 /// The derivative by a pixel does not depend on how bright the sky is, although samples go elsewhere: a
 /// black pixel is no worse known.
@@ -114,9 +115,9 @@ TEST(EnvironmentGradient, IsThatOfTheWholePictureWhateverTheSkyIs) {
 TEST(EnvironmentGradient, NamesWhatDoesNotFit) {
   const Scene scene = under_sky(matte("Body", 0.7), sky());
   EXPECT_THROW((void)scene.with_environment(std::vector<Colorf>(5)), InvalidArgument);
-  EXPECT_THROW((void)scene.with_environment(
-                   std::vector<Colorf>(kWidth * kHeight, Colorf(1, -0.1f, 1))),
-               InvalidArgument);
+  EXPECT_THROW(
+      (void)scene.with_environment(std::vector<Colorf>(kWidth * kHeight, Colorf(1, -0.1f, 1))),
+      InvalidArgument);
   Scene tinted = scene;
   tinted.appearance.world.values.color = {1, 0.9, 1};
   EXPECT_THROW((void)tinted.environment(), InvalidArgument);

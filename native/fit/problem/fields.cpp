@@ -122,9 +122,7 @@ Scene with_values(const Scene& scene, const EnvironmentRef&, const Eigen::Vector
 
 }  // namespace
 
-bool Fields::is_field(const UnknownParameter& one) {
-  return field_of(one, 0).has_value();
-}
+bool Fields::is_field(const UnknownParameter& one) { return field_of(one, 0).has_value(); }
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
   ProblemList problems;
@@ -135,8 +133,9 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.owner + ":" + one.parameter;
-  const FieldRef ref =
-      *field_of(one, one.owner == kWorldName && one.parameter == kEnvironment ? -1 : scene.material(one.owner));
+  const FieldRef ref = *field_of(one, one.owner == kWorldName && one.parameter == kEnvironment
+                                          ? -1
+                                          : scene.material(one.owner));
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
     throw InvalidArgument(name + " is listed twice; list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);

@@ -61,8 +61,8 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
     numbers += fields.start()[f].size();
   }
   if (numbers == 0 || numbers > options.most_numbers) return 0;
-  for (int cell = environment ? options.environment_cell : options.cell;
-       cell <= options.large_cell; cell *= 2) {
+  for (int cell = environment ? options.environment_cell : options.cell; cell <= options.large_cell;
+       cell *= 2) {
     const double most =
         cell < options.cell ? options.most_environment_entries : options.most_entries;
     double cells = 0;
@@ -214,7 +214,8 @@ void FieldGaussNewton::solve(double done) {
     channel.matrix = std::move(normal);
     channel.descent =
         -((channel.jacobian.transpose() * residual).cast<double>() +
-          channel.variance * (prior_.precision() * (of_channel(values, c) - of_channel(prior_.mean(), c))));
+          channel.variance *
+              (prior_.precision() * (of_channel(values, c) - of_channel(prior_.mean(), c))));
   }
 }
 
@@ -252,9 +253,8 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
     Eigen::MatrixXd normal = (jacobian.transpose() * jacobian).cast<double>();
     const double strength = solved.squaredNorm();
     const double variance =
-        strength > 0
-            ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)
-            : 1;
+        strength > 0 ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)
+                     : 1;
     normal += variance * prior_.precision();
     const Eigen::LLT<Eigen::MatrixXd> solver(normal);
     const Eigen::MatrixXd like =
@@ -290,8 +290,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
 }
 
 /// Numbers beyond a bound are held at it until none of the others is.
-Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel,
-                                               const Eigen::VectorXd& right,
+Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eigen::VectorXd& right,
                                                const Eigen::VectorXd& low,
                                                const Eigen::VectorXd& high) const {
   Eigen::VectorXd step = channel.normal.solve(right);
@@ -333,8 +332,8 @@ void FieldGaussNewton::advance(const Eigen::VectorXd& du) {
     const Eigen::VectorXd here = before(mine);
     const Eigen::VectorXd low = (minimum_(mine) - here).cwiseMax(-longest(mine));
     const Eigen::VectorXd high = (maximum_(mine) - here).cwiseMin(longest(mine));
-    step(mine) = bounded_step(
-        one, one.descent - (one.jacobian.transpose() * shift).cast<double>(), low, high);
+    step(mine) = bounded_step(one, one.descent - (one.jacobian.transpose() * shift).cast<double>(),
+                              low, high);
   }
   Eigen::Index at = 0;
   for (Vector& values : values_) {

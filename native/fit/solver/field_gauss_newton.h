@@ -117,8 +117,8 @@ class FieldGaussNewton {
   struct Channel {
     Eigen::MatrixXf jacobian;  ///< times the roots of the weights, of all photos
     Eigen::LLT<Eigen::MatrixXd> normal;
-    Eigen::MatrixXd matrix;  ///< `normal` before it is decomposed
-    double variance = 0;     ///< of a residual of weight 1, by which the prior's precision counts
+    Eigen::MatrixXd matrix;   ///< `normal` before it is decomposed
+    double variance = 0;      ///< of a residual of weight 1, by which the prior's precision counts
     Eigen::VectorXd descent;  ///< right side of the equations of the voxels at fixed scalars
   };
   /// Sums over cells: (cells * 3, columns), channel by channel.

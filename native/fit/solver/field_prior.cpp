@@ -45,8 +45,8 @@ Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
   Eigen::VectorXd share(shape[0] * shape[1]);
   for (std::ptrdiff_t y = 0; y < shape[0]; ++y)
     share.segment(y * shape[1], shape[1])
-        .setConstant(std::sin(kPi<double> * (static_cast<double>(y) + 0.5) /
-                              static_cast<double>(shape[0])));
+        .setConstant(
+            std::sin(kPi<double> * (static_cast<double>(y) + 0.5) / static_cast<double>(shape[0])));
   return share / share.sum();
 }
 
@@ -117,8 +117,8 @@ Eigen::VectorXd FieldPrior::longest_steps(const Eigen::VectorXd& values) const {
   for (std::size_t f = 0; f < start_.size(); ++f) {
     const Eigen::Index size = start_[f].size();
     if (is_environment_[f])
-      longest.segment(at, size) = options_.longest_of_environment *
-                                  (values.segment(at, size) + level_.segment(at, size));
+      longest.segment(at, size) =
+          options_.longest_of_environment * (values.segment(at, size) + level_.segment(at, size));
     at += size;
   }
   return longest;

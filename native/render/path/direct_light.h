@@ -255,8 +255,8 @@ class DirectLight {
     if constexpr (L == kTaped) {
       if (p_.environment_field < 0) return;
       const World& world = p_.scene.appearance.world;
-      beta.tape->add_leaf(throughput * p_.emitted.world(Colorf(1)).value, world.to_map_frame(direction),
-                          p_.environment_field);
+      beta.tape->add_leaf(throughput * p_.emitted.world(Colorf(1)).value,
+                          world.to_map_frame(direction), p_.environment_field);
     }
   }
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.

@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 
 from ... import __version__
-from ...demo import SCENES
+from ...demo import scenes
 
 _ADDON = Path(__file__).resolve().parents[2]
 #: Where the manual is: in a package, or in a checkout.
@@ -64,7 +64,7 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
     def poll(cls, _context: bpy.types.Context) -> bool:
         """It is part of this package."""
         cls.poll_message_set("This package has no sample scene; in a checkout use ./dev demo")
-        return sample() is not None or (SCENES / "jade_pendant.py").is_file()
+        return sample() is not None or (scenes() / "jade_pendant.py").is_file()
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Asks first where the open file has changes."""
@@ -90,12 +90,12 @@ def made_sample() -> Path:
     (folder / "photos").mkdir(parents=True, exist_ok=True)
     path = folder / _SAMPLE
     words = (
-        f"import sys; sys.path.insert(0, {str(SCENES)!r}); import jade_pendant; "
+        f"import sys; sys.path.insert(0, {str(scenes())!r}); import jade_pendant; "
         f"jade_pendant.EXAMPLE.save_start(__import__('pathlib').Path({str(path)!r}))"
     )
     command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1"]
     subprocess.run([*command, "--python-expr", words], check=True, capture_output=True)
-    for photo in (SCENES / "jade_pendant").glob("*.png"):
+    for photo in (scenes() / "jade_pendant").glob("*.png"):
         shutil.copy(photo, folder / "photos")
     return path
 
