@@ -205,6 +205,7 @@ def test_a_camera_of_csv_looks_down_and_north_is_up(tmp_path: Path) -> None:
     ("content", "element", "cause"),
     [
         (f"{COLUMNS}\n", "CSV", "no camera can be used"),
+        (f"{COLUMNS},{COLUMNS}\n{row(csv_camera())}\n", "row 2", "16 columns instead of 32"),
         (f"{COLUMNS}\na,1,2\n", "row 2", "3 columns instead of 16"),
         (f"{COLUMNS}\n{row(csv_camera())}\n{row(csv_camera())}\n", "IMG_0001.jpg", "twice"),
         (

@@ -182,8 +182,10 @@ def read_csv(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
 def _read_row(
     row: list[str], header: Mapping[str, int], cameras: _Cameras, pictures: Pictures, place: Place
 ) -> None:
-    if len(row) < len(header):
-        raise place.error(f"it has {len(row)} columns instead of {len(header)}")
+    # A column may be there twice: of the header there are then fewer names than columns.
+    columns = max(header.values()) + 1
+    if len(row) < columns:
+        raise place.error(f"it has {len(row)} columns instead of {columns}")
     label = row[header["name"]].strip()
     place = place.at(f"{place.element} '{label}'")
     found = {
