@@ -289,7 +289,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_from_half(
   return like;
 }
 
-/// Numbers beyond a bound are held at it until none of the others is.
+/// Numbers beyond a bound are pinned to it until none of the others is.
 Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eigen::VectorXd& right,
                                                const Eigen::VectorXd& low,
                                                const Eigen::VectorXd& high) const {
@@ -303,9 +303,9 @@ Eigen::VectorXd FieldGaussNewton::bounded_step(const Channel& channel, const Eig
     for (const Eigen::Index i : free) step[i] = std::clamp(step[i], low[i], high[i]);
     std::erase_if(free, [&](Eigen::Index i) { return step[i] <= low[i] || step[i] >= high[i]; });
     if (free.empty()) break;
-    Eigen::VectorXd held = step;
-    for (const Eigen::Index i : free) held[i] = 0;
-    const Eigen::VectorXd rest = right - channel.matrix * held;
+    Eigen::VectorXd pinned = step;
+    for (const Eigen::Index i : free) pinned[i] = 0;
+    const Eigen::VectorXd rest = right - channel.matrix * pinned;
     const Eigen::MatrixXd inner = channel.matrix(free, free);
     const Eigen::VectorXd solved = inner.llt().solve(rest(free));
     for (std::size_t k = 0; k < free.size(); ++k)

@@ -50,7 +50,7 @@ struct FieldGaussNewtonOptions {
 /// hold wherever the voxels are. The voxels take their own step and what a step of the scalars implies.
 /// A channel has normal equations of its own. Before any photo a voxel of a grid lies within a standard
 /// deviation of its first value, and a pixel of the world's image near its neighbours. Voxels that a
-/// step would take beyond their bounds are held there, and the others make up for that (active sets).
+/// step would take beyond their bounds are pinned there, and the others make up for that (active sets).
 class FieldGaussNewton {
  public:
   /// Whether the fields are albedo grids of colours or the world's image, and numbers and photos are not
