@@ -138,9 +138,9 @@ def row(folder: Path, room: Path, other: Path, ground: bool, options: argparse.N
     errors = [float(np.sqrt(((k * a - b) ** 2).sum() / (b**2).sum())) for k in (1, factor)]
     colour = " ".join(f"{x:.3f}" for x in values["base_color"])
     rough = found["Body:roughness"]
-    told = "" if rough["determined"] else " (not determined)"
+    note = "" if rough["determined"] else " (not determined)"
     return (
-        f"| {room.stem} | {'known' if ground else 'none'} | {colour} | {rough['value']:.3f}{told} "
+        f"| {room.stem} | {'known' if ground else 'none'} | {colour} | {rough['value']:.3f}{note} "
         f"| {100 * errors[0]:.1f} % | {100 * errors[1]:.1f} % | {result['cpu_seconds']:.0f} |"
     )
 
