@@ -9,7 +9,8 @@
 set(since_2_2_5
   __pthread_key_create exp exp2 hypot hypotf log log2 pow
   dladdr dlclose dlerror dlopen dlsym
-  pthread_attr_getstack pthread_attr_setstacksize pthread_cancel pthread_create pthread_detach
+  pthread_attr_getstack pthread_attr_setstacksize pthread_cancel pthread_condattr_setclock
+  pthread_create pthread_detach
   pthread_getattr_np pthread_getspecific pthread_join pthread_key_create pthread_key_delete
   pthread_mutex_trylock pthread_once pthread_rwlock_rdlock pthread_rwlock_unlock
   pthread_rwlock_wrlock pthread_setspecific pthread_sigmask sem_destroy sem_init sem_post sem_wait)

@@ -24,4 +24,4 @@ foreach(name IN ITEMS boost_thread)
   target_link_libraries(selenite_image_libraries INTERFACE "${library_${name}}")
 endforeach()
 target_link_libraries(selenite_image_libraries INTERFACE
-  OpenEXR::OpenEXR ZLIB::ZLIB Threads::Threads ${CMAKE_DL_LIBS})
+  OpenEXR::OpenEXR OpenEXR::OpenEXRCore ZLIB::ZLIB Threads::Threads ${CMAKE_DL_LIBS})

@@ -53,7 +53,7 @@ UNREAD = (
 )
 UNCALLED = (
     *("pixelmath", "channels", "compare", "deep", "addsub", "muldiv", "mad", "minmaxchan"),
-    *("orient", "xform", "yee"),
+    *("orient", "xform"),
 )
 
 
