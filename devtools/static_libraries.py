@@ -53,7 +53,7 @@ UNREAD = (
 )
 UNCALLED = (
     *("pixelmath", "channels", "compare", "deep", "addsub", "muldiv", "mad", "minmaxchan"),
-    *("orient", "xform", "yee"),
+    *("orient", "xform"),
 )
 
 
@@ -208,7 +208,21 @@ def prefix() -> Path:
             write_stamp(stamp, key)
         if library.name != "embree":  # nothing is built on it
             before = key
+    _take_from_system()
     return PREFIX
+
+
+def _take_from_system() -> None:
+    """The distribution's libpng and libjpeg, with its patches, for use inside a shared object.
+
+    They are not compiled for that, but one variable is all that stands against it: `stderr` of the
+    C library. Under another name it is ours (cmake/oldest_glibc.cpp.in).
+    """
+    for name in ("libpng16.a", "libjpeg.a"):
+        asked = ["c++", f"-print-file-name={name}"]
+        found = subprocess.run(asked, capture_output=True, text=True, check=True).stdout.strip()
+        rename = ["--redefine-sym", "stderr=selenite_stderr"]
+        run(["objcopy", *rename, found, PREFIX / "lib" / name])
 
 
 def _compiler() -> str:
