@@ -12,7 +12,21 @@ from selenite import interface
 
 INTERFACE = Path(__file__).resolve().parents[1] / "addon" / "selenite" / "interface"
 #: Words that are the same in every language, or Blender's own and translated by it.
-SAME = {"", "Selenite", "sRGB", "K1", "K2", "K3", "P1", "P2", "IOR", "Gauss-Newton", "Adam"}
+SAME = {
+    "",
+    "Selenite",
+    "sRGB",
+    "K1",
+    "K2",
+    "K3",
+    "P1",
+    "P2",
+    "Y",
+    "Z",
+    "IOR",
+    "Gauss-Newton",
+    "Adam",
+}
 _DRAWN = {"label", "prop", "operator", "menu", "paragraph", "draw_bar", "translated"}
 
 
@@ -67,6 +81,8 @@ def drawn():
             if not isinstance(node, ast.Call):
                 continue
             function = node.func
+            if not isinstance(function, ast.Attribute | ast.Name):
+                continue
             name = function.attr if isinstance(function, ast.Attribute) else function.id
             if name not in _DRAWN:
                 continue

@@ -46,13 +46,18 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
         name="Own Scale", description="Otherwise as the file says, or 1 m in a unit"
     )
     meters: FloatProperty(
-        name="Metres in a Unit", default=1.0, min=1e-9, soft_max=1000.0, precision=5
+        name="Metres in a Unit",
+        description="Length of a unit of the file",
+        default=1.0,
+        min=1e-9,
+        soft_max=1000.0,
+        precision=5,
     )
     up: EnumProperty(name="Up", items=UP_ITEMS, description="The file's upward axis")
     undistort: BoolProperty(
         name="Undistort Photos",
         description="Write photos without the lens's distortion beside the file, so that they "
-        "match Blender's cameras. A fit needs this not: it undoes distortion itself",
+        "match Blender's cameras. A fit does not need this: it undoes distortion itself",
     )
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:

@@ -192,6 +192,8 @@ class SELENITE_OT_thickness(_MeshTool):
 
 
 class SELENITE_PT_reconstruction(bpy.types.Panel):
+    """Scale, ground and closed meshes of an imported reconstruction"""
+
     bl_idname = "SELENITE_PT_reconstruction"
     bl_label = "Reconstruction"
     bl_parent_id = "SELENITE_PT_captures"

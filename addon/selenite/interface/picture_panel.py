@@ -12,6 +12,8 @@ from .view_through import is_through
 
 
 class SELENITE_PT_pictures(bpy.types.Panel):
+    """Pictures of the photos, the render and the fit"""
+
     bl_idname = "SELENITE_PT_pictures"
     bl_label = "Pictures"
     bl_parent_id = "SELENITE_PT_fit"

@@ -41,7 +41,7 @@ void GainSlopes::add(const Problem& problem, const Observation& derivatives, con
     return sums;
   };
   const Eigen::Vector3d strength = joined(products(film.mean, film.variance)).cwiseMax(0) +
-                                   Eigen::Vector3d::Constant(gain_prior(problem, photo));
+                                   Eigen::Vector3d::Constant(gain_prior_strength(photo));
   Sums& sums = photos_[index];
   for (Eigen::Index k = 0; k < slope.size(); ++k) {
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];

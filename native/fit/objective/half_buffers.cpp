@@ -47,17 +47,6 @@ Halves residual_halves(const Film& film, const Photo& photo) {
   return halves;
 }
 
-Halves residual_halves(const Problem& problem, std::size_t i, const Film& film) {
-  const Photo& photo = problem.photos[i];
-  Halves halves = residual_halves(film, photo);
-  if (photo.gain_freedom == GainFreedom::kNone) return halves;
-  const Eigen::VectorXf weights = gain_weights(problem, photo);
-  const EliminatedGain gain(film, photo, weights, gain_prior(problem, photo));
-  gain.add_prior(as_vector(film.half_a), halves.residual_a);
-  gain.add_prior(odd_half(film, film.mean, film.half_a), halves.residual_b);
-  return halves;
-}
-
 std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
                                     std::span<const Observation> seen) {
   std::vector<Halves> all;
@@ -76,17 +65,10 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
   Eigen::VectorXf picture_a, picture_b, weights;
-  const bool has_gain = photo.gain_freedom != GainFreedom::kNone;
-  if (has_gain || photo.align) {
+  if (photo.gain_freedom != GainFreedom::kNone || photo.align) {
     picture_a = as_vector(film.half_a);
     picture_b = odd_half(film, film.mean, film.half_a);
     weights = gain_weights(problem, photo);
-  }
-  std::optional<EliminatedGain> gain;
-  if (has_gain) {
-    gain.emplace(film, photo, weights, gain_prior(problem, photo));
-    gain->add_prior(picture_a, halves.residual_a);
-    gain->add_prior(picture_b, halves.residual_b);
   }
   std::optional<AlignmentEquations> alignment;
   if (photo.align) alignment.emplace(photo, weights);
@@ -103,9 +85,11 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
       alignment->eliminate(halves.jacobian_a.col(k));
       alignment->eliminate(halves.jacobian_b.col(k));
     }
-    if (!gain) continue;
-    gain->eliminate(picture_a, halves.variance, covariance, row.channel, halves.jacobian_a.col(k));
-    gain->eliminate(picture_b, halves.variance, covariance, row.channel, halves.jacobian_b.col(k));
+    if (photo.gain_freedom == GainFreedom::kNone) continue;
+    eliminate_gain({picture_a, halves.variance}, photo, weights, covariance, row.channel,
+                   halves.jacobian_a.col(k));
+    eliminate_gain({picture_b, halves.variance}, photo, weights, covariance, row.channel,
+                   halves.jacobian_b.col(k));
   }
   return halves;
 }

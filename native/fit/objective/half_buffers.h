@@ -37,8 +37,6 @@ struct Halves {
 Eigen::VectorXf mean_residual(const Film& film, const Photo& photo);
 /// Without the Jacobians.
 Halves residual_halves(const Film& film, const Photo& photo);
-/// The same of photo i, with what the prior of its free gain adds.
-Halves residual_halves(const Problem& problem, std::size_t i, const Film& film);
 std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
                                     std::span<const Observation> seen);
 /// `slope` is dx/du per unknown.

@@ -61,8 +61,11 @@ int FieldGaussNewton::cell_size(const Fields& fields, const std::vector<Photo>& 
     numbers += fields.start()[f].size();
   }
   if (numbers == 0 || numbers > options.most_numbers) return 0;
-  for (int cell = environment ? options.environment_cell : options.cell; cell <= options.large_cell;
-       cell *= 2) {
+  std::vector<int> sizes;
+  for (int fine = options.environment_cell; environment && fine < options.cell; fine *= 2)
+    sizes.push_back(fine);
+  sizes.insert(sizes.end(), {options.cell, options.large_cell});
+  for (const int cell : sizes) {
     const double most =
         cell < options.cell ? options.most_environment_entries : options.most_entries;
     double cells = 0;

@@ -121,7 +121,7 @@ void GaussNewton::gather(const Vector& x, const Observation& derivatives, double
 }
 
 GaussNewton::PhotoEquations GaussNewton::equations(std::size_t i, const Film& residual) const {
-  return {{residual_halves(*problem_, i, residual), instruments(i), weights()[i]}};
+  return {{residual_halves(residual, problem_->photos[i]), instruments(i), weights()[i]}};
 }
 
 /// The instruments are kept: their errors slow the way and leave its end.
