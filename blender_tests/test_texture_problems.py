@@ -186,7 +186,9 @@ def test_texture_is_read_once_and_not_fitted(tmp_path):
     owner = values.owners["Body"]
     assert "roughness" not in owner.values and "base_color" not in owner.values
     assert owner.fixed["base_color"].startswith("linked to node 'Image Texture'")
-    assert owner.fixed["base_color"].endswith(": unlink it to fit one value")
+    assert owner.fixed["base_color"].endswith(
+        ": unlink it to fit one value, or fit base_color_texture"
+    )
     scene = build(values)
     with pytest.raises(ValueError, match="Body:roughness comes from image 'made'"):
         scene.with_values({("Body", "roughness"): [0.5]})
@@ -211,7 +213,7 @@ def test_fit_and_set_of_a_texture_are_refused(tmp_path):
     for problem in (*problems, *error.value.problems):
         assert problem.object == "Parameter 'Body:base_color'"
         assert "linked to node 'Image Texture'" in problem.cause
-        assert problem.cure == "unlink it to fit one value"
+        assert problem.cure == "unlink it to fit one value, or fit base_color_texture"
     assert len(problems) == len(error.value.problems) == 1
 
 

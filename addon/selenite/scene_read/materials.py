@@ -139,7 +139,10 @@ def _source(
         # Blender 3's Specular Tint, a number: rendered, though not fitted. It is 0 unless set.
         reason = f"the input '{socket.name}' of this Blender is of another kind"
         return (source if nodes.constant(source) is not None else None), reason
-    return source, nodes.why_not_writable(source, material)
+    reason = nodes.why_not_writable(source, material)
+    if parameter.name == "base_color" and isinstance(source.node, bpy.types.ShaderNodeTexImage):
+        reason += ", or fit base_color_texture"
+    return source, reason
 
 
 def _read_parameter(

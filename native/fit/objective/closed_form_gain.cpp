@@ -68,7 +68,8 @@ Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,
   Color<double> strength;
   for (std::size_t i = 0; i < film.size(); ++i) {
     const int x = static_cast<int>(i) % film.width, y = static_cast<int>(i) / film.width;
-    Color<double>& score = scores[static_cast<std::size_t>(y / side * columns + x / side)];
+    Color<double>& score =
+        scores[static_cast<std::size_t>(y / side) * columns + static_cast<std::size_t>(x / side)];
     for (int c = 0; c < 3; ++c) {
       const double weight = weights[static_cast<Eigen::Index>(3 * i) + c], mean = film.mean[i][c];
       const double variance = std::max(film.variance[i][c], 0.f);

@@ -28,7 +28,7 @@ struct ThreeEquations {
 
   /// The same with the last number at most `most`: beyond that it is fixed.
   Three solve(double most) const {
-    const Three free = solve();
+    Three free = solve();
     if (free[2] <= most) return free;
     ThreeEquations others = *this;
     others.right -= most * normal.col(2);

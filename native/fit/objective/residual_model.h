@@ -50,7 +50,8 @@ struct ErrorScales {
 class ResidualModel {
  public:
   ResidualModel() = default;
-  ResidualModel(std::span<const PhotoResiduals> photos, const ResidualModelOptions& options = {});
+  explicit ResidualModel(std::span<const PhotoResiduals> photos,
+                         const ResidualModelOptions& options = {});
 
   const ModelError& error() const { return error_; }
   /// The error as a share of brightness: root of the mean of its variance over squared brightness.

@@ -104,8 +104,8 @@ std::vector<Colorf> colours(const Eigen::VectorXf& values) {
 
 /// Of a pixel of an equirectangular image, in proportion.
 double solid_angle(const std::vector<std::ptrdiff_t>& shape, Eigen::Index pixel) {
-  const auto row = static_cast<double>(pixel / shape[1]);
-  return std::sin(kPi<double> * (row + 0.5) / static_cast<double>(shape[0]));
+  const Eigen::Index row = pixel / shape[1];
+  return std::sin(kPi<double> * (static_cast<double>(row) + 0.5) / static_cast<double>(shape[0]));
 }
 
 Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf& values) {
