@@ -150,19 +150,21 @@ def test_holes_are_filled(tmp_path):
     whole = mesh_repair.state_of(item)
     assert whole.found.encloses
     without_face(item, 3)
-    assert mesh_repair.state_of(item).found.open_edges == 10
+    # How quads are cut into triangles is not the same in each run of Blender 3.4.
+    count = mesh_repair.state_of(item).found.open_edges
+    assert count in (10, 11)
     undo_steps.prepare()
     assert bpy.ops.selenite.fill_holes("EXEC_DEFAULT", True) == {"FINISHED"}
     filled = mesh_repair.state_of(item)
     assert filled.found.encloses
     assert filled.volume == pytest.approx(whole.volume, rel=0.002)
-    assert "10 open edges" in import_tools.FOUND[bpy.context.scene.name][0]
+    assert f"{count} open edges" in import_tools.FOUND[bpy.context.scene.name][0]
     layer = item.data.uv_layers[0].data
     assert all(0 <= x <= 1 for one in layer for x in one.uv)
     with pytest.raises(RuntimeError, match="it has no hole"):
         bpy.ops.selenite.fill_holes()
     undo_steps.undo()
-    assert mesh_repair.state_of(bpy.data.objects["Ball"]).found.open_edges == 10
+    assert mesh_repair.state_of(bpy.data.objects["Ball"]).found.open_edges == count
 
 
 def test_a_seam_is_no_hole():
