@@ -48,7 +48,7 @@ def interpreter(version: str, headers: bool = False) -> Path | None:
         except OSError:
             continue
         if said.stdout.split() in ([version, "True"], [version, str(headers)]):
-            return Path(candidate)
+            return Path(str(candidate))
     return None
 
 

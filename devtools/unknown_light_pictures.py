@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
 
 import bpy  # noqa: E402
-import made_scenes as made  # noqa: E402
+import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 import numpy as np  # noqa: E402
 
 from selenite import native  # noqa: E402
@@ -64,15 +64,16 @@ def scene() -> None:
     ball.location = (0, 0, 1)
     bpy.ops.mesh.primitive_plane_add(size=9)
     ground = made.material("Ground", base_color=(0.4, 0.4, 0.4), roughness=0.9)
-    bpy.context.object.data.materials.append(ground)
+    plane: Any = bpy.context.object
+    plane.data.materials.append(ground)
     made.world(color=(0.4, 0.4, 0.4))
     for number, angle in enumerate((0, 120, 240)):
         camera = made.camera(f"Camera {number + 1}", lens=45)
         a = math.radians(angle)
         camera.location = (6 * math.sin(a), -6 * math.cos(a), 3)
         camera.rotation_euler = (math.radians(70), 0, a)
-    bpy.context.scene.render.resolution_x = WIDTH
-    bpy.context.scene.render.resolution_y = HEIGHT
+    whole: Any = bpy.context.scene
+    whole.render.resolution_x, whole.render.resolution_y = WIDTH, HEIGHT
 
 
 def lit(

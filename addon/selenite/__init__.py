@@ -74,8 +74,9 @@ def _register_notice() -> None:
         bl_category = "Selenite"
 
         def draw(self, _context: Any) -> None:
+            layout: Any = self.layout
             for line in NUMPY_MISSING:
-                self.layout.label(text=line)
+                layout.label(text=line)
 
     bpy.utils.register_class(SELENITE_PT_notice)
     _notice = SELENITE_PT_notice
