@@ -9,7 +9,7 @@ from drawn_panels import FakeLayout
 
 from selenite.fit_run.request import RunRequest
 from selenite.interface import capture_photo
-from selenite.interface.preview_operators import IMAGE
+from selenite.interface.pictures.mask import IMAGE
 from selenite.scene_read.capture_request import CaptureRequest, LensDistortion
 from selenite.scene_read.photos import captures_of
 

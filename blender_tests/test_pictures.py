@@ -19,9 +19,10 @@ from selenite import native
 from selenite.cycles_check import job as cycles_job
 from selenite.fit_run.pictures.comparison import OUTSIDE, SHOWN_OUTSIDE
 from selenite.fit_run.pictures.moments import RESULT, START, Moment, Moments
-from selenite.interface import live_images, picture_panel, state
-from selenite.interface.live_view import VIEW
-from selenite.interface.view_through import is_through
+from selenite.interface import state
+from selenite.interface.pictures import images, panel
+from selenite.interface.pictures.view import VIEW
+from selenite.interface.pictures.view_through import is_through
 from selenite.scene_read.build import build
 from selenite.scene_read.scene import read_scene
 
@@ -179,24 +180,24 @@ def test_running_fit_is_shown_and_plotted(tmp_path, editor):
     settings.iterations, settings.loss = 4000, "mae"
     start = Pressed(Start)
     assert start._start(bpy.context)
-    VIEW.open(editor, live_images.COMPARISON)
+    VIEW.open(editor, images.COMPARISON)
     until = time.monotonic() + 60
     while state.RUN.job.preview(0) is None or state.RUN.job.progress().iteration < 3:
         assert time.monotonic() < until
         time.sleep(0.01)
     state.RUN.progress = state.RUN.job.progress()
     assert VIEW.update(), "there is more to come"
-    first = pixels(live_images.COMPARISON).copy()
+    first = pixels(images.COMPARISON).copy()
     assert first.std() > 0.05 and VIEW.drawings == 1
     VIEW.update()
     assert VIEW.drawings == 1, "not at every tick"
     bpy.context.window_manager.selenite_pictures.mode = "DIFFERENCE"  # is shown at once
     VIEW.update()
     assert VIEW.drawings == 2
-    assert np.abs(pixels(live_images.COMPARISON) - first).mean() > 0.01
-    VIEW.open(editor, live_images.PLOTS)
+    assert np.abs(pixels(images.COMPARISON) - first).mean() > 0.01
+    VIEW.open(editor, images.PLOTS)
     VIEW.update()
-    assert pixels(live_images.PLOTS).std() > 0.05
+    assert pixels(images.PLOTS).std() > 0.05
     bpy.ops.selenite.cancel()
     assert start._finish(bpy.context) == {"CANCELLED"}
 
@@ -207,14 +208,14 @@ def test_fit_that_has_ended_shows_start_fit_and_each_iteration(tmp_path, editor)
     assert bpy.ops.selenite.start("EXEC_DEFAULT") == {"FINISHED"}
     chosen = bpy.context.window_manager.selenite_pictures
     chosen.mode, chosen.moment = "RENDER", "RESULT"
-    VIEW.open(editor, live_images.COMPARISON)
+    VIEW.open(editor, images.COMPARISON)
     drawn()
-    seen = {"RESULT": pixels(live_images.COMPARISON).copy()}
+    seen = {"RESULT": pixels(images.COMPARISON).copy()}
     for moment, place in (("START", 0.0), ("ITERATION", 0.0), ("ITERATION", 50.0)):
         chosen.moment, chosen.timeline = moment, place
         drawn()
-        seen[moment, place] = pixels(live_images.COMPARISON).copy()
-        text = draw(picture_panel.SELENITE_PT_pictures)
+        seen[moment, place] = pixels(images.COMPARISON).copy()
+        text = draw(panel.SELENITE_PT_pictures)
         assert ("timeline" in text) == (moment == "ITERATION")
     assert "Iteration 3 of 6" in text
     assert np.abs(seen["RESULT"] - seen["START", 0.0]).mean() > 0.01
@@ -224,7 +225,7 @@ def test_fit_that_has_ended_shows_start_fit_and_each_iteration(tmp_path, editor)
     assert np.abs(start - first).mean() < 0.02
     chosen.content = "SHEET"
     drawn()
-    assert pixels(live_images.SHEET).std() > 0.05
+    assert pixels(images.SHEET).std() > 0.05
     chosen.content, chosen.mode = "COMPARISON", "WIPE"
 
 
@@ -249,17 +250,17 @@ def test_moments_have_the_values_of_their_iteration(tmp_path):
 def test_drawn_images_stay_out_of_files_and_out_of_the_check(tmp_path, editor):
     prepare(tmp_path)
     assert bpy.ops.selenite.start("EXEC_DEFAULT") == {"FINISHED"}
-    VIEW.open(editor, live_images.COMPARISON)
+    VIEW.open(editor, images.COMPARISON)
     drawn()
-    image = bpy.data.images[live_images.COMPARISON]
+    image = bpy.data.images[images.COMPARISON]
     assert image.is_dirty and image.users > 0
     assert not [item for item in cycles_job._unsaved_pictures() if "Selenite" in item.title]
     path = tmp_path / "saved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     with bpy.data.libraries.load(str(path)) as (there, _):
-        assert not set(there.images) & set(live_images.NAMES.values())
+        assert not set(there.images) & set(images.NAMES.values())
     drawn()
-    assert live_images.image_of(editor).name == live_images.COMPARISON
+    assert images.image_of(editor).name == images.COMPARISON
     editor.spaces.active.image = bpy.data.images["Camera.png"]
     VIEW.update()
     assert not VIEW.areas, "the user's choice stays"
@@ -278,7 +279,7 @@ def test_view_through_a_camera_is_undone_by_a_second_click_and_by_undo(tmp_path)
     assert bpy.ops.selenite.view_through() == {"FINISHED"}
     assert scene.camera.name == "Camera"
     assert (background.alpha, background.display_depth) == (0.5, "FRONT")
-    assert is_through(scene) and "view_through" in draw(picture_panel.SELENITE_PT_pictures)
+    assert is_through(scene) and "view_through" in draw(panel.SELENITE_PT_pictures)
     assert bpy.ops.selenite.view_through() == {"FINISHED"}
     assert scene.camera == other
     assert (background.alpha, background.display_depth, background.frame_method) == before
@@ -297,7 +298,7 @@ def test_new_fit_ends_the_render_of_the_last_one(tmp_path, editor):
     settings = prepare(tmp_path)
     assert bpy.ops.selenite.start("EXEC_DEFAULT") == {"FINISHED"}
     settings.picture_spp = 1_000_000
-    VIEW.open(editor, live_images.COMPARISON)
+    VIEW.open(editor, images.COMPARISON)
     plan = state.RUN.plan
     object.__setattr__(plan.request.settings, "picture_spp", 1_000_000)
     VIEW.update()

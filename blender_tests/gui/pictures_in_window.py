@@ -9,8 +9,9 @@ import numpy as np
 from _driving import ENDLESS, FOLDER, in_window, made, picture, press_escape, run, window
 
 from selenite import native
-from selenite.interface import live_images, panels, picture_panel, state
-from selenite.interface.live_view import VIEW
+from selenite.interface import panels, state
+from selenite.interface.pictures import images, panel
+from selenite.interface.pictures.view import VIEW
 from selenite.scene_read.build import build
 from selenite.scene_read.scene import read_scene
 
@@ -130,8 +131,8 @@ def steps():
     yield lambda: VIEW.drawings > 3
     yield 2.0
     assert [shown(area) for area in sorted(editors(), key=lambda area: -area.y)] == [
-        live_images.COMPARISON,
-        live_images.PLOTS,
+        images.COMPARISON,
+        images.PLOTS,
     ]
     picture("running")
     VIEW.seconds, VIEW.drawings = 0.0, 0
@@ -150,7 +151,7 @@ def steps():
     print(f"Esc was answered in {time.perf_counter() - begin:.2f} s at most (asked each 0.1 s)")
     yield lambda: not VIEW.renderer.busy
     yield 1.0
-    assert pixels(live_images.COMPARISON).std() > 0.05
+    assert pixels(images.COMPARISON).std() > 0.05
     picture("fitted")
     chosen.mode, chosen.moment = "BEFORE_AFTER", "ITERATION"
     chosen.timeline = 30.0
@@ -158,14 +159,14 @@ def steps():
     yield lambda: "of" in VIEW.moment_text() and not VIEW.renderer.busy
     yield 1.5
     picture("timeline")
-    early = pixels(live_images.COMPARISON).copy()
+    early = pixels(images.COMPARISON).copy()
     chosen.timeline = 0.0
     yield 1.0
     yield lambda: not VIEW.renderer.busy
     yield 1.0
-    assert np.abs(pixels(live_images.COMPARISON) - early).mean() > 0.002
+    assert np.abs(pixels(images.COMPARISON) - early).mean() > 0.002
     chosen.content = "SHEET"
-    yield lambda: live_images.SHEET in bpy.data.images and not VIEW.renderer.busy
+    yield lambda: images.SHEET in bpy.data.images and not VIEW.renderer.busy
     yield 1.5
     picture("sheet")
 
@@ -173,7 +174,7 @@ def steps():
     yield 1.0
     assert all(shown(area) for area in editors()), "saving leaves the editors as they were"
     with bpy.data.libraries.load(str(FOLDER / "saved.blend")) as (there, _):
-        assert not set(there.images) & set(live_images.NAMES.values()), "none is in the file"
+        assert not set(there.images) & set(images.NAMES.values()), "none is in the file"
 
     in_window(bpy.ops.selenite.apply, "EXEC_DEFAULT", True)
     yield 0.5
@@ -192,5 +193,5 @@ def steps():
     assert not VIEW.areas and not VIEW.renderer.busy
 
 
-picture_panel.SELENITE_PT_pictures.bl_category = "Item"
+panel.SELENITE_PT_pictures.bl_category = "Item"
 run(steps, panels, (panels.SELENITE_PT_captures, panels.SELENITE_PT_fit))

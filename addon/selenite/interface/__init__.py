@@ -17,11 +17,7 @@ from . import (
     fit_operators,
     import_operators,
     import_tools,
-    live_operators,
-    live_properties,
     panels,
-    picture_panel,
-    preview_operators,
     problem_reports,
     properties,
     row_operators,
@@ -29,9 +25,12 @@ from . import (
     state,
     stop_operators,
     time_operators,
-    view_through,
 )
 from .furniture import first_use, icon, languages, links, preferences, presets
+from .pictures import mask, view_through
+from .pictures import operators as picture_operators
+from .pictures import panel as picture_panel
+from .pictures import properties as picture_properties
 from .result import panel as result_panel
 
 _MODULES = (
@@ -45,7 +44,7 @@ _MODULES = (
     background,
     row_operators,
     capture_operators,
-    preview_operators,
+    mask,
     fit_operators,
     stop_operators,
     apply_operators,
@@ -53,8 +52,8 @@ _MODULES = (
     time_operators,
     camera_operators,
     result_panel,
-    live_properties,
-    live_operators,
+    picture_properties,
+    picture_operators,
     view_through,
     panels,
     environment_panel,
@@ -77,7 +76,7 @@ def register() -> None:
     icon.register()
     first_use.register()
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
-    live_operators.register()
+    picture_operators.register()
     import_operators.add_to_menu()
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
@@ -97,7 +96,7 @@ def unregister() -> None:
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None
-    live_operators.unregister()
+    picture_operators.unregister()
     import_operators.remove_from_menu()
     del bpy.types.Scene.selenite
     first_use.unregister()

@@ -26,8 +26,8 @@ from ..scene_read.photos import packed_photos
 from ..scene_read.scene import read_scene
 from ..scene_read.values import Owner, SceneValues
 from . import environment_panel
-from .live_view import VIEW
 from .output_folder import output_folder
+from .pictures.view import VIEW
 from .problem_reports import report_problems
 from .request import run_request
 from .running.kept_result import keep_fields, keep_result

@@ -6,13 +6,13 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..cycles_check.job import DRAWN
-from ..fit_run.captures import Capture, read_captures
-from ..fit_run.pictures.comparison import marked
-from ..native import NativeUnavailable
-from ..problems import Problem
-from ..scene_read.photos import capture_of_row, packed_photos
-from ..scene_read.scene import read_scene
+from ...cycles_check.job import DRAWN
+from ...fit_run.captures import Capture, read_captures
+from ...fit_run.pictures.comparison import marked
+from ...native import NativeUnavailable
+from ...problems import Problem
+from ...scene_read.photos import capture_of_row, packed_photos
+from ...scene_read.scene import read_scene
 
 #: Name of the image, which each preview replaces.
 IMAGE = "Selenite Mask"

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty
 
-from ..fit_run.pictures import comparison
+from ...fit_run.pictures import comparison
 
 CONTENT_ITEMS = (
     ("COMPARISON", "Active Photo", "The active photo beside its render", 0),

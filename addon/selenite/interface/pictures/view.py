@@ -13,22 +13,22 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..fit_run.job import DESCENT, FitFailed
-from ..fit_run.pictures import plots, sheet
-from ..fit_run.pictures.comparison import ERROR_SCALE, Choice, Pictures, compared
-from ..fit_run.pictures.moments import RESULT, START, Moment, Moments
-from ..scene_read.photos import ids_of
-from . import live_images
-from .live_properties import MODES, listen, settings
-from .live_render import Renderer
-from .state import CHECK, RUN
+from ...fit_run.job import DESCENT, FitFailed
+from ...fit_run.pictures import plots, sheet
+from ...fit_run.pictures.comparison import ERROR_SCALE, Choice, Pictures, compared
+from ...fit_run.pictures.moments import RESULT, START, Moment, Moments
+from ...scene_read.photos import ids_of
+from ..state import CHECK, RUN
+from . import images
+from .properties import MODES, listen, settings
+from .renderer import Renderer
 
 #: Seconds between two calls of the timer, between two pictures, between two pages of plots.
 TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
 #: How often the time that a drawing took fits between it and the next one.
 _TIMES = 20.0
 #: Images that are drawn in the size that their editor has room for.
-_TO_SIZE = (live_images.COMPARISON, live_images.PLOTS)
+_TO_SIZE = (images.COMPARISON, images.PLOTS)
 #: Ticks after which an editor that was opened has its size.
 _LAID_OUT = 3
 
@@ -67,7 +67,7 @@ class LiveView:
         """An Image Editor shows one of our images from now on."""
         self.areas[area.as_pointer()] = name
         self._unfitted[area.as_pointer()] = _LAID_OUT
-        live_images.assign(area, name)
+        images.assign(area, name)
         self._keys.clear()
         self.wake()
 
@@ -78,10 +78,10 @@ class LiveView:
     def switch(self, content: str) -> None:
         """The first of the editors shows something else."""
         found = next(
-            (area for _, area in live_images.editors() if area.as_pointer() in self.areas), None
+            (area for _, area in images.editors() if area.as_pointer() in self.areas), None
         )
         if found is not None:
-            self.open(found, live_images.NAMES[content])
+            self.open(found, images.NAMES[content])
 
     def stop(self) -> None:
         """Another file is loaded, or the add-on goes: nothing of the run is shown any more."""
@@ -96,7 +96,7 @@ class LiveView:
     def update(self) -> bool:
         """Draws what is due. Returns whether there is a reason to be called again."""
         self._keep_editors()
-        shown = live_images.shown_names()
+        shown = images.shown_names()
         if not shown:
             self.renderer.stop()
             return RUN.job is not None
@@ -110,7 +110,7 @@ class LiveView:
                 self._forget()
                 self._moments = Moments(RUN.plan, RUN.result)
             self._after_fit(shown, self._moments)
-        if live_images.CYCLES in shown:
+        if images.CYCLES in shown:
             self._show_cycles()
         self._fit_editors()
         return True
@@ -149,7 +149,7 @@ class LiveView:
         job, plan, progress = RUN.job, RUN.plan, RUN.progress
         if job is None or plan is None:
             return
-        if live_images.COMPARISON in shown and self._is_due(live_images.COMPARISON):
+        if images.COMPARISON in shown and self._is_due(images.COMPARISON):
             begin = time.perf_counter()
             index = self.capture_index()
             capture, picture = plan.captures[index], job.preview(index)
@@ -158,33 +158,33 @@ class LiveView:
                 Pictures(capture.reference, capture.weight, picture),
                 _choice(),
                 f"{capture.id}: {where}",
-                live_images.room_of(live_images.COMPARISON),
+                images.room_of(images.COMPARISON),
             )
-            self._draw(live_images.COMPARISON, page, begin, PICTURE_EVERY)
-        if live_images.PLOTS in shown and self._is_due(live_images.PLOTS):
+            self._draw(images.COMPARISON, page, begin, PICTURE_EVERY)
+        if images.PLOTS in shown and self._is_due(images.PLOTS):
             begin = time.perf_counter()
             try:
                 history = job.history()
             except FitFailed:
                 return
             if len(history["iteration"]):
-                room = live_images.room_of(live_images.PLOTS)
+                room = images.room_of(images.PLOTS)
                 page = plots.page(plots.of_fit(plan, history), room).pixels
-                self._draw(live_images.PLOTS, page, begin, PLOTS_EVERY)
+                self._draw(images.PLOTS, page, begin, PLOTS_EVERY)
 
     def _after_fit(self, shown: set[str], moments: Moments) -> None:
         plan, row = moments.plan, self.row(moments)
-        if live_images.COMPARISON in shown:
+        if images.COMPARISON in shown:
             self._show_moment(moments, Moment(self.capture_index(), row))
-        if live_images.PLOTS in shown:
+        if images.PLOTS in shown:
             mark = float(moments.iterations[row]) if row >= 0 else None
-            room = live_images.room_of(live_images.PLOTS)
-            if self._changed(live_images.PLOTS, (id(moments), mark, room)):
+            room = images.room_of(images.PLOTS)
+            if self._changed(images.PLOTS, (id(moments), mark, room)):
                 begin = time.perf_counter()
                 history = moments.result["history"]
                 page = plots.page(plots.of_fit(plan, history, moments.result, mark), room).pixels
-                self._draw(live_images.PLOTS, page, begin, 0.0)
-        if live_images.SHEET in shown:
+                self._draw(images.PLOTS, page, begin, 0.0)
+        if images.SHEET in shown:
             self._show_sheet(moments)
 
     def _show_moment(self, moments: Moments, moment: Moment) -> None:
@@ -204,13 +204,13 @@ class LiveView:
         words = _moment_words(moments, moment.row)
         if missing:
             words += f" ({self.renderer.trouble or 'rendering'})"
-        room = live_images.room_of(live_images.COMPARISON)
+        room = images.room_of(images.COMPARISON)
         there = (picture is None, start is None)
-        if self._changed(live_images.COMPARISON, (id(moments), moment, choice, there, room)):
+        if self._changed(images.COMPARISON, (id(moments), moment, choice, there, room)):
             begin = time.perf_counter()
             pictures = Pictures(capture.reference, capture.weight, picture, start)
             page = compared(pictures, choice, f"{capture.id}: {words}", room)
-            self._draw(live_images.COMPARISON, page, begin, 0.0)
+            self._draw(images.COMPARISON, page, begin, 0.0)
 
     def _show_sheet(self, moments: Moments) -> None:
         """Photo by photo, as their renders end."""
@@ -226,16 +226,16 @@ class LiveView:
                     self.renderer.want(moments, both[0] if start is None else both[1])
                 break
             self._tiles[capture.id] = sheet.small(capture.reference, capture.weight, start, final)
-        if self._tiles and self._changed(live_images.SHEET, (id(moments), len(self._tiles))):
+        if self._tiles and self._changed(images.SHEET, (id(moments), len(self._tiles))):
             begin = time.perf_counter()
             page = sheet.of_fit(self._tiles, ERROR_SCALE).pixels
-            self._draw(live_images.SHEET, page, begin, 0.0)
+            self._draw(images.SHEET, page, begin, 0.0)
 
     def _show_cycles(self) -> None:
         """The sheet that the last check wrote."""
-        if CHECK.sheet is None or not self._changed(live_images.CYCLES, str(CHECK.sheet)):
+        if CHECK.sheet is None or not self._changed(images.CYCLES, str(CHECK.sheet)):
             return
-        from .. import native
+        from ... import native
 
         try:
             picture = native.image().read(str(CHECK.sheet))[0]
@@ -243,14 +243,14 @@ class LiveView:
             return
         begin = time.perf_counter()
         page = native.image().srgb_encode(np.ascontiguousarray(picture, np.float32))
-        self._draw(live_images.CYCLES, page, begin, 0.0)
+        self._draw(images.CYCLES, page, begin, 0.0)
 
     # -- bookkeeping
 
     def _draw(self, name: str, page: np.ndarray, begin: float, every: float) -> None:
         image: bpy.types.Image | None = bpy.data.images.get(name)
         size = tuple(image.size) if image is not None else ()
-        live_images.show(name, page)
+        images.show(name, page)
         if size != (page.shape[1], page.shape[0]):
             self._unfitted |= {
                 address: _LAID_OUT for address, own in self.areas.items() if own == name
@@ -277,23 +277,23 @@ class LiveView:
     def _keep_editors(self) -> None:
         """After undo, or saving, an editor has lost its image; the user may also have given it
         another one, which stays."""
-        there = {area.as_pointer(): area for _, area in live_images.editors()}
+        there = {area.as_pointer(): area for _, area in images.editors()}
         for address, name in list(self.areas.items()):
             area = there.get(address)
-            image = live_images.image_of(area) if area is not None else None
+            image = images.image_of(area) if area is not None else None
             if area is None or (image is not None and image.name != name):
                 del self.areas[address]
             elif image is None:
-                live_images.assign(area, name)
+                images.assign(area, name)
                 self._keys.pop(name, None)
 
     def _fit_editors(self) -> None:
         """Zooms what was opened, until it is laid out."""
-        for window, area in live_images.editors():
+        for window, area in images.editors():
             if area.as_pointer() in self._unfitted:
                 drawn_to_size = self.areas.get(area.as_pointer()) in _TO_SIZE
                 large = bpy.context.preferences.system.pixel_size > 1
-                live_images.fit(window, area, whole=large or not drawn_to_size)
+                images.fit(window, area, whole=large or not drawn_to_size)
         self._unfitted = {address: n - 1 for address, n in self._unfitted.items() if n > 1}
 
 

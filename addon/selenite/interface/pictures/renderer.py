@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .. import native
-from ..fit_run.pictures.moments import Moment, Moments
-from ..information.job import BackgroundJob, Step
+from ... import native
+from ...fit_run.pictures.moments import Moment, Moments
+from ...information.job import BackgroundJob, Step
 
 
 class RenderMoment:

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import bpy
 
-from .live_properties import settings
-from .live_view import VIEW
-from .state import CHECK, RUN
+from ..state import CHECK, RUN
+from .properties import settings
+from .view import VIEW
 from .view_through import is_through
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..scene_read import hosts
+from ...scene_read import hosts
 
 #: What was there before, on the scene: undo and saved files keep it in step with the cameras.
 _KEY = "selenite_view_through"

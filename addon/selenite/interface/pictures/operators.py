@@ -9,10 +9,10 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import live_images
-from .live_properties import SelenitePictures, settings
-from .live_view import VIEW
-from .state import RUN
+from ..state import RUN
+from . import images
+from .properties import SelenitePictures, settings
+from .view import VIEW
 
 
 class SELENITE_OT_show_pictures(bpy.types.Operator):
@@ -29,7 +29,7 @@ class SELENITE_OT_show_pictures(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """An Image Editor that is open already is used."""
-        main = live_images.NAMES[settings(context).content]
+        main = images.NAMES[settings(context).content]
         screen = context.window.screen
         free = [area for area in screen.areas if area.type == "IMAGE_EDITOR"]
         if any(area.as_pointer() in VIEW.areas for area in free):
@@ -47,7 +47,7 @@ class SELENITE_OT_show_pictures(bpy.types.Operator):
         upper, lower = first, second
         if lower is not None and lower.y > upper.y:
             upper, lower = lower, upper
-        for area, name in ((upper, main), (lower, live_images.PLOTS)):
+        for area, name in ((upper, main), (lower, images.PLOTS)):
             if area is not None:
                 area.type = "IMAGE_EDITOR"
                 VIEW.open(area, name)
@@ -89,7 +89,7 @@ class SELENITE_OT_hide_pictures(bpy.types.Operator):
                 region = next(item for item in area.regions if item.type == "WINDOW")
                 with context.temp_override(window=window, area=area, region=region):
                     bpy.ops.screen.area_close()
-        live_images.put_away()
+        images.put_away()
         return {"FINISHED"}
 
 
@@ -110,7 +110,7 @@ def _split(
 
 @persistent
 def _before_saving(*_names: object) -> None:
-    live_images.put_away()
+    images.put_away()
 
 
 @persistent
@@ -144,7 +144,7 @@ def register() -> None:
 def unregister() -> None:
     """The inverse."""
     VIEW.stop()
-    live_images.put_away()
+    images.put_away()
     for name, handler in _HANDLERS:
         getattr(bpy.app.handlers, name).remove(handler)
     atexit.unregister(VIEW.renderer.stop)
