@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..problems import Problem
-from .reconstruction import Reconstruction
+from .reconstruction import FLIP, Reconstruction
 
 #: Half diagonals from the origin beyond which a reconstruction is moved. Single precision then
 #: errs by 1e-6 of the half diagonal at most: 0.005 pixels at a focal length of 5000.
@@ -46,7 +46,7 @@ class Placement:
     def camera(self, camera_to_world: np.ndarray) -> np.ndarray:
         """4 x 4 of a camera that looks along +z with y down -> of Blender's, along -z with y up."""
         matrix = np.eye(4)
-        matrix[:3, :3] = self.rotation @ camera_to_world[:3, :3] @ np.diag([1.0, -1.0, -1.0])
+        matrix[:3, :3] = self.rotation @ camera_to_world[:3, :3] @ FLIP
         matrix[:3, 3] = self.points(camera_to_world[None, :3, 3])[0]
         return matrix
 

@@ -13,6 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
+#: From the axes of a camera that looks along -z with y up, as Blender and OpenGL have it, to those
+#: above, and back.
+FLIP = np.diag([1.0, -1.0, -1.0])
+
 
 class ReconstructionError(ValueError):
     """A file cannot be read: its name, the element, the cause and the cure, in one line."""

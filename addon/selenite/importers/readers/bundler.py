@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction
+from ..reconstruction import FLIP, Intrinsics, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, is_file, read_text
 from .labels import Labels, named
@@ -22,7 +22,6 @@ from .lines import word_lines
 from .pictures import Pictures
 
 HEADER = b"# Bundle file"
-FLIP = np.diag([1.0, -1.0, -1.0])
 MOST_CAMERAS, MOST_POINTS = 200_000, 20_000_000
 NOT_ALIGNED = "it has no pose: its focal length is 0"
 #: What may follow the name of a photo: 0 and its focal length in pixels.

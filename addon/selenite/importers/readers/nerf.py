@@ -15,7 +15,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction, ReconstructionError
+from ..reconstruction import (
+    FLIP,
+    Intrinsics,
+    ReconstructedCamera,
+    Reconstruction,
+    ReconstructionError,
+)
 from . import numbers
 from .files import Place, read_bytes, shortened
 from .labels import Labels, named, usable_text
@@ -26,7 +32,6 @@ MOST_BYTES = 64 << 20
 #: Numbers and texts of a file, and its lists and objects: ten thousand cameras have a fifth.
 MOST_VALUES = 2_000_000
 MOST_CONTAINERS = 500_000
-FLIP = np.diag([1.0, -1.0, -1.0])
 FISHEYE = ("is_fisheye", "ftheta_p0", "latlong", "equirectangular")
 #: Values of camera_model that are a pinhole with Brown's distortion.
 MODELS = ("", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "PERSPECTIVE")

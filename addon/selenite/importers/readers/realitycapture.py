@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from ..reconstruction import Intrinsics, ReconstructedCamera, Reconstruction
+from ..reconstruction import FLIP, Intrinsics, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, read_text, shortened
 from .labels import Labels, named
@@ -31,7 +31,6 @@ MODELS = ("perspective", "brown3", "brown4", "brown3t2", "brown4t2")
 COEFFICIENTS = ("k1", "k2", "k3", "k4", "p1", "p2")
 NOT_ALIGNED = "it has no pose: RealityCapture did not align it"
 MOST_FILES = 100_000
-FLIP = np.diag([1.0, -1.0, -1.0])
 #: Of a CSV with cameras, and the names that versions have for the same.
 REQUIRED = ("name", "x", "y", "alt", "heading", "pitch", "roll", "f")
 ALIASES = {"yaw": "heading", "z": "alt", "f_35mm": "f", "px_norm": "px", "py_norm": "py"}

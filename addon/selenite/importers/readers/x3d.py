@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from ..reconstruction import ReconstructedCamera, ReconstructedMesh, Reconstruction
+from ..reconstruction import FLIP, ReconstructedCamera, ReconstructedMesh, Reconstruction
 from . import numbers
 from .files import Place, shortened
 from .labels import Labels
@@ -21,8 +21,6 @@ from .x3d_geometry import READ, Geometry, read_geometry
 from .x3d_nodes import Nodes
 from .x3d_texture import picture
 
-#: From a Viewpoint's axes to those of a camera that looks along +z with y down.
-FLIP = np.diag([1.0, -1.0, -1.0])
 #: Corners of all meshes together: each has a position, a place in the texture and a normal.
 MOST_CORNERS = 30_000_000
 #: By how much the sides of a Transform around a Viewpoint may differ.
