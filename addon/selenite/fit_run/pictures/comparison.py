@@ -9,8 +9,9 @@ import numpy as np
 
 from .canvas import FAINT, INK, Canvas, encoded, heat, resized
 
+#: The panel's enum has the same names.
 PHOTO, RENDER, WIPE, DIFFERENCE, BEFORE_AFTER = (
-    "photo", "render", "wipe", "difference", "before-after",
+    "PHOTO", "RENDER", "WIPE", "DIFFERENCE", "BEFORE_AFTER",
 )  # fmt: skip
 #: Full scale of a difference, in linear light where white is 1; the same for all pictures, so that
 #: the colours of two of them can be compared.
@@ -58,10 +59,21 @@ def difference(render: np.ndarray, photo: np.ndarray, weight: np.ndarray) -> np.
 
 def error_picture(error: np.ndarray, scale: float) -> np.ndarray:
     """Encoded (h, w, 3): colours from 0 to `scale`, and red where the photo does not count."""
-    red = encoded(np.asarray(OUTSIDE, np.float32).reshape(1, 1, 3))
     counts = np.isfinite(error)[..., None]
-    found: np.ndarray = np.where(counts, heat(error / scale), red)
+    found: np.ndarray = np.where(counts, heat(error / scale), _red())
     return found
+
+
+def mask_legend(page: Canvas, x: float, top: float) -> None:
+    """What the red means: a square and words, 14 pixels high."""
+    red = _red()[0, 0]
+    page.fill(x, top + 1, x + 12, top + 13, (red[0], red[1], red[2]))
+    page.text(x + 18, top, "does not count", size=14, colour=FAINT)
+
+
+def _red() -> np.ndarray:
+    """(1, 1, 3): OUTSIDE, encoded."""
+    return encoded(np.asarray(OUTSIDE, np.float32).reshape(1, 1, 3))
 
 
 def compared(
@@ -95,7 +107,7 @@ def compared(
             page.text(left + width, bottom + 8, sides[1], size=14, align=1)
     if masked:
         middle = left + (width * 3) // 4 if choice.mode == DIFFERENCE else columns // 2
-        _mask_legend(page, middle, bottom + 8)
+        mask_legend(page, middle - 60, bottom + 8)
     return page.pixels
 
 
@@ -108,13 +120,6 @@ def _size(shape: tuple[int, ...], room: tuple[int, int] | None) -> tuple[int, in
         high, wide = max(60, room[1] - _TITLE - _FOOT), max(80, room[0] - 2 * _MARGIN)
         scale = min(high / rows, wide / columns)
     return max(1, int(rows * scale)), max(1, int(columns * scale))
-
-
-def _mask_legend(page: Canvas, middle: int, top: int) -> None:
-    text = "does not count"
-    red = encoded(np.asarray(OUTSIDE, np.float32).reshape(1, 1, 3))[0, 0]
-    page.fill(middle - 60, top + 2, middle - 48, top + 14, (red[0], red[1], red[2]))
-    page.text(middle - 42, top, text, size=14, colour=FAINT)
 
 
 def _body(

@@ -43,12 +43,6 @@ class Moments:
         """(k,): the iteration of each row of the history."""
         return np.asarray(self.result["history"]["iteration"])
 
-    @property
-    def best_row(self) -> int:
-        """The row of the history that became the result."""
-        rows = np.flatnonzero(self.iterations == self.result["best_iteration"])
-        return int(rows[-1]) if len(rows) else max(0, len(self.iterations) - 1)
-
     def values(self, row: int) -> dict[str, tuple[float, ...]]:
         """Name -> value at a moment."""
         if row == START:
@@ -64,9 +58,9 @@ class Moments:
         stand at every moment but the start."""
         if row == START:
             return self.plan.scene
-        if row == RESULT:
-            return scene_at(self.plan, self.result)
         scene = scene_at(self.plan, self.result)
+        if row == RESULT:
+            return scene
         return scene.with_values(constants(self.values(row), self.plan.unknowns, self.plan.fields))
 
     def kept(self, moment: Moment) -> np.ndarray | None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .canvas import FAINT, Canvas, encoded, resized
-from .comparison import OUTSIDE, difference, error_picture, marked
+from .comparison import difference, error_picture, marked, mask_legend
 
 _GAP, _TEXT, _LEGEND = 8, 22, 34
 #: Height of a tile, and of one where there are many photos.
@@ -65,9 +65,7 @@ def sheet(
     page.legend(_GAP, bottom + 4, 240, scale)
     page.text(_GAP + 256, bottom + 4, "difference, linear light", size=14, colour=FAINT)
     if masked:
-        red = encoded(np.asarray(OUTSIDE, np.float32).reshape(1, 1, 3))[0, 0]
-        page.fill(_GAP + 256, bottom + 22, _GAP + 268, bottom + 34, (red[0], red[1], red[2]))
-        page.text(_GAP + 274, bottom + 21, "does not count", size=14, colour=FAINT)
+        mask_legend(page, _GAP + 256, bottom + 21)
     return page
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import bpy
 
+from ...fit_run.pictures.comparison import BEFORE_AFTER, DIFFERENCE, PHOTO, WIPE
 from ..state import CHECK, RUN
 from .properties import settings
 from .view import VIEW
@@ -43,11 +44,11 @@ class SELENITE_PT_pictures(bpy.types.Panel):
         if chosen.content != "COMPARISON":
             return
         column.prop(chosen, "mode")
-        if chosen.mode in ("WIPE", "BEFORE_AFTER"):
+        if chosen.mode in (WIPE, BEFORE_AFTER):
             column.prop(chosen, "wipe")
-        elif chosen.mode == "DIFFERENCE":
+        elif chosen.mode == DIFFERENCE:
             column.prop(chosen, "scale")
-        if RUN.job is None and RUN.result is not None and chosen.mode != "PHOTO":
+        if RUN.job is None and RUN.result is not None and chosen.mode != PHOTO:
             column.prop(chosen, "moment")
             if chosen.moment == "ITERATION":
                 column.prop(chosen, "timeline")

@@ -9,7 +9,14 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, FloatProperty
 
-from ...fit_run.pictures import comparison
+from ...fit_run.pictures.comparison import (
+    BEFORE_AFTER,
+    DIFFERENCE,
+    ERROR_SCALE,
+    PHOTO,
+    RENDER,
+    WIPE,
+)
 
 CONTENT_ITEMS = (
     ("COMPARISON", "Active Photo", "The active photo beside its render", 0),
@@ -18,26 +25,17 @@ CONTENT_ITEMS = (
     ("CYCLES", "Check in Cycles", "The sheet of the last check in Cycles", 3),
 )
 MODE_ITEMS = (
-    ("PHOTO", "Photo", "The photo alone", 0),
-    ("RENDER", "Render", "The render alone", 1),
-    ("WIPE", "Wipe", "The photo on the left of a line, the render on its right", 2),
-    ("DIFFERENCE", "Difference", "How far the render is from the photo, in linear light", 3),
-    ("BEFORE_AFTER", "Before, After", "The start on the left, the fit on the right", 4),
+    (PHOTO, "Photo", "The photo alone", 0),
+    (RENDER, "Render", "The render alone", 1),
+    (WIPE, "Wipe", "The photo on the left of a line, the render on its right", 2),
+    (DIFFERENCE, "Difference", "How far the render is from the photo, in linear light", 3),
+    (BEFORE_AFTER, "Before, After", "The start on the left, the fit on the right", 4),
 )
 MOMENT_ITEMS = (
     ("START", "Start", "With the values that the fit started from", 0),
     ("RESULT", "Fit", "With the fitted values", 1),
     ("ITERATION", "Iteration", "With the values of one iteration", 2),
 )
-MODES = {
-    "PHOTO": comparison.PHOTO,
-    "RENDER": comparison.RENDER,
-    "WIPE": comparison.WIPE,
-    "DIFFERENCE": comparison.DIFFERENCE,
-    "BEFORE_AFTER": comparison.BEFORE_AFTER,
-}
-
-
 #: What is called when something else is to be shown: by the view, which reads these properties.
 _LISTENERS: dict[str, Callable[..., None]] = {}
 
@@ -64,7 +62,7 @@ class SelenitePictures(bpy.types.PropertyGroup):
         name="Show", items=CONTENT_ITEMS, update=_content_changed, description="In the Image Editor"
     )
     mode: EnumProperty(
-        name="As", items=MODE_ITEMS, default="WIPE", update=_changed, description="Photo and render"
+        name="As", items=MODE_ITEMS, default=WIPE, update=_changed, description="Photo and render"
     )
     wipe: FloatProperty(
         name="Wipe",
@@ -77,7 +75,7 @@ class SelenitePictures(bpy.types.PropertyGroup):
     )
     scale: FloatProperty(
         name="Full Scale",
-        default=comparison.ERROR_SCALE,
+        default=ERROR_SCALE,
         min=0.001,
         soft_max=1.0,
         update=_changed,

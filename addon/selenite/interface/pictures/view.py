@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draws what the Image Editors show of a fit, while it runs and after it.
 
-A timer of Blender's calls `VIEW` a few times a second. What it draws takes at most a twentieth of
-the time of the main thread; renders are made in a thread of their own.
+A timer of Blender's calls `VIEW` a few times a second. What it draws while a fit runs takes at most
+a twentieth of the time of the main thread; renders are made in a thread of their own.
 """
 
 from __future__ import annotations
@@ -13,14 +13,24 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ... import native
 from ...fit_run.job import DESCENT, FitFailed
 from ...fit_run.pictures import plots, sheet
-from ...fit_run.pictures.comparison import ERROR_SCALE, Choice, Pictures, compared
+from ...fit_run.pictures.canvas import encoded
+from ...fit_run.pictures.comparison import (
+    BEFORE_AFTER,
+    ERROR_SCALE,
+    PHOTO,
+    Choice,
+    Pictures,
+    compared,
+)
 from ...fit_run.pictures.moments import RESULT, START, Moment, Moments
 from ...scene_read.photos import ids_of
 from ..state import CHECK, RUN
+from ..texts import translated
 from . import images
-from .properties import MODES, listen, settings
+from .properties import listen, settings
 from .renderer import Renderer
 
 #: Seconds between two calls of the timer, between two pictures, between two pages of plots.
@@ -143,7 +153,8 @@ class LiveView:
             return ""
         row = self.row(self._moments)
         iterations = self._moments.iterations
-        return f"Iteration {iterations[row]} of {iterations[-1]}" if len(iterations) else ""
+        text = translated("Iteration {} of {}")
+        return text.format(iterations[row], iterations[-1]) if len(iterations) else ""
 
     def _while_running(self, shown: set[str]) -> None:
         job, plan, progress = RUN.job, RUN.plan, RUN.progress
@@ -189,12 +200,12 @@ class LiveView:
 
     def _show_moment(self, moments: Moments, moment: Moment) -> None:
         """What is there of it, and wishes for what is not."""
-        chosen, choice = settings(), _choice()
+        choice = _choice()
         capture = moments.plan.captures[moment.photo]
         needed = [moment]
-        if chosen.mode == "BEFORE_AFTER":
+        if choice.mode == BEFORE_AFTER:
             needed = [Moment(moment.photo, START), moment]
-        if chosen.mode == "PHOTO":
+        if choice.mode == PHOTO:
             needed = []
         missing = [item for item in needed if moments.kept(item) is None]
         picture = moments.kept(moment)
@@ -235,15 +246,12 @@ class LiveView:
         """The sheet that the last check wrote."""
         if CHECK.sheet is None or not self._changed(images.CYCLES, str(CHECK.sheet)):
             return
-        from ... import native
-
         try:
             picture = native.image().read(str(CHECK.sheet))[0]
         except OSError:
             return
         begin = time.perf_counter()
-        page = native.image().srgb_encode(np.ascontiguousarray(picture, np.float32))
-        self._draw(images.CYCLES, page, begin, 0.0)
+        self._draw(images.CYCLES, encoded(picture), begin, 0.0)
 
     # -- bookkeeping
 
@@ -307,7 +315,7 @@ def _tick() -> float | None:
 
 def _choice() -> Choice:
     chosen = settings()
-    return Choice(MODES[chosen.mode], chosen.wipe, chosen.scale)
+    return Choice(chosen.mode, chosen.wipe, chosen.scale)
 
 
 def _phase(progress: Any) -> str:  # noqa: ANN401 - a Progress
@@ -322,5 +330,4 @@ def _moment_words(moments: Moments, row: int) -> str:
     if row == RESULT:
         return "fit"
     words = f"iteration {moments.iterations[row]} of {moments.iterations[-1]}"
-    fields = [item for item in moments.plan.fields]
-    return f"{words}, fitted grids and images" if fields else words
+    return f"{words}, fitted grids and images" if moments.plan.fields else words

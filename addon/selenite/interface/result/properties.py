@@ -42,7 +42,6 @@ class SeleniteResult(bpy.types.PropertyGroup):
     high: FloatVectorProperty(size=3, precision=4)
     bar_low: FloatProperty(description="Low end of the interval, 0 to 1 of the bounds")
     bar_high: FloatProperty(description="High end of the interval, 0 to 1 of the bounds")
-    place: FloatProperty(description="The value, 0 to 1 of the bounds")
     swatch: FloatVectorProperty(
         name="Fitted Colour",
         size=3,

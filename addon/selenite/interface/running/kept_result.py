@@ -64,4 +64,4 @@ def _keep_finding(row: bpy.types.PropertyGroup, found: Finding) -> None:
     if found.low:
         row.low, row.high = three(found.low), three(found.high)
         row.bar_low, row.bar_high = found.bar
-    row.place, row.swatch = found.place, three(found.value)
+    row.swatch = three(found.value)
