@@ -19,7 +19,8 @@ SURE, WEAK, OPEN, UNKNOWN = "SURE", "WEAK", "OPEN", "UNKNOWN"
 #: Half an interval that is longer than this share of the bounds, on the scale of the parameter, is
 #: a weak answer.
 _WEAK = 0.1
-_FEWEST_DECADES = 1e-6
+#: Where a scale by ratio begins, for it has no 0.
+_LEAST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -158,8 +159,7 @@ def _place(unknown: Unknown, value: float) -> float:
     """Where a value lies between its bounds, 0 to 1; by ratio where that is the scale."""
     low, high = unknown.minimum, unknown.maximum
     if unknown.by_ratio:
-        low, high = math.log(max(low, _FEWEST_DECADES)), math.log(max(high, _FEWEST_DECADES))
-        value = math.log(max(value, _FEWEST_DECADES))
+        low, high, value = (math.log(max(x, _LEAST)) for x in (low, high, value))
     if not high > low:
         return 0.5
     return min(max((value - low) / (high - low), 0.0), 1.0)

@@ -146,7 +146,7 @@ class FitJob:
     def _diagnose(self) -> None:
         """Renews the notes, now or soon."""
         if sum(item.weight.size for item in self.plan.captures) <= _PIXELS_AT_ONCE:
-            self._notes = self.notes()
+            self._keep_notes()
         elif self._diagnosing is None or not self._diagnosing.is_alive():
             self._diagnosing = threading.Thread(target=self._keep_notes, daemon=True)
             self._diagnosing.start()

@@ -107,7 +107,7 @@ def time_text(seconds: float | None) -> str:
 def _weights(plan: FitPlan) -> list[dict[str, float]]:
     """Stage by stage, the paths of each phase."""
     found = []
-    for index, (part, settings, native) in enumerate(_parts(plan)):
+    for part, settings, native in _parts(plan):
         try:
             paths = phase_paths(settings, part, native)
         except BadInput:  # the job itself says what is wrong
@@ -115,8 +115,6 @@ def _weights(plan: FitPlan) -> list[dict[str, float]]:
         weights = {name: paths.get(name, 0.0) for name in PHASES}
         if not sum(weights.values()) > 0:
             weights[DESCENT] = 1.0
-        if index and plan.stages:
-            weights[MULTI_START] = 0.0
         found.append(weights)
     return found
 
