@@ -16,7 +16,7 @@ import numpy as np
 from ..reconstruction import FLIP, Intrinsics, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, is_file, read_text
-from .labels import Labels, named
+from .labels import Labels, LeftOut
 from .lenses import check
 from .lines import word_lines
 from .pictures import Pictures
@@ -37,16 +37,14 @@ class _Lines:
 
     def next(self, count: int) -> np.ndarray:
         """(count,) of the next line. Raises ReconstructionError."""
+        return numbers.numbers(" ".join(self.words()), self.place, count)
+
+    def words(self) -> list[str]:
+        """The words of the next line. Raises ReconstructionError."""
         words, self.place = next(self._lines, (None, Place(self._file, "file")))
         if words is None:
             raise self.place.error("it ends too early")
-        return numbers.numbers(" ".join(words), self.place, count)
-
-    def skip(self) -> None:
-        """The next line. Raises ReconstructionError."""
-        words, place = next(self._lines, (None, Place(self._file, "file")))
-        if words is None:
-            raise place.error("it ends too early")
+        return words
 
 
 def read_bundler(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
@@ -58,20 +56,19 @@ def read_bundler(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
         raise lines.place.error(f"{cameras} cameras and {points} points cannot be read")
     names = _names(file, cameras)
     pictures = Pictures(file.parent, folders)
-    labels = Labels()
-    skipped: list[str] = []
+    labels, skipped = Labels(), LeftOut()
     found = []
     for count in range(cameras):
         label = names[count] if names else f"camera {count}"
         camera = _camera(lines, label, pictures, Place(file, f"camera {count} '{label}'"))
         if camera is None:
-            skipped.append(label)
+            skipped.add(label, NOT_ALIGNED)
         else:
             labels.add(label, Place(file, f"camera {count} '{label}'"))
             found.append(camera)
     if not found:
         raise Place(file, "cameras").error(f"none can be used ({NOT_ALIGNED})")
-    remarks = (f"{named(skipped)}: {NOT_ALIGNED}",) if skipped else ()
+    remarks = tuple(skipped.remarks())
     return Reconstruction(file.stem, tuple(found), points=_points(lines, points), remarks=remarks)
 
 
@@ -97,8 +94,8 @@ def _points(lines: _Lines, count: int) -> np.ndarray:
     found = []
     for _ in range(count):
         found.append(lines.next(3))
-        lines.skip()
-        lines.skip()
+        lines.words()
+        lines.words()
     return np.array(found).reshape(-1, 3)
 
 

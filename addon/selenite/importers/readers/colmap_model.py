@@ -17,7 +17,7 @@ from ..reconstruction import ReconstructedCamera, Reconstruction
 from . import numbers
 from .colmap_models import ColmapCamera
 from .files import Place
-from .labels import Labels, named
+from .labels import Labels, LeftOut
 
 CAMERA_SENSOR = 0
 MOST_IMAGES = 200_000
@@ -111,8 +111,7 @@ class Model:
     def reconstruction(self, name: str) -> Reconstruction:
         """Cameras in the order of their names. Raises ReconstructionError."""
         frames = self._frame_of_image()
-        labels = Labels()
-        left_out: dict[str, list[str]] = {}
+        labels, left_out = Labels(), LeftOut()
         remarks = list(self.remarks)
         found = []
         for image, where in sorted(self._images.values(), key=lambda entry: entry[0].name):
@@ -123,15 +122,15 @@ class Model:
                 raise place.error(f"there is no camera {image.camera}")
             pose = self._pose(image, frames.get(image.number), place, remarks)
             if camera.intrinsics is None:
-                left_out.setdefault(camera.cause, []).append(image.name)
+                left_out.add(image.name, camera.cause)
                 continue
             found.append(ReconstructedCamera(image.name, pose, camera.intrinsics, photo=image.name))
         if not found:
-            causes = "; ".join(left_out) or "it has none"
+            causes = left_out.causes() or "it has none"
             raise Place(self.folder, "images").error(
                 f"none can be used ({causes})", "undistort the photos in COLMAP and read that model"
             )
-        remarks += [f"{named(names)}: {cause}" for cause, names in left_out.items()]
+        remarks += left_out.remarks()
         return Reconstruction(
             name, tuple(found), points=numbers.finite(self.points, Place(self.folder, "points3D")),
             remarks=tuple(remarks),

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Labels of cameras: unique in a reconstruction, and a few of many in a remark."""
+"""Labels of cameras: unique in a reconstruction, and a few of many in remarks on what is left out."""
 
 from __future__ import annotations
 
+from ...problems import listed
 from .files import Place, shortened
 
 #: Cameras whose labels a remark spells out.
@@ -28,6 +29,25 @@ class Labels:
         return label
 
 
+class LeftOut:
+    """Cameras that are not read, by the cause."""
+
+    def __init__(self) -> None:
+        self._labels: dict[str, list[str]] = {}
+
+    def add(self, label: str, cause: str) -> None:
+        """One of them."""
+        self._labels.setdefault(cause, []).append(label)
+
+    def remarks(self) -> list[str]:
+        """A line for each cause."""
+        return [f"{_named(labels)}: {cause}" for cause, labels in self._labels.items()]
+
+    def causes(self) -> str:
+        """All of them, "" where nothing is left out."""
+        return "; ".join(self._labels)
+
+
 def usable_text(text: str, place: Place) -> str:
     """The same, if a name can be made of it. Raises ReconstructionError."""
     if len(text) > LONGEST or any(
@@ -37,9 +57,9 @@ def usable_text(text: str, place: Place) -> str:
     return text
 
 
-def named(labels: list[str]) -> str:
+def _named(labels: list[str]) -> str:
     """cameras 'A', 'B' and 3 more."""
-    shown = ", ".join(f"'{shortened(label)}'" for label in labels[:MOST_NAMED])
+    shown = listed(shortened(label) for label in labels[:MOST_NAMED])
     more = len(labels) - MOST_NAMED
     kind = "camera" if len(labels) == 1 else "cameras"
     return f"{kind} {shown}" + (f" and {more} more" if more > 0 else "")

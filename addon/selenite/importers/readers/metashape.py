@@ -9,7 +9,6 @@ ChunkTransform.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -19,7 +18,7 @@ import numpy as np
 from ..reconstruction import ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, shortened
-from .labels import Labels, named
+from .labels import Labels, LeftOut
 from .metashape_lens import Sensor, read_sensor
 from .xml_tree import attribute, child
 
@@ -73,26 +72,25 @@ class _Chunk:
         self.placed: set[str] = set()
 
     def read(self) -> Reconstruction:
-        labels = Labels()
-        left_out: dict[str, list[str]] = {}
+        labels, left_out = Labels(), LeftOut()
         used: set[str] = set()
         found = []
-        for element in _cameras(child(self.chunk, "cameras", Place(self.file, "chunk"))):
+        for element in child(self.chunk, "cameras", Place(self.file, "chunk")).iter("camera"):
             label = element.get("label", "")
             place = Place(self.file, f"camera '{label}'")
             sensor = self._sensor(element, place)
             cause = sensor.cause if sensor else "it has no pose: Metashape did not align it"
             if sensor is None or sensor.intrinsics is None:
-                left_out.setdefault(cause, []).append(label)
+                left_out.add(label, cause)
                 continue
             labels.add(label, place)
             used.add(element.get("sensor_id", ""))
             pose = self._pose(element, place)
             found.append(ReconstructedCamera(label, pose, sensor.intrinsics, photo=label))
         if not found:
-            causes = "; ".join(left_out) or "the chunk is empty"
+            causes = left_out.causes() or "the chunk is empty"
             raise Place(self.file, "cameras").error(f"none can be used ({causes})", ALIGN)
-        self.remarks += [f"{named(names)}: {cause}" for cause, names in left_out.items()]
+        self.remarks += left_out.remarks()
         self.remarks += [
             f"sensor '{name}': {remark}"
             for name, (_, sensor) in self.sensors.items()
@@ -204,11 +202,6 @@ class _Chunk:
                 "the chunk has geographic coordinates: cameras are in geocentric ones, and a mesh"
                 " fits them only if it was exported in local or geocentric coordinates too"
             )
-
-
-def _cameras(parent: Element) -> Iterator[Element]:
-    """Of all groups, in the order of the file."""
-    return parent.iter("camera")
 
 
 def _similarity(element: Element, place: Place) -> Similarity:

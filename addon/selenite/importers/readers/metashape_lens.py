@@ -108,11 +108,11 @@ def _values(calibration: Element, place: Place) -> dict[str, float]:
     for entry in calibration:
         if entry.tag in names:
             inner = place.at(f"{place.element}, <{entry.tag}>")
-            found[entry.tag] = numbers.number(plain(entry.text), inner)
+            found[entry.tag] = numbers.number(_plain(entry.text), inner)
     return found
 
 
-def plain(text: str | None) -> str | None:
+def _plain(text: str | None) -> str | None:
     """Without the name of a type around the number, which scripts leave that print numpy's."""
     if text and text.strip().startswith("np.float64(") and text.strip().endswith(")"):
         return text.strip()[len("np.float64(") : -1]

@@ -24,7 +24,7 @@ from ..reconstruction import (
 )
 from . import numbers
 from .files import Place, read_bytes, shortened
-from .labels import Labels, named, usable_text
+from .labels import Labels, LeftOut, usable_text
 from .lenses import left_out, opencv_intrinsics
 from .pictures import Pictures
 
@@ -46,8 +46,7 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
     if not isinstance(frames, list) or not frames:
         raise place.error("it is missing or empty")
     found: list[ReconstructedCamera] = []
-    labels, photos = Labels(), Pictures(file.parent, pictures)
-    skipped: dict[str, list[str]] = {}
+    labels, skipped, photos = Labels(), LeftOut(), Pictures(file.parent, pictures)
     dropped: dict[str, None] = {}
     for count, frame in enumerate(frames):
         where = Place(file, f"frame {count}")
@@ -60,15 +59,14 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
         cause = values.other_model()
         pose = _pose(frame.get("transform_matrix"), where)
         if cause:
-            skipped.setdefault(cause, []).append(label)
+            skipped.add(label, cause)
             continue
         lens = values.intrinsics(photos, (photo, mask))
         dropped.update(dict.fromkeys(left_out({"k4": values.number("k4") or 0.0}, lens)))
         found.append(ReconstructedCamera(label, pose, lens, photo=photo, mask=mask))
     if not found:
-        raise place.error(f"none can be used ({'; '.join(skipped)})", "undistort the photos")
-    remarks = [f"{named(names)}: {cause}" for cause, names in skipped.items()]
-    return Reconstruction(file.stem, tuple(found), remarks=(*remarks, *dropped))
+        raise place.error(f"none can be used ({skipped.causes()})", "undistort the photos")
+    return Reconstruction(file.stem, tuple(found), remarks=(*skipped.remarks(), *dropped))
 
 
 def _parsed(file: Path) -> dict[str, Any]:

@@ -21,7 +21,7 @@ import numpy as np
 from ..reconstruction import FLIP, Intrinsics, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, read_text, shortened
-from .labels import Labels, named
+from .labels import Labels, LeftOut
 from .lenses import check, left_out
 from .pictures import Pictures
 from .xml_tree import read_tree
@@ -42,16 +42,17 @@ class _Cameras:
     def __init__(self) -> None:
         self.labels = Labels()
         self.found: list[ReconstructedCamera] = []
-        self.skipped: dict[str, list[str]] = {}
+        self.skipped = LeftOut()
         self.dropped: dict[str, None] = {}
 
     def reconstruction(self, name: str, place: Place) -> Reconstruction:
         """Raises ReconstructionError where none is left."""
         if not self.found:
-            causes = "; ".join(self.skipped) or "there are none"
+            causes = self.skipped.causes() or "there are none"
             raise place.error(f"no camera can be used ({causes})", "align the photos and export")
-        remarks = [f"{named(names)}: {cause}" for cause, names in self.skipped.items()]
-        return Reconstruction(name, tuple(self.found), remarks=(*remarks, *self.dropped))
+        return Reconstruction(
+            name, tuple(self.found), remarks=(*self.skipped.remarks(), *self.dropped)
+        )
 
     def add(
         self, label: str, pose: np.ndarray, values: Mapping[str, float], size: tuple[int, int],
@@ -105,12 +106,11 @@ def _read_xmp(file: Path, cameras: _Cameras, pictures: Pictures) -> None:
         fields.update((one.tag, one.text or "") for one in element)
     label = file.stem
     if "Position" not in fields or "Rotation" not in fields:
-        cameras.skipped.setdefault(NOT_ALIGNED, []).append(label)
+        cameras.skipped.add(label, NOT_ALIGNED)
         return
     model = fields.get("DistortionModel", "perspective")
     if model not in MODELS:
-        cause = f"its model {shortened(model)} is not Brown's"
-        cameras.skipped.setdefault(cause, []).append(label)
+        cameras.skipped.add(label, f"its model {shortened(model)} is not Brown's")
         return
     rotation = numbers.numbers(fields["Rotation"], place.at("Rotation"), 9).reshape(3, 3)
     rotation = numbers.nearest_rotation(rotation, place.at("Rotation"))
