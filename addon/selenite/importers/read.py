@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from ..paths import is_folder
 from .readers import bundler, colmap, metashape, nerf, realitycapture, x3d
 from .readers.files import GZIP, MOST_BINARY, Place, shortened, size_of
 from .readers.xml_tree import read_tree
@@ -62,11 +63,7 @@ def _of_mesh(file: Path, cameras: Path | str | None) -> Reconstruction:
 
 
 def _read(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
-    try:
-        is_folder = file.is_dir()
-    except (OSError, ValueError):
-        is_folder = False
-    if is_folder:
+    if is_folder(file):
         return _of_folder(file, pictures)
     if _is_part_of_colmap(file):
         return colmap.read_colmap(file.parent, file.parent.name)
@@ -91,9 +88,7 @@ def _start(file: Path) -> bytes:
         with file.open("rb") as stream:
             return stream.read(1 << 16).lstrip(b"\xef\xbb\xbf \t\r\n")
     except OSError as error:
-        raise Place(file, "file").error(
-            f"it cannot be read ({error})", "check its rights"
-        ) from error
+        raise Place(file, "file").unreadable(error) from error
 
 
 def _of_xml(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
@@ -115,9 +110,7 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
     try:
         entries = sorted(folder.iterdir())
     except OSError as error:
-        raise Place(folder, "folder").error(
-            f"it cannot be read ({error})", "check its rights"
-        ) from error
+        raise Place(folder, "folder").unreadable(error) from error
     sidecars = [path for path in entries if path.suffix.lower() == ".xmp"]
     single = [path for path in entries if path.name in ("transforms.json", "bundle.out")]
     kinds = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
@@ -189,11 +182,8 @@ def _apart(
 
 
 def _checked(found: Reconstruction, file: Path) -> Reconstruction:
-    """Raises ReconstructionError for a pose or point that is not finite after all."""
+    """Each remark once. Raises ReconstructionError for a pose that is not finite after all."""
     for camera in found.cameras:
         if not np.isfinite(camera.camera_to_world).all():
             raise Place(file, f"camera '{camera.label}'").error("its pose is not finite")
     return replace(found, remarks=tuple(dict.fromkeys(found.remarks)))
-
-
-__all__ = ["KNOWN", "MESHES", "read_reconstruction"]

@@ -107,8 +107,9 @@ def test_a_document_that_is_none_is_refused(tmp_path: Path, kind: str) -> None:
 
 def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path / "gone.xml", tmp_path / "a\0b", tmp_path / ("x" * 5000)):
-        with pytest.raises(ReconstructionError):
+        with pytest.raises(ReconstructionError) as caught:
             read_reconstruction(path)
+        assert caught.value.cause == "it is not there, or no file"
     with pytest.raises(ReconstructionError, match="no reconstruction is in it"):
         read_reconstruction(tmp_path)
     os.mkfifo(tmp_path / "pipe.xml")

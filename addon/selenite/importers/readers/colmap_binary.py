@@ -97,9 +97,7 @@ def _opened(file: Path) -> Iterator[_Stream]:
             yield found
             found.end()
     except (OSError, struct.error) as error:
-        raise Place(file, "file").error(
-            f"it cannot be read ({error})", "check its rights"
-        ) from error
+        raise Place(file, "file").unreadable(error) from error
 
 
 def read_binary_model(folder: Path, model: Model) -> None:

@@ -15,6 +15,7 @@ MOST_TEXT = 256 << 20
 #: Bytes of a binary file that is read piece by piece.
 MOST_BINARY = 4 << 30
 EXPORT_AGAIN = "export it again"
+_PATH_AND_RIGHTS = "check its path and rights"
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,10 @@ class Place:
         """What to raise."""
         cause, cure = (" ".join(_printable(text).split()) for text in (cause, cure))
         return ReconstructionError(self.file, shortened(self.element, 120), cause, cure)
+
+    def unreadable(self, error: Exception, cure: str = "check its rights") -> ReconstructionError:
+        """What to raise where the system refuses."""
+        return self.error(f"it cannot be read ({error})", cure)
 
     def at(self, element: str) -> Place:
         """Another element of the same file."""
@@ -47,12 +52,12 @@ def _printable(text: str) -> str:
 def size_of(file: Path, most: int) -> int:
     """Bytes of a regular file. Raises ReconstructionError where it is none, or is too large."""
     place = Place(file, "file")
+    if not is_file(file):
+        raise place.error("it is not there, or no file", "give the path of a file")
     try:
-        if not file.is_file():
-            raise place.error("it is not there, or no file", "give the path of a file")
         size = file.stat().st_size
-    except (OSError, ValueError) as error:
-        raise place.error(f"it cannot be read ({error})", "check its path and rights") from error
+    except OSError as error:
+        raise place.unreadable(error, _PATH_AND_RIGHTS) from error
     if size > most:
         raise place.error(
             f"it has {size >> 20} MiB; at most {most >> 20} are read",
@@ -67,8 +72,7 @@ def read_bytes(file: Path, most: int = MOST_TEXT) -> bytes:
     try:
         data = file.read_bytes()
     except (OSError, ValueError) as error:
-        cause = f"it cannot be read ({error})"
-        raise Place(file, "file").error(cause, "check its path and rights") from error
+        raise Place(file, "file").unreadable(error, _PATH_AND_RIGHTS) from error
     return _unpacked(file, data, most) if data.startswith(GZIP) else data
 
 
@@ -111,7 +115,7 @@ def inside(folder: Path, name: str) -> Path | None:
 
 
 def is_file(path: Path | None) -> bool:
-    """Path.is_file for names out of a file, of which some systems refuse to ask."""
+    """As Path.is_file, which raises for some names out of a file."""
     try:
         return path is not None and path.is_file()
     except (OSError, ValueError):

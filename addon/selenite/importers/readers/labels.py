@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Labels of cameras: unique in a reconstruction, and a few of many in remarks on what is left out."""
+"""Labels of cameras: unique in a reconstruction, and a few of many in remarks on those left out."""
 
 from __future__ import annotations
 

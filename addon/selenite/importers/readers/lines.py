@@ -37,6 +37,4 @@ def word_lines(file: Path, every_other: bool = False) -> Iterator[tuple[list[str
                     if len(stream.readline(LONGEST_LINE + 1)) > LONGEST_LINE:
                         raise place.error(f"the next line is longer than {LONGEST_LINE >> 20} MiB")
     except OSError as error:
-        raise Place(file, "file").error(
-            f"it cannot be read ({error})", "check its rights"
-        ) from error
+        raise Place(file, "file").unreadable(error) from error
