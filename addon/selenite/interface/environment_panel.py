@@ -20,6 +20,7 @@ from ..scene_read.scene import read_scene
 from ..write_back import suns
 from .problem_reports import report_problems
 from .state import RUN, is_idle
+from .ticking import redraw
 
 IMAGE = "Selenite Environment"
 #: Seconds between two pictures.
@@ -142,12 +143,7 @@ class SELENITE_OT_lamps_from_environment(bpy.types.Operator):
 
 def _tick() -> float | None:
     running = update()
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()
+    redraw(bpy.context)
     return _EVERY if running else None
 
 

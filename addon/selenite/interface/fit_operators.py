@@ -114,10 +114,9 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         work = built(self, lambda: self._asked(context, resume))
         if work is None:
             return False
-        if built(self, lambda: list(work.steps())) is None:
-            remember_shapes(self._scene_name, work.values)
-            return False
-        return self._begin(work)
+        ready = built(self, lambda: list(work.steps())) is not None
+        remember_shapes(self._scene_name, work.values)
+        return ready and self._begin(work)
 
     def _asked(self, context: bpy.types.Context, resume: str) -> Preparing:
         """What needs Blender: the scene as it is, and what the panel asks for. Raises BadInput."""
@@ -138,7 +137,6 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _begin(self, work: Preparing) -> bool:
         """Starts the fit that was prepared, or chooses its stages first."""
-        remember_shapes(self._scene_name, work.values)
         self._inputs = work.inputs
         scene: bpy.types.Scene | None = bpy.data.scenes.get(self._scene_name)
         if scene is None:
@@ -149,7 +147,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             choice = StageChoice(work.plan, lambda chosen: prepare(values, chosen, packed))
             STAGES.start(BackgroundJob(choice), scene.name)
             return True
-        return _begin(self, scene, work.job, self._resumed, work.overall)
+        return self._run(scene, work.job, work.overall)
 
     def _preparing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """While a thread reads the photos; Esc leaves it alone, and nothing starts."""
@@ -165,9 +163,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if running:
             return {"PASS_THROUGH"}
         RUN.preparing = None
-        if built(self, job.join) and self._begin(job.work):
-            return {"PASS_THROUGH"}
+        ready = built(self, job.join)
         remember_shapes(self._scene_name, job.work.values)
+        if ready and self._begin(job.work):
+            return {"PASS_THROUGH"}
         return self._over(context)
 
     def _choosing(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -199,14 +198,29 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         except (ValueError, RuntimeError) as error:
             self.report({"ERROR"}, f"No stages are chosen: {error}")
             return False
-        return _begin(self, scene, job)
+        return self._run(scene, job)
+
+    def _run(
+        self, scene: bpy.types.Scene, job: FitJob | StagedJob, overall: Overall | None = None
+    ) -> bool:
+        """Starts the native thread and the record on disk."""
+        for text in job.plan.warnings:
+            self.report({"WARNING"}, text)
+        CHECK.contents[scene.name] = contents_of(scene)
+        RUN.start(job, scene.name, self._owners, overall)
+        VIEW.begin()
+        environment_panel.begin()
+        RUN.recorder = _recorder(scene, self._resumed, self._inputs)
+        if RUN.recorder is not None and RUN.recorder.trouble:
+            self.report({"WARNING"}, RUN.recorder.trouble)
+        return True
 
     def _begin_finishing(self, context: bpy.types.Context) -> set[str]:
         """The native fit is over; what follows it may render, so it has a thread."""
         if not RUN.keep:
             return self._finish(context)
         RUN.job.join()
-        RUN.finishing = BackgroundJob(_finishing(RUN.job))
+        RUN.finishing = BackgroundJob(_work_after(RUN.job))
         RUN.finishing.start()
         RUN.finishing.wait(_SHORT)
         return self._finishing(context, None)
@@ -221,7 +235,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         running, _ = RUN.finishing.progress()
         if not running:
             return self._finish(context)
-        RUN.shown = RUN.overall.finishing(RUN.finishing.work.share)
+        RUN.shown = RUN.overall.finishing(RUN.finishing.work.step.fraction)
         show_status(context, RUN.shown.text, RUN.shown.fraction)
         return {"PASS_THROUGH"}
 
@@ -250,7 +264,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             redraw(context)
             return {"CANCELLED"}
         if last is None:
-            last = BackgroundJob(_finishing(job))
+            last = BackgroundJob(_work_after(job))
             last.start()
         last.join()
         RUN.result = dict(last.work.result)
@@ -287,30 +301,10 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         raise BadInput([*values.problems, *error.problems]) from error
 
 
-def _finishing(job: FitJob | StagedJob) -> Finishing:
+def _work_after(job: FitJob | StagedJob) -> Finishing:
     scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()
     return Finishing(job, folder, bpy.app.version_string)
-
-
-def _begin(
-    operator: SELENITE_OT_start,
-    scene: bpy.types.Scene,
-    job: FitJob | StagedJob,
-    resume: str = "",
-    overall: Overall | None = None,
-) -> bool:
-    """Starts the native thread and the record on disk."""
-    for text in job.plan.warnings:
-        operator.report({"WARNING"}, text)
-    CHECK.contents[scene.name] = contents_of(scene)
-    RUN.start(job, scene.name, operator._owners, overall)
-    VIEW.begin()
-    environment_panel.begin()
-    RUN.recorder = _recorder(scene, resume, operator._inputs)
-    if RUN.recorder is not None and RUN.recorder.trouble:
-        operator.report({"WARNING"}, RUN.recorder.trouble)
-    return True
 
 
 def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> Recorder | None:

@@ -18,6 +18,7 @@ from ..scene_read import hosts
 from .capture_lights import SeleniteCaptureLights
 from .capture_photo import SeleniteCapturePhoto
 from .furniture.preset_items import PRESET_ITEMS
+from .output_folder import DEFAULT_FOLDER
 from .result.properties import SeleniteResult
 from .rows.properties import SeleniteOwner, SeleniteRow
 
@@ -249,7 +250,7 @@ class SeleniteSettings(bpy.types.PropertyGroup):
     )
     output: StringProperty(
         name="Folder",
-        default="//selenite-fits",
+        default=DEFAULT_FOLDER,
         subtype="DIR_PATH",
         description="Gets one folder per saved result",
     )

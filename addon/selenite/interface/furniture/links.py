@@ -16,8 +16,6 @@ from ...demo import scenes
 _ADDON = Path(__file__).resolve().parents[2]
 #: Where the manual is: in a package, or in a checkout.
 _MANUALS = (_ADDON / "manual", _ADDON.parents[1] / "docs" / "guide")
-#: Where the sample scene is: in a package, or in a checkout, where `./dev demo` makes it.
-_SAMPLES = (_ADDON / "sample",)
 _SAMPLE = "start.blend"
 
 
@@ -79,8 +77,9 @@ class SELENITE_OT_open_sample(bpy.types.Operator):
 
 
 def sample() -> Path | None:
-    """The scene of a package."""
-    return next((item / _SAMPLE for item in _SAMPLES if (item / _SAMPLE).is_file()), None)
+    """The scene of a package; a checkout has none."""
+    path = _ADDON / "sample" / _SAMPLE
+    return path if path.is_file() else None
 
 
 def made_sample() -> Path:

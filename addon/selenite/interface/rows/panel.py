@@ -89,8 +89,7 @@ class SELENITE_PT_material(bpy.types.Panel):
 
 
 def _active(settings: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
-    """The row that is shown below; none of another owner than the active one, unless it was found
-    by a search and chosen."""
+    """The row that is shown below: the one chosen last, of whatever owner."""
     if not 0 <= settings.active_row < len(settings.rows):
         return None
     return settings.rows[settings.active_row]

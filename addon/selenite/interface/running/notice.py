@@ -7,6 +7,7 @@ from contextlib import suppress
 
 import bpy
 
+from ..state import is_idle
 from ..texts import translated, translated_sentence
 
 #: Seconds that the line stays in the status bar.
@@ -30,8 +31,6 @@ def notify(
 
 
 def _give_back() -> None:
-    from ..state import is_idle
-
     if not is_idle():
         return
     for window in bpy.context.window_manager.windows:

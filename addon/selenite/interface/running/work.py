@@ -86,33 +86,46 @@ class Survey:
         """The survey goes on to its end."""
 
 
-class Finishing:
-    """After a fit: `result` is the native one with its remarks, warnings and the texels that no
-    photo sees; fitted fields go into `folder`. What stops the writing is in `trouble`."""
+class _Writing:
+    """Base of what may leave a result folder: afterwards `folder` is there if it was written, and
+    `trouble` says why it could not be. `step`: how far it has come, from any thread."""
 
-    def __init__(self, job: FitJob | StagedJob, parent: Path, host: str) -> None:
-        """job: at its end. parent: of the result folder. host: version of Blender."""
-        self._job, self._plan = job, job.plan
-        self.result: dict[str, Any] = {}
-        self._parent, self._host = parent, host
-        self._stop = threading.Event()
-        self._share = 0.0
+    def __init__(self, plan: FitPlan, parent: Path, host: str, text: str) -> None:
+        """parent: of the result folder. host: version of Blender. text: of the first step."""
         self.folder: Path | None = None
         self.trouble = ""
+        self.step = Step(0.0, text)
+        self._plan, self._parent, self._host = plan, parent, host
+        self._stop = threading.Event()
 
-    @property
-    def share(self) -> float:
-        """Between 0 and 1, from any thread."""
-        return self._share
+    def cancel(self) -> None:
+        """Ends after the picture that is rendered now; no folder is left."""
+        self._stop.set()
+
+    def _note(self, text: str, fraction: float) -> None:
+        self.step = Step(fraction, text)
+        if self._stop.is_set():
+            raise _Cancelled
+
+
+class Finishing(_Writing):
+    """After a fit: `result` is the native one with its remarks, warnings and the texels that no
+    photo sees; fitted fields go into `folder`."""
+
+    def __init__(self, job: FitJob | StagedJob, parent: Path, host: str) -> None:
+        """job: at its end."""
+        super().__init__(job.plan, parent, host, "comparing lights")
+        self.result: dict[str, Any] = {}
+        self._job = job
 
     def steps(self) -> Iterator[Step]:
         """One for each part; the result is there before the first."""
         self.result = self._job.result()
-        yield Step(0.0, "comparing lights")
+        yield self.step
         try:
-            self.result = with_warnings(self._plan, self.result, self._note(0.0, 0.4))
+            self.result = with_warnings(self._plan, self.result, self._part(0.0))
             yield Step(0.4, "finishing images")
-            self.result = finished(self._plan, self.result, self._note(0.4, 0.4))
+            self.result = finished(self._plan, self.result, self._part(0.4))
         except _Cancelled:
             return
         yield Step(0.8, "writing fields")
@@ -124,38 +137,20 @@ class Finishing:
             except OSError as error:
                 self.trouble = str(error)
 
-    def cancel(self) -> None:
-        """Ends after the picture that is rendered now."""
-        self._stop.set()
-
-    def _note(self, begin: float, length: float) -> Callable[[str, float], None]:
-        def note(_text: str, fraction: float) -> None:
-            self._share = begin + length * fraction
-            if self._stop.is_set():
-                raise _Cancelled
-
-        return note
+    def _part(self, begin: float) -> Callable[[str, float], None]:
+        return lambda text, fraction: self._note(text, begin + 0.4 * fraction)
 
 
-class Saving:
-    """Writes a result folder with its pictures; afterwards `folder` is there, or `trouble` says why
-    it is not."""
+class Saving(_Writing):
+    """Writes a result folder with its pictures."""
 
     def __init__(self, plan: FitPlan, result: dict[str, Any], parent: Path, host: str) -> None:
-        self._plan, self._result, self._parent, self._host = plan, result, parent, host
-        self._stop = threading.Event()
-        self._step = Step(0.0, "writing the result")
-        self.folder: Path | None = None
-        self.trouble = ""
-
-    @property
-    def step(self) -> Step:
-        """How far it has come, from any thread."""
-        return self._step
+        super().__init__(plan, parent, host, "writing the result")
+        self._result = result
 
     def steps(self) -> Iterator[Step]:
         """One: it notes its progress itself."""
-        yield self._step
+        yield self.step
         try:
             self.folder = write_results(
                 self._plan, self._result, self._parent, self._host, self._note
@@ -165,12 +160,3 @@ class Saving:
         except OSError as error:
             cure = "choose another folder"
             self.trouble = f"Cannot write to '{self._parent}': {error}; {cure}"
-
-    def cancel(self) -> None:
-        """Ends after the picture that is rendered now; no folder is left."""
-        self._stop.set()
-
-    def _note(self, text: str, fraction: float) -> None:
-        self._step = Step(fraction, text)
-        if self._stop.is_set():
-            raise _Cancelled
