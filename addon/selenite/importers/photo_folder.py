@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from ..problems import Problem, listed
+from .readers.files import inside, is_file
+from .readers.pictures import SUFFIXES
 from .reconstruction import ReconstructedCamera
 
-PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr")
 #: What programs put behind a photo's name to call its mask.
 _MASK_ENDINGS = ("_mask", "-mask", ".mask")
 _MOST_FILES = 200_000
@@ -53,16 +54,12 @@ def photos_by_path(cameras: Sequence[ReconstructedCamera], folder: Path) -> dict
     """Photos that the file itself names, by the camera's label, where they lie in its folder or
     inside: no path leads out of it."""
     found = {}
-    inside = folder.resolve()
     for camera in cameras:
         name = camera.photo.replace("\\", "/")
-        for ending in ("", *PICTURES) if name else ():
-            try:
-                path = (inside / f"{name}{ending}").resolve()
-                if path.is_relative_to(inside) and path.is_file() and _is_picture(path.name):
-                    found[camera.label] = path
-                    break
-            except (OSError, ValueError):  # a name that no file has
+        for ending in ("", *SUFFIXES) if name else ():
+            path = inside(folder, f"{name}{ending}")
+            if path is not None and _is_picture(path.name) and is_file(path):
+                found[camera.label] = path
                 break
     return found
 
@@ -71,7 +68,7 @@ def short_name(label: str) -> str:
     """What a camera's object is called: the label without folders and a picture's ending."""
     name = PurePosixPath(label.replace("\\", "/")).name or label
     stem, dot, ending = name.rpartition(".")
-    return stem if dot and stem and f".{ending.lower()}" in PICTURES else name
+    return stem if dot and stem and f".{ending.lower()}" in SUFFIXES else name
 
 
 def _match(
@@ -144,7 +141,7 @@ def _answers_to(file: str, is_mask: bool) -> set[str]:
 
 def _without_ending(path: str) -> str:
     stem, dot, ending = path.rpartition(".")
-    return stem if dot and f".{ending}" in PICTURES and not stem.endswith("/") and stem else path
+    return stem if dot and f".{ending}" in SUFFIXES and not stem.endswith("/") and stem else path
 
 
 def _folded(text: str) -> str:
@@ -154,7 +151,7 @@ def _folded(text: str) -> str:
 
 
 def _is_picture(name: str) -> bool:
-    return PurePosixPath(name).suffix.lower() in PICTURES
+    return PurePosixPath(name).suffix.lower() in SUFFIXES
 
 
 def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]:
@@ -173,6 +170,6 @@ def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]
             cure = "give the folder of the photos alone"
             problems.append(Problem(f"Argument {argument} '{folder}'", cause, cure))
             return []
-        inside = Path(base).relative_to(folder)
-        found += [(inside / name).as_posix() for name in names if _is_picture(name)]
+        place = Path(base).relative_to(folder)
+        found += [(place / name).as_posix() for name in names if _is_picture(name)]
     return sorted(found)

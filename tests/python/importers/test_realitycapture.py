@@ -77,6 +77,15 @@ def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
         read_reconstruction(tmp_path / "xmp")
 
 
+def test_a_photo_may_be_of_high_range(tmp_path: Path) -> None:
+    one = named(CAMERAS)[0]
+    head = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {HEIGHT} +X {WIDTH}\n"
+    content = head.encode() + bytes((128, 128, 128, 129)) * (WIDTH * HEIGHT)
+    (tmp_path / f"{one.label}.hdr").write_bytes(content)
+    (tmp_path / f"{one.label}.xmp").write_text(xmp(one))
+    assert worst(read_reconstruction(tmp_path), [one]) < MOST
+
+
 def test_portrait_photos_have_their_longer_side_as_the_film(tmp_path: Path) -> None:
     cameras = named(CAMERAS[:1])
     picture(tmp_path / "IMG_0000.JPG", HEIGHT, WIDTH)

@@ -8,8 +8,8 @@ from pathlib import Path, PurePosixPath
 
 from .files import Place, inside, is_file
 
-#: In this order where a file is named without one.
-SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr")
+#: Of photos and masks; in this order where a file is named without one.
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr")
 CURE = "put the photos beside the file, or give their folder (--photos)"
 
 
