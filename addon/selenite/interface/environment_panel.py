@@ -18,6 +18,7 @@ from ..fit_run.job import FitFailed
 from ..problems import BadInput
 from ..scene_read.scene import read_scene
 from ..write_back import suns
+from .pictures import images
 from .problem_reports import report_problems
 from .state import RUN, is_idle
 from .ticking import redraw
@@ -68,21 +69,11 @@ def update() -> bool:
 def show(values: np.ndarray) -> bpy.types.Image:
     """Puts radiance (h, w, 3), row 0 at the top, into the datablock and its preview."""
     picture = native.image().srgb_encode(view_of(values))
-    height, width = picture.shape[:2]
-    image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
-    if image is None:
-        image = bpy.data.images.new(IMAGE, width, height)
-    elif tuple(image.size) != (width, height):
-        image.scale(width, height)
-    pixels = np.ones((height, width, 4), np.float32)
-    pixels[..., :3] = picture[::-1]
-    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
-    into.foreach_set(pixels.ravel())
-    image.update()
+    image, pixels = images.put(IMAGE, picture)
     preview: Any = image.preview_ensure()
     if preview is not None:
-        preview.image_size = (width, height)
-        preview.image_pixels_float.foreach_set(pixels.ravel())
+        preview.image_size = picture.shape[1::-1]
+        preview.image_pixels_float.foreach_set(pixels)
     return image
 
 

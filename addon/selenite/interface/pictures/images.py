@@ -45,24 +45,32 @@ def shown_names() -> set[str]:
 
 def show(name: str, picture: np.ndarray) -> bpy.types.Image:
     """Puts an encoded picture (h, w, 3), row 0 at the top, into the image of that name."""
-    image = ensure(name, picture.shape[1], picture.shape[0])
-    pixels = np.ones((*picture.shape[:2], 4), np.float32)
-    pixels[..., :3] = picture[::-1]
-    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
-    into.foreach_set(pixels.ravel())
-    image.update()
+    image, _ = put(name, picture)
+    image[DRAWN] = True
     for _, area in editors():
         if image_of(area) == image:
             area.tag_redraw()
     return image
 
 
-def ensure(name: str, width: int = 64, height: int = 64) -> bpy.types.Image:
-    """The image of that name and size."""
+def put(
+    name: str, picture: np.ndarray, *, is_float: bool = False
+) -> tuple[bpy.types.Image, np.ndarray]:
+    """As `show`, without the mark of what was drawn, and of any name. is_float: linear light. Also
+    returns all its numbers in Blender's order, for a preview."""
+    image = _sized(name, picture.shape[1], picture.shape[0], is_float=is_float)
+    pixels = np.ones((*picture.shape[:2], 4), np.float32)
+    pixels[..., :3] = picture[::-1]
+    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
+    into.foreach_set(pixels.ravel())
+    image.update()
+    return image, pixels.ravel()
+
+
+def _sized(name: str, width: int, height: int, *, is_float: bool = False) -> bpy.types.Image:
     image: bpy.types.Image | None = bpy.data.images.get(name)
     if image is None:
-        image = bpy.data.images.new(name, width, height)
-        image[DRAWN] = True
+        image = bpy.data.images.new(name, width, height, float_buffer=is_float)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
     return image
@@ -71,8 +79,11 @@ def ensure(name: str, width: int = 64, height: int = 64) -> bpy.types.Image:
 def assign(area: bpy.types.Area, name: str) -> None:
     """Makes an Image Editor show one of the images, as large as fits."""
     image: bpy.types.Image | None = bpy.data.images.get(name)
+    if image is None:
+        image = _sized(name, 64, 64)
+        image[DRAWN] = True
     space: Any = area.spaces.active
-    space.image = image if image is not None else ensure(name)
+    space.image = image
 
 
 def room_of(name: str) -> tuple[int, int] | None:

@@ -1,18 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A picture of what counts of a photo, in the Image Editor."""
 
-from typing import Any
-
 import bpy
-import numpy as np
 
-from ...cycles_check.job import DRAWN
-from ...fit_run.captures import Capture, read_captures
+from ...fit_run.captures import read_captures
 from ...fit_run.pictures.comparison import marked
 from ...native import NativeUnavailable
 from ...problems import Problem
 from ...scene_read.photos import capture_of_row, packed_photos
 from ...scene_read.scene import read_scene
+from . import images
 
 #: Name of the image, which each preview replaces.
 IMAGE = "Selenite Mask"
@@ -53,7 +50,9 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
             self.report({"ERROR"}, problem.line())
         if problems or not found:
             return {"CANCELLED"}
-        image = _image(found[0])
+        # Red where it does not count.
+        image, _ = images.put(IMAGE, marked(found[0].reference, found[0].weight), is_float=True)
+        image[images.DRAWN] = True
         self.report({"INFO"}, f"{found[0].mask_share:.0%} of the photo count")
         areas = context.screen.areas if context.screen is not None else ()
         editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
@@ -62,23 +61,6 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
         else:
             self.report({"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
         return {"FINISHED"}
-
-
-def _image(capture: Capture) -> bpy.types.Image:
-    """The photo, and red where it does not count."""
-    height, width = capture.reference.shape[:2]
-    image: bpy.types.Image | None = bpy.data.images.get(IMAGE)
-    if image is None:
-        image = bpy.data.images.new(IMAGE, width, height, float_buffer=True)
-        image[DRAWN] = True
-    elif tuple(image.size) != (width, height):
-        image.scale(width, height)
-    pixels = np.ones((height, width, 4), np.float32)
-    pixels[..., :3] = marked(capture.reference, capture.weight)
-    into: Any = image.pixels  # a bpy_prop_array, which the stubs call a number
-    into.foreach_set(np.ascontiguousarray(pixels[::-1]).ravel())
-    image.update()
-    return image
 
 
 CLASSES = (SELENITE_OT_preview_mask,)
