@@ -280,10 +280,13 @@ def test_a_failure_half_way_takes_everything_back(tmp_path, addon, monkeypatch):
         real(camera, *rest)
 
     monkeypatch.setattr(to_blender, "_add_row", third)
-    with pytest.raises(RuntimeError):
-        operator(words["metashape"])
-    assert reconstructed.everything() == before
-    assert len(bpy.context.scene.selenite.captures) == 0
+    files = sorted(tmp_path.iterdir())
+    for undistort in (False, True):
+        with pytest.raises(RuntimeError):
+            operator(words["metashape"], undistort=undistort)
+        assert reconstructed.everything() == before
+        assert len(bpy.context.scene.selenite.captures) == 0
+        assert sorted(tmp_path.iterdir()) == files
 
 
 def test_a_folder_of_the_users_is_not_written_into(tmp_path, capsys):

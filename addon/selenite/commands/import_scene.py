@@ -5,12 +5,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..paths import absolute, is_folder, is_there
+from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from .arguments import input_file, output_file, stop_if
 from .terminal import bar, say
@@ -43,26 +42,20 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     scene = bpy.context.scene
     assert scene is not None  # noqa: S101 - an empty file has one
     folder = save.with_name(f"{save.stem}_photos")
-    existed = is_there(folder)
-    with bar("importing") as shown:
+    with bar("importing") as shown, undistorted.taken_back(folder):
 
         def note(text: str, fraction: float) -> None:
             shown.update(fraction, note=text)
 
         plan = make_plan(given, read_any, note)
         to_blender.show_as_photos(plan, scene)
-        try:
-            if args.undistort:
-                plan = undistorted.write_photos(plan, folder, note)
-            made = to_blender.create(plan, scene, note)
-            to_blender.add_white_world(scene)
-            set_for_fit(scene)
-            to_blender.relative_paths(scene, save.parent)
-            _save(save)
-        except BaseException:
-            if not existed:  # else it is the user's
-                shutil.rmtree(folder, ignore_errors=True)
-            raise
+        if args.undistort:
+            plan = undistorted.write_photos(plan, folder, note)
+        made = to_blender.create(plan, scene, note)
+        to_blender.add_white_world(scene)
+        set_for_fit(scene)
+        to_blender.relative_paths(scene, save.parent)
+        _save(save)
     report = _report(plan, save, made.captures)
     _say(report, args.undistort)
     return report
@@ -71,12 +64,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest:
     from ..importers.plan import ImportRequest
 
-    file = absolute(args.file) if is_folder(absolute(args.file)) else None  # COLMAP's
-    cameras = None
-    if args.cameras is not None:
-        cameras = absolute(args.cameras)
-        if not is_folder(cameras):
-            cameras = input_file(args.cameras, problems, _FILE)
     distance = None
     if args.scale_points is not None:
         first, second, text = args.scale_points
@@ -84,7 +71,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
     if args.scale is not None:
         _length("--scale", args.scale, problems)
     given: dict[str, Any] = {
-        "cameras": cameras,
+        "cameras": _source(args.cameras, problems) if args.cameras is not None else None,
         "photos": _folder("--photos", args.photos, problems),
         "masks": _folder("--masks", args.masks, problems),
         "meters": args.scale,
@@ -92,7 +79,13 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         "ground": tuple(args.ground) if args.ground is not None else None,
         "up": args.up,
     }
-    return ImportRequest(file or input_file(args.file, problems, _FILE), **given)
+    return ImportRequest(_source(args.file, problems), **given)
+
+
+def _source(text: str, problems: list[Problem]) -> Path:
+    """A file, or a folder with those of COLMAP or RealityCapture."""
+    path = absolute(text)
+    return path if is_folder(path) else input_file(text, problems, _FILE)
 
 
 def _length(argument: str, value: str | float, problems: list[Problem]) -> float:

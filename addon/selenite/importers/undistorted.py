@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -49,6 +51,18 @@ def write_photos(
         raise BadInput(problems)
     cameras = tuple(done.get(item.name, item) for item in plan.cameras)
     return replace(plan, cameras=cameras)
+
+
+@contextmanager
+def taken_back(folder: Path) -> Iterator[None]:
+    """Whatever fails inside, a folder that was not there before goes away again."""
+    existed = is_there(folder)
+    try:
+        yield
+    except BaseException:
+        if not existed:  # else it is the user's
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _written(

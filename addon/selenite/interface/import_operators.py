@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """File > Import > Reconstruction, the same button of the panel, and files dropped on a 3D View."""
 
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,10 +9,10 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
 from ..importers import to_blender, undistorted
-from ..importers.plan import ImportPlan, ImportRequest, make_plan
+from ..importers.plan import ImportRequest, make_plan
 from ..importers.sources import read_any
 from ..native import NativeUnavailable
-from ..paths import absolute, is_there
+from ..paths import MISSING, absolute, is_there
 from ..problems import BadInput, Problem
 from .problem_reports import report_problems
 
@@ -71,8 +70,12 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
         """Nothing is created if anything is wrong."""
         scene = context.scene
         try:
-            with _progress(context) as note:
-                plan = self._planned(scene, note)
+            request = self._request(scene)
+            folder = request.file.parent / f"{request.file.stem}_photos"
+            with _progress(context) as note, undistorted.taken_back(folder):
+                plan = make_plan(request, read_any, note)
+                if self.undistort:
+                    plan = undistorted.write_photos(plan, folder, note)
                 made = to_blender.create(plan, scene, note)
         except BadInput as error:
             report_problems(self, error)
@@ -87,12 +90,12 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
         self.report({"INFO"}, f"'{made.collection.name}': {counts}; {meshes}")
         return {"FINISHED"}
 
-    def _planned(self, scene: bpy.types.Scene, note: Callable[[str, float], None]) -> ImportPlan:
+    def _request(self, scene: bpy.types.Scene) -> ImportRequest:
         file = _path(self.filepath)
-        if not self.filepath or not file.exists():
+        if not self.filepath or not is_there(file):
             cure = "choose a file of a reconstruction"
-            raise BadInput(Problem(f"File '{self.filepath}'", "it does not exist", cure))
-        request = ImportRequest(
+            raise BadInput(Problem(f"File '{self.filepath}'", MISSING, cure))
+        return ImportRequest(
             file=file,
             cameras=_path(self.cameras) if self.cameras else None,
             photos=_path(self.photos) if self.photos else None,
@@ -101,17 +104,6 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
             up=self.up,
             unit_length=meters_in_unit(scene),
         )
-        plan = make_plan(request, read_any, note)
-        if not self.undistort:
-            return plan
-        folder = file.with_name(f"{file.stem}_photos")
-        existed = is_there(folder)
-        try:
-            return undistorted.write_photos(plan, folder, note)
-        except BaseException:
-            if not existed:
-                shutil.rmtree(folder, ignore_errors=True)
-            raise
 
 
 def meters_in_unit(scene: bpy.types.Scene) -> float:
