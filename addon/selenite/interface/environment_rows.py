@@ -19,8 +19,9 @@ from ..fit_run.fields.environment import (
 )
 from ..fit_run.request import UnknownRequest
 from ..fit_run.settings import FitSettings
-from ..problems import BadInput, Problem
+from ..problems import BadInput
 from ..scene_read.values import Owner, SceneValues
+from .rows.starts import chosen_file
 
 PROJECTION_ITEMS = (
     ("equirect", "Panorama", "Equirectangular, twice as wide as high", 0),
@@ -76,18 +77,14 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
 
 def requested(row: bpy.types.PropertyGroup, values: SceneValues, title: str) -> dict[str, Any]:
     """What of the row's request is about an image. Raises BadInput."""
+    own = values.world.image
+    words = ("image", "panorama or a mirror ball")
     found: dict[str, Any] = {"size": row.environment_size}
+    found["grid"] = chosen_file(row, words, title, has_own=own is not None)
     if row.grid_from == "file":
-        if not row.grid_path:
-            cure = "choose a panorama or a mirror ball, or another start"
-            raise BadInput(Problem(title, "it starts from a file, and none is chosen", cure))
-        found["grid"] = bpy.path.abspath(row.grid_path)
         found["projection"] = row.projection
-    elif row.grid_from == "scene" and values.world.image is None:
-        cause = "it starts from the scene's image, and there is none"
-        raise BadInput(Problem(title, cause, "choose New or File"))
-    elif row.grid_from == "new" and values.world.image is not None and not row.use_start:
-        found["start"] = sphere.mean(values.world.image)
+    elif row.grid_from == "new" and own is not None and not row.use_start:
+        found["start"] = sphere.mean(own)
     return found
 
 

@@ -21,7 +21,6 @@ from ..fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
 from ..fit_run.request import UnknownRequest
 from ..fit_run.results import field_text
 from ..fit_run.settings import FitSettings
-from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read import volumes
 from ..scene_read.scene import read_scene
@@ -30,6 +29,7 @@ from ..write_back import environments
 from ..write_back import grids as grid_objects
 from ..write_back import images as image_nodes
 from . import environment_rows
+from .rows.starts import chosen_file
 
 #: Properties of a row that the user sets, beside those that every row has.
 PROPERTIES = (
@@ -99,9 +99,14 @@ def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) ->
     row.reason = _why_not(values, owner, row.parameter) if kind.is_image else ""
 
 
-def reset(row: bpy.types.PropertyGroup, own: np.ndarray | None, colour: Values | None) -> None:
-    """A new field, or that of the scene if it has one, with the usual bounds. `colour`: the
-    constant base colour, if there is one."""
+def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None) -> None:
+    """A new field, or that of the scene if it has one, with the usual bounds. No owner: it is
+    gone."""
+    if environment_rows.is_environment(row):
+        environment_rows.reset(row, values)
+        return
+    own = own_values(values, owner, row.parameter) if owner is not None else None
+    colour = owner.values.get("base_color") if owner is not None else None
     row.grid_from = "new" if own is None else "scene"
     row.voxels, row.texels, row.unseen = USUAL_SIZE, USUAL_TEXELS, "auto"
     row.minimum, row.maximum, row.start = 0.0, 1.0, (0.8, 0.8, 0.8)
@@ -121,12 +126,19 @@ def shown(row: bpy.types.PropertyGroup) -> list[str]:
     return ["grid_from", *place, *(["unseen"] if is_image(row) else [])]
 
 
-def requested(row: bpy.types.PropertyGroup, own: np.ndarray | None, title: str) -> tuple[str, str]:
-    """`grid` and `unseen` of the row's request. Raises BadInput."""
-    if is_grid(row):
-        return _start(row, own, row.voxels, ("grid", ".npy or .vol file"), title), ""
-    unseen = "" if row.unseen == "auto" else row.unseen
-    return _start(row, own, row.texels, ("image", "picture"), title), unseen
+def requested(
+    row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner, title: str
+) -> dict[str, Any]:
+    """What of the row's request is about a field. Raises BadInput."""
+    if environment_rows.is_environment(row):
+        return environment_rows.requested(row, values, title)
+    words = ("image", "picture") if is_image(row) else ("grid", ".npy or .vol file")
+    has_own = own_values(values, owner, row.parameter) is not None
+    start = chosen_file(row, words, title, has_own=has_own)
+    if row.grid_from == "new":
+        start = str(row.texels if is_image(row) else row.voxels)
+    unseen = row.unseen if is_image(row) and row.unseen != "auto" else ""
+    return {"grid": start, "unseen": unseen}
 
 
 def keep(
@@ -230,25 +242,3 @@ def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
     except BadInput as error:
         return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
     return ""
-
-
-def _start(
-    row: bpy.types.PropertyGroup,
-    own: np.ndarray | None,
-    number: int,
-    words: tuple[str, str],  # what the field and its file are called
-    title: str,
-) -> str:
-    """The `grid` of a request."""
-    thing, file = words
-    if row.grid_from == "file":
-        if not row.grid_path:
-            cure = f"choose a {file}, or another start"
-            raise BadInput(Problem(title, "it starts from a file, and none is chosen", cure))
-        return bpy.path.abspath(row.grid_path)
-    if row.grid_from == "scene":
-        if own is None:
-            cause = f"it starts from the scene's {thing}, and there is none"
-            raise BadInput(Problem(title, cause, "choose New or File"))
-        return ""
-    return str(number)

@@ -15,7 +15,7 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
-from . import environment_rows, field_rows, stages
+from . import field_rows, stages
 from .furniture.preferences import preferences
 from .rows.labels import label_of, tip_of, unit_text
 from .rows.owners import refresh_owners
@@ -45,16 +45,11 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             cure = "refresh the list of parameters"
             problems.append(Problem(title, "its owner is not in the scene", cure))
             continue
-        grid = unseen = ""
-        of_world: dict[str, Any] = {}
+        of_field: dict[str, Any] = {}
         if field_rows.is_field(row):
-            own_values = field_rows.own_values(values, owner, row.parameter)
             title = f"Parameter '{parameters.join_name(owner.name, row.parameter)}'"
             try:
-                if environment_rows.is_environment(row):
-                    of_world = environment_rows.requested(row, values, title)
-                else:
-                    grid, unseen = field_rows.requested(row, own_values, title)
+                of_field = field_rows.requested(row, values, owner, title)
             except BadInput as error:
                 problems += error.problems
         asked = UnknownRequest(
@@ -64,10 +59,8 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
             row.minimum,
             row.maximum,
             row.learning_rate,
-            grid,
-            unseen,
         )
-        unknowns.append(replace(asked, **of_world))
+        unknowns.append(replace(asked, **of_field))
     if not unknowns and not problems:
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
@@ -169,12 +162,8 @@ def reset_row(row: bpy.types.PropertyGroup, owner: Owner | None, values: SceneVa
     """Bounds, start and rate as in the parameter table and in the scene. No owner: it is gone."""
     row.use_start = False
     row.learning_rate = FitSettings().learning_rate
-    if environment_rows.is_environment(row):
-        environment_rows.reset(row, values)
-        return
     if field_rows.is_field(row):
-        own = field_rows.own_values(values, owner, row.parameter) if owner is not None else None
-        field_rows.reset(row, own, owner.values.get("base_color") if owner is not None else None)
+        field_rows.reset(row, values, owner)
         return
     current = owner.values.get(row.parameter) if owner is not None else None
     parameter = parameters.table()[row.kind, row.parameter]
