@@ -26,11 +26,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     save = output_file(args.save, (".blend",), problems)
     given = _request(args, problems)
     stop_if(problems)
-    try:
-        import bpy
-    except ImportError as error:
-        cure = "install bpy, or use blender --command selenite"
-        raise BadInput(Problem("Blender", f"bpy does not load ({error})", cure)) from error
+    import bpy
+
     from ..cycles_check.render_settings import set_for_fit
     from ..importers import to_blender, undistorted
     from ..importers.plan import make_plan

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import bpy
+import mathutils
 import numpy as np
 
 from ..scene_read import hosts
@@ -125,27 +126,38 @@ def _import(file: Path) -> None:
         operators.import_mesh.ply(filepath=path)
 
 
+def world_triangles(
+    mesh: bpy.types.Mesh, matrix: mathutils.Matrix
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) double positions in the world, (m, 3) vertices of `mesh.loop_triangles`, which are
+    calculated here."""
+    mesh.calc_loop_triangles()
+    positions = np.empty(len(mesh.vertices) * 3, np.float32)
+    triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
+    mesh.vertices.foreach_get("co", positions)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    to_world = np.array(matrix, np.float64)
+    placed = positions.reshape(-1, 3).astype(np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
+    return placed, triangles.reshape(-1, 3)
+
+
 def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
     mesh = item.to_mesh()
-    mesh.calc_loop_triangles()
-    count = len(mesh.loop_triangles)
-    triangles, corners = np.empty(count * 3, np.int32), np.empty(count * 3, np.int32)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
+    positions, triangles = world_triangles(mesh, item.matrix_world)
+    corners = np.empty(triangles.size, np.int32)
     mesh.loop_triangles.foreach_get("loops", corners)
-    positions = np.empty(len(mesh.vertices) * 3, np.float32)
-    mesh.vertices.foreach_get("co", positions)
-    matrix = np.array(item.matrix_world, np.float64)
-    placed = positions.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
     uvs = hosts.corner_uv_maps(mesh, corners)
     smooth = any(polygon.use_smooth for polygon in mesh.polygons)
-    normals = hosts.corner_normals(mesh) @ np.linalg.inv(matrix[:3, :3]) if smooth else None
-    if normals is not None:
+    normals = None
+    if smooth:
+        matrix = np.array(item.matrix_world, np.float64)
+        normals = hosts.corner_normals(mesh) @ np.linalg.inv(matrix[:3, :3])
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
     return ReconstructedMesh(
         name=item.name,
-        positions=placed,
-        triangles=triangles.reshape(-1, 3),
+        positions=positions,
+        triangles=triangles,
         uvs=uvs[0][1].reshape(-1, 3, 2) if uvs else None,
         normals=normals,
         texture=_texture(item, file),

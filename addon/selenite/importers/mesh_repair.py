@@ -16,6 +16,7 @@ from mathutils.bvhtree import BVHTree
 from ..problems import BadInput, Problem
 from ..scene_read.closedness import Closedness, survey
 from ..scene_read.hosts import is_editable
+from .blender_mesh import world_triangles
 
 #: Distance of vertices that are one, and of a ray's start from its surface: share of the diagonal.
 _TINY = 1e-6
@@ -44,20 +45,21 @@ class BodyState:
         parts = [f"{state}: triangles: {found.triangles}, bodies: {found.bodies}"]
         parts += [f"{name}: {count}" for count, name in counts if count]
         cubic = self.volume * unit_length**3 * 1e6
-        parts += [f"volume {cubic:.6g} cm³"] if self.found.encloses else []
+        parts += [f"volume {cubic:.6g} cm³"] if found.encloses else []
         return ", ".join(parts)
 
 
 def state_of(item: bpy.types.Object) -> BodyState:
     """Of the object's own mesh, without modifiers, in world space."""
-    positions, triangles = _world_triangles(item)
-    corners = positions[triangles] - positions.mean(axis=0) if len(positions) else np.zeros((0, 3))
+    positions, triangles = world_triangles(item.data, item.matrix_world)
+    found = survey(positions, triangles)
     if not len(triangles):
-        return BodyState(survey(positions, triangles), 0.0)
+        return BodyState(found, 0.0)
+    corners = positions[triangles] - positions.mean(axis=0)
     cross = np.cross(corners[:, 1], corners[:, 2])
     volume = float(np.einsum("ij,ij->", corners[:, 0], cross)) / 6
     mirrored = np.linalg.det(np.array(item.matrix_world, np.float64)[:3, :3]) < 0
-    return BodyState(survey(positions, triangles), -volume if mirrored else volume)
+    return BodyState(found, -volume if mirrored else volume)
 
 
 def sides(item: bpy.types.Object) -> np.ndarray:
@@ -142,7 +144,7 @@ def _voxels_of(mesh: bpy.types.Mesh, voxel: float) -> bpy.types.Mesh:
 def thickness_at(item: bpy.types.Object, point: np.ndarray) -> float:
     """Way through the body from the surface point next to `point` (world), against its normal, to
     where it is left, in Blender units. Raises BadInput where nothing is behind."""
-    positions, triangles = _world_triangles(item)
+    positions, triangles = world_triangles(item.data, item.matrix_world)
     title = f"Object '{item.name}'"
     if not len(triangles):
         raise BadInput(Problem(title, "it has no face", "choose a mesh with faces"))
@@ -154,19 +156,6 @@ def thickness_at(item: bpy.types.Object, point: np.ndarray) -> float:
         cause = "no surface lies behind this point: it is open there, or faces inwards"
         raise BadInput(Problem(title, cause, "fill its holes, or choose another point"))
     return float(distance) + _TINY * diagonal
-
-
-def _world_triangles(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) double positions in the world, (m, 3) triangles."""
-    mesh = item.data
-    mesh.calc_loop_triangles()
-    positions = np.empty(len(mesh.vertices) * 3, np.float32)
-    triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
-    mesh.vertices.foreach_get("co", positions)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    matrix = np.array(item.matrix_world, np.float64)
-    placed = positions.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    return placed, triangles.reshape(-1, 3)
 
 
 def _own_mesh(item: bpy.types.Object) -> bpy.types.Mesh:

@@ -5,7 +5,7 @@ that whatever is wrong, is wrong before anything exists."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -81,7 +81,7 @@ class ImportPlan:
     size: np.ndarray
     warnings: tuple[str, ...] = ()
     without_photo: tuple[str, ...] = ()
-    without_camera: tuple[str, ...] = field(default=())
+    without_camera: tuple[str, ...] = ()
 
 
 def make_plan(
@@ -94,7 +94,7 @@ def make_plan(
     found = _read(request, read)
     note("pairing photos", 0.4)
     warnings = list(found.remarks)
-    photos, masks, left = _pair(request, found, problems, warnings)
+    photos, masks, without, left = _pair(request, found, problems, warnings)
     scale = _scale(request, found, problems, warnings)
     ground = None
     if request.ground is not None:
@@ -116,7 +116,6 @@ def make_plan(
         raise BadInput(problems)
     meshes = _placed(found, placement)
     points = placement.points(found.points) if len(found.points) else found.points
-    without = tuple(item.label for item in found.cameras if item.label not in photos)
     return ImportPlan(
         name=found.name,
         source=request.file,
@@ -128,7 +127,7 @@ def make_plan(
         clip=_clip(cameras, meshes, points),
         size=_size([mesh.positions for mesh in meshes] or [points]),
         warnings=tuple(warnings),
-        without_photo=without,
+        without_photo=tuple(without),
         without_camera=left,
     )
 
@@ -153,8 +152,9 @@ def _pair(
     found: Reconstruction,
     problems: list[Problem],
     warnings: list[str],
-) -> tuple[dict[str, Path], dict[str, Path], tuple[str, ...]]:
-    """Photos and masks by label, and the photos that are left; what has no counterpart is named."""
+) -> tuple[dict[str, Path], dict[str, Path], list[str], tuple[str, ...]]:
+    """Photos and masks by label, the labels without a photo and the photos that are left; what has
+    no counterpart is named."""
     left: tuple[str, ...] = ()
     if request.photos is not None:
         match = match_photos(found.cameras, request.photos, problems)
@@ -177,7 +177,7 @@ def _pair(
             warnings.append(f"photos without a mask: {_some(missing)}")
         if unused:
             warnings.append(f"masks without a photo: {_some(unused)}")
-    return photos, masks, left
+    return photos, masks, without, left
 
 
 def _scale(

@@ -23,7 +23,8 @@ from .lens import SENSOR
 from .plan import ImportPlan, PlannedCamera
 from .reconstruction import ReconstructedMesh
 
-#: Custom properties of the collection: file to import, metres, 3 numbers, 16 numbers row by row.
+#: Custom properties of the collection: the file; what was subtracted from its coordinates, 3
+#: numbers; the matrix from Blender's world to them, 16 numbers row by row.
 SOURCE, OFFSET, TO_FILE = "selenite_source", "selenite_offset", "selenite_world_to_file"
 #: Of a camera: its label in the file.
 LABEL = "selenite_label"
@@ -34,7 +35,7 @@ _SMALLEST_CLIP = 1e-6  # Blender's
 
 @dataclass
 class Created:
-    """What an import has made. cameras: objects by label. lines: what to report."""
+    """What an import has made. cameras: objects by label. captures: how many."""
 
     collection: bpy.types.Collection
     cameras: dict[str, bpy.types.Object] = field(default_factory=dict)

@@ -15,10 +15,10 @@ from ..scene_read import volumes
 from ..scene_read.nodes import Unreadable
 from .import_operators import meters_in_unit
 from .problem_reports import report_problems
+from .texts import paragraph
 
 #: What the last tool has found, by the scene's name: lines of the sub-panel.
 FOUND: dict[str, list[str]] = {}
-_WIDTH = 32
 
 
 class _Tool(bpy.types.Operator):
@@ -213,8 +213,7 @@ class SELENITE_PT_reconstruction(bpy.types.Panel):
         column.operator("selenite.thickness", icon="PIVOT_CURSOR")
         lines = layout.column(align=True)
         for text in FOUND.get(context.scene.name, ()):
-            for line in _wrapped(text):
-                lines.label(text=line)
+            paragraph(lines, context, text)
 
 
 def _sync(item: bpy.types.Object) -> None:
@@ -247,15 +246,6 @@ def _media(item: bpy.types.Object, unit: float, thickness: float) -> list[str]:
                 f"; {thickness * unit * 1000:.4g} mm are {thickness * max(extinction):.3g} of it"
             )
         lines.append(line)
-    return lines
-
-
-def _wrapped(text: str) -> list[str]:
-    lines = [""]
-    for word in text.split():
-        if lines[-1] and len(lines[-1]) + len(word) >= _WIDTH:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
     return lines
 
 
