@@ -13,6 +13,7 @@ from ..fit_run.job import DESCENT
 from ..scene_read.photos import ids_of
 from . import capture_lights, capture_photo, state
 from .background import draw_bar, draw_next_camera, draw_work
+from .chosen import chosen
 from .furniture import presets
 from .request import FIT_SETTINGS
 from .result.panel import SELENITE_PT_result
@@ -81,10 +82,9 @@ class SELENITE_PT_captures(bpy.types.Panel):
         if not len(settings.captures) and bpy.ops.selenite.open_sample.poll():
             layout.operator("selenite.open_sample", icon="FILE_3D")
         layout.operator("selenite.import_reconstruction", icon="IMPORT")
-        if settings.active_capture < len(settings.captures):
-            item = settings.captures[settings.active_capture]
-            if item.camera is None or item.photo is None:
-                _draw_pair(layout, item)
+        item = chosen(settings.captures, settings.active_capture)
+        if item is not None and (item.camera is None or item.photo is None):
+            _draw_pair(layout, item)
 
 
 class SELENITE_PT_capture(bpy.types.Panel):
@@ -100,12 +100,12 @@ class SELENITE_PT_capture(bpy.types.Panel):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is an active one."""
         settings = context.scene.selenite
-        return settings.active_capture < len(settings.captures)
+        return chosen(settings.captures, settings.active_capture) is not None
 
     def draw(self, context: bpy.types.Context) -> None:
         """How it was taken and what of it counts."""
         settings, layout = context.scene.selenite, self.layout
-        item = settings.captures[settings.active_capture]
+        item = chosen(settings.captures, settings.active_capture)
         _draw_pair(layout, item)
         layout.prop(item, "mask_path")
         capture_photo.draw(layout, item.how)

@@ -13,6 +13,7 @@ from .. import parameters
 from ..fit_run.staging.request import AUTO, StageRequest, read_stages, stages_by_name
 from ..problems import BadInput, Problem
 from . import state
+from .chosen import chosen
 from .problem_reports import report_problems
 
 
@@ -235,9 +236,8 @@ def _ticked(settings: bpy.types.PropertyGroup) -> list[str]:
 
 
 def _active(settings: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
-    if settings.active_stage < len(settings.stages):
-        return settings.stages[settings.active_stage]
-    return None
+    found: bpy.types.PropertyGroup | None = chosen(settings.stages, settings.active_stage)
+    return found
 
 
 CLASSES = (

@@ -30,6 +30,11 @@ def editors() -> Iterator[tuple[bpy.types.Window, bpy.types.Area]]:
                 yield window, area
 
 
+def window_region(area: bpy.types.Area) -> bpy.types.Region | None:
+    """The part of an editor that is no header and no sidebar."""
+    return next((item for item in area.regions if item.type == "WINDOW"), None)
+
+
 def image_of(area: bpy.types.Area) -> bpy.types.Image | None:
     """What an Image Editor shows."""
     space: Any = area.spaces.active
@@ -93,7 +98,7 @@ def room_of(name: str) -> tuple[int, int] | None:
     for _, area in editors():
         image = image_of(area)
         if image is not None and image.name == name:
-            region = next((item for item in area.regions if item.type == "WINDOW"), None)
+            region = window_region(area)
             if region is not None and min(region.width, region.height) > 80:
                 width, height = region.width - _AROUND[0], region.height - _AROUND[1]
                 return int(width / scale), int(height / scale)
@@ -102,7 +107,7 @@ def room_of(name: str) -> tuple[int, int] | None:
 
 def fit(window: bpy.types.Window, area: bpy.types.Area, *, whole: bool) -> None:
     """Zooms an Image Editor to its picture; not whole: to its own pixels, where it fits."""
-    region = next((item for item in area.regions if item.type == "WINDOW"), None)
+    region = window_region(area)
     if region is None or region.width < 2:
         return
     with bpy.context.temp_override(window=window, area=area, region=region):

@@ -9,6 +9,7 @@ from ...native import NativeUnavailable
 from ...problems import Problem
 from ...scene_read.photos import capture_of_row, packed_photos
 from ...scene_read.scene import read_scene
+from ..chosen import chosen
 from . import images
 
 #: Name of the image, which each preview replaces.
@@ -27,12 +28,12 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is a row to show."""
         settings = context.scene.selenite
-        return settings.active_capture < len(settings.captures)
+        return chosen(settings.captures, settings.active_capture) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Into the first Image Editor of the window; without one, the image is there."""
         settings = context.scene.selenite
-        row = settings.captures[settings.active_capture]
+        row = chosen(settings.captures, settings.active_capture)
         problems: list[Problem] = []
         try:
             values = read_scene(context.scene)

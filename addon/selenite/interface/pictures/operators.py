@@ -86,7 +86,7 @@ class SELENITE_OT_hide_pictures(bpy.types.Operator):
             ours = [area for area in window.screen.areas if area.as_pointer() in VIEW.areas]
             for area in reversed(ours):
                 VIEW.close(area)
-                region = next(item for item in area.regions if item.type == "WINDOW")
+                region = images.window_region(area)
                 with context.temp_override(window=window, area=area, region=region):
                     bpy.ops.screen.area_close()
         images.put_away()
@@ -99,7 +99,7 @@ def _split(
     """The area that a split makes; None where there is no room."""
     screen = context.window.screen
     before = {item.as_pointer() for item in screen.areas}
-    region = next(item for item in area.regions if item.type == "WINDOW")
+    region = images.window_region(area)
     with context.temp_override(window=context.window, area=area, region=region):
         try:
             bpy.ops.screen.area_split(direction=direction, factor=factor)  # type: ignore[arg-type]

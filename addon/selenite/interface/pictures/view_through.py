@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 
 from ...scene_read import hosts
+from ..chosen import chosen
 
 #: What was there before, on the scene: undo and saved files keep it in step with the cameras.
 _KEY = "selenite_view_through"
@@ -55,11 +56,8 @@ def is_through(scene: bpy.types.Scene) -> bool:
 
 def _row(scene: bpy.types.Scene) -> Any:  # noqa: ANN401 - a SeleniteCapture
     """The active capture, where it has camera and photo."""
-    settings = scene.selenite
-    if settings.active_capture >= len(settings.captures):
-        return None
-    row = settings.captures[settings.active_capture]
-    return row if row.camera is not None and row.photo is not None else None
+    row = chosen(scene.selenite.captures, scene.selenite.active_capture)
+    return row if row is not None and row.camera is not None and row.photo is not None else None
 
 
 def _go_through(context: bpy.types.Context, row: Any) -> None:  # noqa: ANN401

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import bpy
 
 from ...scene_read.values import Owner
+from ..chosen import chosen
 from ..texts import translated
 
 ICONS = {"material": "MATERIAL", "light": "LIGHT", "world": "WORLD"}
@@ -40,9 +41,8 @@ def refresh_owners(scene: bpy.types.Scene, owners: Iterable[Owner]) -> None:
 
 def active_owner(settings: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
     """The group whose parameters are listed."""
-    if 0 <= settings.active_owner < len(settings.owners):
-        return settings.owners[settings.active_owner]
-    return None
+    found: bpy.types.PropertyGroup | None = chosen(settings.owners, settings.active_owner)
+    return found
 
 
 def _of_active_object() -> list[bpy.types.Material]:

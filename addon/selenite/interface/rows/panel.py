@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from .. import state
+from ..chosen import chosen
 from ..furniture.icon import icon_id
 from ..texts import paragraph, translated
 from . import details
@@ -45,7 +46,7 @@ class SELENITE_PT_parameters(bpy.types.Panel):
             "SELENITE_UL_rows", "", settings, "rows", settings, "active_row",
             item_dyntip_propname="tip", rows=_ROWS,
         )  # fmt: skip
-        details.draw(layout, context, _active(settings))
+        details.draw(layout, context, chosen(settings.rows, settings.active_row))
 
 
 class SELENITE_PT_material(bpy.types.Panel):
@@ -86,10 +87,3 @@ class SELENITE_PT_material(bpy.types.Panel):
                 value.prop(row, "current", text="")
             else:
                 line.label(text=row.value, translate=False)
-
-
-def _active(settings: bpy.types.PropertyGroup) -> bpy.types.PropertyGroup | None:
-    """The row that is shown below: the one chosen last, of whatever owner."""
-    if not 0 <= settings.active_row < len(settings.rows):
-        return None
-    return settings.rows[settings.active_row]
