@@ -21,6 +21,7 @@ from ..write_back import suns
 from .pictures import images
 from .problem_reports import report_problems
 from .state import RUN, is_idle
+from .texts import translated
 from .ticking import redraw
 
 IMAGE = "Selenite Environment"
@@ -91,7 +92,8 @@ class SELENITE_PT_environment(bpy.types.Panel):
         unknown = field()
         if unknown is not None:
             rows, columns = unknown.values.shape[:2]
-            self.layout.label(text=f"{columns} x {rows} directions", icon="WORLD")
+            text = translated("{} x {} directions").format(columns, rows)
+            self.layout.label(text=text, icon="WORLD")
             image: Any = bpy.data.images.get(IMAGE)
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
