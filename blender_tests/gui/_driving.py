@@ -67,6 +67,14 @@ def photographed(value):
     return settings
 
 
+def running():
+    """The native thread of a fit works and a tick has seen it."""
+    from selenite.interface import state
+
+    progress = state.RUN.progress
+    return progress is not None and progress.iteration > 1
+
+
 def press_escape():
     """With the pointer in the middle of the 3D View."""
     shown, area = window()[:2]

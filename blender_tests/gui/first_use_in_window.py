@@ -6,7 +6,16 @@ import time
 from pathlib import Path
 
 import bpy
-from _driving import ENDLESS, click_tab, in_window, picture, press_escape, run, whole_screen
+from _driving import (
+    ENDLESS,
+    click_tab,
+    in_window,
+    picture,
+    press_escape,
+    run,
+    running,
+    whole_screen,
+)
 
 from selenite.interface import panels, state
 from selenite.interface.furniture.links import made_sample
@@ -56,12 +65,6 @@ def lost():
     return max(0.0, 1 - (len(TICKS) - 1) / expected)
 
 
-def running():
-    """The native thread works and a tick has seen it."""
-    progress = state.RUN.progress
-    return progress is not None and progress.iteration > 1
-
-
 def show_window():
     """The sidebar as a user finds it: at its usual size, in the usual scale."""
     for area in bpy.context.window_manager.windows[0].screen.areas:
@@ -93,7 +96,6 @@ def steps():
     yield 0.3
     click("the button of the browser")
     in_browser(bpy.ops.file.execute)
-    settings = bpy.context.scene.selenite
     yield lambda: len(bpy.context.scene.selenite.captures) == 2
     yield 1.0
     settings = bpy.context.scene.selenite

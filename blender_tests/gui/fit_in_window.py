@@ -3,7 +3,7 @@
 window. Part of every test run, so it is short."""
 
 import bpy
-from _driving import ENDLESS, in_window, made, photographed, picture, press_escape, run
+from _driving import ENDLESS, in_window, made, photographed, picture, press_escape, run, running
 
 from selenite.interface import panels, state
 
@@ -17,12 +17,6 @@ def prepare():
     settings.height, settings.iterations, settings.tolerance = 24, ENDLESS, 0.0
     settings.loss = "mae"  # what is no sum of squares does not converge
     return material
-
-
-def running():
-    """The native thread works and a tick has seen it."""
-    progress = state.RUN.progress
-    return progress is not None and progress.iteration > 1
 
 
 def steps():

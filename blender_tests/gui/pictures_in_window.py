@@ -6,7 +6,7 @@ import time
 
 import bpy
 import numpy as np
-from _driving import ENDLESS, FOLDER, in_window, made, picture, press_escape, run, window
+from _driving import ENDLESS, FOLDER, in_window, made, picture, press_escape, run, running, window
 
 from selenite import native
 from selenite.interface import panels, state
@@ -83,7 +83,7 @@ class Ticks:
         now = time.perf_counter()
         self.count, self.longest = self.count + 1, max(self.longest, now - self.before)
         self.before = now
-        return None if self.count < 0 else max(0.0, 0.1 * self.count - (now - self.first))
+        return max(0.0, 0.1 * self.count - (now - self.first))
 
     def report(self, words):
         seconds = self.before - self.first
@@ -93,12 +93,6 @@ class Ticks:
             f"{words}: {self.count} of {due} ticks in {seconds:.1f} s, {lost:.1%} lost, longest "
             f"gap {self.longest:.2f} s; {VIEW.drawings} drawings, {VIEW.seconds:.2f} s of them"
         )
-
-
-def running():
-    """The native thread works and a tick has seen it."""
-    progress = state.RUN.progress
-    return progress is not None and progress.iteration > 1
 
 
 def steps():
