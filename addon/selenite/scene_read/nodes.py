@@ -201,10 +201,8 @@ def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
 
     `owner` is the material or world that the node tree belongs to.
     """
-    if owner.library is not None:
-        return f"linked from library '{owner.library.filepath}': make it local"
-    if owner.override_library is not None or not hosts.is_editable(owner):
-        return "a library override, whose nodes cannot be edited: make it local"
+    if reason := why_owner_fixed(owner):
+        return reason
     if source.node is not None:
         return f"linked to {describe(source.node)}: unlink it to fit one value"
     if source.unset:
@@ -214,21 +212,27 @@ def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
     if source.socket.type in {"INT", "BOOLEAN"}:
         return f"held by socket '{source.socket.name}' of whole numbers: unlink it"
     tree = source.socket.id_data
+    fixed = why_tree_fixed(tree, source.groups, owner)
+    return fixed or why_animated(tree, source.socket.path_from_id("default_value"))
+
+
+def why_tree_fixed(tree: bpy.types.ID, groups: Groups, owner: bpy.types.ID) -> str:
+    """Why the nodes of `tree`, inside `groups`, cannot be changed for `owner` alone; empty if they
+    can."""
+    if reason := why_owner_fixed(owner):
+        return reason
     if tree.library is not None:
         return f"inside node group '{tree.name}' of a library: make the group local"
-    shared = why_shared(source.groups)
-    return shared or why_animated(tree, source.socket.path_from_id("default_value"))
+    return why_shared(groups)
 
 
-def why_tree_fixed(tree: bpy.types.NodeTree, groups: Groups, owner: bpy.types.ID) -> str:
-    """Why no node can be added to `tree`, inside `groups`, for `owner` alone; empty if one can."""
+def why_owner_fixed(owner: bpy.types.ID) -> str:
+    """Why no node of a material or world can be edited; empty if they can."""
     if owner.library is not None:
         return f"linked from library '{owner.library.filepath}': make it local"
     if owner.override_library is not None or not hosts.is_editable(owner):
         return "a library override, whose nodes cannot be edited: make it local"
-    if tree.library is not None:
-        return f"inside node group '{tree.name}' of a library: make the group local"
-    return why_shared(groups)
+    return ""
 
 
 def why_shared(groups: Groups) -> str:

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 import bpy
 import numpy as np
 
@@ -56,12 +54,9 @@ def find_source(
     world: bpy.types.World, parameter: parameters.Parameter
 ) -> tuple[Source | None, str]:
     """Where strength or colour of the world sits, and why it cannot be written ("" if it can)."""
-    if not world.use_nodes or world.node_tree is None:
-        return None, "the world does not use nodes: switch on Use Nodes"
-    try:
-        background = _background(world, f"World '{world.name}'")
-    except Unreadable as error:
-        return None, error.problem.cause
+    background, reason = _found_background(world)
+    if background is None:
+        return None, reason
     socket = parameter.find(background.node)
     source = nodes.source_of(socket, background.groups)
     return source, nodes.why_not_writable(source, world)
@@ -70,15 +65,21 @@ def find_source(
 def find_inlet(world: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]:
     """The Color of the Background, to which an image can be linked, and why none can ("" if one
     can)."""
+    background, reason = _found_background(world)
+    if background is None:
+        return None, reason
+    socket = background.node.inputs["Color"]
+    return socket, nodes.why_tree_fixed(socket.id_data, background.groups, world)
+
+
+def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
+    """The Background node; None where there is none, and why."""
     if not world.use_nodes or world.node_tree is None:
         return None, "the world does not use nodes: switch on Use Nodes"
     try:
-        background = _background(world, f"World '{world.name}'")
+        return _background(world, f"World '{world.name}'"), ""
     except Unreadable as error:
         return None, error.problem.cause
-    socket = background.node.inputs["Color"]
-    tree = cast(bpy.types.NodeTree, socket.id_data)
-    return socket, nodes.why_tree_fixed(tree, background.groups, world)
 
 
 def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValues:

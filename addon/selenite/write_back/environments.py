@@ -40,10 +40,7 @@ def show(scene: bpy.types.Scene, values: SceneValues, path: str) -> str:
 def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray) -> str:
     """The same of an image that is there: (h, w, 3) float32, linear, row 0 at the top, in the frame
     of the world."""
-    owner = values.owners.get(world.WORLD)
-    found = datablock(view_layers.worlds(scene), owner) if owner is not None else None
-    if found is None:
-        raise BadInput(Problem("World", "it is gone", "choose it again"))
+    found = _world_of(scene, values)
     title = f"World '{found.name}'"
     inlet, reason = world.find_inlet(found)
     if inlet is None or reason:
@@ -79,14 +76,14 @@ def rotate(scene: bpy.types.Scene, values: SceneValues, angle: float, strength: 
     """Adds a Mapping behind those of the world's Environment Texture that turns by `angle` (radians
     about Z), and sets the strength. Returns what was done. Raises BadInput, and then nothing has
     changed."""
-    owner = values.owners.get(world.WORLD)
-    found = datablock(view_layers.worlds(scene), owner) if owner is not None else None
-    inlet, reason = (None, "it is gone: choose it again") if found is None else _inlet_of(found)
-    if owner is None or found is None or inlet is None or reason:
+    found = _world_of(scene, values)
+    title = f"World '{found.name}'"
+    inlet, reason = _inlet_of(found)
+    if inlet is None or reason:
         cause, _, cure = reason.partition(": ")
         cause = f"its image cannot be rotated ({cause})"
-        raise BadInput(Problem("World", cause, cure or "give it an Environment Texture"))
-    write(scene, {world.WORLD: owner}, {(world.WORLD, "strength"): (strength,)})
+        raise BadInput(Problem(title, cause, cure or "give it an Environment Texture"))
+    write(scene, values.owners, {(world.WORLD, "strength"): (strength,)})
     tree, node = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
     mapping = cast(bpy.types.ShaderNodeMapping, tree.nodes.new("ShaderNodeMapping"))
     mapping.vector_type, mapping.select, mapping.parent = "POINT", False, node.parent
@@ -101,7 +98,16 @@ def rotate(scene: bpy.types.Scene, values: SceneValues, angle: float, strength: 
         start = before.from_socket
     tree.links.new(start, mapping.inputs["Vector"])
     tree.links.new(mapping.outputs["Vector"], inlet)
-    return f"World '{found.name}': node '{mapping.name}' rotates its image"
+    return f"{title}: node '{mapping.name}' rotates its image"
+
+
+def _world_of(scene: bpy.types.Scene, values: SceneValues) -> bpy.types.World:
+    """That which was read. Raises BadInput."""
+    owner = values.owners.get(world.WORLD)
+    found = datablock(view_layers.worlds(scene), owner) if owner is not None else None
+    if found is None:
+        raise BadInput(Problem("World", "it is gone", "choose it again"))
+    return found
 
 
 def _inlet_of(found: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]:
@@ -112,8 +118,8 @@ def _inlet_of(found: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]
     source = nodes.source_of(socket)
     if not isinstance(source.node, bpy.types.ShaderNodeTexEnvironment):
         return None, "no Environment Texture gives its colour"
-    tree = cast(bpy.types.NodeTree, source.node.id_data)
-    return source.node.inputs["Vector"], nodes.why_tree_fixed(tree, source.groups, found)
+    fixed = nodes.why_tree_fixed(source.node.id_data, source.groups, found)
+    return source.node.inputs["Vector"], fixed
 
 
 def restore(scene: bpy.types.Scene) -> None:

@@ -165,10 +165,8 @@ def _way(material: bpy.types.Material, title: str) -> list[_Inlet]:
 def _why_fixed(material: bpy.types.Material, groups: Groups) -> str:
     """Why the innermost tree of `groups` cannot be changed for this material alone; empty if it
     can."""
-    if material.library is not None:
-        return f"it is linked from library '{material.library.filepath}': make it local"
-    if not hosts.is_editable(material) or material.override_library is not None:
-        return "it is a library override, whose nodes cannot be edited: make it local"
+    if reason := nodes.why_owner_fixed(material):
+        return f"it is {reason}"
     for group in groups:
         if not hosts.is_editable(group.node_tree):
             place = f"its Base Color comes from inside node group '{group.node_tree.name}'"
