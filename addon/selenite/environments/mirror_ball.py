@@ -41,15 +41,4 @@ def equirectangular(picture: np.ndarray) -> np.ndarray:
     normal = half / np.maximum(length, 1e-12)[..., None]
     x = (0.5 + 0.5 * normal[..., 0]) * width - 0.5
     y = (0.5 - 0.5 * normal[..., 2]) * height - 0.5
-    return _interpolated(picture, x, y)
-
-
-def _interpolated(picture: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    height, width = picture.shape[:2]
-    i, j = np.floor(x).astype(int), np.floor(y).astype(int)
-    a, b = (x - i)[..., None], (y - j)[..., None]
-    left, right = np.clip(i, 0, width - 1), np.clip(i + 1, 0, width - 1)
-    above, below = np.clip(j, 0, height - 1), np.clip(j + 1, 0, height - 1)
-    upper = picture[above, left] * (1 - a) + picture[above, right] * a
-    lower = picture[below, left] * (1 - a) + picture[below, right] * a
-    return np.asarray(upper * (1 - b) + lower * b, np.float32)
+    return sphere.interpolated(np.asarray(picture, np.float32), x, y, around=False)

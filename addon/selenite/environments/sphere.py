@@ -84,10 +84,19 @@ def looked_up(image: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     rows, columns = image.shape[:2]
     y = (0.5 - np.arcsin(np.clip(vectors[..., 2], -1, 1)) / np.pi) * rows - 0.5
     x = (0.5 - np.arctan2(vectors[..., 1], vectors[..., 0]) / (2 * np.pi)) * columns - 0.5
+    return interpolated(image, x, y, around=True)
+
+
+def interpolated(image: np.ndarray, x: np.ndarray, y: np.ndarray, around: bool) -> np.ndarray:
+    """(..., 3): the image between its pixels, whose centres are whole numbers. around: its last
+    column is beside its first one; else it goes on beyond its edges as it ends there."""
+    rows, columns = image.shape[:2]
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
     a, b = (x - i)[..., None], (y - j)[..., None]
     above, below = np.clip(j, 0, rows - 1), np.clip(j + 1, 0, rows - 1)
-    left, right = i % columns, (i + 1) % columns
+    left, right = (
+        column % columns if around else np.clip(column, 0, columns - 1) for column in (i, i + 1)
+    )
     upper = image[above, left] * (1 - a) + image[above, right] * a
     lower = image[below, left] * (1 - a) + image[below, right] * a
     return np.asarray(upper * (1 - b) + lower * b, image.dtype)

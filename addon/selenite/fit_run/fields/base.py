@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ... import parameters
+from ... import native, parameters
 from ...parameters import Values
+from ...paths import why_not_file
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import Owner, SceneValues
 from ..field_kinds import FieldKind
@@ -141,3 +142,17 @@ def whole_number(text: str, usual: int) -> int:
     if not text:
         return usual
     return int(text) if len(text) < 10 else 10**9
+
+
+def picture_of(path: str, title: str) -> tuple[np.ndarray, bool]:
+    """An image file at which a field starts: (h, w, 3) float32, linear, and whether the file holds
+    floats; else it is sRGB. Raises BadInput."""
+    cure = "give a PNG, JPEG, TIFF, HDR or EXR file"
+    if why := why_not_file(path):
+        raise BadInput(Problem(title, f"image '{path}' cannot be read ({why})", cure))
+    try:
+        pixels, _, about = native.image().read(path)
+    except (OSError, ValueError, MemoryError) as error:
+        cause = f"image '{path}' cannot be read ({error or 'memory does not suffice'})"
+        raise BadInput(Problem(title, cause, cure)) from error
+    return pixels, bool(about["float"])

@@ -14,14 +14,14 @@ import numpy as np
 from ... import native
 from ...environments import mirror_ball, sphere
 from ...parameters import Values
-from ...paths import file_stems, why_not_file
+from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import Owner, SceneValues, WorldValues
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
 from ..unknowns import Unknown
-from .base import FieldUnknown, rate_of, whole_number
+from .base import FieldUnknown, picture_of, rate_of, whole_number
 
 #: Texels where the request names none, and the fewest and most.
 USUAL_SIZE, LEAST_SIZE, MOST_SIZE = 128, 8, 2048
@@ -250,21 +250,14 @@ def _clipped(what: str, image: np.ndarray) -> tuple[str, ...]:
 def _from_file(
     path: str, projection: str, size: tuple[int, int] | None, title: str
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    title = f"{title}, image '{path}'"
-    cure = "give a PNG, JPEG, TIFF, HDR or EXR file"
     if projection not in ("", *PROJECTIONS):
         cause = f"its projection is '{projection}'"
         raise BadInput(Problem(title, cause, f"give {listed(PROJECTIONS)}"))
-    if why := why_not_file(path):
-        raise BadInput(Problem(title, f"it cannot be read ({why})", cure))
-    try:
-        pixels, _, about = native.image().read(path)
-    except (OSError, ValueError, MemoryError) as error:
-        cause = f"it cannot be read ({error or 'memory does not suffice'})"
-        raise BadInput(Problem(title, cause, cure)) from error
+    pixels, floats = picture_of(path, title)
+    title = f"{title}, image '{path}'"
     if not np.isfinite(pixels).all():
         raise BadInput(Problem(title, "it holds infinite pixels", "repair the file"))
-    notes = () if about["float"] else _clipped(f"its start '{Path(path).name}'", pixels)
+    notes = () if floats else _clipped(f"its start '{Path(path).name}'", pixels)
     if projection == "mirror_ball":
         if why := mirror_ball.why_not(pixels):
             raise BadInput(Problem(title, why, "crop the photo to a square around the ball"))

@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import native
 from ...parameters import Values
-from ...paths import file_stems, why_not_file
+from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
 from ..capture_render import under_its_lights
@@ -20,7 +20,16 @@ from ..captures import Capture
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
-from .base import FieldUnknown, is_share, material_of, means, rate_of, share_bounds, whole_number
+from .base import (
+    FieldUnknown,
+    is_share,
+    material_of,
+    means,
+    picture_of,
+    rate_of,
+    share_bounds,
+    whole_number,
+)
 
 #: Texels along each side where the request names none, and at most.
 USUAL_TEXELS, MOST_TEXELS = 256, 8192
@@ -280,17 +289,9 @@ def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
 
 def _from_file(path: str, like: TextureValues, title: str) -> TextureValues:
     """A picture in place of another: floats are linear, all else is sRGB."""
-    cure = "give a PNG, JPEG, TIFF, HDR or EXR file"
-    if why := why_not_file(path):
-        raise BadInput(Problem(title, f"image '{path}' cannot be read ({why})", cure))
-    try:
-        pixels, _, about = native.image().read(path)
-    except (OSError, ValueError, MemoryError) as error:
-        cause = f"image '{path}' cannot be read ({error or 'memory does not suffice'})"
-        raise BadInput(Problem(title, cause, cure)) from error
-    encoded = not about["float"]
-    stored = native.image().srgb_encode(pixels) if encoded else pixels
-    return replace(like, name=Path(path).name, pixels=stored, encoded=encoded)
+    pixels, floats = picture_of(path, title)
+    stored = pixels if floats else native.image().srgb_encode(pixels)
+    return replace(like, name=Path(path).name, pixels=stored, encoded=not floats)
 
 
 def _stored(colour: Values, encoded: bool) -> np.ndarray:
