@@ -12,14 +12,13 @@ from .. import native
 from ..fit_run.capture_files import read_captures_file
 from ..fit_run.capture_render import Alignment, Gain, alignment_in_file, gain_of
 from ..fit_run.captures import Capture, read_captures
+from ..fit_run.fitted_scene import RESULT
 from ..fit_run.request import read_run
 from ..json_text import read_json
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem, listed
 from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
-
-_RESULT = "result.json"
 
 
 def capture_view(
@@ -62,7 +61,7 @@ def capture_view(
         gain, alignment = gain_of(found[0], result), alignment_in_file(found[0], result)
     except ValueError as error:
         cure = "give the folder of a fit that has ended"
-        problems.append(Problem(f"File '{fitted.with_name(_RESULT)}'", str(error), cure))
+        problems.append(Problem(f"File '{fitted.with_name(RESULT)}'", str(error), cure))
         return None
     return found[0], gain, alignment
 
@@ -74,7 +73,7 @@ def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:
 
 def _result_of(path: Path) -> dict[str, Any] | None:
     """What a fit beside its run.json has found. Raises ValueError."""
-    result = path.with_name(_RESULT)
+    result = path.with_name(RESULT)
     if path.name != "run.json" or not result.is_file():
         return None
     found = read_json(result)

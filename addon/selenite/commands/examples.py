@@ -65,7 +65,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
 def with_examples(parser: argparse.ArgumentParser, name: str) -> None:
     """Puts the examples of a command below its options, line by line."""
     lines = ["examples:"]
-    for text, words in EXAMPLES.get(name, ()):
+    for text, words in EXAMPLES[name]:
         lines += [f"  {text}:", f"    selenite {words}"]
     lines += ["", f"manual: docs/guide/command_line.md, section {name}"]
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
