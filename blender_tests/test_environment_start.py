@@ -8,7 +8,7 @@ import pytest
 
 from selenite import native
 from selenite.environments import sphere
-from selenite.fit_run import environment_gauge, fields
+from selenite.fit_run import fields, gauge
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.fit_run.unknowns import choose
@@ -201,13 +201,13 @@ def test_a_request_survives_its_file():
 def test_the_gauge_is_told_where_nothing_is_known():
     made.studio()
     names = ["World:environment", "Body:base_color", "Body:roughness"]
-    (text,) = environment_gauge.remarks(made.read(), names)
+    (text,) = gauge.remarks(made.read(), [], names)
     assert "World:environment and Body:base_color make up for each other" in text
     assert "Add a grey card" in text
-    assert not environment_gauge.remarks(made.read(), names[1:])
-    assert not environment_gauge.remarks(made.read(), [names[0], names[2]])  # the colour is known
+    assert not gauge.remarks(made.read(), [], names[1:])
+    assert not gauge.remarks(made.read(), [], [names[0], names[2]])  # the colour is known
     made.light(energy=10.0)
-    assert not environment_gauge.remarks(made.read(), names)
-    assert environment_gauge.remarks(made.read(), [*names, "Key:power"])
+    assert not gauge.remarks(made.read(), [], names)
+    assert gauge.remarks(made.read(), [], [*names, "Key:power"])
     made.sphere("Card", made.material("Card"))
-    assert not environment_gauge.remarks(made.read(), [*names, "Key:power"])
+    assert not gauge.remarks(made.read(), [], [*names, "Key:power"])

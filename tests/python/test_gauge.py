@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.fit_run.gauge import gauges  # noqa: E402
+from selenite.fit_run.gauge import gauges, remarks  # noqa: E402
+from selenite.scene_read.values import SceneValues  # noqa: E402
 
 
 def result(*directions: tuple[list[str], list[str]]) -> dict[str, Any]:
@@ -62,3 +64,19 @@ def test_what_shares_nothing_stays_apart() -> None:
         result((["Key:power", "Head:base_color[0]"], []), (["Base:albedo[1]"], ["Left"]))
     )
     assert [one.parameters for one in found] == [("Key:power", "Head:base_color"), ("Base:albedo",)]
+
+
+def said_before(names: list[str], *gains: str) -> list[str]:
+    """Of photos with these gains, in a scene that has nothing else."""
+    captures: Any = [SimpleNamespace(free_gain=gain) for gain in gains]
+    return remarks(SceneValues(), captures, names)
+
+
+def test_before_a_fit_free_gains_are_told_with_what_makes_up_for_them() -> None:
+    for name in ("Body:base_color", "Body:albedo_grid", "Key:power", "World:color"):
+        (text,) = said_before(["Body:ior", name], "one", "one")
+        assert text.startswith(f"The gain of every photo is free, and {name} can make up for it")
+    assert said_before(["World:environment"], "one")
+    assert not said_before(["Body:ior"], "one"), "no matter of brightness"
+    assert not said_before(["Body:base_color"], "one", "none"), "one photo holds it"
+    assert not said_before(["Body:base_color"]), "no photos"

@@ -3,17 +3,25 @@
 
 Photos show a product of the three. Where nothing holds one of them, the normal matrix has a
 direction next to null in which they change together. The native report lists such directions.
+What the scene and the request alone tell of it is said before a fit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from ..parameters import join_name, split_name
+from ..scene_read.values import SceneValues
+from .captures import Capture
 
 #: Parameters that brightness is proportional to, or nearly.
 _LIGHT = ("power", "strength", "color", "emission_color", "emission_strength")
 _REFLECTANCE = ("base_color", "albedo")
+#: The same with a value at every place, of which the native report lists no directions.
+_ENVIRONMENT = join_name("World", "environment")
+_COLOURS = (*_REFLECTANCE, "base_color_texture", "albedo_grid")
 
 
 @dataclass(frozen=True)
@@ -49,6 +57,50 @@ class Gauge:
             f"{', '.join(first)} and {last} make up for each other: photos show only their "
             f"product, so the brightness of each is open; {', or '.join(cures)}"
         )
+
+
+def remarks(values: SceneValues, captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
+    """Before a fit: a sentence for each factor that nothing holds. names: of all that is fitted."""
+    return [*_of_gains(captures, names), *_of_environment(values, names)]
+
+
+def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
+    """Where the gain of every photo is free."""
+    bright = [n for n in names if n == _ENVIRONMENT or n.rpartition(":")[2] in _LIGHT + _COLOURS]
+    if not bright or not captures or any(item.free_gain == "none" for item in captures):
+        return []
+    return [
+        f"The gain of every photo is free, and {bright[0]} can make up for it: only the prior of a "
+        "gain (about 1, within a factor of two) holds the brightness; set the gain of one photo to "
+        "none to hold it by that photo"
+    ]
+
+
+def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
+    """Where the environment and the colours of all that is seen are unknown, and no lamp is
+    known."""
+    if _ENVIRONMENT not in names:
+        return []
+    pairs = [split_name(name) for name in names]
+    materials = {item.name for item in values.materials}
+    unknown = {owner for owner, name in pairs if owner in materials and name in _COLOURS}
+    seen = {
+        name for item in values.objects if item.visible_to_camera for name in item.materials
+    } & materials
+    fitted = {owner for owner, name in pairs if name == "power"}
+    known = [
+        item.name
+        for item in values.lights
+        if item.power > 0 and max(item.color) > 0 and item.name not in fitted
+    ]
+    if not unknown or seen - unknown or known:
+        return []
+    colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
+    return [
+        f"{_ENVIRONMENT} and {' and '.join(colours)} make up for each other, since no material or "
+        "lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
+        "grey card or another known material to photos and scene, or fit one of the two"
+    ]
 
 
 def gauges(result: dict[str, Any]) -> list[Gauge]:

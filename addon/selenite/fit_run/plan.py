@@ -14,8 +14,8 @@ from ..scene_read.build import build
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
-from . import environment_gauge, light_states
 from . import fields as all_fields
+from . import gauge, light_states
 from .captures import Capture, read_captures
 from .fields import FieldUnknown
 from .photos import suspicion
@@ -90,7 +90,7 @@ def prepare(
         cause = "no lamp, world or material of it gives light, and none of them is fitted"
         cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
         raise BadInput(Problem("Scene", cause, cure))
-    warnings += [*_gauge(captures, names), *environment_gauge.remarks(values, names)]
+    warnings += gauge.remarks(values, captures, names)
     if captures_at is None:
         warnings += _suspicions(values, replace(request, unknowns=requests), captures, scene)
     starts = stage_plan.constants({item.name: item.start for item in unknowns}, unknowns, fields)
@@ -120,25 +120,6 @@ def prepare(
         millimetres=values.millimetres,
         stages=tuple(stages),
     )
-
-
-#: What a gain of all photos can make up for, by the end of its name.
-_BRIGHTNESS = (
-    "base_color", "base_color_texture", "albedo", "power", "strength", "emission_color",
-    "environment",
-)  # fmt: skip
-
-
-def _gauge(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
-    """Of gains that nothing holds."""
-    bright = [name for name in names if name.rpartition(":")[2] in _BRIGHTNESS]
-    if not bright or not captures or any(item.free_gain == "none" for item in captures):
-        return []
-    return [
-        f"The gain of every photo is free, and {bright[0]} can make up for it: only the prior of a "
-        "gain (about 1, within a factor of two) holds the brightness; set the gain of one photo to "
-        "none to hold it by that photo"
-    ]
 
 
 def _has_light(
