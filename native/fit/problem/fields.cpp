@@ -87,8 +87,12 @@ std::string complaint(const UnknownParameter& one, const Numbers& numbers) {
   return text.str();
 }
 
+bool is_environment(const UnknownParameter& one) {
+  return one.owner == kWorldName && one.parameter == kEnvironment;
+}
+
 std::optional<FieldRef> field_of(const UnknownParameter& one, int material) {
-  if (one.owner == kWorldName && one.parameter == kEnvironment) return EnvironmentRef{};
+  if (is_environment(one)) return EnvironmentRef{};
   if (one.parameter == kBaseColorTexture) return ImageRef{material};
   for (const GridKind kind : {GridKind::kAlbedo, GridKind::kDensity})
     if (one.parameter == grid_name(kind)) return GridRef{material, kind};
@@ -100,12 +104,6 @@ std::vector<Colorf> colours(const Eigen::VectorXf& values) {
   std::vector<Colorf> pixels(static_cast<std::size_t>(values.size()) / 3);
   Eigen::Map<Eigen::VectorXf>(&pixels[0].r, values.size()) = values;
   return pixels;
-}
-
-/// Of a pixel of an equirectangular image, in proportion.
-double solid_angle(const std::vector<std::ptrdiff_t>& shape, Eigen::Index pixel) {
-  const Eigen::Index row = pixel / shape[1];
-  return std::sin(kPi<double> * (static_cast<double>(row) + 0.5) / static_cast<double>(shape[0]));
 }
 
 Scene with_values(const Scene& scene, const GridRef& ref, const Eigen::VectorXf& values) {
@@ -122,6 +120,16 @@ Scene with_values(const Scene& scene, const EnvironmentRef&, const Eigen::Vector
 
 }  // namespace
 
+Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
+  const Eigen::ArrayXd rows =
+      Eigen::ArrayXd::LinSpaced(shape[0], 0.5, static_cast<double>(shape[0]) - 0.5);
+  const Eigen::VectorXd sines = (rows * (kPi<double> / static_cast<double>(shape[0]))).sin();
+  Eigen::VectorXd shares(shape[0] * shape[1]);
+  for (Eigen::Index y = 0; y < shape[0]; ++y)
+    shares.segment(y * shape[1], shape[1]).setConstant(sines[y]);
+  return shares / shares.sum();
+}
+
 bool Fields::is_field(const UnknownParameter& one) { return field_of(one, 0).has_value(); }
 
 Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) {
@@ -133,9 +141,8 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
 
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.owner + ":" + one.parameter;
-  const FieldRef ref = *field_of(one, one.owner == kWorldName && one.parameter == kEnvironment
-                                          ? -1
-                                          : scene.material(one.owner));
+  const FieldRef ref =
+      *field_of(one, selenite::is_environment(one) ? -1 : scene.material(one.owner));
   if (std::find(refs_.begin(), refs_.end(), ref) != refs_.end())
     throw InvalidArgument(name + " is listed twice; list it once");
   Numbers numbers = std::visit([&](const auto& r) { return numbers_of(scene, r); }, ref);
@@ -149,12 +156,14 @@ void Fields::add(const Scene& scene, const UnknownParameter& one) {
   start_.push_back(std::move(numbers.values));
 }
 
+Scene Fields::scene_with_field(const Scene& scene, std::size_t field, const Vector& values) const {
+  return std::visit([&](const auto& ref) { return with_values(scene, ref, values.cast<float>()); },
+                    refs_[field]);
+}
+
 Scene Fields::scene_with(const Scene& scene, const FieldValues& values) const {
   Scene changed = scene;
-  for (std::size_t f = 0; f < refs_.size(); ++f)
-    changed = std::visit(
-        [&](const auto& ref) { return with_values(changed, ref, values[f].cast<float>()); },
-        refs_[f]);
+  for (std::size_t f = 0; f < refs_.size(); ++f) changed = scene_with_field(changed, f, values[f]);
   return changed;
 }
 
@@ -163,15 +172,18 @@ std::vector<Color<double>> Fields::means(const FieldValues& values) const {
   for (std::size_t f = 0; f < refs_.size(); ++f) {
     const Vector& v = values[f];
     const int n = channels(f);
+    const Eigen::VectorXd shares =
+        is_environment(f)
+            ? sphere_shares(shapes_[f])
+            : Eigen::VectorXd::Constant(v.size() / n,
+                                        static_cast<double>(n) / static_cast<double>(v.size()));
     Color<double> sum;
-    double all = 0;
     for (Eigen::Index i = 0; i < v.size(); i += n) {
       const Color<double> stored(v[i], v[i + 1 % n], v[i + 2 % n]);
-      const double share = is_environment(f) ? solid_angle(shapes_[f], i / n) : 1;
-      sum += (images_[f] ? Color<double>(images_[f]->decode(Colorf(stored))) : stored) * share;
-      all += share;
+      sum +=
+          (images_[f] ? Color<double>(images_[f]->decode(Colorf(stored))) : stored) * shares[i / n];
     }
-    means.push_back(sum / all);
+    means.push_back(sum);
   }
   return means;
 }

@@ -14,9 +14,14 @@ namespace selenite {
 /// Values of all fields, each in the order of its grid's or image's numbers.
 using FieldValues = std::vector<Vector>;
 
+/// Shares of the sphere that the pixels of an equirectangular image of (height, width, ...) have,
+/// row by row.
+Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape);
+
 /// Unknowns with a value at every place instead of one: the voxels of albedo and density grids, the
-/// texels of base colours, as their images hold them, the pixels of the world's image. They start at the values that the scene has, or
-/// where a search of `UniformFields` ends, and are fitted with Adam, or by `FieldGaussNewton`.
+/// texels of base colours, as their images hold them, the pixels of the world's image. They start at
+/// the values that the scene has, or where a search of `UniformFields` ends, and are fitted with
+/// Adam, or by `FieldGaussNewton`.
 class Fields {
  public:
   /// By its name among the parameters of a material or of the world.
@@ -47,8 +52,10 @@ class Fields {
   const Texture* image(std::size_t field) const { return images_[field].get(); }
 
   Scene scene_with(const Scene& scene, const FieldValues& values) const;
-  /// Mean of each field, of an image in linear light, of the world's over the sphere; three channels a field (equal ones where it
-  /// holds numbers).
+  /// With other values of one field.
+  Scene scene_with_field(const Scene& scene, std::size_t field, const Vector& values) const;
+  /// Mean of each field, of an image in linear light, of the world's over the sphere; three channels
+  /// a field (equal ones where it holds numbers).
   std::vector<Color<double>> means(const FieldValues& values) const;
 
  private:

@@ -115,11 +115,7 @@ void UniformFields::set_light(const FieldValues& fields) {
   for (const Colour& colour : colours_) {
     if (!colour.tints) continue;
     base_[colour.field] = fields[colour.field];
-    const Eigen::VectorXf numbers = base_[colour.field].cast<float>();
-    std::vector<Colorf> pixels;
-    for (Eigen::Index i = 0; i < numbers.size(); i += 3)
-      pixels.emplace_back(numbers[i], numbers[i + 1], numbers[i + 2]);
-    scene_ = scene_.with_environment(std::move(pixels));
+    scene_ = fields_.scene_with_field(scene_, colour.field, base_[colour.field]);
   }
 }
 

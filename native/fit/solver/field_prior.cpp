@@ -40,16 +40,6 @@ Eigen::MatrixXd smoothness(int height, int width) {
   return sum;
 }
 
-/// Shares of the sphere that the pixels of an equirectangular image have.
-Eigen::VectorXd sphere_shares(const std::vector<std::ptrdiff_t>& shape) {
-  Eigen::VectorXd share(shape[0] * shape[1]);
-  for (std::ptrdiff_t y = 0; y < shape[0]; ++y)
-    share.segment(y * shape[1], shape[1])
-        .setConstant(
-            std::sin(kPi<double> * (static_cast<double>(y) + 0.5) / static_cast<double>(shape[0])));
-  return share / share.sum();
-}
-
 }  // namespace
 
 FieldPrior::FieldPrior(const Fields& fields, const FieldPriorOptions& options)

@@ -60,13 +60,14 @@ class OrderedSum {
 Field find(const Scene& scene, const GridRef& ref) { return &scene.grid(ref); }
 Field find(const Scene& scene, const ImageRef& ref) { return scene.image(ref).texture.get(); }
 Field find(const Scene& scene, const EnvironmentRef&) { return &scene.environment(); }
+std::string of_material(const Scene& scene, int material, const char* parameter) {
+  return scene.appearance.materials.at(static_cast<std::size_t>(material)).name + ":" + parameter;
+}
 std::string name_of(const Scene& scene, const GridRef& ref) {
-  return scene.appearance.materials.at(static_cast<std::size_t>(ref.material)).name + ":" +
-         grid_name(ref.kind);
+  return of_material(scene, ref.material, grid_name(ref.kind));
 }
 std::string name_of(const Scene& scene, const ImageRef& ref) {
-  return scene.appearance.materials.at(static_cast<std::size_t>(ref.material)).name + ":" +
-         kBaseColorTexture;
+  return of_material(scene, ref.material, kBaseColorTexture);
 }
 std::string name_of(const Scene&, const EnvironmentRef&) {
   return std::string(kWorldName) + ":" + kEnvironment;

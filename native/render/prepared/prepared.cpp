@@ -112,11 +112,10 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
       emitted(s.appearance, layout),
       lights(s, lights_of(s.appearance, emitted, materials)),
       lamps(lamps_of(s.appearance)),
+      environment_field(field_number(fields, EnvironmentRef{})),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
       slot_room(slot_room_of(layout, slots)),
       roulette_scales(roulette_scales_of(s, layout, L == kTaped)) {
-  for (std::size_t f = 0; f < fields.size(); ++f)
-    if (std::holds_alternative<EnvironmentRef>(fields[f])) environment_field = static_cast<int>(f);
   for (std::size_t m = 0; m < materials.size(); ++m) {
     PreparedMaterial<L>& material = materials[m];
     material.emissive = lights.samples(static_cast<int>(m));

@@ -29,7 +29,7 @@ struct Prepared {
   LightSampler lights;
   std::vector<int>
       lamps;  ///< those that are on, by their numbers in the scene: no ray asks for others
-  int environment_field = -1;  ///< the number of the world's image among the fields of unknowns
+  int environment_field;  ///< the number of the world's image among the fields of unknowns
   int slots;
   int slot_room;  ///< that many with what is added behind the last one
   /// How much a derivative counts beside the value when Russian roulette decides. Measured: a tenth

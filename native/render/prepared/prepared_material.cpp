@@ -11,12 +11,6 @@ constexpr float kThin = 0.2f;
 /// The least rate at which free paths in an unknown density end, as a share of the largest.
 constexpr float kLeastShare = 0.1f;
 
-/// -1 if it is none of them.
-int number_of(std::span<const FieldRef> fields, const FieldRef& ref) {
-  const auto found = std::find(fields.begin(), fields.end(), ref);
-  return found == fields.end() ? -1 : static_cast<int>(found - fields.begin());
-}
-
 /// All numbers of a material, field by field, three for a colour.
 std::vector<double> flatten(const MaterialParameters<double>& values) {
   std::vector<double> flat;
@@ -138,6 +132,11 @@ void PreparedMaterial<L>::apply(const FieldMap& map, const Geometry& geometry, c
   Principled<PathScalar<L>>::fields(room, put);
 }
 
+int field_number(std::span<const FieldRef> fields, const FieldRef& ref) {
+  const auto found = std::find(fields.begin(), fields.end(), ref);
+  return found == fields.end() ? -1 : static_cast<int>(found - fields.begin());
+}
+
 template <int L>
 std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const SlotLayout& layout,
                                                    std::span<const FieldRef> unknown) {
@@ -167,9 +166,9 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     if (value_of(values.subsurface_weight) > 0 || has_slope(values.subsurface_weight) ||
         material.map_of(material_field(&MaterialValues::subsurface_weight)))
       prepare_inside(*scene.geometry, index);
-    prepared.albedo_field = number_of(unknown, GridRef{index, GridKind::kAlbedo});
-    prepared.density_field = number_of(unknown, GridRef{index, GridKind::kDensity});
-    prepared.base_color_field = number_of(unknown, ImageRef{index});
+    prepared.albedo_field = field_number(unknown, GridRef{index, GridKind::kAlbedo});
+    prepared.density_field = field_number(unknown, GridRef{index, GridKind::kDensity});
+    prepared.base_color_field = field_number(unknown, ImageRef{index});
     if (prepared.base_color_field >= 0) prepared.base_color_map = &scene.image({index});
     prepare_medium(material, *scene.geometry, prepared);
     materials.push_back(prepared);

@@ -106,6 +106,9 @@ struct PreparedMaterial : PreparedMedium<L> {
              Principled<PathScalar<L>>& room) const;
 };
 
+/// Of a field among those that are unknown; -1 if it is none of them.
+int field_number(std::span<const FieldRef> fields, const FieldRef& ref);
+
 /// The materials of a scene, except what needs its lights: `emissive`, `sealed` and `plain`. `fields`:
 /// grids and images that are unknown. Readies the geometry for walks below a surface.
 template <int L>
