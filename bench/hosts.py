@@ -30,6 +30,7 @@ HOSTS = {
     "5.2.3": ("3.13", "2.3.5"),
     "5.3.0": ("3.13", "2.3.5"),
 }
+DEBIAN = "Debian's Blender"
 CLASSES = ("modelled", "no effect on radiance", "refused", "warned of")
 LONGEST = 900  # seconds for a host
 
@@ -74,28 +75,29 @@ def walked(command):
         return json.loads(out.read_text())
 
 
-def hosts(options):
-    """(name, report or reason) of each."""
-    for host in options.hosts:
+def hosts(versions, keep, script):
+    """(name, the command that runs `script` in it, to which its arguments are added) of each bpy
+    and of Debian's Blender, or (name, why there is none). The environment of a bpy is there until
+    the next one is asked for.
+    """
+    for host in versions:
         version, numpy = HOSTS.get(host, ("3.13", "2.3.5"))
         python = interpreter(version)
         if python is None:
             yield f"bpy {host}", f"skipped: no Python {version} is at hand"
             continue
         try:
-            inside = environment(host, python, numpy)
-            yield f"bpy {host}", walked([inside, str(WALK)])
+            yield f"bpy {host}", [environment(host, python, numpy), str(script)]
         except subprocess.CalledProcessError as error:
             yield f"bpy {host}", f"cannot be installed: {error}"
         finally:
-            if not options.keep:
+            if not keep:
                 shutil.rmtree(PLACE / host, ignore_errors=True)
     blender = shutil.which("blender")
     if blender is None:
-        yield "blender", "skipped: there is no Blender on the path"
+        yield DEBIAN, "skipped: there is no Blender on the path"
     else:
-        command = [blender, "-b", "--factory-startup", "--python", str(WALK), "--"]
-        yield "blender", walked(command)
+        yield DEBIAN, [blender, "-b", "--factory-startup", "--python", str(script), "--"]
 
 
 def table_of(reports, per_type):
@@ -124,7 +126,8 @@ def main():
     parser.add_argument("--types", action="store_true", help="a row for each type, too")
     options = parser.parse_args()
     reports, faults = {}, []
-    for name, report in hosts(options):
+    for name, command in hosts(options.hosts, options.keep, WALK):
+        report = command if isinstance(command, str) else walked(command)
         if isinstance(report, str):
             print(f"{name}: {report}", flush=True)
             if not report.startswith("skipped"):

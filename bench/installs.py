@@ -8,17 +8,14 @@ takes part. Status 1 if a step fails in one of them. Run `./dev package` before.
 import argparse
 import json
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT / "bench"), str(ROOT / "devtools")]
-from hosts import HOSTS, PLACE, environment  # noqa: E402
-
-from environment import interpreter  # noqa: E402
+sys.path.insert(0, str(ROOT / "bench"))
+from hosts import DEBIAN, HOSTS, hosts  # noqa: E402
 
 USE = ROOT / "bench" / "hosts" / "use.py"
 STEPS = ("install", "enable", "fit", "apply", "undo", "stop", "cancel", "check_in_cycles",
@@ -57,27 +54,6 @@ def used(command, package, logs):
         return (json.loads(report.read_text()) if report.is_file() else None), status
 
 
-def runs(options, extension, legacy):
-    """(name, command, package) of each host; of one that is not at hand the reason."""
-    for host in options.hosts:
-        version, numpy = HOSTS[host]
-        python = interpreter(version)
-        if python is None:
-            yield f"bpy {host}", f"no Python {version} is at hand", None
-            continue
-        try:
-            yield f"bpy {host}", [environment(host, python, numpy), str(USE)], extension
-        finally:
-            if not options.keep:
-                shutil.rmtree(PLACE / host, ignore_errors=True)
-    blender = shutil.which("blender")
-    if options.no_debian or blender is None:
-        yield "Debian's Blender", "not asked" if options.no_debian else "not installed", None
-    else:
-        start = [blender, "-b", "--factory-startup", "--python", str(USE), "--"]
-        yield "Debian's Blender", start, legacy
-
-
 def package(pattern):
     """The one file of dist/ with this name."""
     found = sorted((ROOT / "dist").glob(pattern))
@@ -97,12 +73,16 @@ def main():
     logs = ROOT / "build" / "installs"
     logs.mkdir(parents=True, exist_ok=True)
     rows, faults = [], []
-    for name, command, zipped in runs(options, extension, legacy):
-        if zipped is None:
-            print(f"{name}: skipped: {command}", flush=True)
+    for name, command in hosts(options.hosts, options.keep, USE):
+        if name == DEBIAN and options.no_debian:
+            continue
+        if isinstance(command, str):
+            print(f"{name}: {command}", flush=True)
+            if not command.startswith("skipped"):
+                faults.append(f"{name}: {command}")
             continue
         log = logs / f"{name.replace(' ', '_')}.log"
-        report, status = used(command, zipped, log)
+        report, status = used(command, legacy if name == DEBIAN else extension, log)
         steps = report["steps"] if report else {}
         said = {step: steps.get(step, {}).get("said", "NO: not reached") for step in STEPS}
         faults += [f"{name}: {step}: {text}" for step, text in said.items() if text[:2] == "NO"]
