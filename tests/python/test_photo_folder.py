@@ -23,6 +23,7 @@ from selenite.importers.reconstruction import (
     Reconstruction,
 )
 from selenite.problems import Problem
+from selenite.scene_read.capture_request import LensDistortion
 
 
 def camera(label: str, photo: str = "", place: tuple = (0, 0, 0)) -> ReconstructedCamera:
@@ -176,8 +177,8 @@ def test_a_lens_goes_both_ways() -> None:
     from selenite.fit_run.photos.window import PhotoWindow, projection
     from selenite.scene_read.values import CameraValues
 
-    found = Intrinsics(300, 500, 410.0, 400.0, 143.0, 260.5)
-    lens = blender_lens(found)
+    true = LensDistortion(410.0, 400.0, 143.0, 260.5)
+    lens = blender_lens(Intrinsics(300, 500, true))
     values = CameraValues(
         name="c", matrix=np.eye(4), kind="PERSP", lens_mm=lens.lens, sensor_width=36.0,
         sensor_height=24.0, sensor_fit="HORIZONTAL", shift_x=lens.shift_x, shift_y=lens.shift_y,
@@ -185,12 +186,12 @@ def test_a_lens_goes_both_ways() -> None:
         width=300, height=500,
     )  # fmt: skip
     seen = projection(values, PhotoWindow((300, 500), (0, 0, 300, 500), 0.6 * lens.pixel_aspect))
-    assert seen.focal == pytest.approx((found.fx, found.fy))
-    assert seen.centre == pytest.approx((found.cx, found.cy))
+    assert seen.focal == pytest.approx((true.fx, true.fy))
+    assert seen.centre == pytest.approx((true.cx, true.cy))
 
 
 @pytest.mark.parametrize("size", [(400, 300), (300, 400)])
 def test_a_field_of_view_is_that_of_the_shorter_side(size: tuple[int, int]) -> None:
     found = intrinsics_of(ReconstructedCamera("c", np.eye(4), field_of_view=np.pi / 2), size)
-    assert found.fx == found.fy == pytest.approx(150)
-    assert (found.cx, found.cy) == (size[0] / 2, size[1] / 2)
+    assert found.lens.fx == found.lens.fy == pytest.approx(150)
+    assert (found.lens.cx, found.lens.cy) == (size[0] / 2, size[1] / 2)

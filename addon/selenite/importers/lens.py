@@ -28,24 +28,22 @@ class BlenderLens:
 
 def blender_lens(found: Intrinsics) -> BlenderLens:
     """The pinhole alone: Blender has no distortion. fit_run.photos.window is the inverse."""
-    aspect = found.fy / found.fx
+    lens = found.lens
+    aspect = lens.fy / lens.fx
     if abs(aspect - 1) < _SQUARE:
         aspect = 1.0
     width = float(found.width)
     return BlenderLens(
-        lens=found.fx * SENSOR / width,
-        shift_x=(width / 2 - found.cx) / width,
-        shift_y=(found.cy - found.height / 2) / (width * aspect),
+        lens=lens.fx * SENSOR / width,
+        shift_x=(width / 2 - lens.cx) / width,
+        shift_y=(lens.cy - found.height / 2) / (width * aspect),
         pixel_aspect=aspect,
     )
 
 
 def distortion_of(found: Intrinsics) -> LensDistortion | None:
     """What a capture says of the lens; None where it does not distort."""
-    if not found.distorted:
-        return None
-    names = LensDistortion.__dataclass_fields__
-    return LensDistortion(**{name: getattr(found, name) for name in names})
+    return found.lens if found.distorted else None
 
 
 def intrinsics_of(camera: ReconstructedCamera, size: tuple[int, int]) -> Intrinsics:
@@ -56,4 +54,4 @@ def intrinsics_of(camera: ReconstructedCamera, size: tuple[int, int]) -> Intrins
     angle = camera.field_of_view if camera.field_of_view is not None else math.pi / 4  # X3D's
     width, height = size
     focal = min(width, height) / 2 / math.tan(angle / 2)
-    return Intrinsics(width, height, focal, focal, width / 2, height / 2)
+    return Intrinsics(width, height, LensDistortion(focal, focal, width / 2, height / 2))

@@ -51,7 +51,7 @@ class BodyState:
 
 def state_of(item: bpy.types.Object) -> BodyState:
     """Of the object's own mesh, without modifiers, in world space."""
-    positions, triangles = world_triangles(item.data, item.matrix_world)
+    positions, triangles = _triangles(item)
     found = survey(positions, triangles)
     if not len(triangles):
         return BodyState(found, 0.0)
@@ -144,7 +144,7 @@ def _voxels_of(mesh: bpy.types.Mesh, voxel: float) -> bpy.types.Mesh:
 def thickness_at(item: bpy.types.Object, point: np.ndarray) -> float:
     """Way through the body from the surface point next to `point` (world), against its normal, to
     where it is left, in Blender units. Raises BadInput where nothing is behind."""
-    positions, triangles = world_triangles(item.data, item.matrix_world)
+    positions, triangles = _triangles(item)
     title = f"Object '{item.name}'"
     if not len(triangles):
         raise BadInput(Problem(title, "it has no face", "choose a mesh with faces"))
@@ -156,6 +156,10 @@ def thickness_at(item: bpy.types.Object, point: np.ndarray) -> float:
         cause = "no surface lies behind this point: it is open there, or faces inwards"
         raise BadInput(Problem(title, cause, "fill its holes, or choose another point"))
     return float(distance) + _TINY * diagonal
+
+
+def _triangles(item: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
+    return world_triangles(cast(bpy.types.Mesh, item.data), item.matrix_world)
 
 
 def _own_mesh(item: bpy.types.Object) -> bpy.types.Mesh:

@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..scene_read.capture_request import LensDistortion
+
 #: From the axes of a camera that looks along -z with y up, as Blender and OpenGL have it, to those
 #: above, and back.
 FLIP = np.diag([1.0, -1.0, -1.0])
@@ -28,25 +30,17 @@ class ReconstructionError(ValueError):
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """A pinhole with Brown's distortion (radial k1 to k3, tangential p1 and p2 in Metashape's
-    order); fx, fy, cx, cy in pixels of a photo of width x height."""
+    """A lens, in pixels of a photo of width x height."""
 
     width: int
     height: int
-    fx: float
-    fy: float
-    cx: float
-    cy: float
-    k1: float = 0.0
-    k2: float = 0.0
-    k3: float = 0.0
-    p1: float = 0.0
-    p2: float = 0.0
+    lens: LensDistortion
 
     @property
     def distorted(self) -> bool:
         """Whether any coefficient differs from 0."""
-        return any((self.k1, self.k2, self.k3, self.p1, self.p2))
+        lens = self.lens
+        return any((lens.k1, lens.k2, lens.k3, lens.p1, lens.p2))
 
 
 @dataclass(frozen=True)

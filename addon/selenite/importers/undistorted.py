@@ -17,7 +17,7 @@ from ..fit_run.photos.files import header, unreadable
 from ..fit_run.photos.window import PhotoWindow, Projection
 from ..paths import file_stems, is_there
 from ..problems import BadInput, Problem
-from .lens import distortion_of
+from ..scene_read.capture_request import LensDistortion
 from .plan import ImportPlan, PlannedCamera
 from .reconstruction import Intrinsics
 
@@ -86,7 +86,8 @@ def _written(
     else:
         image.write_png(str(photo), pixels, 16)
     image.write_png(str(mask), inside.astype(np.float32))
-    plain = replace(camera.intrinsics, k1=0.0, k2=0.0, k3=0.0, p1=0.0, p2=0.0)
+    lens = camera.intrinsics.lens
+    plain = replace(camera.intrinsics, lens=LensDistortion(lens.fx, lens.fy, lens.cx, lens.cy))
     capture = replace(capture, photo=str(photo), mask=str(mask), distortion=None)
     return replace(camera, intrinsics=plain, capture=capture)
 
@@ -94,9 +95,8 @@ def _written(
 def corners_of(found: Intrinsics, file_size: tuple[int, int]) -> np.ndarray:
     """(height + 1, width + 1, 2): where the corners of the undistorted photo's pixels lie in the
     file of (width, height) pixels; NaN for nowhere."""
-    lens = distortion_of(found)
-    assert lens is not None  # noqa: S101 - asked for only then
+    lens = found.lens
     whole = (found.width, found.height)
     window = PhotoWindow(whole, (0, 0, *whole), found.width / found.height)
-    pinhole = Projection((found.fx, found.fy), (found.cx, found.cy))
+    pinhole = Projection((lens.fx, lens.fy), (lens.cx, lens.cy))
     return distortion.corners(lens, pinhole, window, file_size, *file_size)

@@ -82,9 +82,9 @@ def expected(camera: Known, points: np.ndarray) -> np.ndarray:
 
 
 def seen(camera: ReconstructedCamera, points: np.ndarray) -> np.ndarray:
-    """(n, 2) pixels of a camera that was read, as `Intrinsics` says it."""
-    lens = camera.intrinsics
-    assert lens is not None
+    """(n, 2) pixels of a camera that was read, as `LensDistortion` says it."""
+    assert camera.intrinsics is not None
+    lens = camera.intrinsics.lens
     matrix = camera.camera_to_world
     x, y, z = matrix[:3, :3].T @ (points - matrix[:3, 3]).T
     x, y = x / z, y / z

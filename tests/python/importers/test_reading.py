@@ -210,8 +210,8 @@ def test_a_real_capture_is_read_to_a_hundredth_of_a_pixel() -> None:
     }
     assert sorted(camera.label for camera in found.cameras) == sorted(poses)
     for camera in found.cameras:
-        lens = camera.intrinsics
-        assert lens is not None
+        assert camera.intrinsics is not None
+        lens = camera.intrinsics.lens
         pixels = []
         for matrix, (fx, fy, cx, cy) in (
             (camera.camera_to_world, (lens.fx, lens.fy, lens.cx, lens.cy)),

@@ -90,8 +90,9 @@ def test_portrait_photos_have_their_longer_side_as_the_film(tmp_path: Path) -> N
     cameras = named(CAMERAS[:1])
     picture(tmp_path / "IMG_0000.JPG", HEIGHT, WIDTH)
     (tmp_path / "IMG_0000.xmp").write_text(xmp(cameras[0]))
-    lens = read_reconstruction(tmp_path).cameras[0].intrinsics
-    assert lens is not None and (lens.width, lens.height) == (HEIGHT, WIDTH)
+    found = read_reconstruction(tmp_path).cameras[0].intrinsics
+    assert found is not None and (found.width, found.height) == (HEIGHT, WIDTH)
+    lens = found.lens
     assert lens.fx == pytest.approx(FULL.fx, abs=MOST)
     assert lens.cx == pytest.approx(HEIGHT / 2 + FULL.cx - WIDTH / 2, abs=MOST)
 

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reconstruction import FLIP, Intrinsics, ReconstructedCamera, Reconstruction
+from ..reconstruction import FLIP, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, is_file, read_text
 from .labels import Labels, LeftOut
-from .lenses import check
+from .lenses import intrinsics
 from .lines import word_lines
 from .pictures import Pictures
 
@@ -82,9 +82,8 @@ def _camera(
     if focal == 0:
         return None
     rotation = numbers.nearest_rotation(rotation, place)
-    width, height = pictures.size([label], place)
-    lens = Intrinsics(width, height, focal, focal, width / 2, height / 2, k1=k1, k2=k2)
-    check(lens, place)
+    size = pictures.size([label], place)
+    lens = intrinsics(size, {"fx": focal, "k1": k1, "k2": k2}, place)
     pose = numbers.pose(rotation.T @ FLIP, -rotation.T @ translation)
     return ReconstructedCamera(label, pose, lens, photo=label)
 

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element
 from ..reconstruction import Intrinsics
 from . import numbers
 from .files import Place
-from .lenses import check, left_out
+from .lenses import intrinsics, left_out
 from .xml_tree import attribute
 
 #: What the file of old versions writes instead of f and b1.
@@ -76,10 +76,9 @@ def _of_properties(element: Element, width: int, height: int, place: Place) -> S
         )
     across = found["focal_length"] / found["pixel_width"]
     down = found["focal_length"] / found.get("pixel_height", found["pixel_width"])
-    intrinsics = Intrinsics(width, height, across, down, width / 2, height / 2)
-    check(intrinsics, place)
     remark = "it has no calibration: the focal length is that of its lens, without distortion"
-    return Sensor(intrinsics, remarks=(remark,))
+    lens = intrinsics((width, height), {"fx": across, "fy": down}, place)
+    return Sensor(lens, remarks=(remark,))
 
 
 def _of_calibration(calibration: Element, width: int, height: int, place: Place) -> Sensor:
@@ -92,14 +91,12 @@ def _of_calibration(calibration: Element, width: int, height: int, place: Place)
             )
         raise place.error("its <calibration> has no <f>")
     focal = values["f"]
-    intrinsics = Intrinsics(
-        width, height,
-        fx=focal + values.get("b1", 0.0), fy=focal,
-        cx=width / 2 + values.get("cx", 0.0), cy=height / 2 + values.get("cy", 0.0),
-        **{name: values.get(name, 0.0) for name in ("k1", "k2", "k3", "p1", "p2")},
-    )  # fmt: skip
-    check(intrinsics, place)
-    return Sensor(intrinsics, remarks=tuple(left_out(values, intrinsics)))
+    in_pixels = {
+        "fx": focal + values.get("b1", 0.0), "fy": focal,
+        "cx": width / 2 + values.get("cx", 0.0), "cy": height / 2 + values.get("cy", 0.0),
+    }  # fmt: skip
+    found = intrinsics((width, height), values | in_pixels, place)
+    return Sensor(found, remarks=tuple(left_out(values, found)))
 
 
 def _values(calibration: Element, place: Place) -> dict[str, float]:

@@ -18,11 +18,11 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from ..reconstruction import FLIP, Intrinsics, ReconstructedCamera, Reconstruction
+from ..reconstruction import FLIP, ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, read_text, shortened
 from .labels import Labels, LeftOut
-from .lenses import check, left_out
+from .lenses import intrinsics, left_out
 from .pictures import Pictures
 from .xml_tree import read_tree
 
@@ -60,18 +60,15 @@ class _Cameras:
     ) -> None:  # fmt: skip
         """values: f in mm, u and v in shares, aspect, skew, k1 to k4, p1 and p2."""
         self.labels.add(label, place)
-        width, height = (numbers.pixels(side, place) for side in size)
+        width, height = size
         longer = max(width, height)
         focal = values["f"] * longer / FILM
-        lens = Intrinsics(
-            width, height,
-            fx=focal, fy=focal * values.get("aspect", 1.0),
-            cx=width / 2 + values.get("u", 0.0) * longer,
-            cy=height / 2 + values.get("v", 0.0) * longer,
-            k1=values.get("k1", 0.0), k2=values.get("k2", 0.0), k3=values.get("k3", 0.0),
-            p1=values.get("p1", 0.0), p2=values.get("p2", 0.0),
-        )  # fmt: skip
-        check(lens, place)
+        in_pixels = {
+            "fx": focal, "fy": focal * values.get("aspect", 1.0),
+            "cx": width / 2 + values.get("u", 0.0) * longer,
+            "cy": height / 2 + values.get("v", 0.0) * longer,
+        }  # fmt: skip
+        lens = intrinsics(size, {**values, **in_pixels}, place)
         skew = values.get("skew", 0.0) * longer / FILM
         remarks = left_out({"b2": skew, "k4": values.get("k4", 0.0)}, lens)
         self.dropped.update(dict.fromkeys(remark.replace("b2", "skew") for remark in remarks))
