@@ -120,10 +120,10 @@ std::vector<Case> cases() {
   all.push_back({"lights", scene_of(half, {area()}), lights, .1});
   all.push_back({"many_lamps", scene_of(half, {point, area("Other"), spot, sun}), lights, .1});
   all.push_back({"sky_image", scene_of(half, {area()}, true), lights, .1});
-  all.push_back({"wax", scene_of(wax, {area()}), medium, .4});
-  all.push_back({"wax_picture", scene_of(wax, {area()}), {}, .4});
-  all.push_back({"no_medium_yet", scene_of(thin, {area()}), medium, .4});
-  Case within{"camera_inside", scene_of(wax, {area()}), medium, .6};
+  all.push_back({"wax", scene_of(wax, {}), medium, .4});
+  all.push_back({"wax_picture", scene_of(wax, {}), {}, .4});
+  all.push_back({"no_medium_yet", scene_of(thin, {}), medium, .4});
+  Case within{"camera_inside", scene_of(wax, {}), medium, .6};
   within.scene.cameras[0].to_world = looking_at({0, -0.5, 0}, {0, 1, 0.3});
   all.push_back(within);
   return all;
@@ -213,8 +213,8 @@ TEST(Lanes8, AreNotTakenForScenesTheyDoNotSuit) {
   EXPECT_NE(obstacle(skin, {area()}).find("'Body' scatters"), std::string::npos);
   EXPECT_NE(obstacle(velvet, {area()}).find("'Body' has sheen"), std::string::npos);
   EXPECT_NE(obstacle(wax, {area("Lamp", {0, 0, 0.5})}).find("'Medium'"), std::string::npos);
-  EXPECT_EQ(lanes_obstacle(scene_of(wax, {area()})), "");
-  EXPECT_THROW(render_view(scene_of(wax, {area()}), with_lanes(settings_of(4, 1), 3)),
+  EXPECT_EQ(lanes_obstacle(scene_of(wax, {})), "");
+  EXPECT_THROW(render_view(scene_of(wax, {}), with_lanes(settings_of(4, 1), 3)),
                InvalidArgument);
 }
 

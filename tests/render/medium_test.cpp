@@ -61,7 +61,7 @@ TEST_P(MediumGradient, AgreesWithDifferencesOfRenders) {
   const Parameter& row = base.description(ref);
   const SlotLayout layout(base, {ref});
   const double here = base.get(ref)[0];
-  const double h = p.parameter == "extinction" ? std::max(0.1 * here, 0.02) : 0.04;
+  const double h = p.parameter == "extinction" ? std::max(0.1 * here, 0.02) : 0.02;
   // At an end of the range a one-sided difference, of second order.
   const double side = here - h < row.lower ? 1 : here + h > row.upper ? -1 : 0;
   const auto render_at = [&](double step, const RenderSettings& settings) {

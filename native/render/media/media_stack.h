@@ -117,6 +117,8 @@ class MediaStack {
       if (share[c] > 0) density += share[c] * rate[c] * through[c];
     return density;
   }
+  /// Of meeting the media, per length, in the mean of the channels.
+  float typical_rate() const { return mean_channel(rates()); }
   /// True inside a closed boundary that no shadow ray passes, with every light outside of it.
   bool sealed() const {
     for (int i = 0; i < count_; ++i)

@@ -35,6 +35,10 @@ struct SurfaceScatterer {
     else
       bsdf.seen_by(visible_to).value_and_density(direction, value, density);
   }
+  /// The throughput takes what is scattered to a direction of this value.
+  void attenuate(const Geometry& geometry, const Color<X>& value, Throughput<L>& beta) const {
+    material.attenuate(geometry, hit, value, beta);
+  }
   /// The radiance takes the light that has come along `through` and is scattered by `value`.
   void bring(const Geometry& geometry, const Color<X>& value, const Factor<L>& emitted,
              float weight, Throughput<L>& through, Radiance<L>& radiance) const {
@@ -76,6 +80,9 @@ struct PhaseScatterer {
     const Scalar p = henyey_greenstein(material.values.anisotropy, dot(forward, direction));
     value = Color<Scalar>(p);
     density = value_of(p);
+  }
+  void attenuate(const Geometry&, const Color<Scalar>& value, Throughput<L>& beta) const {
+    beta.multiply(material.factor(value));
   }
   void bring(const Geometry&, const Color<Scalar>& value, const Factor<L>& emitted, float weight,
              const Throughput<L>& through, Radiance<L>& radiance) const {

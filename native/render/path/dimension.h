@@ -24,6 +24,10 @@ enum Dimension : std::uint32_t {
   kAlong1,
   kAlong2,
   kAlongMedium,
+  kExit1,
+  kExit2,
+  kExitRoulette,
+  kExitStart,
   kWalk,  ///< and all after it, below those that follow
   kAlongGrids = (1 << 13) - 1,
   kShadow = 1 << 13,  ///< one a surface on the way to a light

@@ -32,9 +32,11 @@ class DirectLight {
     return links.lights(object < 0 ? 0 : p_.geometry.instances()[object].lit_set);
   }
 
-  /// Lamps on the path's ray, nearer to where it was scattered than `reach`.
+  /// Lamps on the path's ray, nearer to where it was scattered than `reach`. `share(lamp, hit)`: of
+  /// what is found so, where there are other ways.
+  template <class Share>
   void add_lamps(const Path& path, float reach, const MediaStack<L>& media, const Random& random,
-                 const Throughput<L>& beta, Radiance<L>& radiance) const {
+                 const Throughput<L>& beta, Radiance<L>& radiance, const Share& share) const {
     const auto& lights = p_.scene.appearance.lights;
     const Vec3f& direction = path.ray.direction;
     const float t_min = path.travelled + path.ray.t_min;
@@ -46,7 +48,7 @@ class DirectLight {
                             : reach;
       const auto hit = lights[i].intersect(path.from, direction, t_min, end);
       if (!hit || !(hit->factor > 0)) continue;
-      const float weight = lamp_weight(path, i, *hit);
+      const float weight = lamp_weight(path, i, *hit) * share(i, *hit);
       if (media.empty()) {
         radiance.add(beta, p_.emitted.lamp(i, hit->factor), weight);
       } else {
@@ -125,11 +127,13 @@ class DirectLight {
                  p_.emitted.lamp(choice.index, s->factor), share * weight / (light * density));
   }
 
-  /// Light of one light that is scattered towards where the path has come from.
-  template <class Scatterer>
+  static float whole(int, const Vec3f&, float, float) { return 1; }
+  /// Light of one light that is scattered towards where the path has come from. `way_share(lamp,
+  /// direction, light, bsdf)`: of what is found of a lamp so, by the densities of the direction.
+  template <class Scatterer, class Share = decltype(&whole)>
   void add_sample(const Path& path, const Vec3f& position, const Scatterer& scatterer,
                   const MediaStack<L>& media, const Random& random, const Throughput<L>& beta,
-                  Radiance<L>& radiance) const {
+                  Radiance<L>& radiance, const Share& way_share = &whole) const {
     const auto choice = p_.lights.choose(random.uniform(kLightChoice));
     if (choice.source == Source::kNone) return;
     const float u1 = random.uniform(kLight1), u2 = random.uniform(kLight2);
@@ -210,7 +214,9 @@ class DirectLight {
     if (casts_shadows &&
         !visible(scatterer.origin(direction), direction, distance, links, random, beyond, through))
       return;
-    const float weight = alone ? 1 : power_heuristic(heuristic, bsdf_density);
+    float weight = alone ? 1 : power_heuristic(heuristic, bsdf_density);
+    if (choice.source == Source::kLamp)
+      weight *= way_share(choice.index, direction, heuristic, bsdf_density);
     const float found = share * weight / density;
     if (choice.source == Source::kWorld)
       record_world(direction, through.value * value_of(value) * found, through);
@@ -222,43 +228,6 @@ class DirectLight {
     return {back ? -s.ng : s.ng, back ? -s.n : s.n, wi, back, after_diffuse};
   }
 
- private:
-  using Source = LightSampler::Source;
-
-  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  static constexpr std::uint32_t kHardLimit = 1 << 17;  // surfaces on the way to a light
-
-  /// Whether the rays of a path that it has scattered show a lamp, if nothing hides it.
-  bool shines_on(const Path& path, const Light& lamp) const {
-    return lamp.visible_to & path.kind && lamp.met_by_rays && lit(lamp.links, path.receiver);
-  }
-  bool meets(const Path& path, const Light& lamp) const {
-    if (path.from_camera() || !p_.visibility.uneven) return lamp.visible_to & path.kind;
-    return lamp.links.shading == LinkedSets::kAll && shines_on(path, lamp);
-  }
-  /// Whether light sampling may find a lamp from a point of an object.
-  bool is_sampled(const Path& path, const Light& lamp, int object) const {
-    return !p_.visibility.uneven ||
-           (path.scatterings <= lamp.max_bounces && lit(lamp.links, object));
-  }
-  bool has_transparent_shadows(int material) const {
-    return p_.scene.appearance.materials[material].transparent_shadows;
-  }
-  float lamp_weight(const Path& path, int lamp, const LightHit& hit) const {
-    return bsdf_weight(path.density, p_.lights.lamp_density(lamp, hit, as_cycles(path.refracted)));
-  }
-
-  /// Puts the light of a direction on the tape where the world's image is unknown; `throughput`: from
-  /// the camera to the world.
-  void record_world(const Vec3f& direction, const Colorf& throughput,
-                    const Throughput<L>& beta) const {
-    if constexpr (L == kTaped) {
-      if (p_.environment_field < 0) return;
-      const World& world = p_.scene.appearance.world;
-      beta.tape->add_leaf(throughput * p_.emitted.world(Colorf(1)).value,
-                          world.to_map_frame(direction), p_.environment_field);
-    }
-  }
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
   bool visible(const Vec3f& origin, const Vec3f& direction, float distance, const LinkedSets& links,
                const Random& random, MediaStack<L>& media, Throughput<L>& beta) const {
@@ -299,6 +268,43 @@ class DirectLight {
     return false;
   }
 
+ private:
+  using Source = LightSampler::Source;
+
+  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  static constexpr std::uint32_t kHardLimit = 1 << 17;  // surfaces on the way to a light
+
+  /// Whether the rays of a path that it has scattered show a lamp, if nothing hides it.
+  bool shines_on(const Path& path, const Light& lamp) const {
+    return lamp.visible_to & path.kind && lamp.met_by_rays && lit(lamp.links, path.receiver);
+  }
+  bool meets(const Path& path, const Light& lamp) const {
+    if (path.from_camera() || !p_.visibility.uneven) return lamp.visible_to & path.kind;
+    return lamp.links.shading == LinkedSets::kAll && shines_on(path, lamp);
+  }
+  /// Whether light sampling may find a lamp from a point of an object.
+  bool is_sampled(const Path& path, const Light& lamp, int object) const {
+    return !p_.visibility.uneven ||
+           (path.scatterings <= lamp.max_bounces && lit(lamp.links, object));
+  }
+  bool has_transparent_shadows(int material) const {
+    return p_.scene.appearance.materials[material].transparent_shadows;
+  }
+  float lamp_weight(const Path& path, int lamp, const LightHit& hit) const {
+    return bsdf_weight(path.density, p_.lights.lamp_density(lamp, hit, as_cycles(path.refracted)));
+  }
+
+  /// Puts the light of a direction on the tape where the world's image is unknown; `throughput`: from
+  /// the camera to the world.
+  void record_world(const Vec3f& direction, const Colorf& throughput,
+                    const Throughput<L>& beta) const {
+    if constexpr (L == kTaped) {
+      if (p_.environment_field < 0) return;
+      const World& world = p_.scene.appearance.world;
+      beta.tape->add_leaf(throughput * p_.emitted.world(Colorf(1)).value,
+                          world.to_map_frame(direction), p_.environment_field);
+    }
+  }
   const Prepared<L>& p_;
 };
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "model/ray_kind.h"
-#include "scene/camera.h"
+#include "scene/geometry.h"
 
 namespace selenite {
 
@@ -23,6 +23,22 @@ struct Path {
   bool after_diffuse = false;
   bool sealed = false;  ///< the ray starts inside a body from where no light is seen
   int receiver = -1;    ///< the object that has scattered the light last; -1: none yet
+  /// The place inside a body where the light of lamps outside was last looked for; see RefractedLight.
+  struct Inside {
+    bool looked = false;  ///< and nothing has been met since
+    Vec3f place{};
+    float density = 0;  ///< of the direction in which the path went on
+    float rate = 0;     ///< typical, of the media
+    int body = -1;      ///< its number among the instances
+  };
+  Inside inside;
+  /// Where the ray left that body, by refraction.
+  struct Left {
+    bool through = false;
+    Inside from;
+    Hit hit{};
+  };
+  Left left;
   bool on_film = true;  ///< what is met belongs to the film: straight from the camera, or see World
 
   bool from_camera() const { return kind == kCameraRay; }

@@ -6,7 +6,7 @@
 #include "math/rng.h"
 #include "math/sampling.h"
 #include "render/media/random_walk.h"
-#include "render/path/direct_light.h"
+#include "render/path/refracted_light.h"
 
 namespace selenite {
 
@@ -18,13 +18,15 @@ template <int L>
 class PathTracer {
  public:
   PathTracer(const Prepared<L>& prepared, int depth)
-      : p_(prepared), depth_(depth), direct_(prepared) {}
+      : p_(prepared), depth_(depth), direct_(prepared), refracted_(prepared, direct_) {}
 
   /// One sample of the radiance that arrives along a camera ray, which meets `first`.
   Radiance<L> trace(const Ray& ray, const std::optional<Hit>& first, Random& random) {
     Radiance<L> radiance(p_.slot_room);
     Throughput<L> beta(p_.slot_room);
-    Path path{.ray = ray, .from = ray.origin};
+    Path path;
+    path.ray = ray;
+    path.from = ray.origin;
     MediaStack<L> media(p_);
     if (p_.any_medium) media.locate(path.ray.origin);
     truncated = false;
@@ -46,7 +48,9 @@ class PathTracer {
       if (vertex == 0 && hit && hit->t > path.ray.t_max) hit.reset();
       const float reach = hit ? path.travelled + hit->t : kInfinity;
       if ((!path.from_camera() || p_.visibility.seen_lamps) && !sealed)
-        direct_.add_lamps(path, reach, media, random, beta, radiance);
+        direct_.add_lamps(
+            path, reach, media, random, beta, radiance,
+            [&](int lamp, const LightHit& found) { return weight_of_way_out(path, lamp, found); });
       if (!media.empty()) {
         const float distance = hit ? hit->t : kInfinity;
         const bool scatters_once_more = depth_ == 0 || path.scatterings < depth_;
@@ -59,16 +63,18 @@ class PathTracer {
           const PreparedMaterial<L>& medium = *flight.scatterer;
           path.from = path.ray.origin + path.ray.direction * flight.length;
           path.receiver = media.object();
-          if (lit) {
-            const PhaseScatterer<L> here{medium, path.ray.direction, path.from, &path.ray, distance,
-                                         flight, path.receiver};
-            direct_.add_sample(path, path.from, here, media, random, beta, radiance);
-          }
+          const PhaseScatterer<L> here{medium, path.ray.direction, path.from, &path.ray, distance,
+                                       flight, path.receiver};
+          if (lit) direct_.add_sample(path, path.from, here, media, random, beta, radiance);
+          path.left.through = false;
+          const bool looked = looks_out(path, media);
+          if (looked) refracted_.add_sample(path, path.from, here, media, random, beta, radiance);
           const float g = value_of(medium.values.anisotropy);
           const float cosine = sample_henyey_greenstein(g, random.uniform(kLobe1));
           path.density = henyey_greenstein(g, cosine);
           beta.multiply(medium.factor(
               Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / path.density)));
+          path.inside = {looked, path.from, path.density, media.typical_rate(), media.object()};
           if (!survives(++path.scatterings, random, beta)) return radiance;
           if (vertex >= kMediumLimit) break;
           path.kind = kScatterRay;
@@ -142,10 +148,19 @@ class PathTracer {
                Radiance<L>& radiance, Path& path) const {
     if (depth_ > 0 && path.scatterings >= depth_) return false;
 
+    const SurfaceScatterer<L, X> here{hit, surface, material, bsdf};
+    const bool looked = !bsdf.all_singular() && looks_out(path, media);
+    Path::Inside inside{looked, surface.leave(-path.ray.direction), 0, media.typical_rate(),
+                        media.object()};
+    if (looked) refracted_.add_sample(path, inside.place, here, media, random, beta, radiance);
     if (!bsdf.all_singular())
-      direct_.add_sample(path, surface.position,
-                         SurfaceScatterer<L, X>{hit, surface, material, bsdf}, media, random, beta,
-                         radiance);
+      direct_.add_sample(path, surface.position, here, media, random, beta, radiance,
+                         [&](int lamp, const Vec3f& direction, float light, float density) {
+                           return path.inside.looked
+                                      ? refracted_.path_weight(path.inside, hit, surface, lamp,
+                                                               direction, light, density)
+                                      : 1;
+                         });
 
     auto sample = draw(bsdf, random);
     if (!sample) return false;
@@ -175,6 +190,10 @@ class PathTracer {
     if (!survives(++path.scatterings, random, beta)) return false;
     path.density = sample->singular ? kSingular : sample->density;
     path.refracted = sample->transmits;
+    path.left = {path.inside.looked && sample->transmits, path.inside, hit};
+    inside.looked = looked && !sample->transmits && !sample->singular;
+    inside.density = path.density;
+    path.inside = inside;
     path.kind = sample->kind();
     path.receiver = hit.instance;
     path.on_film = path.on_film && sample->transmits && is_film_glass(values);
@@ -199,6 +218,17 @@ class PathTracer {
   bool is_film_glass(const Principled<X>& values) const {
     return p_.visibility.film_through_glass &&
            clamp01(value_of(values.roughness)) <= p_.scene.appearance.world.film_roughness;
+  }
+  /// Whether lamps are looked for through the surface of the body around the path.
+  bool looks_out(const Path& path, const MediaStack<L>& media) const {
+    return refracted_.acts() && !media.empty() && (depth_ == 0 || path.scatterings + 1 < depth_);
+  }
+  /// Of a lamp that the path has met beyond the surface of a medium.
+  float weight_of_way_out(const Path& path, int lamp, const LightHit& found) const {
+    if (!path.left.through) return 1;
+    return refracted_.path_weight(path.left.from, path.left.hit, p_.geometry.surface(path.left.hit),
+                                  lamp, path.ray.direction,
+                                  p_.lights.lamp_density(lamp, found, true), path.density);
   }
   /// Light of an emissive surface that the path has met.
   void add_emission(const Path& path, const Hit& hit, const Surface& surface,
@@ -248,6 +278,7 @@ class PathTracer {
   const Prepared<L>& p_;
   int depth_;
   DirectLight<L> direct_;
+  RefractedLight<L> refracted_;
 };
 
 }  // namespace selenite

@@ -100,6 +100,32 @@ LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted
   return set;
 }
 
+template <int L>
+Boundary boundary_of(const Material& source, const PreparedMaterial<L>& material) {
+  if (material.transparent || !material.has_medium) return {};
+  const Vec3f inward{0, 0, 1};
+  const PrincipledBsdf<PathScalar<L>> bsdf(material.values, material.flavour,
+                                           {inward, inward, inward, true});
+  const auto spread = bsdf.spread_of_refraction();
+  if (!spread) return {};
+  // A texture may make it rough, and then no ray refracts as if it were smooth.
+  if (spread->width2 == 0 && source.map_of(material_field(&MaterialValues::roughness))) return {};
+  return {spread->eta, spread->width2};
+}
+
+template <int L>
+std::vector<Boundary> boundaries_of(const Appearance& appearance,
+                                    const std::vector<PreparedMaterial<L>>& materials,
+                                    const std::vector<int>& lamps, const LightSampler& lights) {
+  std::vector<Boundary> found;
+  if (std::any_of(lamps.begin(), lamps.end(), [&](int i) { return lights.probability(i) > 0; }))
+    for (std::size_t m = 0; m < materials.size(); ++m)
+      found.push_back(boundary_of(appearance.materials[m], materials[m]));
+  const bool any =
+      std::any_of(found.begin(), found.end(), [](const Boundary& b) { return b.eta > 0; });
+  return any ? found : std::vector<Boundary>();
+}
+
 }  // namespace
 
 template <int L>
@@ -123,7 +149,10 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     any_medium = any_medium || material.has_medium;
     if (L > 0) prepare_plain(s.appearance.materials[m], material);
   }
-  if (!visibility.uneven) find_sealed(s, materials);
+  if (!visibility.uneven) {
+    find_sealed(s, materials);
+    boundaries = boundaries_of(s.appearance, materials, lamps, lights);
+  }
   for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
     const auto& own = geometry.instances()[i].materials;
     if (std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))
