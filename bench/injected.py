@@ -19,7 +19,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 
@@ -71,6 +71,7 @@ class Shoot:
         scene.render.engine = "CYCLES"
         scene.render.resolution_x = scene.render.resolution_y = self.size
         scene.cycles.samples, scene.cycles.blur_glossy = 256, 0
+        scene.render.threads_mode, scene.render.threads = "FIXED", 1
         scene.cycles.sample_clamp_indirect, scene.cycles.light_sampling_threshold = 0, 0
         scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 64
         scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
@@ -199,11 +200,11 @@ def _contained(result: Values, shoot: Shoot) -> str:
     return f"{hold} of 4"
 
 
-def examine(shoot: Shoot, seed: int) -> None:
-    """Prints the rows of one body."""
+def examine(shoot: Shoot, seed: int, table: TextIO) -> None:
+    """Writes the rows of one body."""
 
     def add(fault: str, text: str) -> None:
-        print(f"| {seed} | {fault} | {text} |", flush=True)
+        print(f"| {seed} | {fault} | {text} |", file=table, flush=True)
 
     def compare(fault: str, result: Values, plain: Values) -> None:
         colour, rough = _change(result, plain)
@@ -275,15 +276,16 @@ def main() -> int:
     asked.add_argument("--seeds", type=int, default=4, help="bodies (%(default)s)")
     asked.add_argument("--first-seed", type=int, default=0)
     options, fit = asked.parse_known_args()  # the rest goes to the fits
-    print("| seed | fault | what the fit makes of it |\n|---|---|---|")
+    table = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what Blender prints
+    print("| seed | fault | what the fit makes of it |\n|---|---|---|", file=table)
     for seed in range(options.first_seed, options.first_seed + options.seeds):
         with tempfile.TemporaryDirectory(prefix="selenite-injected-") as place:
-            examine(Shoot(Path(place), seed, options.size, fit), seed)
+            examine(Shoot(Path(place), seed, options.size, fit), seed, table)
     return 0
 
 
 if __name__ == "__main__":
     status = main()
-    sys.stdout.flush()
     sys.stderr.flush()
     os._exit(status)  # bpy may hang in its own destructors
