@@ -226,6 +226,25 @@ def test_a_wrong_lamp_is_named_and_a_right_one_is_not(tmp_path, capsys):
             assert f"warning: {text}" in printed
 
 
+def test_exchanged_lamps_are_named_though_the_fit_has_gone_astray(tmp_path, capsys):
+    """Found under the wrong lamps, the colour is so dark that the right ones look wrong too."""
+    stage(base_color=(0.8, 0.7, 0.5), roughness=0.35)
+    bpy.ops.mesh.primitive_plane_add(size=12, location=(0, 0, -1))
+    bpy.context.object.data.materials.append(made.material("Floor"))
+    made.world(strength=0.0)
+    for name, place in {"Left": (-4, -2, 2), "Right": (3, -3, 4)}.items():
+        stand(bpy.data.objects[name], place)
+    scene = made.save(tmp_path / "scene.blend")
+    shots = {"Left": (("Left",), ("Right",)), "Right": (("Right",), ("Left",))}
+    words = ["fit", scene, "--fit=Body:base_color,roughness", *SHORT, "--iterations=12"]
+    words += ["--start=Body:base_color=0.5,0.5,0.5", "--start=Body:roughness=0.5"]
+    words += [f"--captures={shoot(tmp_path, shots)}", f"--out={tmp_path / 'fits'}"]
+    status, report, printed = command(capsys, *words)
+    assert status == 0, printed
+    said = [text for text in report["warnings"] if "check the lights" in text]
+    assert [text.split(":")[0] for text in said] == ["Photo 'Left'", "Photo 'Right'"]
+
+
 def test_a_render_shows_what_the_fit_compares(tmp_path, capsys):
     stage()
     scene = made.save(tmp_path / "scene.blend")

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "fit/problem/pixel_weights.h"
 #include "fit/run/fit.h"
@@ -87,6 +88,8 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     EXPECT_NEAR(with_gauge.best[static_cast<Eigen::Index>(k)], 0.6, 0.01);
     EXPECT_TRUE(with_gauge.report.components[k].determined);
     EXPECT_FALSE(free.report.components[k].determined);
+    const auto colour = free.best[static_cast<Eigen::Index>(k)];
+    EXPECT_GT(free.report.components[k].standard_error, 0.7 * kGainPrior.log_deviation * colour);
   }
   EXPECT_TRUE(with_gauge.report.weak.empty());
   // A direction for each channel: the colour and the gain.
@@ -100,12 +103,87 @@ TEST(FreeGain, WithoutAGaugeIntervalsKnowThatThePriorAloneHoldsTheBrightness) {
     EXPECT_GT(free.photos[0].gain_error[c], 0.3f * free.photos[0].gain[c]) << "the colour is open";
 }
 
+/// A photo of slopes and a render that differs from it, both without noise.
+struct Compared {
+  Photo photo = grey_capture(40);
+  Film film{40, 40, 4};
+  Eigen::VectorXf weights;
+
+  explicit Compared(GainFreedom freedom) {
+    photo.gain_freedom = freedom;
+    check_photo(photo);
+    for (std::size_t i = 0; i < photo.size(); ++i) {
+      const auto x = static_cast<float>(i % 40), y = static_cast<float>(i / 40);
+      photo.reference[i] = {0.5f + 0.3f * std::sin(x / 5), 0.4f, 0.3f + 0.1f * std::cos(y / 7)};
+      film.mean[i] = {0.2f + 0.1f * std::sin(x / 4), 0.1f, 0.6f + 0.1f * std::cos(y / 3)};
+    }
+    film.half_a = film.mean;
+    weights = relative_weights(photo, 1);
+  }
+};
+
+// Gauss-Newton with the gain as one more unknown, its prior one more row, and the gain eliminated.
+TEST(FreeGain, IsEliminatedWithItsPriorFromTheNormalEquations) {
+  for (const GainFreedom freedom : {GainFreedom::kScalar, GainFreedom::kRgb}) {
+    Compared s(freedom);
+    const auto flat = [](const Picture& picture) {
+      return Eigen::VectorXf(Eigen::Map<const Eigen::VectorXf>(
+          &picture.front().r, static_cast<Eigen::Index>(3 * picture.size())));
+    };
+    const double prior = 20;  // beside a few hundred of the picture
+    const Colorf gain = closed_form_gain(s.film, s.photo, s.weights, prior);
+    for (Colorf& pixel : s.film.mean) pixel *= gain;
+    const Eigen::VectorXf picture = flat(s.film.mean), none = Eigen::VectorXf::Zero(picture.size());
+    const Eigen::VectorXf residual = picture - flat(s.photo.reference);
+    Eigen::VectorXf slope = picture;
+    for (Eigen::Index i = 0; i < slope.size(); ++i)
+      slope[i] *= 1 + 0.3f * std::cos(static_cast<float>(i) / 50);
+    const auto product = [&](const Eigen::VectorXf& a, const Eigen::VectorXf& b, int channel) {
+      double sum = 0;
+      for (Eigen::Index i = 0; i < a.size(); ++i)
+        if (freedom == GainFreedom::kScalar || i % 3 == channel)
+          sum += static_cast<double>(s.weights[i] * a[i] * b[i]);
+      return sum;
+    };
+    const EliminatedGain eliminated(s.film, s.photo, s.weights, prior);
+    Eigen::VectorXf left = slope, with_prior = residual;
+    eliminated.eliminate(picture, none, none, -1, left);
+    eliminated.add_prior(picture, with_prior);
+    for (int c = 0; c < 3; ++c) {
+      const double common = product(slope, picture, c);
+      const double normal =
+          product(slope, slope, c) - common * common / (product(picture, picture, c) + prior);
+      EXPECT_NEAR(product(left, left, c), normal, 1e-3 * normal) << c;
+      const double gradient = product(slope, residual, c);
+      EXPECT_NEAR(product(left, with_prior, c), gradient, 2e-3 * std::abs(gradient)) << c;
+    }
+  }
+}
+
+// Of 4800 numbers that differ by chance, and of 100 blocks in which all are off alike.
+TEST(FreeGain, CountsResidualsOnlyAsFarAsTheyAreIndependent) {
+  const Compared s(GainFreedom::kRgb);
+  std::mt19937 random(1);
+  std::normal_distribution<float> normal;
+  Eigen::VectorXf block_level(100), apart(4800), together(4800);
+  for (float& level : block_level) level = normal(random);
+  for (Eigen::Index i = 0; i < apart.size(); ++i) {
+    const Eigen::Index pixel = i / 3, block = pixel / 40 / 4 * 10 + pixel % 40 / 4;
+    const float brightness = 1 / std::sqrt(s.weights[i] * 4800);  // one standard deviation
+    apart[i] = brightness * normal(random);
+    together[i] = brightness * block_level[block];
+  }
+  // A sum of 100 squares is within 40 % of its mean but once in 5000.
+  EXPECT_NEAR(independent_count(s.photo, s.weights, apart), 4800, 0.5 * 4800);
+  EXPECT_NEAR(independent_count(s.photo, s.weights, together), 100, 0.7 * 100);
+}
+
 TEST(FreeGain, OfABlackRenderIsOne) {
   Photo photo = grey_capture(8);
   photo.gain_freedom = GainFreedom::kRgb;
   check_photo(photo);
   const Film black(8, 8, 4);
-  EXPECT_EQ(closed_form_gain(black, photo, relative_weights(photo, 1)), Colorf(1));
+  EXPECT_EQ(closed_form_gain(black, photo, relative_weights(photo, 1), 1e-3), Colorf(1));
 }
 
 // By hand: render 0.25 everywhere, photo 0.5.
@@ -115,7 +193,8 @@ TEST(FreeGain, IsTheRatioOfThePicturesUpToThePrior) {
   check_photo(photo);
   Film film(32, 32, 4);
   for (Colorf& pixel : film.mean) pixel = Colorf(0.25f);
-  const Colorf gain = closed_form_gain(film, photo, relative_weights(photo, 1));
+  const Colorf gain = closed_form_gain(film, photo, relative_weights(photo, 1),
+                                       gain_prior_strength(count_of(photo)));
   EXPECT_NEAR(gain.r, 2, 0.01);
   EXPECT_LT(gain.r, 2) << "the prior pulls towards 1";
 }

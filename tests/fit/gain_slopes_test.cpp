@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "fit/objective/closed_form_gain.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/synthetic_renderer.h"
 
@@ -59,7 +60,7 @@ TEST(GainSlopes, GiveAGainItsShareOfTheJointCovariance) {
       joint += static_cast<double>(weights[static_cast<Eigen::Index>(3 * i) + c]) * row *
                row.transpose();
     }
-  joint(1, 1) += gain_prior_strength(one.photos[0]);
+  joint(1, 1) += gain_prior(one.problem, one.photos[0]);
   const double scale = 1e-4;  // of squared errors
   const Eigen::Matrix2d covariance = scale * joint.inverse();
   const auto given = static_cast<float>(std::sqrt(scale / joint(1, 1)));

@@ -150,3 +150,11 @@ def test_a_wrong_fit_counts_as_warned_of_where_its_report_warns() -> None:
         assert report.is_warned_of(row | doubt)
     assert report.is_warned_of(row | {"undetermined": "ior"})
     assert not report.is_doubted(row | {"undetermined": "ior"}), "it claims nothing of the value"
+
+
+def test_values_that_are_not_determined_do_not_count_as_errors() -> None:
+    row = {"albedo[0]": "0.01", "albedo[1]": "0.03", "extinction": "0.5", "ior": "0.4"}
+    for undetermined, error in (("extinction[2] ior", 0.02), ("albedo[1] extinction[0] ior", 0.01)):
+        found = report.determined_error(row | {"undetermined": undetermined})
+        assert found == pytest.approx(error)
+    assert report.determined_error({"ior": "0.4", "undetermined": "ior"}) is None

@@ -83,6 +83,15 @@ def test_photos_that_are_not_explained_make_every_value_weak() -> None:
     assert icon == WEAK and text.startswith("10.0 % of the photos' brightness is not explained")
 
 
+def test_a_start_that_was_right_is_a_good_result() -> None:
+    plan = plan_of("roughness")
+    kept = result_of(roughness=(0.28, 0.3, 0.32)) | {"kept_start": True}
+    assert verdict(plan, kept)[0] == SURE
+    unexplained = {"value": 0.01, "standard_error": 0.0001, "explained": False}
+    kept = result_of(unexplained, roughness=(0.28, 0.3, 0.32)) | {"kept_start": True}
+    assert verdict(plan, kept)[1].startswith("Nothing better than the start was found")
+
+
 def test_a_good_result_says_what_to_do() -> None:
     plan = plan_of("roughness")
     result = result_of(roughness=(0.28, 0.3, 0.32))

@@ -115,6 +115,13 @@ def test_a_fit_that_found_nothing_better_than_its_start_says_so() -> None:
     assert "these are the start's" not in said(result())
 
 
+def test_a_kept_start_that_explains_the_photos_is_no_reason_to_check_lights() -> None:
+    kept = {"kept_start": True}
+    assert "Check lights" not in said(result() | kept)
+    for wrong in (result(explained=False), result(standard_error=0.1), {}):
+        assert "Check lights" in said(wrong | kept)
+
+
 def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
     voxels = {"fields_best": {"Body:albedo_grid": [0.5]}}
     assert trust.words(ROUGHNESS, result() | voxels) == ["90 %: 0.280 to 0.320"]

@@ -55,7 +55,7 @@ class InShort:
 def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
     """In the order of the plan, without grids and images."""
     values = fitted_values(plan, result)
-    explained = _explained(result)
+    explained = trust.explained(result)
     return [
         _finding(item, values[item.owner, item.parameter.name], result, explained=explained)
         for item in plan.unknowns
@@ -72,7 +72,7 @@ def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
 
 def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) -> tuple[str, str]:
     """(icon, sentence)"""
-    if result.get("kept_start"):
+    if result.get("kept_start") and not trust.explained(result):  # else the start was right
         return OPEN, (
             "Nothing better than the start was found: check lights, cameras and masks, then fit "
             "again."
@@ -118,11 +118,6 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
             "photo."
         )
     return SURE, "The photos are explained within noise: apply the values."
-
-
-def _explained(result: dict[str, Any]) -> bool:
-    left = trust.misfit(result)
-    return left is not None and bool(left["explained"]) and not left["hidden"]
 
 
 def _finding(

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Photos that other lights explain far better than their own: a wrong lamp paired with a photo.
 
-After a fit, each photo that the fitted scene does not explain is compared with small renders under
-the other light states of the run, and under each other lamp alone where it names one lamp.
+After a fit, each photo that is not explained is compared with small renders under the other light
+states of the run, and under each other lamp alone where it names one lamp. The scene has the fitted
+values, and the start's: values found under a wrong lamp may make the right one look wrong too.
 """
 
 from __future__ import annotations
@@ -80,16 +81,16 @@ def mismatches(
     result: dict[str, Any],
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> list[Mismatch]:
-    """Photos whose lights are probably not those of their captures. Renders at the fitted values,
-    and nothing where captures say nothing of lights. May be interrupted between two pictures."""
+    """Photos whose lights are probably not those of their captures. Renders nothing where captures
+    say nothing of lights. May be interrupted between two pictures."""
     captures = plan.captures
     if all(is_as_in_scene(item.lights) for item in captures):
         return []
-    scene = scene_at(plan, result)
+    scenes = (scene_at(plan, result), plan.scene)
     views = []
     for index, capture in enumerate(captures):
         progress(f"lights of {capture.id}", 0.2 * index / len(captures))
-        view = _View.of(plan, scene, capture, result)
+        view = _View.of(plan, scenes, capture, result)
         own = view.error(capture.lights, 1)
         if own.mean > _LEAST:
             views.append((own, view))
@@ -97,7 +98,7 @@ def mismatches(
     found, pictures = [], 0
     for index, (own, view) in enumerate(views):
         progress(f"other lights of {view.capture.id}", 0.2 + 0.8 * index / len(views))
-        others = list(_others(view.capture, captures, scene.light_objects))
+        others = list(_others(view.capture, captures, plan.scene.light_objects))
         if pictures + len(others) > _MOST_PICTURES:
             break
         pictures += len(others)
@@ -141,10 +142,10 @@ class _Error:
 
 @dataclass(frozen=True)
 class _View:
-    """A photo made small, and the scene that is to explain it."""
+    """A photo made small, and the scenes of which one is to explain it."""
 
     capture: Capture
-    scene: Any
+    scenes: Sequence[Any]
     picture: np.ndarray
     weight: np.ndarray
     gain: np.ndarray
@@ -152,7 +153,7 @@ class _View:
     settings: Any
 
     @staticmethod
-    def of(plan: FitPlan, scene: Any, capture: Capture, result: dict[str, Any]) -> _View:  # noqa: ANN401
+    def of(plan: FitPlan, scenes: Sequence[Any], capture: Capture, result: dict[str, Any]) -> _View:
         height, width = capture.reference.shape[:2]
         scale = min(1.0, math.sqrt(_PIXELS / (width * height)))
         size = max(1, round(width * scale)), max(1, round(height * scale))
@@ -164,14 +165,20 @@ class _View:
         gain = np.asarray(gain_of(capture, result))
         kinds = {item.id: item.gain for item in plan.request.captures}
         free = kinds.get(capture.id, "") not in ("", "none")
-        return _View(capture, scene, picture, weight, gain, free, plan.request.settings)
+        return _View(capture, scenes, picture, weight, gain, free, plan.request.settings)
 
     def error(self, lights: Lights, number: int, spp: int = _SPP) -> _Error:
-        """Under some lights. The two halves of a render have independent noise, so the product of
-        their errors has none on average. Errors of another `number` have other seeds."""
+        """Under some lights, in the scene that explains the photo better. Errors of another
+        `number` have other seeds."""
+        errors = [self._error(scene, lights, number, spp) for scene in self.scenes]
+        return min(errors, key=lambda error: error.mean)
+
+    def _error(self, scene: Any, lights: Lights, number: int, spp: int) -> _Error:  # noqa: ANN401
+        """The two halves of a render have independent noise, so the product of their errors has
+        none on average."""
         height, width = self.picture.shape[:2]
         film = native.core().render(
-            self.scene.with_lights(lights), self.capture.camera, width, height, spp,
+            scene.with_lights(lights), self.capture.camera, width, height, spp,
             seed=_SEED + 8 * self.settings.seed + number, depth=self.settings.depth,
             threads=self.settings.threads, frame=self.capture.frame,
         )  # fmt: skip

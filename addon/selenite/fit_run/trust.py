@@ -75,6 +75,12 @@ def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
     return found | {"hidden": error > _HIDDEN or value < -_BELOW * error}
 
 
+def explained(result: dict[str, Any]) -> bool:
+    """Whether the photos are explained within noise, and noise does not hide whether they are."""
+    left = misfit(result)
+    return left is not None and bool(left["explained"]) and not left["hidden"]
+
+
 def _has_fields(result: dict[str, Any]) -> bool:
     return bool(result.get("fields_best"))
 
@@ -196,9 +202,10 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             "another photo, more samples or larger pictures"
         )
     if result.get("kept_start"):
+        advice = "" if explained(result) else ". Check lights, cameras and masks"
         lines.append(
-            "No values were found whose loss is below that of the start: these are the start's. "
-            "Check lights, cameras and masks"
+            "No values were found whose loss is below that of the start: these are the start's"
+            + advice
         )
     if left is not None:
         lines.append(_misfit_text(left, _has_fields(result)))

@@ -137,7 +137,8 @@ Camera PhotoEvaluator::camera_of(const Scene& scene, const Photo& photo) const {
 /// Some pixels alone do not tell the gain of a photo.
 void PhotoEvaluator::find_gain(const Photo& photo, const Film& film) {
   if (photo.gain_freedom == GainFreedom::kNone || photo.pixels) return;
-  gains_[photo.id] = closed_form_gain(film, photo, gain_weights(model_.problem, photo));
+  gains_[photo.id] = closed_form_gain(film, photo, gain_weights(model_.problem, photo),
+                                      gain_prior(model_.problem, photo));
 }
 
 /// For the next render. Photos at another size than the problem's are too small to tell.

@@ -12,6 +12,19 @@
 #include "math/scalar.h"
 
 namespace selenite {
+namespace {
+
+/// What the prior of a free gain adds to the loss of photo i.
+double prior_cost(const Problem& problem, std::size_t i, const Colorf& gain) {
+  const Photo& photo = problem.photos[i];
+  if (photo.gain_freedom == GainFreedom::kNone || !problem.weights) return 0;
+  double squares = 0;
+  for (int c = 0; c < (photo.gain_freedom == GainFreedom::kScalar ? 1 : 3); ++c)
+    squares += square(std::log(static_cast<double>(gain[c])));
+  return problem.weights->scale() * gain_prior(problem, photo) * squares;
+}
+
+}  // namespace
 
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews) {
@@ -26,13 +39,15 @@ Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const 
     films->back().half_a.clear();  // no loss asks for it
     previews[i] = std::make_shared<const Picture>(films->back().mean);
   }
-  Validation found = judge(problem, std::move(films));
-  for (const Photo& photo : photos) found.gains.push_back(evaluator.found_gain(photo));
+  std::vector<Colorf> gains;
+  for (const Photo& photo : photos) gains.push_back(evaluator.found_gain(photo));
+  Validation found = judge(problem, std::move(films), std::move(gains));
   found.alignments = std::move(alignments);
   return found;
 }
 
-Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films) {
+Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films,
+                 std::vector<Colorf> gains) {
   const double share = 1.0 / static_cast<double>(films->size());
   Validation sum;
   for (std::size_t i = 0; i < films->size(); ++i) {
@@ -42,9 +57,15 @@ Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Fi
     sum.unbiased += share * loss.unbiased;
     sum.variance += share * share * loss.standard_error * loss.standard_error;
     sum.bias += mean_bias(film, problem.photos()[i]) * share;
-    for (const float part : loss.parts) sum.parts.push_back(static_cast<float>(share) * part);
+    const double prior = share * prior_cost(problem.scalars(), i, gains[i]);
+    sum.loss += prior;
+    sum.unbiased += prior;
+    const auto of_part = static_cast<float>(prior / static_cast<double>(loss.parts.size()));
+    for (const float part : loss.parts)
+      sum.parts.push_back(static_cast<float>(share) * part + of_part);
   }
   sum.films = std::move(films);
+  sum.gains = std::move(gains);
   return sum;
 }
 

@@ -34,8 +34,9 @@ struct PhotoReport {
 /// Newest picture of each photo, null before the first; never changed afterwards.
 using Previews = std::vector<std::shared_ptr<const Picture>>;
 
-/// The loss of renders of all photos, by the present weights.
-Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films);
+/// The loss of renders of all photos, which have these gains, by the present weights.
+Validation judge(const FitProblem& problem, std::shared_ptr<const std::vector<Film>> films,
+                 std::vector<Colorf> gains);
 /// `previews` takes the pictures. Throws what `evaluate` throws.
 Validation validate(const FitProblem& problem, PhotoEvaluator& evaluator, const Point& point,
                     int spp, Previews& previews);

@@ -50,7 +50,7 @@ void InformativePixels::choose(const GaussNewton& gauss_newton, const std::vecto
 
 void InformativePixels::gather(const Observation& derivatives, const Vector& slope) {
   Selection& selection = selections_[static_cast<std::size_t>(derivatives.photo)];
-  const Halves halves = split_halves(*problem_, derivatives, slope);
+  const Halves halves = split_halves(*problem_, derivatives, slope, FilmExtent::kSomePixels);
   selection.jacobians.add(halves, 1);
   if (selection.gathered++ == 0) selection.variance = Eigen::VectorXf::Zero(halves.variance.size());
   selection.variance += halves.variance * (static_cast<float>(derivatives.film.spp) / 2);

@@ -11,11 +11,18 @@
 namespace selenite {
 namespace {
 
-/// Numbers that count: the sum of weighted squares times this is a chi-square.
-double count_of(const Photo& photo) {
-  return 3 * static_cast<double>(
-                 std::ranges::count_if(photo.weight, [](float weight) { return weight > 0; }));
-}
+/// The block of each pixel, and how many there are.
+struct Blocks {
+  int side, columns, count;
+  Blocks(int width, int height)
+      : side(std::max((std::max(width, height) + kGainPrior.blocks - 1) / kGainPrior.blocks, 1)),
+        columns((width + side - 1) / side),
+        count(columns * ((height + side - 1) / side)) {}
+  std::size_t of(int x, int y) const {
+    return static_cast<std::size_t>(y / side) * static_cast<std::size_t>(columns) +
+           static_cast<std::size_t>(x / side);
+  }
+};
 
 /// Minimises a g^2 / 2 - b g + prior (log g)^2 / 2.
 double gain_of(double a, double b, double prior) {
@@ -35,11 +42,33 @@ double gain_of(double a, double b, double prior) {
 
 }  // namespace
 
-double gain_prior_strength(const Photo& photo) {
-  return 1 / (square(kGainPrior.log_deviation) * count_of(photo));
+double count_of(const Photo& photo) {
+  return 3 * static_cast<double>(
+                 std::ranges::count_if(photo.weight, [](float weight) { return weight > 0; }));
 }
 
-Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::VectorXf& weights) {
+double independent_count(const Photo& photo, const Eigen::VectorXf& weights,
+                         const Eigen::VectorXf& residual) {
+  const Blocks blocks(photo.width, photo.height);
+  std::vector<double> scores(static_cast<std::size_t>(blocks.count));
+  double strength = 0;
+  for (std::size_t i = 0; i < photo.size(); ++i) {
+    const int x = static_cast<int>(i) % photo.width, y = static_cast<int>(i) / photo.width;
+    for (int c = 0; c < 3; ++c) {
+      const auto j = static_cast<Eigen::Index>(3 * i) + c;
+      const double weighted = static_cast<double>(weights[j] * photo.reference[i][c]);
+      strength += weighted * photo.reference[i][c];
+      scores[blocks.of(x, y)] += weighted * residual[j];
+    }
+  }
+  double squares = 0;
+  for (const double score : scores) squares += square(score);
+  const double most = count_of(photo);
+  return squares > strength / most ? std::max(strength / squares, 1.0) : most;
+}
+
+Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::VectorXf& weights,
+                        double prior) {
   if (photo.gain_freedom == GainFreedom::kNone) return Colorf(1);
   Color<double> a, b;
   for (std::size_t i = 0; i < photo.size(); ++i)
@@ -50,7 +79,6 @@ Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::Vecto
       a[c] += weight * (mean * mean - std::max(film.variance[i][c], 0.f));
       b[c] += weight * mean * photo.reference[i][c];
     }
-  const double prior = gain_prior_strength(photo);
   if (photo.gain_freedom == GainFreedom::kScalar)
     return Colorf(static_cast<float>(gain_of(a.r + a.g + a.b, b.r + b.g + b.b, prior)));
   return {static_cast<float>(gain_of(a.r, b.r, prior)),
@@ -61,15 +89,12 @@ Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::Vecto
 Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,
                   const Eigen::VectorXf& weights) {
   const bool together = photo.gain_freedom == GainFreedom::kScalar;
-  const int side =
-      std::max((std::max(film.width, film.height) + kGainPrior.blocks - 1) / kGainPrior.blocks, 1);
-  const int columns = (film.width + side - 1) / side, rows = (film.height + side - 1) / side;
-  std::vector<Color<double>> scores(static_cast<std::size_t>(columns) * rows);
+  const Blocks blocks(film.width, film.height);
+  std::vector<Color<double>> scores(static_cast<std::size_t>(blocks.count));
   Color<double> strength;
   for (std::size_t i = 0; i < film.size(); ++i) {
     const int x = static_cast<int>(i) % film.width, y = static_cast<int>(i) / film.width;
-    Color<double>& score =
-        scores[static_cast<std::size_t>(y / side) * columns + static_cast<std::size_t>(x / side)];
+    Color<double>& score = scores[blocks.of(x, y)];
     for (int c = 0; c < 3; ++c) {
       const double weight = weights[static_cast<Eigen::Index>(3 * i) + c], mean = film.mean[i][c];
       const double variance = std::max(film.variance[i][c], 0.f);
@@ -89,29 +114,60 @@ Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,
   return error;
 }
 
-void eliminate_gain(const HalfPicture& half, const Photo& photo, const Eigen::VectorXf& weights,
-                    const Eigen::VectorXf& covariance, int channel,
-                    Eigen::Ref<Eigen::VectorXf> column) {
-  if (photo.gain_freedom == GainFreedom::kNone) return;
+EliminatedGain::EliminatedGain(const Film& film, const Photo& photo, const Eigen::VectorXf& weights,
+                               double prior)
+    : scalar_(photo.gain_freedom == GainFreedom::kScalar), prior_(prior), weights_(weights) {
+  for (std::size_t i = 0; i < film.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double weight = weights[static_cast<Eigen::Index>(3 * i + c)];
+      if (weight == 0) continue;
+      const auto channel = static_cast<int>(c);
+      const double mean = film.mean[i][channel];
+      const double variance = std::max(film.variance[i][channel], 0.f);
+      strength_[c] += weight * (mean * mean - variance);
+      slope_[c] += weight * (mean * (mean - photo.reference[i][channel]) - variance);
+    }
+  if (!scalar_) return;
+  strength_.fill(strength_[0] + strength_[1] + strength_[2]);
+  slope_.fill(slope_[0] + slope_[1] + slope_[2]);
+}
+
+void EliminatedGain::eliminate(const Eigen::VectorXf& mean, const Eigen::VectorXf& variance,
+                               const Eigen::VectorXf& covariance, int channel,
+                               Eigen::Ref<Eigen::VectorXf> column) const {
   std::array<double, 3> strength{}, common{};
   for (Eigen::Index i = 0; i < column.size(); ++i) {
     const auto c = static_cast<std::size_t>(i % 3);
-    const double weight = weights[i], mean = half.mean[i];
+    const double weight = weights_[i], value = mean[i];
     if (weight == 0) continue;
-    strength[c] += weight * (mean * mean - std::max(half.variance[i], 0.f));
+    strength[c] += weight * (value * value - std::max(variance[i], 0.f));
     if (channel < 0 || static_cast<int>(c) == channel)
-      common[c] += weight * (mean * static_cast<double>(column[i]) - covariance[i]);
+      common[c] += weight * (value * static_cast<double>(column[i]) - covariance[i]);
   }
-  if (photo.gain_freedom == GainFreedom::kScalar) {
+  if (scalar_) {
     strength.fill(strength[0] + strength[1] + strength[2]);
     common.fill(common[0] + common[1] + common[2]);
   }
-  const double prior = gain_prior_strength(photo);
-  for (Eigen::Index i = 0; i < column.size(); ++i) {
-    const auto c = static_cast<std::size_t>(i % 3);
-    const double all = std::max(strength[c], 0.0) + prior;
-    column[i] -= static_cast<float>(common[c] / all) * half.mean[i];
-  }
+  for (std::size_t c = 0; c < 3; ++c)
+    common[c] *= strength[c] > 0 ? (1 - size(c)) / strength[c] : 0;
+  for (Eigen::Index i = 0; i < column.size(); ++i)
+    column[i] -= static_cast<float>(common[static_cast<std::size_t>(i % 3)]) * mean[i];
+}
+
+/// The gain minimises both: the picture's slope is that of the prior, with the other sign.
+void EliminatedGain::add_prior(const Eigen::VectorXf& mean,
+                               Eigen::Ref<Eigen::VectorXf> residual) const {
+  std::array<double, 3> share{};
+  for (std::size_t c = 0; c < 3; ++c)
+    if (strength_[c] > 0) share[c] = slope_[c] / strength_[c] * (1 / size(c) - 1);
+  for (Eigen::Index i = 0; i < residual.size(); ++i)
+    residual[i] += static_cast<float>(share[static_cast<std::size_t>(i % 3)]) * mean[i];
+}
+
+/// Of the prior's row beside the picture.
+double EliminatedGain::size(std::size_t c) const {
+  const double all = std::max(strength_[c], 0.0) + prior_;
+  return std::sqrt(prior_in_equations(prior_, all) / all);
 }
 
 }  // namespace selenite

@@ -15,7 +15,9 @@ GainSlopes::GainSlopes(const Problem& problem) {
   const Eigen::Index n = problem.unknowns.size();
   for (const Photo& photo : problem.photos) {
     const Eigen::Index rows = photo.gain_freedom == GainFreedom::kNone ? 0 : 3;
-    photos_.push_back({Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(rows, n)});
+    const Eigen::Index gains = photo.gain_freedom == GainFreedom::kScalar ? 1 : rows;
+    photos_.push_back({Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(rows, n),
+                       Eigen::VectorXd::Zero(gains)});
   }
 }
 
@@ -40,9 +42,13 @@ void GainSlopes::add(const Problem& problem, const Observation& derivatives, con
     if (photo.gain_freedom == GainFreedom::kScalar) sums.setConstant(sums.sum());
     return sums;
   };
-  const Eigen::Vector3d strength = joined(products(film.mean, film.variance)).cwiseMax(0) +
-                                   Eigen::Vector3d::Constant(gain_prior_strength(photo));
+  const double prior = gain_prior(problem, photo);
+  const Eigen::Vector3d strength =
+      joined(products(film.mean, film.variance)).cwiseMax(0) + Eigen::Vector3d::Constant(prior);
   Sums& sums = photos_[index];
+  for (Eigen::Index c = 0; c < sums.prior.size(); ++c)
+    sums.prior[c] =
+        prior_in_equations(prior, strength[c]) / static_cast<double>(problem.photos.size());
   for (Eigen::Index k = 0; k < slope.size(); ++k) {
     const UnknownRow& row = problem.layout.rows[static_cast<std::size_t>(k)];
     const SlotFilm& slot = film.slots[static_cast<std::size_t>(row.slot)];
@@ -65,7 +71,18 @@ std::vector<Eigen::MatrixXd> GainSlopes::slopes() const {
   return found;
 }
 
-void GainSlopes::Sums::members(SavedState& state) { state(common, strength); }
+Eigen::MatrixXd GainSlopes::prior_covariance() const {
+  const std::vector<Eigen::MatrixXd> slopes = this->slopes();
+  const Eigen::Index n = photos_.empty() ? 0 : photos_.front().common.cols();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
+  for (std::size_t i = 0; i < photos_.size(); ++i)
+    for (Eigen::Index c = 0; c < photos_[i].prior.size(); ++c)
+      covariance += square(photos_[i].prior[c] * kGainPrior.log_deviation) *
+                    slopes[i].row(c).transpose() * slopes[i].row(c);
+  return covariance;
+}
+
+void GainSlopes::Sums::members(SavedState& state) { state(common, strength, prior); }
 void GainSlopes::members(SavedState& state) { state(photos_); }
 
 Colorf joint_gain_error(const Colorf& gain, const Colorf& error, const Eigen::MatrixXd& slopes,

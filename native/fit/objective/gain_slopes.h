@@ -28,12 +28,15 @@ class GainSlopes {
   /// Of each photo 3 rows, its channels, and a column per unknown; no rows where no gain is free or
   /// nothing has been added.
   std::vector<Eigen::MatrixXd> slopes() const;
+  /// What the width of the priors adds to the covariance of the score: no residual shows it.
+  Eigen::MatrixXd prior_covariance() const;
   void members(SavedState& state);
 
  private:
   struct Sums {
     Eigen::MatrixXd common;    ///< picture times derivative, 3 rows
     Eigen::MatrixXd strength;  ///< picture times picture, of the same samples
+    Eigen::VectorXd prior;     ///< a row for each gain, in units of the equations
     void members(SavedState& state);
   };
   std::vector<Sums> photos_;

@@ -47,6 +47,17 @@ Halves residual_halves(const Film& film, const Photo& photo) {
   return halves;
 }
 
+Halves residual_halves(const Problem& problem, std::size_t i, const Film& film) {
+  const Photo& photo = problem.photos[i];
+  Halves halves = residual_halves(film, photo);
+  if (photo.gain_freedom == GainFreedom::kNone) return halves;
+  const Eigen::VectorXf weights = gain_weights(problem, photo);
+  const EliminatedGain gain(film, photo, weights, gain_prior(problem, photo));
+  gain.add_prior(as_vector(film.half_a), halves.residual_a);
+  gain.add_prior(odd_half(film, film.mean, film.half_a), halves.residual_b);
+  return halves;
+}
+
 std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
                                     std::span<const Observation> seen) {
   std::vector<Halves> all;
@@ -55,7 +66,8 @@ std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
   return all;
 }
 
-Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope) {
+Halves split_halves(const Problem& problem, const Observation& seen, const Vector& slope,
+                    FilmExtent extent) {
   const Film& film = seen.film;
   const Photo& photo = problem.photos[static_cast<std::size_t>(seen.photo)];
   const auto unknowns = static_cast<Eigen::Index>(problem.layout.rows.size());
@@ -65,10 +77,20 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
   halves.jacobian_b.setZero(rows, unknowns);
   halves.differentiated.resize(unknowns);
   Eigen::VectorXf picture_a, picture_b, weights;
-  if (photo.gain_freedom != GainFreedom::kNone || photo.align) {
+  const bool has_gain = photo.gain_freedom != GainFreedom::kNone;
+  if (has_gain || photo.align) {
     picture_a = as_vector(film.half_a);
     picture_b = odd_half(film, film.mean, film.half_a);
     weights = gain_weights(problem, photo);
+  }
+  std::optional<EliminatedGain> gain;
+  if (has_gain) {
+    const bool whole = extent == FilmExtent::kPhoto;
+    gain.emplace(film, photo, weights, whole ? gain_prior(problem, photo) : 0.0);
+    if (whole) {
+      gain->add_prior(picture_a, halves.residual_a);
+      gain->add_prior(picture_b, halves.residual_b);
+    }
   }
   std::optional<AlignmentEquations> alignment;
   if (photo.align) alignment.emplace(photo, weights);
@@ -85,11 +107,9 @@ Halves split_halves(const Problem& problem, const Observation& seen, const Vecto
       alignment->eliminate(halves.jacobian_a.col(k));
       alignment->eliminate(halves.jacobian_b.col(k));
     }
-    if (photo.gain_freedom == GainFreedom::kNone) continue;
-    eliminate_gain({picture_a, halves.variance}, photo, weights, covariance, row.channel,
-                   halves.jacobian_a.col(k));
-    eliminate_gain({picture_b, halves.variance}, photo, weights, covariance, row.channel,
-                   halves.jacobian_b.col(k));
+    if (!gain) continue;
+    gain->eliminate(picture_a, halves.variance, covariance, row.channel, halves.jacobian_a.col(k));
+    gain->eliminate(picture_b, halves.variance, covariance, row.channel, halves.jacobian_b.col(k));
   }
   return halves;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/objective/closed_form_gain.h"
 #include "fit/objective/shared_residual.h"
 #include "fit/problem/saved_state.h"
 
@@ -23,6 +24,13 @@ Eigen::VectorXf gain_weights(const Problem& problem, const Photo& photo) {
   return relative_weights(photo, 1);
 }
 
+double gain_prior(const Problem& problem, const Photo& photo) {
+  if (problem.weights)
+    for (std::size_t i = 0; i < problem.photos.size(); ++i)
+      if (&problem.photos[i] == &photo) return gain_prior_strength(problem.weights->count(i));
+  return gain_prior_strength(count_of(photo));
+}
+
 PhotoWeights::PhotoWeights(const std::vector<Photo>& photos, bool weighted,
                            const PixelWeightsOptions& options)
     : photos_(&photos), weighted_(weighted), options_(options), next_(options.first_weighing) {
@@ -31,6 +39,7 @@ PhotoWeights::PhotoWeights(const std::vector<Photo>& photos, bool weighted,
                                 : shares(photo, photos.size()));
     const Eigen::VectorXf none = Eigen::VectorXf::Zero(weights_.back().size());
     sums_.push_back({none, none, none});
+    counts_.push_back(count_of(photo));
   }
 }
 
@@ -100,7 +109,15 @@ void PhotoWeights::weigh(bool of_answer) {
     model_ = ResidualModel();
     products_.clear();
   }
-  for (std::size_t i = 0; i < weights_.size(); ++i) weights_[i] = by_variance(i, variances[i]);
+  for (std::size_t i = 0; i < weights_.size(); ++i) {
+    weights_[i] = by_variance(i, variances[i]);
+    const Photo& photo = (*photos_)[i];
+    const Eigen::VectorXf residual = (sums_[i].half_a + sums_[i].half_b) / (2 * renders);
+    counts_[i] =
+        products_.empty()
+            ? count_of(photo)
+            : independent_count(photo, weights_[i] * static_cast<float>(weights_.size()), residual);
+  }
   set_scale();
   ++version_;
 }
@@ -138,7 +155,7 @@ NoisyLoss PhotoWeights::loss(std::span<const Observation> seen,
 void PhotoWeights::Sums::members(SavedState& state) { state(variance, half_a, half_b); }
 
 void PhotoWeights::members(SavedState& state) {
-  state(weights_, sums_, renders_, next_, version_, model_, products_, scale_);
+  state(weights_, sums_, renders_, next_, version_, model_, products_, counts_, scale_);
 }
 
 }  // namespace selenite

@@ -31,6 +31,10 @@ class PhotoWeights {
   explicit PhotoWeights(const std::vector<Photo>& photos, bool weighted = true,
                         const PixelWeightsOptions& options = {});
 
+  /// Independent residuals of photo i.
+  double count(std::size_t i) const { return counts_[i]; }
+  /// What a loss multiplies the weights by, times the number of photos.
+  double scale() const { return scale_; }
   /// Of the residuals of photo i, 3 numbers a pixel; at first they sum to about 1 / brightness^2.
   const Eigen::VectorXf& operator[](std::size_t i) const { return weights_[i]; }
   /// The same as a loss takes them: a weighted sum of squares over a photo is its mean square relative
@@ -73,6 +77,7 @@ class PhotoWeights {
   int next_;            ///< iteration at which they enter the weights
   int version_ = 0;
   ResidualModel model_;
+  std::vector<double> counts_;
   std::vector<Eigen::VectorXf> products_;  ///< residuals as of the newest weights; empty: none yet
   double scale_ = 1;                       ///< of `of_loss`
 };
@@ -80,6 +85,9 @@ class PhotoWeights {
 /// Precisions of a photo's residuals times their shares, which sum to 1: of one of the problem's photos
 /// by what has been learned, of another by its brightness.
 Eigen::VectorXf gain_weights(const Problem& problem, const Photo& photo);
+/// Strength of the prior of a photo's gain beside these weights. Where a model error has been learned its
+/// pixels are not independent, and the prior counts the more.
+double gain_prior(const Problem& problem, const Photo& photo);
 
 /// The loss of photo i, by what has been learned so far.
 LossResult evaluate_loss(const Problem& problem, std::size_t i, const Film& film);

@@ -30,6 +30,7 @@ Estimate RefinedPoint::estimate_here() const {
 
 Estimate RefinedPoint::end_pass() {
   ++report.passes;
+  equations.score_covariance += gain_slopes.prior_covariance();
   report.misfit.value = equations.shared.relative();
   report.misfit.standard_error = equations.shared.relative_error();
   report.misfit.explained = report.misfit.value <= kCertainSigmas * report.misfit.standard_error;

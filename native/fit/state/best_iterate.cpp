@@ -25,8 +25,7 @@ void BestIterate::note(HistoryRow& row, const Validation& validation, FitResult&
 void BestIterate::reweigh(const FitProblem& problem, FitResult& result) {
   for (Validation* one : {&smallest_, &best_, &start_})
     if (!one->parts.empty()) {
-      Validation judged = judge(problem, one->films);
-      judged.gains = std::move(one->gains);
+      Validation judged = judge(problem, one->films, one->gains);
       judged.alignments = std::move(one->alignments);
       *one = std::move(judged);
     }
