@@ -10,6 +10,7 @@ from typing import Any
 
 from ..parameters import Values
 from . import trust
+from .diagnosis import still_falling
 from .job import fitted_values
 from .plan import FitPlan
 from .results import summary
@@ -55,7 +56,7 @@ class InShort:
 def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
     """In the order of the plan, without grids and images."""
     values = fitted_values(plan, result)
-    explained = _explained(result)
+    explained = trust.explained(result)
     return [
         _finding(item, values[item.owner, item.parameter.name], result, explained=explained)
         for item in plan.unknowns
@@ -76,6 +77,10 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
         return OPEN, (
             "Nothing better than the start was found: check lights, cameras and masks, then fit "
             "again."
+        )
+    if still_falling(result):
+        return WEAK, (
+            "The loss was still falling when the iterations ended: fit again with more iterations."
         )
     left = trust.misfit(result)
     if left is None:
@@ -118,11 +123,6 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
             "photo."
         )
     return SURE, "The photos are explained within noise: apply the values."
-
-
-def _explained(result: dict[str, Any]) -> bool:
-    left = trust.misfit(result)
-    return left is not None and bool(left["explained"]) and not left["hidden"]
 
 
 def _finding(

@@ -75,6 +75,12 @@ def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
     return found | {"hidden": error > _HIDDEN or value < -_BELOW * error}
 
 
+def explained(result: dict[str, Any]) -> bool:
+    """Whether the photos are known to be explained within noise."""
+    left = misfit(result)
+    return left is not None and bool(left["explained"]) and not left["hidden"]
+
+
 def _has_fields(result: dict[str, Any]) -> bool:
     return bool(result.get("fields_best"))
 
