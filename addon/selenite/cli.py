@@ -14,7 +14,7 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from typing import Any, TextIO
 
 from . import __version__
@@ -59,7 +59,8 @@ def run_as_process(argv: Sequence[str]) -> int:
 
 def _run(argv: Sequence[str], json_out: TextIO) -> int:
     try:
-        args = build_parser().parse_args(argv)
+        with redirect_stdout(json_out):  # for --help, which may go into a pipe
+            args = build_parser().parse_args(argv)
     except SystemExit as stop:  # --help or --version
         return int(stop.code or 0)
     except BadInput as error:
@@ -81,9 +82,10 @@ def _done(args: argparse.Namespace) -> dict[str, Any]:
     except KeyboardInterrupt:
         return {"error": "interrupted"}
     except ImportError as error:
-        if error.name != "bpy":
+        missing = {"bpy": _without_blender, "numpy": _without_numpy}.get(error.name or "")
+        if missing is None:
             return {"error": _internal(error)}
-        return {"problems": _as_json(BadInput(_without_blender(error)))}
+        return {"problems": _as_json(BadInput(missing(error)))}
     except MemoryError:
         cure = "give smaller sizes, fewer photos or smaller grids, or close other programs"
         return {"error": f"the computer's memory does not suffice; {cure}"}
@@ -106,6 +108,10 @@ def _without_blender(error: ImportError) -> Problem:
         f"install Blender as a module: pip install bpy=={version}"
     )
     return Problem("Blender", f"this command needs it, and bpy does not load ({error})", cure)
+
+
+def _without_numpy(error: ImportError) -> Problem:
+    return Problem("numpy", f"it does not load ({error})", "install it: pip install numpy")
 
 
 def _internal(error: Exception) -> str:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -116,6 +117,22 @@ def test_without_blender_one_line_says_how_to_run(
     assert len([line for line in said if "blender --command selenite" in line]) == 1
     assert "pip install bpy==" in said[-1]
     assert not list(tmp_path.glob("*/*")) and "Traceback" not in "".join(said)
+
+
+def test_without_numpy_one_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = ModuleNotFoundError("No module named 'numpy'", name="numpy")
+    monkeypatch.setattr(probe, "run", raising(missing))
+    assert cli.main(["probe", "a.csv", "--out=b.csv"]) == 2
+    assert "pip install numpy" in capsys.readouterr().err
+
+
+def test_as_a_process_help_goes_where_a_pager_reads_it() -> None:
+    command = [sys.executable, "-m", "selenite", "fit", "--help"]
+    env = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("usage: selenite fit") and done.stderr == ""
 
 
 def raising(error: BaseException) -> Any:  # noqa: ANN401
