@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`selenite fit --fit Body:base_color_texture`: from a photo to an image file and its coverage."""
 
+from pathlib import Path
+
 import bpy
 import made_scenes as made
 import numpy as np
@@ -102,6 +104,38 @@ def test_a_fit_finds_the_image_and_the_saved_scene_shows_it(photo, tmp_path, cap
     texture = values.materials[0].maps["base_color"].texture
     assert np.abs(texture.pixels - found).max() < 1e-4
     assert texture.encoded
+
+
+def test_report_and_history_tell_the_same_mean(photo, tmp_path, capsys):
+    """Also where texels that no photo sees are filled, which changes the mean of the file."""
+    bpy.data.objects["Camera"].data.ortho_scale = 1.2  # part of the board
+    scene = made.save(tmp_path / "part.blend")
+    status, report, said = fit(
+        capsys, tmp_path, (scene, photo[1]), "--grid", f"{NAME}=8", "--iterations", "15",
+        "--unseen", f"{NAME}=fill",
+    )  # fmt: skip
+    assert status == 0, report
+    row = report["parameters"][NAME]
+    history = np.genfromtxt(f"{report['folder']}/history.csv", delimiter=",", names=True)
+    means = np.stack([history[f"Bodybase_color_texture_mean{c}"] for c in "rgb"], axis=1)
+    assert np.allclose(means[0], row["initial"], atol=1e-6)
+    assert np.allclose(means[history["iteration"] == report["best_iteration"]], row["value"])
+    assert f"{NAME}: mean 0.5000, 0.5000, 0.5000 -> {row['value'][0]:.4f}, " in said
+    kept, _, _ = native.image().read(f"{report['folder']}/{row['files'][0]}")
+    assert row["seen"] < 0.7 and np.abs(kept.mean(axis=(0, 1)) - row["value"]).max() > 0.02
+
+
+def test_too_few_iterations_are_reported_with_the_cure(photo, tmp_path, capsys):
+    words = ("--grid", f"{NAME}=4", "--tolerance", "0", "--spp", "8", "--iterations")
+    status, report, said = fit(capsys, tmp_path, photo, *words, "8")
+    assert status == 0, report
+    (reported,) = [text for text in report["warnings"] if "still falling" in text]
+    assert f"warning: {reported}" in said
+    assert "give more Iterations, such as 16" in reported
+    assert reported in (Path(report["folder"]) / "log.txt").read_text(encoding="utf-8")
+    status, report, said = fit(capsys, tmp_path, photo, *words, "120")
+    assert (status, report["stopped_because"]) == (0, "all iterations done")
+    assert "still falling" not in said
 
 
 def test_a_run_file_repeats_the_fit(photo, tmp_path, capsys):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Operators and panels: registration, one fit from rows to Apply, undo, drawing."""
 
+import subprocess
+import sys
 import time
 from dataclasses import fields
 
@@ -281,3 +283,21 @@ def test_unregister_stops_a_running_fit(tmp_path):
     Pressed(Start)._start(bpy.context)
     selenite.unregister()
     assert state.RUN.job is None
+
+
+_USED_AND_SWITCHED_OFF = """
+import sys, bpy, selenite
+selenite.register()
+for _ in range(2):
+    bpy.ops.wm.save_as_mainfile(filepath=sys.argv[1])
+    bpy.ops.wm.open_mainfile(filepath=sys.argv[1])
+selenite.unregister()
+"""
+
+
+@pytest.mark.skipif(not bpy.app.version >= (4, 5), reason="older ones crash or need no test")
+def test_blender_as_a_module_ends_once_the_addon_was_switched_off(tmp_path):
+    """bpy ends in its own way only if nothing of ours holds it any more."""
+    command = [sys.executable, "-c", _USED_AND_SWITCHED_OFF, str(tmp_path / "a.blend")]
+    done = subprocess.run(command, capture_output=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr.decode()

@@ -18,6 +18,7 @@ SYSTEM_LIBRARIES = {
     "libgcc_s.so.1",
     "libc.so.6",
     "libm.so.6",
+    "libmvec.so.1",  # of the C library, too: sine, cosine, exp and log of eight numbers at once
     "libpthread.so.0",
     "libdl.so.2",
     "librt.so.1",

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from difflib import get_close_matches
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,19 @@ class Failed(RuntimeError):
 def listed(names: Iterable[str]) -> str:
     """Names for a message: 'A', 'B' or "none"."""
     return ", ".join(f"'{name}'" for name in names) or "none"
+
+
+def choice(wrong: str, names: Iterable[str]) -> str:
+    """The cure for a name that is none of `names`: the one with nearly its spelling, and all."""
+    known = list(names)
+    return f"{meant(wrong, known)}use one of {listed(known)}"
+
+
+def meant(wrong: str, names: Iterable[str]) -> str:
+    """A question about the name with nearly its spelling, and a space; "" where there is none."""
+    written = {name.casefold(): name for name in names}
+    near = get_close_matches(wrong.casefold(), written, n=1)
+    return f"did you mean '{written[near[0]]}'? " if near else ""
 
 
 def problems_of(error: Exception, title: str, cure: str) -> list[Problem]:

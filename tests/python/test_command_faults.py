@@ -6,7 +6,9 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +19,10 @@ sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite import cli  # noqa: E402
 from selenite.commands import probe, terminal  # noqa: E402
+from selenite.commands.examples import EXAMPLES  # noqa: E402
 from selenite.fit_run.request import read_run  # noqa: E402
 from selenite.fit_run.staging.request import read_stages  # noqa: E402
-from selenite.problems import BadInput, Failed, Problem, problems_of  # noqa: E402
+from selenite.problems import BadInput, Failed, Problem, choice, problems_of  # noqa: E402
 
 
 @pytest.mark.parametrize(
@@ -49,18 +52,56 @@ def test_wrong_words_are_problems_in_json_too(
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["check", "s.blend"],
-        ["render", "s.blend", "--out=o.exr"],
-        ["gradient", "s.blend", "--parameter=Body:ior"],
-        ["fit", "s.blend", "--fit=Body:ior"],
-        ["next-camera", "s.blend", "--fit=Body:ior"],
-        ["trade", "s.blend", "--fit=Body:ior"],
-        ["demo"],
-    ],
-)
+def commands() -> dict[str, argparse.ArgumentParser]:
+    """The parser of each."""
+    (action,) = [item for item in cli.build_parser()._actions if item.dest == "command"]
+    return dict(action.choices or {})
+
+
+def test_every_help_has_groups_and_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert "examples:\n" in said
+    for name, parser in commands().items():
+        assert f"  {name} " in said, "the program's help lists its commands"
+        loose = [x.option_strings for x in parser._optionals._group_actions]
+        assert loose == [["-h", "--help"], ["--json"]], "every other option is in a named group"
+        assert cli.main([name, "--help"]) == 0
+        text = capsys.readouterr().out
+        assert f"selenite {name}" in text.partition("examples:\n")[2]
+        for action in parser._actions:
+            assert action.help or not action.option_strings, f"{name} {action.option_strings}"
+
+
+def test_examples_are_commands_that_the_program_takes() -> None:
+    for name, examples in EXAMPLES.items():
+        assert examples
+        for _, line in examples:
+            if "--help" not in line:
+                args = cli.build_parser().parse_args(line.split())
+                assert name in ("", args.command)
+
+
+#: Every command that opens a scene.
+WITH_BLENDER = {
+    "import": ["f.obj", "--save=o.blend"],
+    "check": ["s.blend"],
+    "render": ["s.blend", "--out=o.exr"],
+    "gradient": ["s.blend", "--parameter=Body:ior"],
+    "fit": ["s.blend", "--fit=Body:ior"],
+    "next-camera": ["s.blend", "--fit=Body:ior"],
+    "trade": ["s.blend", "--fit=Body:ior", "--out=t"],
+    "rotate-world": ["s.blend"],
+    "lamps": ["s.blend"],
+    "demo": [],
+}
+
+
+def test_all_commands_but_probe_are_tried_without_blender() -> None:
+    assert {*WITH_BLENDER, "probe"} == set(commands())
+
+
+@pytest.mark.parametrize("words", [[name, *more] for name, more in WITH_BLENDER.items()])
 def test_without_blender_one_line_says_how_to_run(
     words: list[str],
     tmp_path: Path,
@@ -68,6 +109,7 @@ def test_without_blender_one_line_says_how_to_run(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     (tmp_path / "s.blend").touch()
+    (tmp_path / "f.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "bpy", None)
     assert cli.main(words) == 2
@@ -75,6 +117,22 @@ def test_without_blender_one_line_says_how_to_run(
     assert len([line for line in said if "blender --command selenite" in line]) == 1
     assert "pip install bpy==" in said[-1]
     assert not list(tmp_path.glob("*/*")) and "Traceback" not in "".join(said)
+
+
+def test_without_numpy_one_line_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = ModuleNotFoundError("No module named 'numpy'", name="numpy")
+    monkeypatch.setattr(probe, "run", raising(missing))
+    assert cli.main(["probe", "a.csv", "--out=b.csv"]) == 2
+    assert "pip install numpy" in capsys.readouterr().err
+
+
+def test_as_a_process_help_goes_where_a_pager_reads_it() -> None:
+    command = [sys.executable, "-m", "selenite", "fit", "--help"]
+    env = os.environ | {"PYTHONPATH": str(ROOT / "addon")}
+    done = subprocess.run(command, env=env, capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("usage: selenite fit") and done.stderr == ""
 
 
 def raising(error: BaseException) -> Any:  # noqa: ANN401
@@ -135,6 +193,33 @@ def test_a_log_on_a_full_disk_ends_nothing(monkeypatch: pytest.MonkeyPatch) -> N
         terminal.say("closed")
         monkeypatch.undo()
         os.dup2(os.open(os.devnull, os.O_WRONLY), full.fileno())  # so that it can be closed
+
+
+def test_progress_without_a_terminal_is_a_line_a_second_at_most(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also of short jobs that follow each other, and where a variable asks for colours."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    now = 1000.0
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: now)
+    said = []
+    for job in range(20):
+        with terminal.bar(f"job {job}") as shown:
+            for step in range(100):
+                shown.update(step / 100, note="x")
+                if text := capsys.readouterr().err:
+                    said.append((now, text))
+                now += 0.02
+    assert 2 <= len(said) <= 40  # seconds
+    assert all(text.count("\n") == 1 for _, text in said)
+    assert min(b[0] - a[0] for a, b in pairwise(said)) >= 1
+
+
+def test_a_misspelt_name_gets_the_one_that_was_meant() -> None:
+    names = ["base_color", "roughness", "Key Light"]
+    assert choice("rougness", names).startswith("did you mean 'roughness'? use one of 'base_color'")
+    assert choice("key light", names).startswith("did you mean 'Key Light'? ")
+    assert choice("albedo", names) == "use one of 'base_color', 'roughness', 'Key Light'"
 
 
 def test_words_of_the_native_module_become_problems() -> None:

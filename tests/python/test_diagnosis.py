@@ -169,3 +169,44 @@ def test_black_and_wholly_masked_pictures_say_nothing():
     for weight in (np.ones((8, 8)), np.zeros((8, 8))):
         views = [View("Front", dark, weight.astype(np.float32), dark)]
         assert not diagnosis.exposure(views) and not diagnosis.misaligned(views)
+
+
+@pytest.mark.parametrize(
+    ("losses", "falls"),
+    [
+        (0.01 * 0.9 ** np.arange(41), True),
+        (0.01 + 0.1 * 0.7 ** np.arange(41), False),  # at a floor
+        (0.0101 - 1e-5 * np.arange(41), False),  # by one percent
+        (0.01 * 0.5 ** np.arange(41), False),  # next to nothing is left
+    ],
+)
+def test_a_loss_that_still_falls_when_the_iterations_end(losses, falls):
+    seen = history({"Body:roughness": converged(41)}, losses, error=1e-6)
+    result = {"history": seen, "stopped_because": "all iterations done"}
+    reported = diagnosis.still_falling(result)
+    assert len(reported) == falls
+    if falls:
+        assert "at iteration 30" in reported[0] and "at 40" in reported[0]
+        assert "Iterations, such as 80" in reported[0]
+    assert not diagnosis.still_falling(result | {"stopped_because": "converged"})
+
+
+def test_noise_and_a_refinement_that_explains_the_photos_silence_a_falling_loss():
+    seen = history({"Body:roughness": converged(41)}, 0.01 * 0.97 ** np.arange(41), error=1e-6)
+    result = {"history": seen, "stopped_because": "all iterations done"}
+    assert diagnosis.still_falling(result)
+    noisy = result | {"history": seen | {"validation_standard_error": np.full(41, 0.001)}}
+    assert not diagnosis.still_falling(noisy)
+    misfit = {"value": 1e-5, "standard_error": 1e-5, "explained": True}
+    assert not diagnosis.still_falling(result | {"report": {"passes": 1, "misfit": misfit}})
+
+
+def test_only_the_last_stage_is_judged():
+    """Another height is another loss."""
+    seen = history({"Body:roughness": converged(41)}, [0.1] * 31 + [0.01] * 10, error=1e-6)
+    result = {"history": seen, "stopped_because": "all iterations done"}
+    assert diagnosis.still_falling(result)
+    seen["stage"] = np.array([1] * 31 + [2] * 10)
+    assert not diagnosis.still_falling(result)
+    seen["validation"][40] = 0.005
+    assert "(0.01 at iteration 35, 0.005 at 40)" in diagnosis.still_falling(result)[0]

@@ -107,3 +107,16 @@ def test_without_a_report_nothing_is_said_to_be_sure() -> None:
     found = findings(plan, result)[0]
     assert found.sureness == UNKNOWN and found.low == ()
     assert verdict(plan, result)[0] == UNKNOWN
+
+
+def test_a_fit_that_had_not_converged_says_what_to_do_before_it_blames_the_scene() -> None:
+    plan = plan_of("roughness")
+    misfit = {"value": 0.01, "standard_error": 0.0001, "explained": False}
+    history = {
+        "iteration": [0, 5, 10, 20], "validation": [0.1, 0.05, 0.03, 0.01],
+        "validation_standard_error": [1e-5] * 4,
+    }  # fmt: skip
+    result = result_of(misfit, roughness=(0.28, 0.3, 0.32)) | {"history": history}
+    assert "check lights" in verdict(plan, result | {"stopped_because": "converged"})[1]
+    icon, text = verdict(plan, result | {"stopped_because": "all iterations done"})
+    assert icon == WEAK and "fit again with more iterations" in text

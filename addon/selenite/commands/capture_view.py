@@ -16,7 +16,7 @@ from ..fit_run.fitted_scene import RESULT
 from ..fit_run.request import read_run
 from ..json_text import read_json
 from ..paths import absolute, is_folder
-from ..problems import BadInput, Problem, listed
+from ..problems import BadInput, Problem, choice
 from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
 
@@ -87,7 +87,7 @@ def _chosen(
     ids = [item.id for item in captures]
     if args.capture is None and len(captures) == 1:
         return captures[0]
-    cure = f"use one of {listed(ids)}"
+    cure = choice(args.capture or "", ids)
     if args.capture is None:
         problems.append(Problem("Argument --capture", "which photo is not said", cure))
         return None

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from ..paths import absolute
 from ..problems import Problem
 from .capture_arguments import add_captures
+from .render_arguments import add_of_fits
 
 if TYPE_CHECKING:
     from ..fit_run.request import UnknownRequest
@@ -35,29 +36,26 @@ def add_environment(parser: argparse._ActionsContainer) -> None:
 
 def add_rotate_world(parser: argparse.ArgumentParser) -> None:
     """The arguments of `selenite rotate-world`."""
-    add = parser.add_argument
-    add("scene", metavar="SCENE.blend")
-    add_captures(parser, "default: the captures of the scene")
+    parser.add_argument("scene", metavar="SCENE.blend")
+    add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add = parser.add_argument_group("settings of the renders").add_argument
     add("--height", type=int, help="pixels of the compared pictures; default: 64")
     add("--spp", type=int, help="samples per pixel of each angle; default: 64")
-    add("--depth", type=int, help="bounces; 0: unlimited")
-    add("--seed", type=int)
-    add("--threads", type=int, help="0: all")
-    physical = "no refraction towards lights that no micronormal gives; Cycles has it"
-    add("--physical-refraction", action="store_true", default=None, help=physical)
-    add("--save", metavar="OUT.blend", help="saves a copy with that rotation and strength")
+    add_of_fits(add)
+    saved = "saves a copy with that rotation and strength"
+    parser.add_argument_group("results").add_argument("--save", metavar="OUT.blend", help=saved)
 
 
 def add_lamps(parser: argparse.ArgumentParser) -> None:
     """The arguments of `selenite lamps`."""
-    add = parser.add_argument
-    add("scene", metavar="SCENE.blend")
+    parser.add_argument("scene", metavar="SCENE.blend")
+    add = parser.add_argument_group("which image, and how many suns").add_argument
     count = "suns at most, the strongest first; default: 4"
     add("--count", type=int, default=4, metavar="N", help=count)
     result = "folder of a fit: the image is the one that it has found"
     add("--result", metavar="DIR", help=result)
-    saved = "saves a copy with the suns and the rest of the image"
-    add("--save", metavar="OUT.blend", help=f"{saved}; without it they are listed")
+    saved = "saves a copy with the suns and the rest of the image; without it they are listed"
+    parser.add_argument_group("results").add_argument("--save", metavar="OUT.blend", help=saved)
 
 
 def with_environment(

@@ -5,8 +5,14 @@ from __future__ import annotations
 
 import argparse
 
-#: Command -> (what it does, the line).
+#: Command ("": of the program itself) -> (what it does, the line).
 EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
+    "": (
+        ("a fit from start to result, on a scene of its own", "demo"),
+        ("whether a scene can be fitted", "check scene.blend"),
+        ("a fit to its photos, with the values in a copy", "fit scene.blend --save fitted.blend"),
+        ("the options of a command, with more examples", "fit --help"),
+    ),
     "check": (
         ("what is understood of a scene, and every problem", "check scene.blend"),
         ("the same as data for a script", "check scene.blend --json"),
@@ -67,6 +73,7 @@ def with_examples(parser: argparse.ArgumentParser, name: str) -> None:
     lines = ["examples:"]
     for text, words in EXAMPLES[name]:
         lines += [f"  {text}:", f"    selenite {words}"]
-    lines += ["", f"manual: docs/guide/command_line.md, section {name}"]
+    section = f", section {name}" if name else ""
+    lines += ["", f"manual: docs/guide/command_line.md{section}"]
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "\n".join(lines)

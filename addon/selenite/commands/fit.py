@@ -26,7 +26,7 @@ from ..fit_run.unknowns import usual_requests
 from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
-from ..problems import BadInput, Problem, problems_of
+from ..problems import BadInput, Problem, meant, problems_of
 from ..scene_read.capture_request import AUTO_RESPONSE, MOST_ERODED, CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
 from . import arguments
@@ -281,7 +281,8 @@ def _known(
 ) -> bool:
     if key not in found:
         name = f"{key[0]}:{key[1]}"
-        cause, cure = "it is not fitted", f"add --fit {name}"
+        near = meant(name, (join_name(*other) for other in found))
+        cause, cure = "it is not fitted", f"{near}add --fit {name}"
         problems.append(Problem(f"Parameter '{name}'", cause, cure))
     return key in found
 

@@ -18,6 +18,7 @@ from ..scene_read.values import SceneValues
 from . import arguments
 from .scene import (
     RENDER,
+    active_camera,
     camera_of,
     find_constant,
     native_scene,
@@ -39,13 +40,13 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     changes = arguments.assignments(args.set, problems)
     wanted_folder = args.out_dir is not None
     folder = arguments.output_folder(args.out_dir, problems) if wanted_folder else None
-    _, values = open_scene(args.scene)
+    scene_in_blender, values = open_scene(args.scene)
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
     textured = _textured(values, keys, problems)
     found = [find_constant(values, *key, problems) for key in keys if key[1] != TEXTURE]
     wanted = [(owner.name, parameter.name) for owner, parameter in filter(None, found)]
-    camera = camera_of(values, args.camera, problems)
+    camera = camera_of(values, args.camera, active_camera(scene_in_blender), problems)
     width, height = picture_size(camera, args.width, args.height, problems)
     scene = native_scene(values, changes, problems)
     if camera is None:  # cannot be: native_scene raises the problem that camera_of has found

@@ -19,7 +19,15 @@ from ..problems import BadInput, Problem, refused
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_view import capture_view
-from .scene import RENDER, camera_of, native_scene, open_scene, picture_frame, picture_size
+from .scene import (
+    RENDER,
+    active_camera,
+    camera_of,
+    native_scene,
+    open_scene,
+    picture_frame,
+    picture_size,
+)
 from .terminal import say
 
 
@@ -45,7 +53,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if sem is not None and sem == out:
         cause, cure = "the picture goes there", "give another name to --sem"
         problems.append(Problem(f"File '{args.sem}'", cause, cure))
-    _, values = open_scene(args.scene)
+    scene_in_blender, values = open_scene(args.scene)
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
     if args.result is not None:
@@ -61,7 +69,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
                 capture.id,
             )  # fmt: skip
     else:
-        camera = camera_of(values, args.camera, problems)
+        active = active_camera(scene_in_blender)
+        camera = camera_of(values, args.camera, active, problems)
         size = picture_size(camera, args.width, args.height, problems)
         if camera is not None:
             view = View(camera.name, size, picture_frame(camera, args.width, args.height))

@@ -13,7 +13,7 @@ from ..fit_run.plan import build_scene
 from ..fit_run.settings import number
 from ..fit_run.unknowns import find_parameter
 from ..parameters import Parameter, Values, join_name
-from ..problems import BadInput, Problem, listed, refused
+from ..problems import BadInput, Problem, choice, listed, refused
 from ..scene_read.values import CameraValues, Owner, SceneValues
 from .arguments import input_file, stop_if, unquoted
 from .terminal import say
@@ -42,24 +42,33 @@ def open_scene(path: str) -> tuple[Any, SceneValues]:
 
 
 def camera_of(
-    values: SceneValues, name: str | None, problems: list[Problem]
+    values: SceneValues, name: str | None, active: str | None, problems: list[Problem]
 ) -> CameraValues | None:
-    """The named camera, or the only one."""
+    """The named camera, or without a name the `active` one of the scene, or else the only one."""
     cameras = {camera.name: camera for camera in values.cameras}
-    if name is None and len(cameras) == 1:
-        return next(iter(cameras.values()))
+    if name is None and active is not None:
+        name = active
+    elif name is None and len(cameras) == 1:
+        name = next(iter(cameras))
     if name is not None and name not in cameras:
         name = unquoted(name)
     if name in cameras:
         return cameras[name]
-    cure = f"use one of {listed(cameras)}"
     if name is None:
         if cameras:  # without any camera the scene has a problem of its own
-            problems.append(Problem("Camera", "which one is not said", cure))
+            cause = "the scene has no active one, and --camera names none"
+            problems.append(Problem("Camera", cause, f"use one of {listed(cameras)}"))
         return None
+    cure = choice(name, cameras)
     reason = values.unusable_cameras.get(name, "it is not in the scene")
     problems.append(Problem(f"Camera '{name}'", reason, cure))
     return None
+
+
+def active_camera(scene: Any) -> str | None:  # noqa: ANN401 - a bpy scene
+    """Name of the camera that Blender renders through; None where none is set."""
+    camera = scene.camera  # may be an object of any kind
+    return camera.name if camera is not None and camera.type == "CAMERA" else None
 
 
 def picture_size(

@@ -9,6 +9,9 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 
+#: Between two lines of progress where there is no terminal.
+_SECONDS = 5.0
+
 
 def say(text: str) -> None:
     """One line on stderr. Where nobody reads it any more, or its disk is full, the work goes on."""
@@ -29,11 +32,13 @@ def table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 class Bar:
-    """A progress bar with seconds left; without `rich` a line every few seconds."""
+    """A progress bar with seconds left; without `rich` or a terminal a line now and then."""
+
+    #: When the newest line of any bar was said: bars that follow each other count as one.
+    _last = -math.inf
 
     def __init__(self, title: str) -> None:
         self._title = title
-        self._last = -math.inf
         self._rich = None
         try:
             from rich.console import Console
@@ -41,7 +46,8 @@ class Bar:
         except ImportError:  # Blender's own Python
             return
         console = Console(file=sys.stderr)
-        if console.is_terminal:
+        # Variables such as FORCE_COLOR make a terminal of any stream in the eyes of `rich`.
+        if sys.stderr is not None and sys.stderr.isatty() and not console.is_dumb_terminal:
             columns = (
                 TextColumn("{task.description}"),
                 BarColumn(),
@@ -57,8 +63,8 @@ class Bar:
         text = "  ".join(part for part in (note, left) if part)
         if self._rich is not None:
             self._rich.update(self._task, completed=fraction, note=text)
-        elif time.monotonic() - self._last > 5:
-            self._last = time.monotonic()
+        elif time.monotonic() - Bar._last > _SECONDS:
+            Bar._last = time.monotonic()
             say(f"{self._title}: {fraction:.0%}  {text}")
 
     def close(self) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
-from ..problems import Problem, listed
+from ..problems import Problem, choice, listed
 from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import CameraValues, SceneValues
 from .light_states import AS_IN_SCENE, light_state
@@ -129,7 +129,7 @@ def read_captures(
             problems.append(Problem(title, "it has no camera", "choose its camera"))
         elif request.camera not in cameras:
             reason = scene.unusable_cameras.get(request.camera, "it is not in the scene")
-            cure = f"use one of {listed(cameras)}"
+            cure = choice(request.camera, cameras)
             problems.append(Problem(f"Camera '{request.camera}'", reason, cure))
         elif request.id in used:
             cause, cure = "another photo has its id", "give each photo an id of its own"

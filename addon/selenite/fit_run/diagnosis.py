@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from . import trust
+
 History = Mapping[str, Any]  # as the native result has it
 
 #: Nothing is said about pictures and losses before so many iterations: a start may be anything.
@@ -33,6 +35,9 @@ _FEWEST_PIXELS = 20
 #: Rows; of the history at least; net way over whole way; step over the range; newer half of the
 #: rows over older half, below which the steps are converging.
 _JITTER_ROWS, _JITTER_FROM, _JITTER_NET, _JITTER, _CONVERGING = 10, 20, 0.25, 0.02, 0.7
+#: Of the iterations, the newest; of the loss before them, which it fell by at least; of the first
+#: loss, below which there is nothing to gain.
+_NEWEST, _FALLS_BY, _NOTHING_LEFT = 0.25, 0.1, 1e-4
 _NOISE_OF_PHOTO = 0.02  # standard error as a difference in brightness, over the photo's
 
 
@@ -136,6 +141,31 @@ def loss_flat(history: History) -> list[str]:
     ]
 
 
+def still_falling(result: dict[str, Any]) -> list[str]:
+    """Of a fit at its end, by its result: a loss that the last iterations still brought down,
+    beyond noise. Where the photos are explained nothing is left to gain."""
+    if result.get("stopped_because") != "all iterations done" or trust.explained(result):
+        return []
+    history = result["history"]
+    stages = np.asarray(history.get("stage", ()))
+    rows = stages == stages[-1] if len(stages) else slice(None)
+    iteration, loss, error = (column[rows] for column in _losses(history))
+    done = np.isfinite(loss)
+    iteration, loss, error = iteration[done], loss[done], error[done]
+    if len(loss) < 2:
+        return []
+    count = int(iteration[-1] - iteration[0])
+    before = int(np.flatnonzero(iteration <= iteration[-1] - _NEWEST * count)[-1])
+    fall, noise = loss[before] - loss[-1], math.hypot(error[before], error[-1])
+    if fall < max(_SIGMAS * noise, _FALLS_BY * loss[before]) or loss[-1] < _NOTHING_LEFT * loss[0]:
+        return []
+    return [
+        f"The loss was still falling when the iterations ended ({loss[before]:.3g} at iteration "
+        f"{iteration[before]}, {loss[-1]:.3g} at {iteration[-1]}): the values have not converged; "
+        f"give more Iterations, such as {2 * count}, and fit again"
+    ]
+
+
 def exposure(views: Sequence[View]) -> list[str]:
     """Photos that are a multiple of their render, in brightness or channel by channel."""
     parts = []
@@ -225,12 +255,18 @@ def _components(
                 yield item, label, columns[:, index]
 
 
-def _validations(history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Iteration, loss and standard error of the rows that have been validated."""
+def _losses(history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Iteration, validated loss (NaN where it was not) and its standard error of every row."""
     loss = np.asarray(history["validation"], float)
-    done = np.isfinite(loss)
     error = np.asarray(history["validation_standard_error"], float)
-    return np.asarray(history["iteration"])[done], loss[done], error[done]
+    return np.asarray(history["iteration"]), loss, error
+
+
+def _validations(history: History) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The same of the rows that have been validated."""
+    iteration, loss, error = _losses(history)
+    done = np.isfinite(loss)
+    return iteration[done], loss[done], error[done]
 
 
 def _gain(view: View) -> tuple[np.ndarray, float] | None:

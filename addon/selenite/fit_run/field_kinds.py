@@ -19,6 +19,11 @@ class FieldKind:
     help: str
 
     @property
+    def of(self) -> str:
+        """The kind of its owner, as in the table of parameters."""
+        return "world" if self.is_environment else "material"
+
+    @property
     def is_image(self) -> bool:
         """Whether it lies on a surface."""
         return self.use == "base_color"

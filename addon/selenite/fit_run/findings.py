@@ -10,6 +10,7 @@ from typing import Any
 
 from ..parameters import Values
 from . import trust
+from .diagnosis import still_falling
 from .job import fitted_values
 from .plan import FitPlan
 from .results import summary
@@ -76,6 +77,10 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
         return OPEN, (
             "Nothing better than the start was found: check lights, cameras and masks, then fit "
             "again."
+        )
+    if still_falling(result):
+        return WEAK, (
+            "The loss was still falling when the iterations ended: fit again with more iterations."
         )
     left = trust.misfit(result)
     if left is None:

@@ -13,7 +13,7 @@ import numpy as np
 from .. import native
 from ..problems import BadInput, Failed, Problem, problems_of
 from . import trust
-from .diagnosis import Limits, View, diagnose
+from .diagnosis import Limits, View, diagnose, still_falling
 from .plan import FitPlan
 from .staging import plan as stage_plan
 
@@ -215,7 +215,8 @@ class FitJob:
     def result(self) -> dict[str, Any]:
         """After the end: the native result, and the key `notes`. Raises FitFailed."""
         self.progress()
-        return self.so_far() | {"notes": self.notes()}
+        found = self.so_far()
+        return found | {"notes": (*self.notes(), *still_falling(found))}
 
 
 def fitted_values(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..problems import Problem, listed
+from ..problems import Problem, choice, listed
 from ..scene_read import lamp_places
 from ..scene_read.capture_request import CaptureRequest
 from ..scene_read.values import LightValues, SceneValues
@@ -163,5 +163,5 @@ def _unknown(lights: Sequence[LightValues], name: str, who: str) -> Problem:
     if not name:
         cure = "choose one, or set its lights to all lamps"
         return Problem(who, "its lights are a lamp or a collection, and none is chosen", cure)
-    cure = f"use one of {listed(lamp_places.names_of(lights))}"
+    cure = choice(name, lamp_places.names_of(lights))
     return Problem(f"{who}: lamp '{name}'", "it is not in the scene, or hidden from renders", cure)

@@ -59,7 +59,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         found = result["fields_best"][field.name]
         rows[field.name] = {
             "initial": field.mean(field.values),
-            "value": field.mean(found),
+            "value": fitted_mean(field, result),
             "minimum": field.minimum,
             "maximum": field.maximum,
             **trust.UNKNOWN,
@@ -127,13 +127,15 @@ def finished(
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Any]:
     """The result with those texels of its images that no photo sees kept or filled, and with the
-    key `coverage` (see `fields.images`). Renders where there are images."""
+    keys `coverage` (see `fields.images`) and `fitted_means`, of all texels before that. Renders
+    where there are images."""
     if not any(item.kind.is_image for item in plan.fields):
         return result
+    means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
     final, coverage = images.finished(
         plan.fields, result["fields_best"], scene_at(plan, result), plan.captures, progress
     )
-    return result | {"fields_best": final, "coverage": coverage}
+    return result | {"fields_best": final, "coverage": coverage, "fitted_means": means}
 
 
 def write_results(
@@ -193,13 +195,38 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
         lines.append(line + _length(item, value, plan))
     for field in plan.fields:
-        lines.append(f"{field.name}: {field_text(field, result['fields_best'][field.name])}")
+        lines.append(f"{field.name}: {field_text(field, result)}")
+    lines += [line for item in plan.captures if (line := _photo_text(item, result))]
     return lines + trust.sentences(plan, result)
 
 
-def field_text(field: FieldUnknown, values: np.ndarray) -> str:
+def _photo_text(capture: Capture, result: dict[str, Any]) -> str:
+    """What the fit has found of a photo: its gain, with the interval where one is known, and its
+    shift. "" where nothing was free."""
+    found = _of_capture(capture, result)
+    parts = []
+    if "gain" in found:
+        single = capture.free_gain == "scalar"
+        gains, intervals = found["gain"], found["gain_interval_90"]
+        ends = [f"{low:.4g} to {high:.4g}" for low, high in intervals if math.isfinite(high)]
+        gain = ", ".join(f"{x:.4f}" for x in (gains[:1] if single else gains))
+        between = "; ".join(ends[:1] if single else ends)
+        parts.append(f"gain {gain}" + (f" (90 %: {between})" if between else ""))
+    if "shift" in found:
+        across, down, roll = found["shift"]
+        parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees")
+    return f"Photo {capture.id}: {', '.join(parts)}" if parts else ""
+
+
+def field_text(field: FieldUnknown, result: dict[str, Any]) -> str:
     """Means over the voxels or texels at the start and of the fitted values."""
-    return f"mean {_text(field.mean(field.values))} -> {_text(field.mean(values))}"
+    return f"mean {_text(field.mean(field.values))} -> {_text(fitted_mean(field, result))}"
+
+
+def fitted_mean(field: FieldUnknown, result: dict[str, Any]) -> Values:
+    """As in the history: of the texels as they were fitted, before `finished`."""
+    means: dict[str, Values] = result.get("fitted_means", {})
+    return means.get(field.name) or field.mean(result["fields_best"][field.name])
 
 
 def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from .. import native
-from ..problems import BadInput, Problem
+from ..problems import BadInput, Problem, choice
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,10 @@ class FitSettings:
         for name, choices in (("loss", list(losses)), ("optimiser", optimisers)):
             if getattr(self, name) not in choices:
                 cause = f"'{getattr(self, name)}' is not known"
-                cure = f"use one of {', '.join(choices)}"
+                cure = choice(getattr(self, name), choices)
                 found.append(Problem(f"Setting '{name}'", cause, cure))
         if self.search not in SEARCHES:
-            cure = f"use one of {', '.join(SEARCHES)}"
+            cure = choice(self.search, SEARCHES)
             found.append(Problem("Setting 'search'", f"'{self.search}' is not known", cure))
         least = losses.get(self.loss, {}).get("least_spp", 1)
         if self.spp < least:
@@ -78,7 +78,7 @@ class FitSettings:
         for name, value in data.items():
             kind = kinds.get(name)
             if kind is None:
-                cure = f"use one of {', '.join(kinds)}"
+                cure = choice(name, kinds)
                 found.append(Problem(f"Setting '{name}'", "it does not exist", cure))
             elif kind is float and type(value) is int:
                 values[name] = float(value) if abs(value) <= 2**1000 else math.inf

@@ -10,8 +10,9 @@ from typing import Any
 
 from .. import parameters
 from ..parameters import Parameter, Values
-from ..problems import Problem, listed
+from ..problems import Problem, choice, listed
 from ..scene_read.values import Owner, SceneValues
+from .field_kinds import KINDS
 from .request import UnknownRequest
 from .settings import FitSettings
 
@@ -101,9 +102,15 @@ def choose(
 
 
 def find_parameter(
-    scene: SceneValues, owner_name: str, name: str, problems: list[Problem]
+    scene: SceneValues,
+    owner_name: str,
+    name: str,
+    problems: list[Problem],
+    *,
+    fields: bool = False,
 ) -> tuple[Owner, Parameter] | None:
-    """Looks a parameter up; a world may also be called by its datablock's name."""
+    """Looks a parameter up; a world may also be called by its datablock's name. fields: whether
+    grids and images are permitted in its place, for the list of names."""
     owner = scene.owners.get(owner_name)
     if owner is None:
         named = (
@@ -113,13 +120,14 @@ def find_parameter(
     title = f"Parameter '{parameters.join_name(owner_name, name)}'"
     if owner is None:
         cause = f"no material, light or world of the scene is called '{owner_name}'"
-        problems.append(Problem(title, cause, f"use one of {listed(scene.owners)}"))
+        problems.append(Problem(title, cause, choice(owner_name, scene.owners)))
         return None
     parameter = parameters.table().get((owner.kind, name))
     if parameter is None:
-        names = ", ".join(item.name for item in parameters.of(owner.kind))
+        names = [item.name for item in parameters.of(owner.kind)]
+        names += [kind.parameter for kind in KINDS.values() if fields and kind.of == owner.kind]
         cause = f"a {owner.kind} has no parameter '{name}'"
-        problems.append(Problem(title, cause, f"use one of {names}"))
+        problems.append(Problem(title, cause, choice(name, names)))
         return None
     return owner, parameter
 
@@ -135,7 +143,7 @@ def _unknown(
     problems: list[Problem],
     warnings: list[str],
 ) -> Unknown | None:
-    found = find_parameter(scene, request.owner, request.parameter, problems)
+    found = find_parameter(scene, request.owner, request.parameter, problems, fields=True)
     if found is None:
         return None
     owner, parameter = found

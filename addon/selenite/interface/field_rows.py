@@ -147,7 +147,7 @@ def keep(
     """Fills one result from the files of the result folder, so that it survives saving."""
     row.parameter, row.width = field.kind.parameter, field.kind.channels
     row.grid_file = str((folder / field.files[0]).absolute())
-    row.text = field_text(field, result["fields_best"][field.name])
+    row.text = field_text(field, result)
     if isinstance(field, GridUnknown):
         row.grid_to_unit = json.dumps(field.start.to_unit.tolist())
     coverage = result.get("coverage", {}).get(field.name)

@@ -14,7 +14,7 @@ import numpy as np
 from ... import native, parameters
 from ...parameters import Values
 from ...paths import why_not_file
-from ...problems import BadInput, Problem, listed
+from ...problems import BadInput, Problem, choice
 from ...scene_read.values import Owner, SceneValues
 from ..field_kinds import FieldKind
 from ..request import UnknownRequest
@@ -107,9 +107,9 @@ def material_of(scene: SceneValues, request: UnknownRequest, title: str) -> Owne
     """The material that a request is about. Raises BadInput."""
     owner = scene.owners.get(request.owner)
     if owner is None or owner.kind != "material":
-        names = listed(item.name for item in scene.owners.values() if item.kind == "material")
+        names = [item.name for item in scene.owners.values() if item.kind == "material"]
         cause = f"no material of the scene is called '{request.owner}'"
-        raise BadInput(Problem(title, cause, f"use one of {names}"))
+        raise BadInput(Problem(title, cause, choice(request.owner, names)))
     return owner
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...problems import BadInput, Problem
+from ..diagnosis import still_falling
 from ..job import FitJob, Progress, SavedState
 from ..plan import FitPlan
 from . import plan as stage_plan
@@ -196,7 +197,8 @@ class StagedJob:
         """After the end: as the native result, the best of the newest stage and what the stages
         before it found; the key `stages` describes each. Raises FitFailed."""
         self.progress()
-        return self.so_far() | {"notes": self._job.notes()}
+        found = self.so_far()
+        return found | {"notes": (*self._job.notes(), *still_falling(found))}
 
     def _go_on(self, stopped_because: str) -> bool:
         """Starts the next stage; False when there is none or the run was stopped."""

@@ -178,5 +178,5 @@ def _own_name(scene: SceneValues, text: str, title: str, problems: list[Problem]
         return text
     if name in KINDS:  # `fields` knows it
         return text
-    found = find_parameter(scene, owner_name, name, problems)
+    found = find_parameter(scene, owner_name, name, problems, fields=True)
     return text if found is None else parameters.join_name(found[0].name, name)

@@ -12,7 +12,9 @@ from .preferences import preferences
 def register() -> None:
     """From now on, and for every file that is loaded."""
     bpy.app.handlers.load_post.append(_prepare)
-    bpy.app.timers.register(_prepare, first_interval=0.1)
+    # A timer that a file load takes away keeps its function for ever, in bpy 4.5, and with it bpy:
+    # as a module it then never ends.
+    bpy.app.timers.register(_prepare, first_interval=0.1, persistent=True)
 
 
 def unregister() -> None:

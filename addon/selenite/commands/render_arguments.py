@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Options about renders that several commands have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+PHYSICAL = "no refraction towards lights that no micronormal gives; Cycles has it"
+
+
+def add_of_fits(add: Callable[..., Any], *, depth: bool = True) -> None:
+    """Of a command that fits, or predicts a fit: None where the fit's own setting counts. depth:
+    False for a command that chooses it."""
+    if depth:
+        add("--depth", type=int, help="bounces; 0: unlimited")
+    add("--seed", type=int, help="of the random numbers; default: 0")
+    add("--threads", type=int, help="0: all")
+    add("--physical-refraction", action="store_true", default=None, help=PHYSICAL)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the terminal tells a user: the name that was meant, the camera that is taken, and the gains
+that a fit has found."""
+
+import re
+
+import bpy
+import made_scenes as made
+import pytest
+from command_line import command
+
+from selenite import native
+from selenite.cli import main
+
+pytestmark = pytest.mark.blender
+
+
+@pytest.fixture
+def scene(tmp_path):
+    """A ball under a grey sky, and two cameras; the one at the side is active."""
+    made.studio(base_color=(0.8, 0.4, 0.2), roughness=0.5)
+    bpy.context.scene.camera = made.camera("Side", distance=3.0)
+    return made.save(tmp_path / "scene.blend")
+
+
+@pytest.mark.parametrize(
+    ("words", "meant", "permitted"),
+    [
+        (["--fit=Body:rougness"], "Body:rougness': a material has no", "'roughness'"),
+        (["--fit=Body:base_colour_texture"], "a material has no", "'base_color_texture'"),
+        (["--fit=World:enviroment"], "a world has no", "'environment'"),
+        (["--fit=body:roughness"], "no material, light or world", "'Body'"),
+        (["--fit=Body:roughness", "--photo=Sid=p.png"], "Camera 'Sid'", "'Side'"),
+        (["--fit=Body:roughness", "--start=Body:rougness=.3"], "is not fitted", "'Body:roughness'"),
+        (["--fit=Body:roughness", "--loss=robst"], "Setting 'loss'", "'robust'"),
+    ],
+)
+def test_a_misspelt_name_is_answered_with_the_one_that_was_meant(
+    scene, capsys, words, meant, permitted
+):
+    assert main(["fit", scene, *words]) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if meant in line]
+    assert f"did you mean {permitted}?" in lines[0]
+
+
+def test_the_permitted_names_are_those_of_the_command(scene, tmp_path, capsys):
+    """Images can be fitted; a render takes one value."""
+    main(["fit", scene, "--fit=Body:x", "--fit=World:x"])
+    said = capsys.readouterr().err
+    assert "'base_color_texture'" in said and "'environment'" in said
+    main(["render", scene, f"--out={tmp_path / 'o.exr'}", "--set=Body:x=1", "--set=World:x=1"])
+    said = capsys.readouterr().err
+    assert "'base_color'" in said and "'strength'" in said
+    assert "'base_color_texture'" not in said and "'environment'" not in said
+
+
+def test_without_a_name_the_active_camera_renders(scene, tmp_path, capsys):
+    out = str(tmp_path / "o.exr")
+    pictures = {}
+    for words in ((), ("--camera=Side",), ("--camera=Camera",)):
+        status, report, _ = command(capsys, "render", scene, "--out", out, "--spp=1", *words)
+        assert status == 0
+        pictures[words] = native.image().read(out)[0].tobytes()
+        assert report["camera"] == ("Camera" if words == ("--camera=Camera",) else "Side")
+    assert pictures[()] == pictures["--camera=Side",] != pictures["--camera=Camera",]
+    slope = ("--parameter=Body:roughness", "--spp=1")
+    assert command(capsys, "gradient", scene, *slope)[0] == 0
+    bpy.context.scene.camera = None
+    none_active = made.save(tmp_path / "none.blend")
+    assert main(["render", none_active, "--out", out]) == 2
+    assert "no active one, and --camera names none; use one of" in capsys.readouterr().err
+
+
+def fit(capsys, scene, tmp_path, brightness, *more):
+    """To a render of another colour, as an exposure of another brightness has it."""
+    photo = str(tmp_path / "photo.exr")
+    command(
+        capsys, "render", scene, "--camera=Camera", "--out", photo, "--spp=512",
+        "--set=Body:base_color=.2,.6,.4",
+    )  # fmt: skip
+    native.image().write_exr(photo, native.image().read(photo)[0] * brightness)
+    status, report, said = command(
+        capsys, "fit", scene, f"--photo=Camera={photo}", "--height=24", "--spp=16",
+        f"--out={tmp_path / 'fits'}", *more,
+    )  # fmt: skip
+    assert status == 0, report
+    return report, said
+
+
+@pytest.mark.parametrize(("kind", "count"), [("scalar", 1), ("rgb", 3)])
+def test_the_gains_that_were_found_are_said(scene, tmp_path, capsys, kind, count):
+    more = ("--fit=Body:roughness", f"--gain={kind}", "--align")
+    report, said = fit(capsys, scene, tmp_path, 1.5, *more)
+    (line,) = [line for line in said.splitlines() if line.startswith("Photo Camera: gain")]
+    found = re.fullmatch(
+        r"Photo Camera: gain (.*) \(90 %: (.*)\), shift (\S+), (\S+) pixels, roll (\S+) degrees",
+        line,
+    )
+    row = report["captures"]["Camera"]
+    gains = [float(x) for x in found[1].split(", ")]
+    assert gains == pytest.approx(list(row["gain"])[:count], abs=1e-4)
+    ends = [[float(x) for x in part.split(" to ")] for part in found[2].split("; ")]
+    assert len(ends) == count
+    assert ends[0] == pytest.approx(list(row["gain_interval_90"][0]), rel=1e-3)
+    assert [float(found[i]) for i in (3, 4, 5)] == pytest.approx(row["shift"], abs=0.01)
+
+
+def test_of_photos_without_a_gain_nothing_is_said(scene, tmp_path, capsys):
+    _, said = fit(capsys, scene, tmp_path, 1.0, "--fit=Body:base_color", "--iterations=2")
+    assert "Body:base_color:" in said
+    assert not [line for line in said.splitlines() if line.startswith("Photo Camera: ")]
