@@ -50,16 +50,16 @@ def match_masks(
     return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True)
 
 
-def photos_by_path(cameras: Sequence[ReconstructedCamera], folder: Path) -> dict[str, Path]:
-    """Photos that the file itself names, by the camera's label, where they lie in its folder or
-    inside: no path leads out of it."""
+def files_by_path(names: dict[str, str], folder: Path) -> dict[str, Path]:
+    """Pictures that the file itself names, by the camera's label, where they lie in its folder or
+    inside: no path leads out of it. names: by label, "" for none."""
     found = {}
-    for camera in cameras:
-        name = camera.photo.replace("\\", "/")
+    for label, text in names.items():
+        name = text.replace("\\", "/")
         for ending in ("", *SUFFIXES) if name else ():
             path = inside(folder, f"{name}{ending}")
             if path is not None and _is_picture(path.name) and is_file(path):
-                found[camera.label] = path
+                found[label] = path
                 break
     return found
 
