@@ -109,9 +109,18 @@ def test_masks_are_called_as_programs_call_them(folder, mask: str) -> None:
 
 
 def test_what_the_file_names_is_taken_from_its_folder_only(folder) -> None:
-    here = folder("images/1.png", "outside.png", "in/images/2.png")
-    names = {"a": "./images/2", "b": "../outside.png", "c": "/etc/passwd", "d": ""}
-    assert files_by_path(names, here / "in") == {"a": (here / "in/images/2.png").resolve()}
+    here = folder("images/1.png", "outside.png", "in/images/2.png", "in/images/side/3.jpg")
+    names = {
+        "a": "./images/2",
+        "b": "../outside.png",
+        "c": "/etc/passwd",
+        "d": "",
+        "e": "side/3.jpg",
+    }
+    assert files_by_path(names, here / "in") == {
+        "a": (here / "in/images/2.png").resolve(),
+        "e": (here / "in/images/side/3.jpg").resolve(),
+    }
 
 
 def test_a_missing_folder_is_a_problem(tmp_path: Path) -> None:

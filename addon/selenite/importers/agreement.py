@@ -30,8 +30,8 @@ def remarks_on(found: Reconstruction) -> list[str]:
         cause = "there is no mesh, which a fit needs"
         return [f"{cause}: import its file, with this one as that of the cameras"]
     remarks = [
-        f"mesh '{mesh.name}' has vertex colours: they are its attribute 'Color', its base colour "
-        "is white"
+        f"mesh '{mesh.name}' has vertex colours: they are its attribute 'Color'; its base colour "
+        "is white, so that it can be fitted"
         for mesh in found.meshes
         if mesh.colors is not None and mesh.texture is None
     ]

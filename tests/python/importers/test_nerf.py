@@ -88,6 +88,15 @@ def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
         read_reconstruction(path)
 
 
+@pytest.mark.parametrize("name", ["IMG_0000.png", "IMG_0000_mask.png", "IMG_0000.JPG.png"])
+def test_a_mask_has_the_size_of_its_photo(tmp_path: Path, name: str) -> None:
+    (tmp_path / "poses").mkdir()
+    picture(tmp_path / "masks" / name)
+    path = written(tmp_path / "poses", document(known(1, Lens()), fl_x=520.0))
+    found = read_reconstruction(path, pictures=[tmp_path / "masks"])
+    assert worst(found, known(1, Lens())) < MOST
+
+
 def test_a_frame_with_a_mask_alone_is_read(tmp_path: Path) -> None:
     picture(tmp_path / "masks" / "m0.png")
     content = document(known(1, Lens()), fl_x=520.0)
