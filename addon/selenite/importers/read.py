@@ -80,8 +80,11 @@ def _read(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
         return nerf.read_nerf(file, pictures)
     if start.startswith((b"<", GZIP)):
         return _of_xml(file, pictures)
-    if realitycapture.csv_header(start.decode("utf-8", errors="replace")) is not None:
+    is_table = realitycapture.csv_header(start.decode("utf-8", errors="replace")) is not None
+    if is_table or file.suffix.lower() == ".csv":
         return realitycapture.read_csv(file, pictures)
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise Place(file, "file").error("it is text in UTF-16", "save it as text in UTF-8")
     raise Place(file, "file").error("its format is not known", f"give {KNOWN}")
 
 

@@ -227,6 +227,19 @@ def test_what_is_no_frame_is_told(tmp_path: Path) -> None:
     )
 
 
+def test_the_cure_is_for_what_all_cameras_lack(tmp_path: Path) -> None:
+    whole = document(sensor(calibration()), all_of(known(2)))
+    for lacking, cure in (
+        (whole.replace('type="frame"', 'type="spherical"'), "undistort the photos"),
+        (
+            whole.replace("<transform>1", "<other>").replace("transform>", "other>"),
+            "align the photos",
+        ),
+    ):
+        with pytest.raises(ReconstructionError, match=rf"cameras: none can be used \(.*\); {cure}"):
+            read_reconstruction(written(tmp_path, lacking))
+
+
 def test_the_region_goes_to_the_world(tmp_path: Path) -> None:
     region = "<region><center>1 2 3</center><size>2 4 6</size><R>1 0 0 0 1 0 0 0 1</R></region>"
     rest = f'<components><component id="0">{transform()}{region}</component></components>'

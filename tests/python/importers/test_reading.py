@@ -93,6 +93,13 @@ DOCUMENTS = {
 }  # fmt: skip
 
 
+def test_text_in_utf_16_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "cameras.xml"
+    path.write_bytes("<document/>".encode("utf-16"))
+    with pytest.raises(ReconstructionError, match="it is text in UTF-16; save it as text in UTF-8"):
+        read_reconstruction(path)
+
+
 @pytest.mark.parametrize("kind", DOCUMENTS)
 def test_a_document_that_is_none_is_refused(tmp_path: Path, kind: str) -> None:
     content, cause = DOCUMENTS[kind]

@@ -24,6 +24,7 @@ from .metashape_lens import Sensor, read_sensor
 from .xml_tree import attribute, child
 
 ALIGN = "align the photos in Metashape and export the cameras again"
+UNDISTORT = "undistort the photos in Metashape and export the cameras of those"
 NOT_ALIGNED = "it has no pose: Metashape did not align it"
 NAMESAKE = "its label is that of another camera in its rig: rename its photo"
 
@@ -104,7 +105,9 @@ class _Chunk:
             found.append(ReconstructedCamera(label, pose, sensor.intrinsics, photo=label))
         if not found:
             causes = left_out.causes() or "the chunk is empty"
-            raise Place(self.file, "cameras").error(f"none can be used ({causes})", ALIGN)
+            other_lens = causes != NOT_ALIGNED and left_out.causes()
+            cure = UNDISTORT if other_lens else ALIGN
+            raise Place(self.file, "cameras").error(f"none can be used ({causes})", cure)
         self.remarks += left_out.remarks()
         self.remarks += [
             f"sensor '{name}': {remark}"
