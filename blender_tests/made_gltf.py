@@ -7,10 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+UNLIT = "KHR_materials_unlit"
 
-def write(path: Path, positions, triangles, uvs, picture: Path) -> None:
+
+def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True) -> None:
     """One textured mesh, in the axes of the file, with v downward. In a .glb the picture and the
-    numbers are inside; beside a .gltf they are in files of their own."""
+    numbers are inside; beside a .gltf they are in files of their own. is_lit: whether light falls
+    on it still, or is in its colours."""
     inside = path.suffix == ".glb"
     parts = [np.asarray(positions, "<f4"), np.asarray(uvs, "<f4"), np.asarray(triangles, "<u4")]
     blobs = [part.tobytes() for part in parts] + ([picture.read_bytes()] if inside else [])
@@ -23,6 +26,7 @@ def write(path: Path, positions, triangles, uvs, picture: Path) -> None:
     low, high = parts[0].min(axis=0).tolist(), parts[0].max(axis=0).tolist()
     accessor = {"bufferView": 0, "componentType": 5126, "count": len(positions), "type": "VEC3"}
     image = {"bufferView": 3, "mimeType": "image/png", "name": picture.stem}
+    material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
     content = {
         "asset": {"version": "2.0"},
         "scene": 0,
@@ -35,7 +39,8 @@ def write(path: Path, positions, triangles, uvs, picture: Path) -> None:
                 ]
             }
         ],
-        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "materials": [material | ({} if is_lit else {"extensions": {UNLIT: {}}})],
+        "extensionsUsed": [] if is_lit else [UNLIT],
         "textures": [{"source": 0}],
         "images": [image if inside else {"uri": picture.name}],
         "accessors": [

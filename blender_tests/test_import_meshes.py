@@ -54,7 +54,8 @@ def written_box(file):
     else:
         y_up = CORNERS[:, [0, 2, 1]] * (1, 1, -1)
         picture = file.parent / "skin.png"
-        made_gltf.write(file, y_up, TRIANGLES, (0, 1) + UVS * (1, -1), picture)
+        is_lit = "unlit" not in file.stem
+        made_gltf.write(file, y_up, TRIANGLES, (0, 1) + UVS * (1, -1), picture, is_lit)
 
 
 def test_a_gltf_in_the_axes_of_the_cameras_stays_in_them(tmp_path, capsys, request):
@@ -73,19 +74,19 @@ def test_a_gltf_in_the_axes_of_the_cameras_stays_in_them(tmp_path, capsys, reque
     assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-6
 
 
-@pytest.mark.parametrize("ending", ["obj", "ply", "gltf", "glb"])
-def test_meshes_have_the_axes_of_the_file_and_its_texture(ending, tmp_path, capsys, request):
+@pytest.mark.parametrize("name", ["box.obj", "box.ply", "box.gltf", "box.glb", "unlit.glb"])
+def test_meshes_have_the_axes_of_the_file_and_its_texture(name, tmp_path, capsys, request):
     """Those of glTF, whose y points upward, are turned so that z does. A picture inside of a file
     gets into the scene's, which is ready to fit without it."""
     _, words = reconstructed.written(tmp_path)
-    file = tmp_path / f"box.{ending}"
+    file = tmp_path / name
     written_box(file)
     words = [str(file), "--cameras", str(tmp_path / "cameras.xml")]
     report = imported(
         capsys, [*words, "--photos", str(tmp_path / "photos")], tmp_path / "out.blend"
     )
     (mesh,) = report["meshes"]
-    if ending == "glb":
+    if file.suffix == ".glb":
         assert mesh["texture"] == "packed:skin" and not [*tmp_path.glob("*/skin*")]
         (tmp_path / "skin.png").unlink()
         file.unlink()
@@ -108,3 +109,37 @@ def test_meshes_have_the_axes_of_the_file_and_its_texture(ending, tmp_path, caps
     image = link.from_node.image
     assert tuple(image.size) == (8, 8) and image.colorspace_settings.name == "sRGB"
     assert np.allclose(image.pixels[:3], 0.485, atol=0.01)  # sRGB of 0.2
+
+
+@pytest.mark.parametrize("ending", ["ply", "obj"])
+def test_vertex_colours_are_kept_beside_a_white_base_colour(ending, tmp_path, capsys, request):
+    """Code values of sRGB in the file, linear light in the scene."""
+    reconstructed.written(tmp_path)
+    file = tmp_path / f"box.{ending}"
+    codes = [(255, 188, 0)] * 7 + [(0, 255, 255)]
+    if ending == "ply":
+        head = "ply\nformat ascii 1.0\nelement vertex 8\n"
+        head += "".join(f"property float {name}\n" for name in "xyz")
+        head += "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+        head += "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
+        rows = [" ".join(map(str, row)) for row in np.hstack([CORNERS, codes])]
+        rows += [f"3 {a} {b} {c}" for a, b, c in TRIANGLES]
+    else:
+        head = ""
+        rows = [f"v {x} {y} {z} {r / 255} {g / 255} {b / 255}"
+                for (x, y, z), (r, g, b) in zip(CORNERS, codes, strict=True)]  # fmt: skip
+        rows += ["f " + " ".join(str(n + 1) for n in corners) for corners in TRIANGLES]
+    file.write_text(head + "\n".join(rows) + "\n")
+    words = [str(file), "--cameras", str(tmp_path / "binary")]
+    report = imported(capsys, words, tmp_path / "out.blend")
+    assert sum("has vertex colours" in text for text in report["warnings"]) == 1
+    request.getfixturevalue("addon")
+    reconstructed.opened(tmp_path / "out.blend")
+    item = next(one for one in bpy.data.objects if one.type == "MESH" and not one.hide_render)
+    material = item.material_slots[0].material
+    assert not made.socket(material, "base_color").is_linked
+    assert tuple(made.socket(material, "base_color").default_value) == (1, 1, 1, 1)
+    colors = np.empty(4 * 8, np.float32)
+    item.data.color_attributes["Color"].data.foreach_get("color", colors)
+    expected = [(1, 0.503, 0, 1)] * 7 + [(0, 1, 1, 1)]
+    assert np.abs(colors.reshape(-1, 4) - expected).max() < 1e-3
