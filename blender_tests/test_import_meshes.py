@@ -143,3 +143,19 @@ def test_vertex_colours_are_kept_beside_a_white_base_colour(ending, tmp_path, ca
     item.data.color_attributes["Color"].data.foreach_get("color", colors)
     expected = [(1, 0.503, 0, 1)] * 7 + [(0, 1, 1, 1)]
     assert np.abs(colors.reshape(-1, 4) - expected).max() < 1e-3
+
+
+def test_a_second_texture_is_told(tmp_path, capsys):
+    reconstructed.written(tmp_path)
+    file = tmp_path / "box.obj"
+    written_box(file)
+    made.photo(tmp_path / "other.png", (8, 8), 0.7)
+    file.write_text(file.read_text() + "usemtl Other\nf 1/1 2/2 6/6\n")
+    materials = file.with_suffix(".mtl")
+    materials.write_text(materials.read_text() + "newmtl Other\nmap_Kd other.png\n")
+    words = [str(file), "--cameras", str(tmp_path / "binary")]
+    report = imported(capsys, words, tmp_path / "out.blend")
+    (mesh,) = report["meshes"]
+    assert Path(mesh["texture"]).name == "skin.png" and mesh["triangles"] == 4
+    told = "mesh 'box': of its textures only the first is used; export it with one"
+    assert told in report["warnings"]
