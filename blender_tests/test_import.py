@@ -306,8 +306,8 @@ def test_masks_are_where_the_file_names_them(tmp_path, capsys):
     report = imported(capsys, words["transforms"], tmp_path / "out.blend")
     masks = [one["mask"] for one in report["cameras"]]
     assert masks == [None, str(tmp_path / "masks" / "IMG_0002.png"), None, None]
-    (told,) = [text for text in report["warnings"] if "masks" in text]
-    assert told.endswith(
+    (warning,) = [text for text in report["warnings"] if "masks" in text]
+    assert warning.endswith(
         "not there: 'photos/IMG_0001.exr', 'photos/IMG_0003.exr', 'photos/IMG_0004.exr'"
     )
 

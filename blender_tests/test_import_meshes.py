@@ -157,5 +157,5 @@ def test_a_second_texture_is_told(tmp_path, capsys):
     report = imported(capsys, words, tmp_path / "out.blend")
     (mesh,) = report["meshes"]
     assert Path(mesh["texture"]).name == "skin.png" and mesh["triangles"] == 4
-    told = "mesh 'box': of its textures only the first is used; export it with one"
-    assert told in report["warnings"]
+    warning = "mesh 'box': of its textures only the first is used; export it with one"
+    assert warning in report["warnings"]

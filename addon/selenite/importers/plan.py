@@ -158,19 +158,19 @@ def _pair(
     no counterpart is named."""
     left: tuple[str, ...] = ()
     source = request.cameras or request.file
-    beside = source if source.is_dir() else source.parent
+    folder = source if source.is_dir() else source.parent
     if request.photos is not None:
         match = match_photos(found.cameras, request.photos, problems)
         photos, left = match.files, match.left
     else:
-        photos = files_by_path({item.label: item.photo for item in found.cameras}, beside)
+        photos = files_by_path({item.label: item.photo for item in found.cameras}, folder)
     without = [item.label for item in found.cameras if item.label not in photos]
     if without:
         warnings.append(f"cameras without a photo: {_some(without)}")
     if left:
         warnings.append(f"photos without a camera: {_some(left)}")
     named = {item.label: item.mask for item in found.cameras if item.label in photos}
-    masks = files_by_path(named, beside)
+    masks = files_by_path(named, folder)
     gone = [label for label, name in named.items() if name and label not in masks]
     if gone and request.masks is None:
         warnings.append(f"masks that the file names, but are not there: {_some(gone)}")

@@ -144,7 +144,7 @@ def test_every_camera_has_its_own_sensor(tmp_path: Path) -> None:
 
 
 #: Of the second sensor in the axes of the first: its turn, and its place in units of the chunk.
-ASIDE, BESIDE = known(2)[1].rotation.T, np.array([0.2, -0.1, 0.05])
+ASIDE, OFFSET = known(2)[1].rotation.T, np.array([0.2, -0.1, 0.05])
 
 
 def rig(second: str, placed: int = 1) -> tuple[str, list[Known]]:
@@ -152,15 +152,15 @@ def rig(second: str, placed: int = 1) -> tuple[str, list[Known]]:
     second: its label. placed: which of both sensors has a pose in the rig."""
     lens = Lens(610.0, 610.0)
     first = known(1)[0]
-    turn, moved = (ASIDE, BESIDE) if placed else (ASIDE.T, -ASIDE.T @ BESIDE)
+    turn, moved = (ASIDE, OFFSET) if placed else (ASIDE.T, -ASIDE.T @ OFFSET)
     pose = f"<rotation>{text(turn)}</rotation><location>{text(moved)}</location>"
     sensors = sensor(calibration() + ("" if placed else pose)) + sensor(
         (pose if placed else "") + calibration(lens), 1
     ).replace("<sensor ", '<sensor master_id="0" ')
     inner = camera(first, 0)
     inner += f'<camera id="1" sensor_id="1" component_id="0" master_id="0" label="{second}"/>'
-    # x_world = SCALE TURN x_chunk + MOVED, so that BESIDE is that much shorter there.
-    centre = first.centre + SCALE * first.rotation.T @ BESIDE
+    # x_world = SCALE TURN x_chunk + MOVED, so that OFFSET is that much shorter there.
+    centre = first.centre + SCALE * first.rotation.T @ OFFSET
     other = Known(second, ASIDE.T @ first.rotation, centre, lens)
     return document(sensors, inner), [first, other]
 

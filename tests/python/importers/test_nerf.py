@@ -118,14 +118,14 @@ def test_a_fisheye_and_k4_are_told(tmp_path: Path) -> None:
 def test_poses_that_nerfstudio_has_moved_are_told(tmp_path: Path) -> None:
     plain = document(known(), **lens_of(FULL))
     axes = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]]
-    for moved, told in (
+    for moved, count in (
         ({"applied_transform": axes, "ply_file_path": "points.ply"}, 1),
         ({"applied_transform": np.eye(3, 4).tolist()}, 0),
         ({"applied_scale": 0.5}, 1),
         ({"applied_scale": 1.0}, 0),
     ):
         found = read_reconstruction(written(tmp_path, {**plain, **moved}))
-        assert worst(found, known()) < MOST and len(found.remarks) == told
+        assert worst(found, known()) < MOST and len(found.remarks) == count
         assert all("applied_transform" in remark for remark in found.remarks)
 
 
