@@ -8,6 +8,7 @@ from pathlib import Path
 import bpy
 import made_scenes as made
 import numpy as np
+from command_line import command
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scenes"))
@@ -24,6 +25,14 @@ def written(folder, offset=(0.0, 0.0, 0.0), **how):
     for camera in found.cameras:
         made.photo(folder / "photos" / f"{camera.label}.exr", pebble.SIZE)
     return found, pebble.write_all(found, folder)
+
+
+def imported(capsys, words, out):
+    """The report of an import that has gone well."""
+    status, report, said = command(capsys, "import", *words, "--save", str(out))
+    assert status == 0, said
+    assert report["saved"] == str(out) and out.is_file()
+    return report
 
 
 def opened(path):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import reconstructed
 from command_line import command
+from reconstructed import imported
 
 from selenite.importers.to_blender import LABEL, OFFSET, TO_FILE
 from selenite.scene_read.photos import captures_of
@@ -19,14 +20,6 @@ from selenite.scene_read.photos import captures_of
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
 FAR = (1_000_000.0, -2_000_000.0, 300.0)
-
-
-def imported(capsys, words, out):
-    """The report of an import that has gone well."""
-    status, report, said = command(capsys, "import", *words, "--save", str(out))
-    assert status == 0, said
-    assert report["saved"] == str(out) and out.is_file()
-    return report
 
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0, 0.0), FAR], ids=["near", "far"])
@@ -300,56 +293,38 @@ def test_a_folder_of_the_users_is_not_written_into(tmp_path, capsys):
     assert not (tmp_path / "out.blend").exists()
 
 
-def textured_cube(folder):
-    """An uneven box, wider along y than along z, with a picture; alone in the file."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.mesh.primitive_cube_add(size=1)
-    item = bpy.context.object
-    item.name = "Box"
-    for vertex in item.data.vertices:
-        vertex.co = (0.1 * vertex.co.x, 0.3 * vertex.co.y + 0.5, 0.2 * vertex.co.z)
-    skin = made.material("Skin")
-    texture = skin.node_tree.nodes.new("ShaderNodeTexImage")
-    texture.image = bpy.data.images.load(str(made.photo(folder / "skin.png", (8, 8), 0.2)))
-    made.link(skin, texture.outputs["Color"])
-    item.data.materials.append(skin)
-    return item
-
-
-@pytest.mark.parametrize("ending", ["obj", "ply", "gltf", "glb"])
-def test_meshes_of_blenders_importers_have_the_axes_of_the_file(ending, tmp_path, capsys, request):
-    """Those of glTF, whose y points upward, are turned so that z does."""
-    if ending in ("gltf", "glb") and bpy.app.version < (4, 0, 0):
-        pytest.skip("the glTF importer of Debian's Blender 3.4 fails with numpy 1.24")
+def test_masks_are_where_the_file_names_them(tmp_path, capsys):
+    """Without a folder of masks; those that are not there are named."""
     _, words = reconstructed.written(tmp_path)
-    textured_cube(tmp_path)
-    file = tmp_path / f"box.{ending}"
-    if ending == "obj":
-        bpy.ops.wm.obj_export(filepath=str(file), forward_axis="Y", up_axis="Z")
-    elif ending == "ply":
-        corners = [(x, y, z) for x in (-0.05, 0.05) for y in (0.35, 0.65) for z in (-0.1, 0.1)]
-        faces = ["3 0 1 3", "3 4 6 7"]
-        head = "ply\nformat ascii 1.0\nelement vertex 8\n"
-        head += "".join(f"property float {axis}\n" for axis in "xyz")
-        head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
-        rows = [" ".join(map(str, corner)) for corner in corners]
-        file.write_text(head + "\n".join([*rows, *faces, ""]))
-    else:
-        kind = "GLB" if ending == "glb" else "GLTF_SEPARATE"
-        bpy.ops.export_scene.gltf(filepath=str(file), export_format=kind)
-    words = [str(file), "--cameras", str(tmp_path / "cameras.xml")]
+    path = tmp_path / "transforms.json"
+    content = json.loads(path.read_text())
+    for frame in content["frames"]:
+        frame["mask_path"] = f"./masks/{Path(frame['file_path']).stem}.png"
+    path.write_text(json.dumps(content))
+    (tmp_path / "masks").mkdir()
+    made.photo(tmp_path / "masks" / "IMG_0002.png", reconstructed.pebble.SIZE, 1.0)
+    report = imported(capsys, words["transforms"], tmp_path / "out.blend")
+    masks = [one["mask"] for one in report["cameras"]]
+    assert masks == [None, str(tmp_path / "masks" / "IMG_0002.png"), None, None]
+    (warning,) = [text for text in report["warnings"] if "masks" in text]
+    assert warning.endswith(
+        "not there: 'photos/IMG_0001.exr', 'photos/IMG_0003.exr', 'photos/IMG_0004.exr'"
+    )
+
+
+def test_poses_and_masks_alone_make_cameras_and_say_what_is_missing(tmp_path, capsys):
+    truth, _ = reconstructed.written(tmp_path)
+    (tmp_path / "masks").mkdir()
+    for camera in truth.cameras:
+        made.photo(tmp_path / "masks" / f"{camera.label}_mask.png", reconstructed.pebble.SIZE, 1.0)
+    words = [str(tmp_path / "binary"), "--masks", str(tmp_path / "masks")]
     report = imported(capsys, words, tmp_path / "out.blend")
-    request.getfixturevalue("addon")
-    reconstructed.opened(tmp_path / "out.blend")
-    places = reconstructed.vertices_of(next(x for x in bpy.data.objects if x.type == "MESH"))
-    assert np.abs(places.min(axis=0) - (-0.05, 0.35, -0.1)).max() < 1e-6
-    assert np.abs(places.max(axis=0) - (0.05, 0.65, 0.1)).max() < 1e-6
-    (mesh,) = report["meshes"]
-    left_out = [text for text in report["warnings"] if "is left out" in text]
-    if ending in ("obj", "gltf"):
-        assert Path(mesh["texture"]).name == "skin.png" and not left_out
-    else:
-        assert mesh["texture"] is None and len(left_out) == (ending == "glb")
+    assert report["captures"] == 0 and len(report["cameras_without_photo"]) == 4
+    said = " ".join(report["warnings"])
+    for part in ("no mesh, which a fit needs", "cameras without a photo", "masks without a photo"):
+        assert part in said
+    status, found, _ = command(capsys, "check", str(tmp_path / "out.blend"))
+    assert status == 2 and "nothing with faces" in json.dumps(found["problems"])
 
 
 def test_what_has_no_partner_is_named_both_ways(tmp_path, capsys):

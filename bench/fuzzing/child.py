@@ -88,13 +88,13 @@ def read_checkpoint(case: Path) -> bool:
 
 
 def read_reconstruction(case: Path) -> bool:
-    from fuzzing.reconstruction_seeds import MAIN
+    from fuzzing.reconstruction_seeds import paths
     from selenite.importers import read
     from selenite.importers.reconstruction import ReconstructionError
 
     folder = case.parent
     try:
-        read.read_reconstruction(folder / MAIN[folder.name])
+        read.read_reconstruction(*paths(folder))
     except ReconstructionError:
         return False
     return True

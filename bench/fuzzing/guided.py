@@ -22,7 +22,7 @@ with atheris.instrument_imports(include=["selenite.importers"]):
     from selenite.importers.read import read_reconstruction
     from selenite.importers.reconstruction import ReconstructionError
 
-from fuzzing.reconstruction_seeds import MAIN, make  # noqa: E402
+from fuzzing.reconstruction_seeds import make, paths  # noqa: E402
 
 
 class Readers:
@@ -47,7 +47,7 @@ class Readers:
         path = self.files[data[0] % len(self.files)]
         path.write_bytes(data[1:])
         try:
-            read_reconstruction(path.parent / MAIN[path.parent.name])
+            read_reconstruction(*paths(path.parent))
         except ReconstructionError as error:
             assert "\n" not in str(error)
         finally:

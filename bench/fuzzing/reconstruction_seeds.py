@@ -18,6 +18,8 @@ MAIN = {
     "xmp": "",
     "csv": "cameras.csv",
     "bundler": "bundle.out",
+    "ply_text": "scan.ply",
+    "ply_binary": "scan.ply",
 }
 IDENTITY = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"
 SIZE = '<resolution width="12" height="12"/>'
@@ -77,6 +79,32 @@ photo.png,1,2,3,10,20,30,35,0.01,-0.02,.1,.2,.3,.4,.01,.02
 """
 BUNDLER = "# Bundle file v0.3\n2 1\n10 -.1 .2\n1 0 0\n0 1 0\n0 0 1\n1 2 3\n" + "0 0 0\n" * 5
 BUNDLER += "1 2 3\n255 0 0\n1 0 5 1.5 2.5\n"
+PLY = """comment TextureFile photo.png
+element camera 1
+property list uchar float k
+element vertex 4
+property float x
+property double y
+property float z
+property float nx
+property float ny
+property float nz
+property uchar red
+property uchar green
+property uchar blue
+property float s
+property float t
+element face 2
+property list uchar int vertex_indices
+property list uchar float texcoord
+end_header
+"""
+
+
+def paths(folder: Path) -> tuple[Path, Path | None]:
+    """What to read of a folder that `make` has made, and the cameras that a mesh alone needs."""
+    main = folder / MAIN[folder.name]
+    return main, folder / "cameras.xml" if main.suffix == ".ply" else None
 
 
 def make(folder: Path) -> None:
@@ -88,19 +116,39 @@ def make(folder: Path) -> None:
         "nerf": {"transforms.json": NERF},
         "xmp": {"photo.xmp": XMP},
         "csv": {"cameras.csv": CSV},
+        "ply_text": {"scan.ply": _ply_text(), "cameras.xml": METASHAPE},
+        "ply_binary": {"cameras.xml": METASHAPE},
         "bundler": {"bundle.out": BUNDLER, "list.txt": "photo.png 0 10.5\nb.png\n"},
     }
     for name, files in texts.items():
         (folder / name).mkdir()
         for file, content in files.items():
             (folder / name / file).write_text(content)
-    for name in ("x3d", "nerf", "xmp", "csv", "bundler"):
+    (folder / "ply_binary" / "scan.ply").write_bytes(_ply_binary())
+    for name in ("x3d", "nerf", "xmp", "csv", "bundler", "ply_text", "ply_binary"):
         _photo(folder / name / "photo.png")
     (folder / "compressed").mkdir()
     (folder / "compressed" / "scene.x3dz").write_bytes(gzip.compress(X3D.encode(), mtime=0))
     (folder / "colmap_binary").mkdir()
     for name, content in _colmap().items():
         (folder / "colmap_binary" / f"{name}.bin").write_bytes(content)
+
+
+def _ply_text() -> str:
+    vertex = "{0} 1 0 0 0 1 255 0 9 0.5 1\n"
+    rows = ["1 0.5\n", *(vertex.format(n) for n in range(4))]
+    rows += ["4 0 1 2 3 8 0 0 1 0 1 1 0 1\n", "3 0 1 2 0\n"]
+    return "ply\nformat ascii 1.0\n" + PLY + "".join(rows)
+
+
+def _ply_binary() -> bytes:
+    head = b"ply\nformat binary_big_endian 1.0\n" + PLY.encode()
+    body = struct.pack(">Bf", 1, 0.5)
+    for number in range(4):
+        body += struct.pack(">fd4f3B2f", number, 1, 0, 0, 0, 1, 255, 0, 9, 0.5, 1)
+    for _ in range(2):
+        body += struct.pack(">B3iB6f", 3, 0, 1, 2, 6, 0, 0, 1, 0, 1, 1)
+    return head + body
 
 
 def _photo(path: Path) -> None:

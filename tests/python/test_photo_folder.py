@@ -10,9 +10,9 @@ import pytest
 
 from selenite.importers.lens import blender_lens, intrinsics_of
 from selenite.importers.photo_folder import (
+    files_by_path,
     match_masks,
     match_photos,
-    photos_by_path,
     short_name,
 )
 from selenite.importers.placement import Placement, placement_of, plane_rotation, why_no_plane
@@ -109,9 +109,18 @@ def test_masks_are_called_as_programs_call_them(folder, mask: str) -> None:
 
 
 def test_what_the_file_names_is_taken_from_its_folder_only(folder) -> None:
-    here = folder("images/1.png", "outside.png", "in/images/2.png")
-    cameras = [camera("a", "./images/2"), camera("b", "../outside.png"), camera("c", "/etc/passwd")]
-    assert photos_by_path(cameras, here / "in") == {"a": (here / "in/images/2.png").resolve()}
+    here = folder("images/1.png", "outside.png", "in/images/2.png", "in/images/side/3.jpg")
+    names = {
+        "a": "./images/2",
+        "b": "../outside.png",
+        "c": "/etc/passwd",
+        "d": "",
+        "e": "side/3.jpg",
+    }
+    assert files_by_path(names, here / "in") == {
+        "a": (here / "in/images/2.png").resolve(),
+        "e": (here / "in/images/side/3.jpg").resolve(),
+    }
 
 
 def test_a_missing_folder_is_a_problem(tmp_path: Path) -> None:

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
+from ..scene_read.capture_request import PACKED
 from .arguments import input_file, output_file, stop_if
 from .terminal import bar, say
 
 if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
+    from ..importers.reconstruction import PackedPicture
 
 _FILE = "give a file of a reconstruction; see selenite import --help"
 
@@ -145,7 +147,7 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
                 "name": item.name,
                 "vertices": len(item.positions),
                 "triangles": len(item.triangles),
-                "texture": str(item.texture) if item.texture is not None else None,
+                "texture": _texture(item.texture),
             }
             for item in plan.meshes
         ],
@@ -156,6 +158,13 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
         "world_to_file": plan.placement.to_file().tolist(),
         "warnings": list(plan.warnings),
     }
+
+
+def _texture(texture: Path | PackedPicture | None) -> str | None:
+    if texture is None:
+        return None
+    is_file = isinstance(texture, Path)
+    return str(texture) if is_file else f"{PACKED}{texture.name}"
 
 
 def _say(report: dict[str, Any], undistort: bool) -> None:

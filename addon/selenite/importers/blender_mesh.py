@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes to Blender, and from the formats that Blender's own importers read: OBJ, PLY, glTF."""
+"""Meshes to Blender, and from the formats that Blender's own importers read: OBJ, glTF."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ import numpy as np
 
 from ..scene_read import hosts
 from .obj_offset import near_origin
-from .reconstruction import ReconstructedMesh, ReconstructionError
+from .readers.files import shortened
+from .reconstruction import PackedPicture, ReconstructedMesh, ReconstructionError
 
 #: Blender's importers keep single precision, 6e-8 of the largest coordinate.
 _COARSE = 1000.0
+GLTF = (".glb", ".gltf")
 
 
 def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mesh:
@@ -57,7 +59,7 @@ def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mes
 
 
 def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[str, ...]]:
-    """The meshes of an OBJ, PLY or glTF file, with the axes of the file (glTF, whose y points
+    """The meshes of an OBJ or glTF file, with the axes of the file (glTF, whose y points
     upward, as Blender turns it), and remarks. Leaves nothing in the open file. Raises
     ReconstructionError."""
     with _scratch_scene() as scene:
@@ -68,12 +70,12 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
                 graph = bpy.context.evaluated_depsgraph_get()
                 made = [item for item in scene.objects if item.type == "MESH"]
                 found = [_neutral(item.evaluated_get(graph), file) for item in made]
-                inside = [item.name for item in made if _is_inside(item, file)]
+                several = [item.name for item in made if len(set(_base_images(item))) > 1]
             meshes = tuple(replace(one, positions=one.positions + offset) for one in found)
         except (RuntimeError, AttributeError, ImportError, OSError) as error:
-            cause = " ".join(str(error).removeprefix("Error: ").split()) or type(error).__name__
             cure = "export the mesh again, as OBJ or X3D"
-            raise ReconstructionError(file, "mesh", f"not imported ({cause})", cure) from error
+            cause = f"not imported ({_said(error)})"
+            raise ReconstructionError(file, "mesh", cause, cure) from error
         finally:
             bpy.data.batch_remove([item for item in bpy.data.user_map() if item not in before])
     meshes = tuple(mesh for mesh in meshes if len(mesh.triangles))
@@ -83,9 +85,8 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
     far = 0.0 if offset.any() else max(float(np.abs(mesh.positions).max()) for mesh in meshes)
     size = float(np.ptp(np.concatenate([mesh.positions for mesh in meshes]), axis=0).max())
     remarks: tuple[str, ...] = tuple(
-        f"mesh '{name}': its texture is inside of '{file.name}' and is left out; export it as a "
-        "picture of its own (glTF Separate, OBJ)"
-        for name in inside
+        f"mesh '{name}': of its textures only the first is used; export it with one"
+        for name in several
     )
     if far > _COARSE * size:
         remarks += (
@@ -113,17 +114,33 @@ def _scratch_scene() -> Iterator[bpy.types.Scene]:
         bpy.data.scenes.remove(scene)
 
 
+def _said(error: Exception) -> str:
+    """What an importer says went wrong, in a line: of a traceback the end."""
+    lines = [line for line in str(error).removeprefix("Error: ").splitlines() if line.strip()]
+    if "Traceback" in str(error):
+        lines = [line for line in lines if not line.startswith((" ", "Location:"))][-1:]
+    return shortened(" ".join(lines), 300) or type(error).__name__
+
+
 def _import(file: Path) -> None:
-    ending, path = file.suffix.lower(), str(file)
-    manager, operators = bpy.ops.wm, cast(Any, bpy.ops)
-    if ending in (".glb", ".gltf"):
-        bpy.ops.import_scene.gltf(filepath=path)
-    elif ending == ".obj":
-        manager.obj_import(filepath=path, forward_axis="Y", up_axis="Z")
-    elif bpy.app.version >= (4, 0, 0):
-        manager.ply_import(filepath=path, forward_axis="Y", up_axis="Z")
+    if file.suffix.lower() == ".obj":
+        bpy.ops.wm.obj_import(filepath=str(file), forward_axis="Y", up_axis="Z")
     else:
-        operators.import_mesh.ply(filepath=path)
+        with _names_of_old_numpy():
+            bpy.ops.import_scene.gltf(filepath=str(file))
+
+
+@contextmanager
+def _names_of_old_numpy() -> Iterator[None]:
+    """The glTF importer of Debian's Blender 3.4 says np.bool, which Debian's NumPy has no more."""
+    missing = "bool" not in vars(np)
+    if missing:
+        vars(np)["bool"] = bool
+    try:
+        yield
+    finally:
+        if missing:
+            del vars(np)["bool"]
 
 
 def world_triangles(
@@ -160,30 +177,57 @@ def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
         triangles=triangles,
         uvs=uvs[0][1].reshape(-1, 3, 2) if uvs else None,
         normals=normals,
+        colors=_colors(mesh),
         texture=_texture(item, file),
     )
 
 
-def _texture(item: bpy.types.Object, file: Path) -> Path | None:
-    """The file behind the base colour, if it lies in the folder of `file` or inside."""
+def _colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
+    """(vertices, 3) linear, of the colours that are shown; a vertex has that of its last corner."""
+    attribute: Any = mesh.color_attributes.active_color
+    if attribute is None:
+        return None
+    values = np.empty(4 * len(attribute.data), np.float32)
+    attribute.data.foreach_get("color", values)
+    colors = values.reshape(-1, 4)[:, :3].astype(np.float64)
+    if attribute.domain == "POINT":
+        return colors
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    found = np.ones((len(mesh.vertices), 3))
+    found[corners] = colors
+    return found
+
+
+def _texture(item: bpy.types.Object, file: Path) -> Path | PackedPicture | None:
+    """Behind the base colour: a file in the folder of `file` or inside, or what `file` holds."""
     for image in _base_images(item):
         path = Path(bpy.path.abspath(image.filepath)).resolve() if image.filepath else file
         if path != file and path.is_file() and path.is_relative_to(file.resolve().parent):
             return path
+        if image.packed_file is not None:
+            return PackedPicture(image.name, bytes(image.packed_file.data))
     return None
 
 
-def _is_inside(item: bpy.types.Object, file: Path) -> bool:
-    """Whether the picture is inside the mesh's file, and nowhere else."""
-    packed = any(image.packed_file is not None for image in _base_images(item))
-    return packed and _texture(item, file) is None
-
-
 def _base_images(item: bpy.types.Object) -> Iterator[bpy.types.Image]:
-    """Images behind the base colours of its materials."""
+    """Images behind the base colours of its materials; of a material without a Principled BSDF,
+    as glTF has for what is lit already, those that hold colours."""
     for slot in item.material_slots:
         tree = slot.material.node_tree if slot.material is not None else None
-        for link in tree.links if tree is not None else ():
-            image = getattr(link.from_node, "image", None)
-            if link.to_socket.name == "Base Color" and image is not None:
+        if tree is None:
+            continue
+        links = [link for link in tree.links if link.to_socket.name == "Base Color"]
+        nodes = [node for link in links for node in _upstream(link.from_node)]
+        for node in nodes if links else tree.nodes:
+            image = getattr(node, "image", None)
+            if image is not None and not hosts.is_data(image):
                 yield image
+
+
+def _upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:
+    """The node and all that lead to it: a colour may be mixed with a texture."""
+    yield node
+    for socket in node.inputs:
+        for link in socket.links:
+            yield from _upstream(link.from_node)

@@ -11,11 +11,9 @@ from pathlib import Path, PurePosixPath
 
 from ..problems import Problem, listed
 from .readers.files import inside, is_file
-from .readers.pictures import SUFFIXES
+from .readers.pictures import MASK_ENDINGS, SUFFIXES
 from .reconstruction import ReconstructedCamera
 
-#: What programs put behind a photo's name to call its mask.
-_MASK_ENDINGS = ("_mask", "-mask", ".mask")
 _MOST_FILES = 200_000
 
 
@@ -50,16 +48,20 @@ def match_masks(
     return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True)
 
 
-def photos_by_path(cameras: Sequence[ReconstructedCamera], folder: Path) -> dict[str, Path]:
-    """Photos that the file itself names, by the camera's label, where they lie in its folder or
-    inside: no path leads out of it."""
+def files_by_path(names: dict[str, str], folder: Path) -> dict[str, Path]:
+    """Pictures that the file itself names, by the camera's label, where they lie in its folder or
+    inside, or in the folder `images` there, as COLMAP names them: no path leads out of it. names:
+    by label, "" for none."""
     found = {}
-    for camera in cameras:
-        name = camera.photo.replace("\\", "/")
-        for ending in ("", *SUFFIXES) if name else ():
-            path = inside(folder, f"{name}{ending}")
+    for label, text in names.items():
+        name = text.replace("\\", "/")
+        places = [
+            f"{start}{name}{ending}" for start in ("", "images/") for ending in ("", *SUFFIXES)
+        ]
+        for place in places if name else ():
+            path = inside(folder, place)
             if path is not None and _is_picture(path.name) and is_file(path):
-                found[camera.label] = path
+                found[label] = path
                 break
     return found
 
@@ -135,7 +137,7 @@ def _answers_to(file: str, is_mask: bool) -> set[str]:
     names = {name}
     if is_mask:
         names.add(_without_ending(name))  # photo.jpg.png
-        names |= {name.removesuffix(ending) for ending in _MASK_ENDINGS}
+        names |= {name.removesuffix(ending) for ending in MASK_ENDINGS}
     return names
 
 

@@ -14,8 +14,9 @@ from ..fit_run.photos.files import header, pixels, same_aspect
 from ..problems import BadInput, Problem, listed
 from ..scene_read.capture_request import CaptureRequest
 from . import placement as places
+from .agreement import remarks_on
 from .lens import BlenderLens, blender_lens, distortion_of, intrinsics_of
-from .photo_folder import match_masks, match_photos, photos_by_path, short_name
+from .photo_folder import files_by_path, match_masks, match_photos, short_name
 from .placement import Placement
 from .reconstruction import (
     Intrinsics,
@@ -93,7 +94,7 @@ def make_plan(
     note("reading", 0.0)
     found = _read(request, read)
     note("pairing photos", 0.4)
-    warnings = list(found.remarks)
+    warnings = [*found.remarks, *remarks_on(found)]
     photos, masks, without, left = _pair(request, found, problems, warnings)
     scale = _scale(request, found, problems, warnings)
     ground = None
@@ -156,18 +157,23 @@ def _pair(
     """Photos and masks by label, the labels without a photo and the photos that are left; what has
     no counterpart is named."""
     left: tuple[str, ...] = ()
+    source = request.cameras or request.file
+    folder = source if source.is_dir() else source.parent
     if request.photos is not None:
         match = match_photos(found.cameras, request.photos, problems)
         photos, left = match.files, match.left
     else:
-        source = request.cameras or request.file
-        photos = photos_by_path(found.cameras, source if source.is_dir() else source.parent)
+        photos = files_by_path({item.label: item.photo for item in found.cameras}, folder)
     without = [item.label for item in found.cameras if item.label not in photos]
     if without:
         warnings.append(f"cameras without a photo: {_some(without)}")
     if left:
         warnings.append(f"photos without a camera: {_some(left)}")
-    masks: dict[str, Path] = {}
+    named = {item.label: item.mask for item in found.cameras if item.label in photos}
+    masks = files_by_path(named, folder)
+    gone = [label for label, name in named.items() if name and label not in masks]
+    if gone and request.masks is None:
+        warnings.append(f"masks that the file names, but are not there: {_some(gone)}")
     if request.masks is not None:
         match = match_masks(found.cameras, request.masks, problems)
         masks = {label: file for label, file in match.files.items() if label in photos}

@@ -10,13 +10,14 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from ..paths import is_folder
-from .readers import bundler, colmap, metashape, nerf, realitycapture, x3d
+from .readers import bundler, colmap, metashape, nerf, ply, realitycapture, x3d
 from .readers.files import GZIP, MOST_BINARY, Place, shortened, size_of
 from .readers.xml_tree import read_tree
 from .reconstruction import ReconstructedCamera, Reconstruction, ReconstructionError
 
-#: Meshes that Blender's importers read.
-MESHES = (".obj", ".ply", ".glb", ".gltf")
+#: Meshes without cameras; PLY has a reader here, the others are left to Blender's importers.
+PLY = ".ply"
+MESHES = (PLY, ".obj", ".glb", ".gltf")
 KNOWN = (
     "Metashape's cameras as XML, X3D, a COLMAP folder, transforms.json, XMP files and CSV of"
     " RealityCapture, bundle.out, or a mesh as OBJ, PLY or glTF with such cameras"
@@ -31,8 +32,8 @@ def read_reconstruction(
     """What a file or folder holds; with `cameras`, those of another file instead of its own.
 
     file: of Metashape (XML), X3D, COLMAP (a folder or one of its files), NeRF (transforms.json),
-    RealityCapture (CSV; XMP files: one, several or their folder), Bundler; or a mesh as OBJ, PLY or
-    glTF, which is named in `mesh_files` and needs `cameras`.
+    RealityCapture (CSV; XMP files: one, several or their folder), Bundler; or a mesh as PLY, OBJ or
+    glTF, which needs `cameras`. One as OBJ or glTF is named in `mesh_files`.
     pictures: folders with photos or masks, for formats that leave out the photos' size.
     Raises ReconstructionError.
     """
@@ -59,6 +60,9 @@ def _of_mesh(file: Path, cameras: Path | str | None) -> Reconstruction:
         raise Place(file, "file").error(
             "a mesh alone has no cameras", "give the file with the cameras too (--cameras)"
         )
+    if file.suffix.lower() == PLY:
+        mesh, remarks = ply.read_ply(file)
+        return Reconstruction(file.stem, meshes=(mesh,), remarks=remarks)
     return Reconstruction(file.stem, mesh_files=(file,))
 
 
@@ -76,8 +80,11 @@ def _read(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
         return nerf.read_nerf(file, pictures)
     if start.startswith((b"<", GZIP)):
         return _of_xml(file, pictures)
-    if realitycapture.csv_header(start.decode("utf-8", errors="replace")) is not None:
+    is_table = realitycapture.csv_header(start.decode("utf-8", errors="replace")) is not None
+    if is_table or file.suffix.lower() == ".csv":
         return realitycapture.read_csv(file, pictures)
+    if start.startswith((b"\xff\xfe", b"\xfe\xff")):
+        raise Place(file, "file").error("it is text in UTF-16", "save it as text in UTF-8")
     raise Place(file, "file").error("its format is not known", f"give {KNOWN}")
 
 

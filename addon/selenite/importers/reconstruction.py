@@ -62,10 +62,18 @@ class ReconstructedCamera:
 
 
 @dataclass(frozen=True)
+class PackedPicture:
+    """A picture inside of a mesh's file: its name there and its bytes, as those of a file."""
+
+    name: str
+    data: bytes
+
+
+@dataclass(frozen=True)
 class ReconstructedMesh:
     """Triangles. positions: (vertices, 3). triangles: (triangles, 3) indices into positions.
     uvs: (triangles, 3, 2) with v up, or None. normals: (triangles, 3, 3) or None.
-    colors: (vertices, 3) linear, or None. texture: a picture's path, or None."""
+    colors: (vertices, 3) linear, or None. texture: a picture's path, or the picture, or None."""
 
     name: str
     positions: np.ndarray
@@ -73,7 +81,7 @@ class ReconstructedMesh:
     uvs: np.ndarray | None = None
     normals: np.ndarray | None = None
     colors: np.ndarray | None = None
-    texture: Path | None = None
+    texture: Path | PackedPicture | None = None
 
 
 @dataclass(frozen=True)
@@ -83,8 +91,8 @@ class Reconstruction:
     name: the file's, without suffix. points: (n, 3). meters_per_unit: None where the file does not
     say. remarks: what was left out and why, a line each (cameras without a pose, models of lenses
     that Brown's does not cover). region: 4 x 4 of the box of interest, from the cube between -0.5
-    and 0.5 to the world, or None. mesh_files: meshes that Blender's own importers read (OBJ, PLY,
-    glTF); their world is that of the cameras.
+    and 0.5 to the world, or None. mesh_files: meshes that Blender's own importers read (OBJ, glTF);
+    their world is that of the cameras.
     """
 
     name: str

@@ -6,7 +6,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from .blender_mesh import read_with_blender
+from .agreement import with_axes_of_cameras
+from .blender_mesh import GLTF, read_with_blender
 from .read import read_reconstruction
 from .reconstruction import Reconstruction
 
@@ -17,5 +18,8 @@ def read_any(file: Path, cameras: Path | None, pictures: tuple[Path, ...] = ()) 
     found = read_reconstruction(file, cameras, pictures)
     for mesh_file in found.mesh_files:
         meshes, remarks = read_with_blender(mesh_file)
+        if mesh_file.suffix.lower() in GLTF:
+            meshes, remark = with_axes_of_cameras(meshes, found, mesh_file.name)
+            remarks = (*remarks, remark)
         found = replace(found, meshes=(*found.meshes, *meshes), remarks=(*found.remarks, *remarks))
     return found

@@ -21,7 +21,7 @@ from ..scene_read.capture_request import LensDistortion
 from .blender_mesh import new_mesh
 from .lens import SENSOR
 from .plan import ImportPlan, PlannedCamera
-from .reconstruction import ReconstructedMesh
+from .reconstruction import PackedPicture, ReconstructedMesh
 
 #: Custom properties of the collection: the file; what was subtracted from its coordinates, 3
 #: numbers; the matrix from Blender's world to them, 16 numbers row by row.
@@ -144,6 +144,20 @@ class _Images:
     def __init__(self, made: list[bpy.types.ID]) -> None:
         self._made = made
         self._known = set(bpy.data.images)
+        self._packed: dict[PackedPicture, bpy.types.Image] = {}
+
+    def pack(self, picture: PackedPicture) -> bpy.types.Image:
+        """As a part of the .blend. Raises BadInput."""
+        if picture not in self._packed:
+            image = bpy.data.images.new(picture.name, 1, 1)
+            self._made.append(image)
+            image.pack(data=picture.data, data_len=len(picture.data))
+            image.source = "FILE"
+            if not image.size[0]:
+                title, cause = f"Picture '{picture.name}' of the mesh", "Blender cannot read it"
+                raise BadInput(Problem(title, cause, "export the mesh with a PNG or JPEG"))
+            self._packed[picture] = image
+        return self._packed[picture]
 
     def load(self, path: Path) -> bpy.types.Image:
         """Raises BadInput."""
@@ -194,7 +208,10 @@ def _material(
     node.inputs["Base Color"].default_value = _WHITE
     if mesh.texture is not None and mesh.uvs is not None:
         texture = tree.nodes.new("ShaderNodeTexImage")
-        texture.image = images.load(mesh.texture)
+        if isinstance(mesh.texture, PackedPicture):
+            texture.image = images.pack(mesh.texture)
+        else:
+            texture.image = images.load(mesh.texture)
         texture.location = (node.location.x - 320, node.location.y)
         tree.links.new(texture.outputs["Color"], node.inputs["Base Color"])
     return material

@@ -16,7 +16,8 @@ from ..paths import MISSING, absolute, is_there
 from ..problems import BadInput, Problem
 from .problem_reports import report_problems
 
-_ENDINGS = ".xml;.x3d;.x3dz;.json;.out;.xmp;.csv"
+#: Of files that can be dropped: all but those of meshes, which Blender's own importers take.
+_ENDINGS = ".xml;.x3d;.x3dz;.json;.out;.xmp;.csv;.bin;.txt"
 UP_ITEMS = (
     ("Z", "Z", "Metashape, RealityCapture, NeRF", 0),
     ("Y", "Y", "As the standard of X3D says", 1),

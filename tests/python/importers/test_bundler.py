@@ -88,7 +88,8 @@ def test_points_and_cameras_without_pose(tmp_path: Path) -> None:
     ("content", "names", "cause"),
     [
         (GOOD, NAMES[:2], "2 photos for 5 cameras"),
-        (GOOD, None, "size of its photo is not known"),
+        (GOOD, None, "no list says which they are"),
+        (GOOD, [f"gone{n}.jpg" for n in range(5)], "size of its photo is not known"),
         (GOOD, [NAMES[0]] * 5, "comes twice"),
         (GOOD.replace("5 0\n", "5\n", 1), NAMES, "1 numbers instead of 2"),
         (GOOD.replace("5 0\n", "-5 0\n", 1), NAMES, "cannot be read"),

@@ -143,6 +143,65 @@ def test_every_camera_has_its_own_sensor(tmp_path: Path) -> None:
     assert worst(found, [first, second]) < MOST
 
 
+#: Of the second sensor in the axes of the first: its turn, and its place in units of the chunk.
+ASIDE, OFFSET = known(2)[1].rotation.T, np.array([0.2, -0.1, 0.05])
+
+
+def rig(second: str, placed: int = 1) -> tuple[str, list[Known]]:
+    """A file whose second camera has a master instead of a pose, and where the cameras are.
+    second: its label. placed: which of both sensors has a pose in the rig."""
+    lens = Lens(610.0, 610.0)
+    first = known(1)[0]
+    turn, moved = (ASIDE, OFFSET) if placed else (ASIDE.T, -ASIDE.T @ OFFSET)
+    pose = f"<rotation>{text(turn)}</rotation><location>{text(moved)}</location>"
+    sensors = sensor(calibration() + ("" if placed else pose)) + sensor(
+        (pose if placed else "") + calibration(lens), 1
+    ).replace("<sensor ", '<sensor master_id="0" ')
+    inner = camera(first, 0)
+    inner += f'<camera id="1" sensor_id="1" component_id="0" master_id="0" label="{second}"/>'
+    # x_world = SCALE TURN x_chunk + MOVED, so that OFFSET is that much shorter there.
+    centre = first.centre + SCALE * first.rotation.T @ OFFSET
+    other = Known(second, ASIDE.T @ first.rotation, centre, lens)
+    return document(sensors, inner), [first, other]
+
+
+@pytest.mark.parametrize("placed", [0, 1])
+def test_a_camera_of_a_rig_is_beside_its_master(tmp_path: Path, placed: int) -> None:
+    """Whichever of both sensors the rig is measured from."""
+    content, cameras = rig("right.JPG", placed)
+    found = read_reconstruction(written(tmp_path, content))
+    assert found.remarks == () and len(found.cameras) == 2
+    for one, read in zip(cameras, found.cameras, strict=True):
+        assert read.label == one.label and read.intrinsics is not None
+        assert read.intrinsics.lens.fx == one.lens.fx
+        np.testing.assert_allclose(read.camera_to_world[:3, :3], one.rotation.T, atol=1e-9)
+        np.testing.assert_allclose(read.camera_to_world[:3, 3], one.centre, atol=1e-9)
+
+
+def test_cameras_of_a_rig_that_cannot_be_used_are_told(tmp_path: Path) -> None:
+    content, cameras = rig("IMG_0000.JPG")
+    found = read_reconstruction(written(tmp_path, content))
+    assert worst(found, cameras[:1]) < MOST
+    assert found.remarks == (
+        "camera 'IMG_0000.JPG': its label is that of another camera in its rig: rename its photo",
+    )
+    lost = rig("b")[0].replace('<camera id="1"', '<camera id="2" label="m"/><camera id="1"')
+    lost = lost.replace('master_id="0" label="b"', 'master_id="2" label="b"')
+    found = read_reconstruction(written(tmp_path, lost))
+    assert found.remarks == ("cameras 'm', 'b': it has no pose: Metashape did not align it",)
+    nobody = lost.replace('master_id="2"', 'master_id="7"')
+    with pytest.raises(ReconstructionError, match="camera 'b': there is no camera 7, its master; "):
+        read_reconstruction(written(tmp_path, nobody))
+
+
+def test_a_rolling_shutter_is_told(tmp_path: Path) -> None:
+    remark = "sensor '0': it has a rolling shutter: what the camera's motion moves is left out"
+    for value, remarks in (("true", (remark,)), ("false", ())):
+        inner = f'<property name="rolling_shutter" value="{value}"/>' + calibration()
+        found = read_reconstruction(written(tmp_path, document(sensor(inner), all_of(known()))))
+        assert worst(found, known()) < MOST and found.remarks == remarks
+
+
 def test_skew_and_k4_are_told_with_what_they_move(tmp_path: Path) -> None:
     extra = "<b2>0.5</b2><k4>0.01</k4>"
     path = written(tmp_path, document(sensor(calibration(extra=extra)), all_of(known())))
@@ -166,6 +225,19 @@ def test_what_is_no_frame_is_told(tmp_path: Path) -> None:
     assert found.remarks == (
         "camera 'wide': its sensor is of type fisheye, which is no pinhole with a lens",
     )
+
+
+def test_the_cure_is_for_what_all_cameras_lack(tmp_path: Path) -> None:
+    whole = document(sensor(calibration()), all_of(known(2)))
+    for lacking, cure in (
+        (whole.replace('type="frame"', 'type="spherical"'), "undistort the photos"),
+        (
+            whole.replace("<transform>1", "<other>").replace("transform>", "other>"),
+            "align the photos",
+        ),
+    ):
+        with pytest.raises(ReconstructionError, match=rf"cameras: none can be used \(.*\); {cure}"):
+            read_reconstruction(written(tmp_path, lacking))
 
 
 def test_the_region_goes_to_the_world(tmp_path: Path) -> None:

@@ -88,6 +88,15 @@ def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
         read_reconstruction(path)
 
 
+@pytest.mark.parametrize("name", ["IMG_0000.png", "IMG_0000_mask.png", "IMG_0000.JPG.png"])
+def test_a_mask_has_the_size_of_its_photo(tmp_path: Path, name: str) -> None:
+    (tmp_path / "poses").mkdir()
+    picture(tmp_path / "masks" / name)
+    path = written(tmp_path / "poses", document(known(1, Lens()), fl_x=520.0))
+    found = read_reconstruction(path, pictures=[tmp_path / "masks"])
+    assert worst(found, known(1, Lens())) < MOST
+
+
 def test_a_frame_with_a_mask_alone_is_read(tmp_path: Path) -> None:
     picture(tmp_path / "masks" / "m0.png")
     content = document(known(1, Lens()), fl_x=520.0)
@@ -104,6 +113,20 @@ def test_a_fisheye_and_k4_are_told(tmp_path: Path) -> None:
     assert worst(found, known(1)) < MOST
     assert found.remarks[0].startswith("camera 'IMG_0001.JPG': its camera_model OPENCV_FISHEYE")
     assert found.remarks[1].startswith("k4 = 0.01 is left out: ")
+
+
+def test_poses_that_nerfstudio_has_moved_are_told(tmp_path: Path) -> None:
+    plain = document(known(), **lens_of(FULL))
+    axes = [[0, 1, 0, 0], [1, 0, 0, 0], [0, 0, -1, 0]]
+    for moved, count in (
+        ({"applied_transform": axes, "ply_file_path": "points.ply"}, 1),
+        ({"applied_transform": np.eye(3, 4).tolist()}, 0),
+        ({"applied_scale": 0.5}, 1),
+        ({"applied_scale": 1.0}, 0),
+    ):
+        found = read_reconstruction(written(tmp_path, {**plain, **moved}))
+        assert worst(found, known()) < MOST and len(found.remarks) == count
+        assert all("applied_transform" in remark for remark in found.remarks)
 
 
 GOOD = document(known(2), **lens_of(FULL))

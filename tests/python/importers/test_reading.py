@@ -54,7 +54,7 @@ def test_cameras_in_other_coordinates_than_the_mesh_are_told(tmp_path: Path) -> 
     assert "1.73 units apart" in remark
 
 
-@pytest.mark.parametrize("name", ["scan.obj", "scan.PLY", "scan.glb"])
+@pytest.mark.parametrize("name", ["scan.obj", "scan.GLTF", "scan.glb"])
 def test_a_mesh_for_blenders_importers_is_named(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_bytes(b"anything")
@@ -68,8 +68,8 @@ def test_a_mesh_for_blenders_importers_is_named(tmp_path: Path, name: str) -> No
 def test_a_mesh_with_the_cameras_of_a_colmap_folder(tmp_path: Path) -> None:
     cameras = known(lens=LENSES["OPENCV"])
     write_text(tmp_path / "model", cameras, "OPENCV")
-    path = tmp_path / "scan.ply"
-    path.write_bytes(b"ply")
+    path = tmp_path / "scan.obj"
+    path.write_bytes(b"anything")
     found = read_reconstruction(path, tmp_path / "model")
     assert worst(found, cameras) < MOST and len(found.points) == 1
 
@@ -91,6 +91,13 @@ DOCUMENTS = {
     "classic": ("#VRML V2.0 utf8\n", "classic text"),
     "text": ("a,b,c\n1,2,3\n", "its format is not known"),
 }  # fmt: skip
+
+
+def test_text_in_utf_16_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "cameras.xml"
+    path.write_bytes("<document/>".encode("utf-16"))
+    with pytest.raises(ReconstructionError, match="it is text in UTF-16; save it as text in UTF-8"):
+        read_reconstruction(path)
 
 
 @pytest.mark.parametrize("kind", DOCUMENTS)
@@ -172,6 +179,16 @@ HUNGRY = {
         2 * shape(f'<TriangleSet><Coordinate point="{"1 " * 15_300_000}"/></TriangleSet>')
     ),
     "lists.json": lambda: '{"frames": [' + "[]," * 20_000_000 + "[]]}",
+    "numbers.ply": lambda: (
+        "ply\nformat ascii 1.0\nelement vertex 9000000\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        + "1 " * 27_000_000 + "3 0 1 2"
+    ),
+    "lists.ply": lambda: (
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 7000000\nproperty list uchar int vertex_indices\n"
+        "end_header\n0 0 0 4 0 0 0 0 " + "3 0 0 0 " * 6_999_999
+    ),
     "names.json": lambda: "{" + ",".join(f'"{n}":""' for n in range(4_000_000)) + "}",
 }  # fmt: skip
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -64,6 +65,34 @@ def test_reprojection_from_a_folder_of_xmp_files(tmp_path: Path) -> None:
     assert worst(one, named(CAMERAS)[2:3]) < MOST
     several = [tmp_path / "IMG_0001.xmp", tmp_path / "IMG_0003.xmp"]
     assert worst(read_reconstruction(several), named(CAMERAS)[1:4:2]) < MOST
+
+
+FIELDS = ("DistortionModel", "FocalLength35mm", "AspectRatio", "Skew", "PrincipalPointU")
+INNER = ("Rotation", "Position", "DistortionCoeficients")
+
+
+def test_attributes_and_elements_mean_the_same(tmp_path: Path) -> None:
+    one = named(CAMERAS)[0]
+    content = xmp(one)
+    elements, attributes = content, content
+    for name in FIELDS:
+        ((found, value),) = re.findall(f'( xcr:{name}="([^"]*)")', content)
+        elements = elements.replace(found, "")
+        inner = f"<xcr:{name}>{value}</xcr:{name}>"
+        elements = elements.replace("<xcr:Rotation>", f"{inner}<xcr:Rotation>")
+    for name in INNER:
+        ((found, value),) = re.findall(f"(<xcr:{name}>([^<]*)</xcr:{name}>)", content)
+        attributes = attributes.replace(found, "").replace(
+            " xcr:Skew", f' xcr:{name}="{value}" xcr:Skew'
+        )
+    unnamed = content.replace(' xcr:DistortionModel="brown3t2"', "")
+    packet = f'<?xpacket begin="\ufeff" id="W5"?>\n{content}\n<?xpacket end="w"?>'
+    picture(tmp_path / f"{one.label}.JPG")
+    path = tmp_path / f"{one.label}.xmp"
+    for text_ in (elements, attributes, unnamed, packet):
+        assert text_ != content
+        path.write_text(text_)
+        assert worst(read_reconstruction(path), [one]) < MOST
 
 
 def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
@@ -187,12 +216,14 @@ def row(one: Known) -> str:
         "#cameras 1\n" + COLUMNS,
         COLUMNS[1:],
         COLUMNS.replace("heading", "yaw").replace("px,py", "px_norm,py_norm"),
+        ",".join(f'"{name}"' for name in COLUMNS.split(",")),
     ],
 )
-def test_reprojection_from_csv(tmp_path: Path, head: str) -> None:
+@pytest.mark.parametrize("separator", [",", ";", "\t", ", "])
+def test_reprojection_from_csv(tmp_path: Path, head: str, separator: str) -> None:
     picture(tmp_path / "IMG_0001.jpg")
     path = tmp_path / "cameras.csv"
-    path.write_text(f"{head}\n{row(csv_camera())}\n")
+    path.write_text(f"{head}\n{row(csv_camera())}\n".replace(",", separator))
     found = read_reconstruction(path)
     assert worst(found, [csv_camera()]) < MOST and found.cameras[0].photo == "IMG_0001.jpg"
 
@@ -215,6 +246,12 @@ def test_a_camera_of_csv_looks_down_and_north_is_up(tmp_path: Path) -> None:
     ("content", "element", "cause"),
     [
         (f"{COLUMNS}\n", "CSV", "no camera can be used"),
+        ("#name,x,y,z,omega,phi,kappa\na.jpg,1,2,3,4,5,6\n", "header", "columns are not those"),
+        (
+            f"{COLUMNS}\n{row(csv_camera())}\n".replace(",", ";").replace(".", ","),
+            "row 2",
+            "are no numbers",
+        ),
         (f"{COLUMNS},{COLUMNS}\n{row(csv_camera())}\n", "row 2", "16 columns instead of 32"),
         (f"{COLUMNS}\na,1,2\n", "row 2", "3 columns instead of 16"),
         (f"{COLUMNS}\n{row(csv_camera())}\n{row(csv_camera())}\n", "IMG_0001.jpg", "twice"),

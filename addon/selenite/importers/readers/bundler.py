@@ -55,11 +55,16 @@ def read_bundler(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
     if not 0 < cameras <= MOST_CAMERAS or not 0 <= points <= MOST_POINTS:
         raise lines.place.error(f"{cameras} cameras and {points} points cannot be read")
     names = _names(file, cameras)
+    if not names:
+        raise Place(file, "photos").error(
+            "no list says which they are, and so not how large",
+            "put list.txt beside it, with the path of a photo on each line",
+        )
     pictures = Pictures(file.parent, folders)
     labels, skipped = Labels(), LeftOut()
     found = []
     for count in range(cameras):
-        label = names[count] if names else f"camera {count}"
+        label = names[count]
         camera = _camera(lines, label, pictures, Place(file, f"camera {count} '{label}'"))
         if camera is None:
             skipped.add(label, NOT_ALIGNED)

@@ -43,7 +43,7 @@ def read_text_model(folder: Path, model: Model) -> None:
     if is_file(folder / "frames.txt"):
         for words, place in word_lines(folder / "frames.txt"):
             _frame(words, place, model)
-    for words, place in word_lines(folder / "images.txt", every_other=True):
+    for words, place in word_lines(folder / "images.txt", triples_follow=True):
         _least(words, 10, place)
         number = numbers.whole(words[0], place)
         pose = RigidTransform(_values(words[1:5], place, 4), _values(words[5:8], place, 3))

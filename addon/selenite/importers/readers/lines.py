@@ -12,10 +12,10 @@ from .files import MOST_BINARY, Place, size_of
 LONGEST_LINE = 32 << 20
 
 
-def word_lines(file: Path, every_other: bool = False) -> Iterator[tuple[list[str], Place]]:
+def word_lines(file: Path, triples_follow: bool = False) -> Iterator[tuple[list[str], Place]]:
     """Words of each line that is neither empty nor a comment (#), and where it is; with
-    `every_other`, the line after such a one is skipped, empty or not. Raises ReconstructionError.
-    """
+    `triples_follow`, the line after such a one is skipped, which has to be empty or to hold triples
+    that end with a whole number. Raises ReconstructionError."""
     size_of(file, MOST_BINARY)
     try:
         with file.open("rb") as stream:
@@ -32,9 +32,20 @@ def word_lines(file: Path, every_other: bool = False) -> Iterator[tuple[list[str
                 if not words or words[0].startswith("#"):
                     continue
                 yield words, place
-                if every_other:
+                if triples_follow:
                     count += 1
-                    if len(stream.readline(LONGEST_LINE + 1)) > LONGEST_LINE:
+                    following = stream.readline(LONGEST_LINE + 1)
+                    if len(following) > LONGEST_LINE:
                         raise place.error(f"the next line is longer than {LONGEST_LINE >> 20} MiB")
+                    if not _are_triples(following):
+                        raise Place(file, f"line {count}").error(
+                            "it is not that of the features, which every image has after its own",
+                            "write an empty line after that of each image",
+                        )
     except OSError as error:
         raise Place(file, "file").unreadable(error) from error
+
+
+def _are_triples(line: bytes) -> bool:
+    words = line.split()
+    return not words or (len(words) % 3 == 0 and words[-1].lstrip(b"-").isdigit())

@@ -3,8 +3,9 @@
 
 A camera's <transform> takes its own axes (x right, y down, z forward) to those of the chunk; the
 <transform> of its component, or of the chunk in older files, takes these to the world by a
-rotation, a translation and a scale. Source: Metashape Python Reference, Camera.transform and
-ChunkTransform.
+rotation, a translation and a scale. In a rig the master camera has the <transform>, and the sensors
+of the others their pose in the master's axes. Source: Metashape Python Reference, Camera.transform,
+ChunkTransform, Sensor.rotation and Sensor.location.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from .metashape_lens import Sensor, read_sensor
 from .xml_tree import attribute, child
 
 ALIGN = "align the photos in Metashape and export the cameras again"
+UNDISTORT = "undistort the photos in Metashape and export the cameras of those"
+NOT_ALIGNED = "it has no pose: Metashape did not align it"
+NAMESAKE = "its label is that of another camera in its rig: rename its photo"
 
 
 @dataclass(frozen=True)
@@ -70,18 +74,30 @@ class _Chunk:
         self.loose: set[str] = set()
         self.components = self._components()
         self.placed: set[str] = set()
+        self.cameras = list(child(chunk, "cameras", Place(file, "chunk")).iter("camera"))
+        self.by_id = {camera.get("id", ""): camera for camera in self.cameras}
 
     def read(self) -> Reconstruction:
         labels, left_out = Labels(), LeftOut()
+        masters = {one.get("label") for one in self.cameras if one.find("transform") is not None}
         used: set[str] = set()
         found = []
-        for element in child(self.chunk, "cameras", Place(self.file, "chunk")).iter("camera"):
+        for element in self.cameras:
             label = element.get("label", "")
             place = Place(self.file, f"camera '{label}'")
+            if element.get("enabled", "true") in ("false", "0"):
+                left_out.add(label, "it is disabled in Metashape")
+                continue
+            leader = self._leader(element, place)
+            if leader.find("transform") is None:
+                left_out.add(label, NOT_ALIGNED)
+                continue
+            if leader is not element and label in masters:
+                left_out.add(label, NAMESAKE)
+                continue
             sensor = self._sensor(element, place)
-            cause = sensor.cause if sensor else "it has no pose: Metashape did not align it"
-            if sensor is None or sensor.intrinsics is None:
-                left_out.add(label, cause)
+            if sensor.intrinsics is None:
+                left_out.add(label, sensor.cause)
                 continue
             labels.add(label, place)
             used.add(element.get("sensor_id", ""))
@@ -89,7 +105,9 @@ class _Chunk:
             found.append(ReconstructedCamera(label, pose, sensor.intrinsics, photo=label))
         if not found:
             causes = left_out.causes() or "the chunk is empty"
-            raise Place(self.file, "cameras").error(f"none can be used ({causes})", ALIGN)
+            other_lens = causes != NOT_ALIGNED and left_out.causes()
+            cure = UNDISTORT if other_lens else ALIGN
+            raise Place(self.file, "cameras").error(f"none can be used ({causes})", cure)
         self.remarks += left_out.remarks()
         self.remarks += [
             f"sensor '{name}': {remark}"
@@ -103,16 +121,16 @@ class _Chunk:
             self.file.stem, tuple(found), remarks=tuple(self.remarks), region=self._region()
         )
 
-    def _sensor(self, camera: Element, place: Place) -> Sensor | None:
-        """None for a camera that has no pose."""
-        if camera.get("enabled", "true") in ("false", "0"):
-            return Sensor(None, "it is disabled in Metashape")
-        if camera.find("transform") is None:
-            if camera.get("master_id") is None:
-                return None
-            return Sensor(
-                None, "it belongs to a rig, whose other cameras have no pose of their own"
-            )
+    def _leader(self, camera: Element, place: Place) -> Element:
+        """The camera whose <transform> says where this one is: itself, or its master."""
+        master = camera.get("master_id")
+        if master is None or camera.find("transform") is not None:
+            return camera
+        if master not in self.by_id:
+            raise place.error(f"there is no camera {shortened(master)}, its master")
+        return self.by_id[master]
+
+    def _sensor(self, camera: Element, place: Place) -> Sensor:
         name = attribute(camera, "sensor_id", place)
         if name not in self.sensors:
             raise place.error(f"there is no sensor {shortened(name)}")
@@ -158,13 +176,23 @@ class _Chunk:
         return self.components[name]
 
     def _pose(self, camera: Element, place: Place) -> np.ndarray:
+        leader = self._leader(camera, place)
+        matrix = self._transform(leader, place)
+        if leader is not camera:
+            # Both sensors are placed in the axes of the rig's master sensor.
+            other = self._sensor(leader, place).in_rig
+            matrix = matrix @ np.linalg.inv(other) @ self._sensor(camera, place).in_rig
+        world = self._to_world(leader if camera.get("component_id") is None else camera, place)
+        centre = numbers.finite(world.point(matrix[:3, 3]), place)
+        return numbers.pose(world.rotation @ matrix[:3, :3], centre)
+
+    def _transform(self, camera: Element, place: Place) -> np.ndarray:
+        """4 x 4, of the camera to the chunk."""
         inner = place.at(f"{place.element}, <transform>")
         values = numbers.numbers(camera.findtext("transform"), inner, 16).reshape(4, 4)
         if np.abs(values[3] - (0, 0, 0, 1)).max() > 1e-9:
             raise inner.error("its last row is not 0 0 0 1")
-        world = self._to_world(camera, place)
-        rotation = world.rotation @ numbers.nearest_rotation(values[:3, :3], inner)
-        return numbers.pose(rotation, numbers.finite(world.point(values[:3, 3]), inner))
+        return numbers.pose(numbers.nearest_rotation(values[:3, :3], inner), values[:3, 3])
 
     def _region(self) -> np.ndarray | None:
         """Of the component that the cameras are in, else of the chunk."""

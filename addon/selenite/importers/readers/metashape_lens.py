@@ -7,8 +7,10 @@ Brown's model to u = w/2 + cx + x' f + x' b1 + y' b2 and v = h/2 + cy + y' f.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element
+
+import numpy as np
 
 from ..reconstruction import Intrinsics
 from . import numbers
@@ -22,15 +24,25 @@ OLD_FOCAL = "fx"
 
 @dataclass(frozen=True)
 class Sensor:
-    """What cameras of a sensor have in common: intrinsics, or why there are none; remarks."""
+    """What cameras of a sensor have in common: intrinsics, or why there are none; remarks.
+    in_rig: 4 x 4, of such a camera to the master camera of its rig."""
 
     intrinsics: Intrinsics | None
     cause: str = ""
     remarks: tuple[str, ...] = ()
+    in_rig: np.ndarray = field(default_factory=lambda: np.eye(4))
 
 
 def read_sensor(element: Element, place: Place) -> Sensor:
     """A <sensor>. Raises ReconstructionError."""
+    found = _lens(element, place)
+    remarks = found.remarks
+    if any(_is_rolling(entry) for entry in element.findall("property")):
+        remarks += ("it has a rolling shutter: what the camera's motion moves is left out",)
+    return replace(found, remarks=remarks, in_rig=_in_rig(element, place))
+
+
+def _lens(element: Element, place: Place) -> Sensor:
     kind = element.get("type", "frame")
     calibration = _calibration(element)
     if calibration is not None:
@@ -41,6 +53,24 @@ def read_sensor(element: Element, place: Place) -> Sensor:
     if calibration is None:
         return _of_properties(element, width, height, place)
     return _of_calibration(calibration, width, height, place)
+
+
+def _is_rolling(entry: Element) -> bool:
+    value = entry.get("value", "").strip().lower()
+    return entry.get("name") == "rolling_shutter" and value not in ("", "false", "0", "disabled")
+
+
+def _in_rig(element: Element, place: Place) -> np.ndarray:
+    """Neutral where the file has none, as for the planes of one multispectral camera."""
+    rotation, centre = np.eye(3), np.zeros(3)
+    if element.find("rotation") is not None:
+        inner = place.at(f"{place.element}, <rotation>")
+        values = numbers.numbers(element.findtext("rotation"), inner, 9).reshape(3, 3)
+        rotation = numbers.nearest_rotation(values, inner)
+    if element.find("location") is not None:
+        inner = place.at(f"{place.element}, <location>")
+        centre = numbers.numbers(element.findtext("location"), inner, 3)
+    return numbers.pose(rotation, centre)
 
 
 def _calibration(element: Element) -> Element | None:

@@ -66,7 +66,13 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
         found.append(ReconstructedCamera(label, pose, lens, photo=photo, mask=mask))
     if not found:
         raise place.error(f"none can be used ({skipped.causes()})", "undistort the photos")
-    return Reconstruction(file.stem, tuple(found), remarks=(*skipped.remarks(), *dropped))
+    remarks = [*skipped.remarks(), *dropped]
+    if _is_moved(shared):
+        remarks.append(
+            "its cameras were moved after the reconstruction (applied_transform): a mesh from "
+            "before does not fit them"
+        )
+    return Reconstruction(file.stem, tuple(found), remarks=tuple(remarks))
 
 
 def _parsed(file: Path) -> dict[str, Any]:
@@ -91,6 +97,13 @@ def _parsed(file: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise place.error("it is no object with frames")
     return found
+
+
+def _is_moved(shared: dict[str, Any]) -> bool:
+    """Whether Nerfstudio has turned or scaled the world of the program before it."""
+    neutral = (None, np.eye(3, 4).tolist(), np.eye(4).tolist())
+    applied, scale = shared.get("applied_transform"), shared.get("applied_scale")
+    return applied not in neutral or scale not in (None, 1)
 
 
 def _text(frame: dict[str, Any], key: str, place: Place) -> str:

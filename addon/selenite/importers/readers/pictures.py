@@ -10,6 +10,8 @@ from .files import Place, inside, is_file
 
 #: Of photos and masks; in this order where a file is named without one.
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr")
+#: What programs put behind a photo's name to call its mask.
+MASK_ENDINGS = ("_mask", "-mask", ".mask")
 CURE = "put the photos beside the file, or give their folder (--photos)"
 
 
@@ -49,17 +51,21 @@ class Pictures:
         return None
 
     def _files(self, folder: Path) -> dict[str, Path]:
-        """Pictures of a folder by name and by stem, in lower case."""
+        """Pictures of a folder by name and by stem, in lower case; a mask has its photo's size and
+        stands for it."""
         if folder not in self._listed:
             known: dict[str, Path] = {}
             try:
                 entries = sorted(folder.iterdir())
             except (OSError, ValueError):
                 entries = []
-            for path in entries:
-                if path.suffix.lower() in SUFFIXES:
-                    known.setdefault(path.name.casefold(), path)
-                    known.setdefault(path.stem.casefold(), path)
+            pictures = [path for path in entries if path.suffix.lower() in SUFFIXES]
+            for path in pictures:
+                known.setdefault(path.name.casefold(), path)
+                known.setdefault(path.stem.casefold(), path)
+            for path in pictures:
+                for ending in MASK_ENDINGS:
+                    known.setdefault(path.stem.casefold().removesuffix(ending), path)
             self._listed[folder] = known
         return self._listed[folder]
 

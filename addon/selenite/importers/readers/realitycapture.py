@@ -33,6 +33,7 @@ NOT_ALIGNED = "it has no pose: RealityCapture did not align it"
 MOST_FILES = 100_000
 #: Of a CSV with cameras, and the names that versions have for the same.
 REQUIRED = ("name", "x", "y", "alt", "heading", "pitch", "roll", "f")
+SEPARATORS = (",", ";", "\t")
 ALIASES = {"yaw": "heading", "z": "alt", "f_35mm": "f", "px_norm": "px", "py_norm": "py"}
 
 
@@ -105,7 +106,9 @@ def _read_xmp(file: Path, cameras: _Cameras, pictures: Pictures) -> None:
     if "Position" not in fields or "Rotation" not in fields:
         cameras.skipped.add(label, NOT_ALIGNED)
         return
-    model = fields.get("DistortionModel", "perspective")
+    # Coefficients without a model are Brown's, as those of the other models are named.
+    usual = "brown4t2" if "DistortionCoeficients" in fields else "perspective"
+    model = fields.get("DistortionModel", usual)
     if model not in MODELS:
         cameras.skipped.add(label, f"its model {shortened(model)} is not Brown's")
         return
@@ -138,22 +141,32 @@ def _xmp_values(fields: Mapping[str, str], model: str, place: Place) -> dict[str
     return found
 
 
-def csv_header(text: str) -> dict[str, int] | None:
-    """Columns by name, if it is a table of cameras."""
+def csv_header(text: str) -> tuple[dict[str, int], str] | None:
+    """Columns by name and what parts them, if it is a table of cameras."""
     line = next((line for line in text[:100_000].splitlines() if _is_header(line)), "")
-    names = [name.strip().lstrip("#").strip().lower() for name in line.split(",")]
-    found = {ALIASES.get(name, name): index for index, name in enumerate(names)}
-    return found if all(name in found for name in REQUIRED) else None
+    for separator in SEPARATORS:
+        names = [name.strip("# \t").lower() for name in _cells(line, separator)]
+        found = {ALIASES.get(name, name): index for index, name in enumerate(names)}
+        if all(name in found for name in REQUIRED):
+            return found, separator
+    return None
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    try:
+        return next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])
+    except csv.Error:
+        return []
 
 
 def _is_header(line: str) -> bool:
-    return line.lstrip("# \t").lower().startswith("name,")
+    return line.lstrip('# \t"').lower().startswith("name")
 
 
 def _is_camera(row: list[str]) -> bool:
     """Whether it is neither empty, nor a comment, nor the header."""
     first = row[0].strip() if row else ""
-    return bool(first) and not first.startswith("#") and not _is_header(",".join(row))
+    return bool(first) and not first.startswith("#") and first.lower() != "name"
 
 
 def read_csv(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
@@ -165,11 +178,13 @@ def read_csv(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
             f"its columns are not those of cameras: {', '.join(REQUIRED)}",
             "export internal/external camera parameters",
         )
+    columns, separator = header
     cameras, pictures = _Cameras(), Pictures(file.parent, folders)
     try:
-        for count, row in enumerate(csv.reader(io.StringIO(text)), start=1):
+        rows = csv.reader(io.StringIO(text), delimiter=separator, skipinitialspace=True)
+        for count, row in enumerate(rows, start=1):
             if _is_camera(row):
-                _read_row(row, header, cameras, pictures, Place(file, f"row {count}"))
+                _read_row(row, columns, cameras, pictures, Place(file, f"row {count}"))
     except csv.Error as error:
         raise Place(file, "CSV").error(f"it is no CSV ({error})") from error
     return cameras.reconstruction(file.stem, Place(file, "CSV"))

@@ -13,7 +13,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from . import numbers
-from .files import Place, shortened
+from .files import Place
+from .meshes import fans, in_range, linear_of_srgb
 from .x3d_nodes import Nodes
 
 READ = ("IndexedFaceSet", "IndexedTriangleSet", "TriangleSet")
@@ -56,7 +57,7 @@ def read_geometry(element: Element, nodes: Nodes) -> Geometry:
     if not nodes.flag(element, "ccw", True):
         faces = _Faces(faces.corners[:, ::-1], faces.face, faces.faces)
     triangles = listed[faces.corners]
-    _in_range(triangles, len(positions), nodes.place(element, "coordIndex"))
+    in_range(triangles, len(positions), nodes.place(element, "coordIndex"))
     uvs = _values(element, nodes, ("TextureCoordinate",), "point", 2)
     corner_uvs = None
     if uvs is not None and len(uvs):
@@ -108,20 +109,8 @@ def _faces(listed: np.ndarray, place: Place) -> _Faces:
         ends = np.append(ends, len(listed))
     starts = np.concatenate([[0], ends[:-1] + 1]) if len(ends) else np.zeros(0, dtype=np.int64)
     lengths = ends - starts
-    if (bad := lengths[(lengths == 1) | (lengths == 2)]).size:
-        raise place.error(f"a face has {bad[0]} corners; it needs 3")
-    count = np.maximum(lengths - 2, 0)
-    face = np.repeat(np.arange(len(starts)), count)
-    step = np.arange(len(face)) - np.repeat(np.cumsum(count) - count, count)
-    first = starts[face]
-    corners = np.stack([first, first + step + 1, first + step + 2], axis=-1)
-    return _Faces(corners.astype(np.int64), face, len(starts))
-
-
-def _in_range(index: np.ndarray, count: int, place: Place) -> None:
-    if index.size and not (index.min() >= 0 and index.max() < count):
-        bad = index[(index < 0) | (index >= count)].flat[0]
-        raise place.error(f"index {bad} is outside of the {count} entries")
+    corners, face = fans(starts, lengths, place)
+    return _Faces(corners, face, len(starts))
 
 
 def _of(
@@ -144,7 +133,7 @@ def _of(
             raise place.error(f"it has {len(index)} entries for {faces.faces} faces")
         each = faces.face if index is None else index[faces.face]
         found = np.repeat(each[:, None], 3, axis=1)
-    _in_range(found, count, place)
+    in_range(found, count, place)
     return found
 
 
@@ -171,13 +160,10 @@ def _colors(
     if encoded is None or not len(encoded):
         return None
     encoded = encoded[:, :3]
-    if not ((encoded >= 0) & (encoded <= 1)).all():
-        bad = encoded[(encoded < 0) | (encoded > 1)].flat[0]
-        raise nodes.place(holder, "color").error(f"{shortened(f'{bad:g}')} is not from 0 to 1")
+    # Browsers show the numbers as they are: they are those of sRGB.
+    linear = linear_of_srgb(encoded, nodes.place(holder, "color"))
     by_vertex = nodes.flag(element, "colorPerVertex", True)
     index = _of(element, nodes, "colorIndex", listed, faces, by_vertex, len(encoded))
-    # Browsers show the numbers as they are: they are those of sRGB.
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     found = np.ones((vertices, 3))
     found[triangles.reshape(-1)] = linear[index.reshape(-1)]
     return found
