@@ -137,10 +137,13 @@ def report():
 
 def start():
     """Presses Start and goes along with the phases of the run."""
-    TICKS.enter("reading and preparing")
+    TICKS.enter("reading")
     began = time.monotonic()
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     print(f"Start answered after {time.monotonic() - began:.2f} s", flush=True)
+    while state.RUN.reading is not None:
+        yield 0.02
+    TICKS.enter("preparing")
     while state.RUN.is_active and state.RUN.progress is None:
         yield 0.02
     assert state.RUN.is_active, state.PROBLEMS

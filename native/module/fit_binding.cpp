@@ -20,8 +20,10 @@ std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
                                  const py::list& unknowns, const py::dict& settings) {
   std::vector<Photo> taken;
   for (const auto& one : photos) taken.push_back(photo_of(one, taken.size()));
-  return std::make_unique<FitJob>(scene, std::move(taken), unknowns_of(unknowns),
-                                  settings_of(settings));
+  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
+  const FitSettings with = settings_of(settings);
+  const py::gil_scoped_release release;
+  return std::make_unique<FitJob>(scene, std::move(taken), wanted, with);
 }
 
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {

@@ -22,8 +22,11 @@ from ..information.conditioning import StageChoice
 from ..information.job import BackgroundJob
 from ..problems import BadInput
 from ..scene_read.bodies import judge_bodies
+from ..scene_read.lamp_frames import reading_frames
 from ..scene_read.photos import packed_photos
-from ..scene_read.scene import read_scene
+from ..scene_read.reading_job import ReadingJob
+from ..scene_read.render_depsgraph import Reading, Stopped, at_once
+from ..scene_read.scene import reading
 from ..scene_read.values import Owner, SceneValues
 from . import environment_panel
 from .output_folder import output_folder
@@ -36,6 +39,8 @@ from .running.work import Finishing, Preparing
 from .state import CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from .ticking import Ticking, built, redraw, show_status
 
+#: Events that change nothing, while a scene is being read.
+_HARMLESS = {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
 #: Seconds that a tick waits for the work after a fit, which mostly is nothing.
 _SHORT = 0.05
 
@@ -61,11 +66,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     _packed: dict[str, bytes]
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Reads the scene; a thread reads the photos and starts the native one; a timer polls."""
-        work = built(self, lambda: self._asked(context, self.resume))
-        if work is None:
+        """Blender's thread reads the scene, ours the photos, the native one fits; a timer polls."""
+        RUN.read(ReadingJob(self._asking(context.scene, self.resume)), context.scene.name)
+        if not self._read_on(context):
             return {"CANCELLED"}
-        RUN.prepare(BackgroundJob(work), context.scene.name)
         return self._add_timer(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -79,6 +83,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but Esc passes through, so that Blender stays usable."""
+        if RUN.reading is not None:
+            return self._reading(context, event)
         if RUN.preparing is not None:
             return self._preparing(context, event)
         if STAGES.job is not None:
@@ -111,29 +117,50 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
         """All that comes before the fit, at once."""
-        work = built(self, lambda: self._asked(context, resume))
+        work = built(self, lambda: at_once(self._asking(context.scene, resume)))
         if work is None:
             return False
         ready = built(self, lambda: list(work.steps())) is not None
         remember_shapes(self._scene_name, work.values)
         return ready and self._begin(work)
 
-    def _asked(self, context: bpy.types.Context, resume: str) -> Preparing:
+    def _asking(self, scene: bpy.types.Scene, resume: str) -> Reading[Preparing]:
         """What needs Blender: the scene as it is, and what the panel asks for. Raises BadInput."""
-        scene = context.scene
         self._scene_name, self._resumed = scene.name, resume
         PROBLEMS.pop(scene.name, None)
-        values = read_scene(scene, surveys=False)
+        values = yield from reading(scene)
         if resume:
             run = going_on(load(Path(bpy.path.abspath(resume))))
         else:
             run = Unfinished(_request(scene, values), [])
-        for item in run.request.captures:
-            if item.frame is not None:
-                values.lamp_frames[item.frame]  # asks Blender, so now
+        frames = (item.frame for item in run.request.captures if item.frame is not None)
+        yield from reading_frames(values, frames)
         self._values, self._owners, self._packed = values, values.owners, packed_photos()
         chooses = scene.selenite.stage_mode == AUTO and not resume
         return Preparing(values, run, self._packed, bpy.data.filepath, makes_job=not chooses)
+
+    def _reading(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """While Blender's thread reads the scene. What could change it waits: only the pointer
+        moves on, and Esc cancels."""
+        if event.type == "ESC" and event.value == "PRESS":
+            RUN.ask_to_stop(keep=False)
+        if event.type == "TIMER" and not self._read_on(context):
+            return self._over(context)
+        return {"PASS_THROUGH"} if event.type in _HARMLESS else {"RUNNING_MODAL"}
+
+    def _read_on(self, context: bpy.types.Context) -> bool:
+        """Goes on reading, then starts the thread that prepares; False where nothing goes on."""
+        job, RUN.reading = RUN.reading, None
+        try:
+            reads = built(self, job.step)
+        except Stopped:
+            reads, RUN.message = None, "Cancelled; nothing was changed"
+        if reads:
+            RUN.reading = job
+            show_status(context, RUN.shown.phase)
+        elif reads is not None:
+            RUN.prepare(BackgroundJob(job.value))
+        return reads is not None
 
     def _begin(self, work: Preparing) -> bool:
         """Starts the fit that was prepared, or chooses its stages first."""

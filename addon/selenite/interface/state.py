@@ -20,6 +20,7 @@ from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
+from ..scene_read.reading_job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 from .running.work import Finishing, Preparing
@@ -27,10 +28,12 @@ from .running.work import Finishing, Preparing
 
 @dataclass
 class Run:
-    """At most one fit at a time: `preparing`, then `job`, then `finishing`. `result` stays after
-    its end, for the result folder, and `folder` is that folder once it is written."""
+    """At most one fit at a time: `reading`, `preparing`, `job`, `finishing`, in this order.
+    `result` stays after its end, for the result folder, and `folder` is that folder once it is
+    written."""
 
     job: FitJob | StagedJob | None = None
+    reading: ReadingJob[Preparing] | None = None
     preparing: BackgroundJob[Preparing] | None = None
     finishing: BackgroundJob[Finishing] | None = None
     overall: Overall | None = None
@@ -66,12 +69,18 @@ class Run:
     @property
     def is_active(self) -> bool:
         """Whether anything of a run goes on."""
-        return any(item is not None for item in (self.job, self.preparing, self.finishing))
+        parts = (self.reading, self.preparing, self.job, self.finishing)
+        return any(item is not None for item in parts)
 
-    def prepare(self, job: BackgroundJob[Preparing], scene_name: str) -> None:
+    def read(self, job: ReadingJob[Preparing], scene_name: str) -> None:
+        """Begins with what needs Blender."""
+        self.reading, self.scene_name, self.keep = job, scene_name, True
+        self.progress, self.shown, self.message = None, Shown(phase="reading the scene"), ""
+
+    def prepare(self, job: BackgroundJob[Preparing]) -> None:
         """Starts the thread before the fit."""
-        self.preparing, self.scene_name, self.keep = job, scene_name, True
-        self.progress, self.shown, self.message = None, Shown(phase="reading photos"), ""
+        self.preparing = job
+        self.shown = Shown(phase="reading photos")
         job.start()
 
     def drop_preparing(self) -> None:
@@ -110,6 +119,8 @@ class Run:
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""
         self.keep = keep
+        if self.reading is not None:
+            self.reading.cancel()
         if self.preparing is not None:
             self.drop_preparing()
         if self.job is not None:
@@ -136,6 +147,9 @@ class Run:
     def stop(self, *, keep: bool) -> None:
         """Waits for the thread and forgets the job."""
         self.ask_to_stop(keep=keep)
+        if self.reading is not None:
+            self.reading.abandon()
+        self.reading = None
         for item in (self.job, self.finishing):
             if item is not None:
                 item.join()
