@@ -9,7 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..cycles_check.render_settings import contents_of
-from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
+from ..fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
 from ..fit_run.inputs import Inputs
 from ..fit_run.job import FitFailed, FitJob
 from ..fit_run.overall import Overall
@@ -35,6 +35,7 @@ from .problem_reports import report_problems
 from .request import run_request
 from .running.kept_result import keep_fields, keep_result
 from .running.notice import notify
+from .running.recorder import BackgroundRecorder
 from .running.work import Finishing, Preparing
 from .state import CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from .ticking import Ticking, built, redraw, show_status
@@ -275,18 +276,19 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             redraw(context)
             return {"CANCELLED"}
         job.join()
-        troubles = RUN.close_record()
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         last, RUN.finishing = RUN.finishing, None
         try:
             stopped = job.progress().stopped_because
         except FitFailed as error:
+            RUN.drop_record()
             RUN.message = str(error)
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if not RUN.keep or scene is None:
             if last is not None:
                 last.cancel()
+            RUN.drop_record()
             RUN.bring_back()
             redraw(context)
             return {"CANCELLED"}
@@ -295,7 +297,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             last.start()
         last.join()
         RUN.result = dict(last.work.result)
-        RUN.result["notes"] = (*RUN.result["notes"], *troubles)
+        RUN.result["notes"] = (*RUN.result["notes"], *last.work.troubles)
         RUN.folder = last.work.folder
         if stopped == "cancelled":
             stopped = "you stopped it; the best values so far are kept"
@@ -329,20 +331,23 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
 
 
 def _work_after(job: FitJob | StagedJob) -> Finishing:
+    """It closes the record of the run."""
     scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()
-    return Finishing(job, folder, bpy.app.version_string)
+    recorder, RUN.recorder = RUN.recorder, None
+    return Finishing(job, folder, bpy.app.version_string, recorder)
 
 
-def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> Recorder | None:
+def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> BackgroundRecorder | None:
     """Keeps the run on disk, where it was or in the folder of results; None where the file has no
     place yet: its scene could not be found again."""
     if resumed:
-        return Recorder(Path(bpy.path.abspath(resumed)), RUN.plan.request, inputs)
-    if scene.selenite.output.startswith("//") and not bpy.data.filepath:
+        folder = Path(bpy.path.abspath(resumed))
+    elif scene.selenite.output.startswith("//") and not bpy.data.filepath:
         return None
-    folder = new_folder(output_folder(scene), SUFFIX)
-    return Recorder(folder, RUN.plan.request, inputs)
+    else:
+        folder = new_folder(output_folder(scene), SUFFIX)
+    return BackgroundRecorder(folder, RUN.plan.request, inputs)
 
 
 CLASSES = (SELENITE_OT_start,)

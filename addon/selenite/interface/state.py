@@ -12,7 +12,6 @@ from typing import Any
 from .. import native
 from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
-from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
@@ -23,6 +22,7 @@ from ..problems import Problem
 from ..scene_read.reading_job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
+from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
 
 
@@ -44,7 +44,7 @@ class Run:
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
     keep: bool = True
-    recorder: Recorder | None = None
+    recorder: BackgroundRecorder | None = None
     plan: FitPlan | None = None
     result: dict[str, Any] | None = None
     folder: Path | None = None
@@ -103,18 +103,15 @@ class Run:
         not."""
         if self.recorder is None or self.job is None:
             return ""
-        before = self.recorder.trouble
-        self.recorder.update(self.job)
-        return self.recorder.trouble if self.recorder.trouble != before else ""
+        return self.recorder.update(self.job)
 
-    def close_record(self) -> tuple[str, ...]:
-        """The run has ended in this session: nothing is left to resume. Returns what went wrong
-        with the record."""
+    def drop_record(self) -> None:
+        """The run has ended without a result: nothing is left to resume."""
         recorder, self.recorder = self.recorder, None
-        if recorder is None:
-            return ()
-        left = recorder.finished()
-        return (*recorder.notes(), *((left,) if left else ()))
+        if recorder is not None:
+            job = BackgroundJob(Closing(recorder))
+            self.left.append(job)
+            job.start()
 
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""
@@ -141,7 +138,7 @@ class Run:
             job.join()
         if last is not None:
             self.left.append(last)
-        self.close_record()
+        self.drop_record()
         self.bring_back()
 
     def stop(self, *, keep: bool) -> None:
@@ -156,6 +153,8 @@ class Run:
         for item in self.left:
             item.wait(60.0)
         self.left = []
+        if self.recorder is not None:
+            self.recorder.wait()
         self.finishing = None
         self.job = self.recorder = None  # what is on disk stays: Blender ends, not the user's wish
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -49,6 +50,10 @@ def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | No
     Triangles with a vertex that is not finite are dropped and counted in `read.warnings`; the
     user's mesh is not touched.
     """
+    mesh: Any = evaluated.data
+    # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
+    if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
+        return _triangles(mesh, evaluated, read)
     mesh = evaluated.to_mesh()
     try:
         return _triangles(mesh, evaluated, read) if mesh is not None else None
@@ -70,7 +75,7 @@ def _triangles(
     if count == 0:
         return None
     positions = hosts.floats(mesh.vertices, "co", 3)
-    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3)
+    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
     vertices = np.take(corner_vertices, corners)
     normals = hosts.corner_normals(mesh, corners, vertices).reshape(-1, 3, 3)
     uv_maps = hosts.corner_uv_maps(mesh, corners)
