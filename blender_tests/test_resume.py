@@ -338,7 +338,8 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     while state.RUN.job.progress().iteration < 5 and time.monotonic() < until:
         time.sleep(0.01)
     folder = state.RUN.recorder.folder
-    state.RUN.recorder.update(state.RUN.job, now=True)
+    state.RUN.recorder.update(state.RUN.job)
+    state.RUN.recorder.wait()
     assert (folder / "state.json").is_file()
     for path in folder.glob("optimiser_*.state"):  # so that the run can be made shorter below
         path.unlink()

@@ -37,32 +37,6 @@ def test_panoramic_camera_is_left_out_by_name():
     assert not values.problems
 
 
-def test_triangle_with_uvs_and_normals():
-    made.triangle()
-    mesh = made.read().meshes[0]
-    np.testing.assert_array_equal(mesh.triangles, [[0, 1, 2]])
-    np.testing.assert_array_equal(mesh.positions, [(0, 0, 0), (2, 0, 0), (0, 1, 0)])
-    np.testing.assert_allclose(mesh.corner_normals, np.tile((0, 0, 1), (3, 1)), atol=1e-7)
-    (name, uvs), *rest = mesh.uv_maps
-    assert name == "UVMap" and not rest
-    np.testing.assert_array_equal(uvs, [(0, 0), (1, 0), (0, 1)])
-    assert mesh.positions.dtype == np.float32 and mesh.triangles.dtype == np.int32
-
-
-def test_smooth_sphere_has_radial_normals():
-    made.sphere(segments=32)
-    mesh = made.read().meshes[0]
-    corners = mesh.positions[mesh.triangles.ravel()]
-    np.testing.assert_allclose(mesh.corner_normals, corners, atol=0.02)
-
-
-def test_flat_faces_keep_their_own_normal():
-    bpy.ops.mesh.primitive_cube_add(size=2)
-    mesh = made.read().meshes[0]
-    assert len(mesh.triangles) == 12
-    np.testing.assert_allclose(np.abs(mesh.corner_normals).max(axis=1), 1, atol=1e-6)
-
-
 def test_modifiers_are_applied_at_the_level_of_a_render():
     bpy.ops.mesh.primitive_cube_add()
     modifier = bpy.context.object.modifiers.new("Smooth", "SUBSURF")

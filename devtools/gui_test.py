@@ -63,19 +63,8 @@ def _run(script: Path, size: str, limit: float) -> tuple[int, bool]:
     pictures = BUILD / "gui-test" / script.stem
     shutil.rmtree(pictures, ignore_errors=True)
     pictures.mkdir(parents=True)
-    width, height = size.split("x")
     log = pictures / "log.txt"
-    command = ["xvfb-run", "-a", "-s", f"-screen 0 {size}x24 +extension GLX +render -noreset"]
-    command += ["blender", "--factory-startup", "--enable-event-simulate", "--no-window-focus"]
-    command += ["--window-geometry", "0", "0", width, height]
-    command += ["--python-exit-code", "1", "--python", str(RUN_IN_WINDOW), "--", str(script)]
-    env = {
-        "LIBGL_ALWAYS_SOFTWARE": "1",
-        "SELENITE_PICTURES": str(pictures),
-        "SELENITE_SOURCE_DIR": str(ROOT),
-        "BLENDER_USER_RESOURCES": str(pictures / "settings"),
-        "TMPDIR": str(pictures),
-    }
+    command, env = window_command(script, size, pictures)
     shell = ["bash", "-c", '"$@" > "$0" 2>&1', str(log), *command]
     status = asyncio.run(run_limited(shell, limit, env))
     text = log.read_text(errors="replace")
@@ -84,3 +73,21 @@ def _run(script: Path, size: str, limit: float) -> tuple[int, bool]:
         print(text[-6000:])
     say(f"{script.stem}: {'passed' if passed else f'failed (status {status})'}, see {pictures}")
     return status, passed
+
+
+def window_command(script: Path, size: str, folder: Path) -> tuple[list[str], dict[str, str]]:
+    """What runs a script in a Blender window, and what its environment needs. folder: for its
+    pictures, settings and other files."""
+    width, height = size.split("x")
+    command = ["xvfb-run", "-a", "-s", f"-screen 0 {size}x24 +extension GLX +render -noreset"]
+    command += ["blender", "--factory-startup", "--enable-event-simulate", "--no-window-focus"]
+    command += ["--window-geometry", "0", "0", width, height]
+    command += ["--python-exit-code", "1", "--python", str(RUN_IN_WINDOW), "--", str(script)]
+    env = {
+        "LIBGL_ALWAYS_SOFTWARE": "1",
+        "SELENITE_PICTURES": str(folder),
+        "SELENITE_SOURCE_DIR": str(ROOT),
+        "BLENDER_USER_RESOURCES": str(folder / "settings"),
+        "TMPDIR": str(folder),
+    }
+    return command, env

@@ -60,17 +60,34 @@ def steps():
     assert state.RUN.message.startswith("Cancelled")
     assert len(bpy.context.scene.selenite.results) == 1, "Cancel keeps the result before"
 
+    for waits in (False, True):  # Blender's thread reads the scene, then ours the photos
+        in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+        assert state.RUN.reading is not None
+        while waits and state.RUN.reading is not None:
+            yield 0.01
+        in_window(bpy.ops.selenite.cancel)
+        yield lambda: not state.RUN.is_active
+        assert state.RUN.message.startswith("Cancelled")
+        assert len(bpy.data.scenes) == 1, "the copy that was read is gone"
+
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
-    assert state.RUN.preparing is not None, "photos are read in a thread"
-    in_window(bpy.ops.selenite.cancel)
+    assert state.RUN.reading is not None
+    in_window(bpy.ops.ed.undo)
+    yield lambda: not state.RUN.is_active
+    assert len(bpy.data.scenes) == 1, "an undo ends the reading"
+    in_window(bpy.ops.ed.redo)
     yield 0.5
-    assert not state.RUN.is_active and state.RUN.message.startswith("Cancelled")
 
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield running
     in_window(bpy.ops.wm.read_homefile, use_empty=True)  # the modal operator is cancelled
     yield 0.5
     assert not state.RUN.is_active, "loading a file ends the fit"
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    assert state.RUN.reading is not None
+    in_window(bpy.ops.wm.read_homefile, use_empty=True)
+    yield 0.5
+    assert not state.RUN.is_active, "loading a file ends the reading"
 
 
 run(steps, panels)

@@ -5,6 +5,7 @@ import bpy
 from _driving import FOLDER, geometry, in_window, made, picture, run
 
 from selenite.interface import panels
+from selenite.interface.state import RUN
 from selenite.scene_read.scene import read_scene
 
 
@@ -60,6 +61,11 @@ def steps():
     shown = bpy.context.evaluated_depsgraph_get()
     body = bpy.data.objects["Body"].evaluated_get(shown)
     assert len(body.data.polygons) == 6, "the viewport shows what it showed"
+
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    assert RUN.reading is not None, "Blender's thread reads the scene"
+    yield lambda: not RUN.is_active  # there is no photo
+    assert state() == before
 
     # A rendered viewport goes on, and is none of ours.
     space = next(

@@ -20,8 +20,10 @@ std::unique_ptr<FitJob> make_fit(const Scene& scene, const py::list& photos,
                                  const py::list& unknowns, const py::dict& settings) {
   std::vector<Photo> taken;
   for (const auto& one : photos) taken.push_back(photo_of(one, taken.size()));
-  return std::make_unique<FitJob>(scene, std::move(taken), unknowns_of(unknowns),
-                                  settings_of(settings));
+  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
+  const FitSettings with = settings_of(settings);
+  const py::gil_scoped_release release;
+  return std::make_unique<FitJob>(scene, std::move(taken), wanted, with);
 }
 
 py::dict values_dict(const Unknowns& unknowns, const Vector& x) {
@@ -194,6 +196,21 @@ py::object preview_array(const FitJob& job, int index) {
   return array;
 }
 
+/// Copied without the GIL, as it may be large.
+py::object taken_state(FitJob& job) {
+  const std::shared_ptr<const std::string> saved = job.take_state();
+  if (!saved) return py::none();
+  auto bytes = py::reinterpret_steal<py::object>(
+      PyBytes_FromStringAndSize(nullptr, static_cast<py::ssize_t>(saved->size())));
+  if (!bytes) throw py::error_already_set();
+  char* to = PyBytes_AsString(bytes.ptr());
+  {
+    const py::gil_scoped_release release;
+    std::memcpy(to, saved->data(), saved->size());
+  }
+  return bytes;
+}
+
 py::list loss_table() {
   py::list rows;
   for (const Loss& loss : losses())
@@ -255,13 +272,8 @@ Raises:
       .def("join", &FitJob::join, py::call_guard<py::gil_scoped_release>(), "Waits for the end.")
       .def("request_state", &FitJob::request_state,
            "Asks for the whole state after the iteration that runs; see take_state.")
-      .def(
-          "take_state",
-          [](FitJob& job) -> py::object {
-            const std::shared_ptr<const std::string> saved = job.take_state();
-            return saved ? py::object(py::bytes(*saved)) : py::none();
-          },
-          "The state that was asked for, as bytes, once it is there; else None.")
+      .def("take_state", &taken_state,
+           "The state that was asked for, as bytes, once it is there; else None.")
       .def(
           "restore",
           [](FitJob& job, const py::bytes& saved, double seconds) {

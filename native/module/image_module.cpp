@@ -200,7 +200,13 @@ template <float (*Curve)(float)>
 py::array_t<float> mapped(const py::object& object) {
   const FloatArray in = float_array(object, "x");
   py::array_t<float> out(std::vector<py::ssize_t>(in.shape(), in.shape() + in.ndim()));
-  std::transform(in.data(), in.data() + in.size(), out.mutable_data(), Curve);
+  const float* begin = in.data();
+  const float* end = begin + in.size();
+  float* to = out.mutable_data();
+  {
+    py::gil_scoped_release release;
+    std::transform(begin, end, to, Curve);
+  }
   return out;
 }
 

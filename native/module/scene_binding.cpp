@@ -264,6 +264,7 @@ void bind_builder(py::module_& m) {
           "it before decoding.")
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
            "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
+           py::call_guard<py::gil_scoped_release>(),
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
            "and linear colour attributes [(name, (3m,3))], the active ones first; object space.")
       .def(
@@ -333,7 +334,8 @@ void bind_builder(py::module_& m) {
 
 void bind_scene(py::module_& m) {
   bind_builder(m);
-  py::class_<Scene> scene(m, "Scene", "Immutable scene; `with_values` shares its geometry.");
+  py::class_<Scene> scene(m, "Scene", py::release_gil_before_calling_cpp_dtor(),
+                          "Immutable scene; `with_values` shares its geometry.");
   bind_lights(scene);
   scene.def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })
       .def_property_readonly("materials",

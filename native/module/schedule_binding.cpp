@@ -18,10 +18,15 @@ py::list schedule_list(const Scene& scene,
   std::vector<Photo> sizes;
   for (const auto& [camera, width, height] : photos)
     sizes.push_back(photo_of_size(camera, width, height));
-  FitProblem problem(scene, std::move(sizes), unknowns_of(unknowns), settings_of(settings));
-  const Strategy strategy(problem);
+  const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
+  const FitSettings with = settings_of(settings);
+  const auto planned = [&] {
+    const py::gil_scoped_release release;
+    FitProblem problem(scene, std::move(sizes), wanted, with);
+    return schedule(problem, Strategy(problem));
+  }();
   py::list plan;
-  for (const PlannedRenders& one : schedule(problem, strategy))
+  for (const PlannedRenders& one : planned)
     plan.append(py::dict("phase"_a = phase_text(one.phase), "pixels"_a = one.pixels,
                          "spp"_a = one.spp, "renders"_a = one.renders,
                          "derivatives"_a = carried_text(one.carried)));

@@ -96,10 +96,14 @@ class Recorder:
         """Sentences for the result: what could not be kept while the fit ran."""
         return tuple(self._troubles)
 
+    @property
+    def is_due(self) -> bool:
+        """Whether `update` writes: at most every two seconds, less often where that takes long."""
+        return time.monotonic() >= self._next
+
     def update(self, job: Any, *, now: bool = False) -> None:  # noqa: ANN401 - FitJob or StagedJob
-        """Writes what `job.parts()` has found, at most every two seconds unless `now`, and less
-        often where that takes long."""
-        if not now and time.monotonic() < self._next:
+        """Writes what `job.parts()` has found, if that is due or `now`."""
+        if not now and not self.is_due:
             return
         begin = time.monotonic()
         try:

@@ -108,11 +108,11 @@ def _digest(value: object) -> str:
     return found.hexdigest()
 
 
-def _pieces(value: object) -> Iterable[bytes]:
+def _pieces(value: object) -> Iterable[bytes | memoryview]:
     """Bytes that tell one value from another, whatever it is made of."""
     if isinstance(value, np.ndarray):
         yield f"{value.dtype.str} {value.shape}".encode()
-        yield np.ascontiguousarray(value).tobytes()
+        yield np.ascontiguousarray(value).reshape(-1).view(np.uint8).data  # it may be large
     elif is_dataclass(value):
         for item in fields(value):
             yield item.name.encode()

@@ -149,26 +149,25 @@ def world_triangles(
     """(n, 3) double positions in the world, (m, 3) vertices of `mesh.loop_triangles`, which are
     calculated here."""
     mesh.calc_loop_triangles()
-    positions = np.empty(len(mesh.vertices) * 3, np.float32)
-    triangles = np.empty(len(mesh.loop_triangles) * 3, np.int32)
-    mesh.vertices.foreach_get("co", positions)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
+    positions = hosts.floats(mesh.vertices, "co", 3)
+    triangles = hosts.whole_numbers(mesh.loop_triangles, "vertices", 3)
     to_world = np.array(matrix, np.float64)
-    placed = positions.reshape(-1, 3).astype(np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
+    placed = positions.astype(np.float64) @ to_world[:3, :3].T + to_world[:3, 3]
     return placed, triangles.reshape(-1, 3)
 
 
 def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
     mesh = item.to_mesh()
     positions, triangles = world_triangles(mesh, item.matrix_world)
-    corners = np.empty(triangles.size, np.int32)
-    mesh.loop_triangles.foreach_get("loops", corners)
+    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3)
     uvs = hosts.corner_uv_maps(mesh, corners)
     smooth = any(polygon.use_smooth for polygon in mesh.polygons)
     normals = None
     if smooth:
         matrix = np.array(item.matrix_world, np.float64)
-        normals = hosts.corner_normals(mesh) @ np.linalg.inv(matrix[:3, :3])
+        normals = hosts.corner_normals(mesh, corners, triangles.ravel()) @ np.linalg.inv(
+            matrix[:3, :3]
+        )
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
     return ReconstructedMesh(

@@ -9,7 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ..cycles_check.render_settings import contents_of
-from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
+from ..fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
 from ..fit_run.inputs import Inputs
 from ..fit_run.job import FitFailed, FitJob
 from ..fit_run.overall import Overall
@@ -22,8 +22,11 @@ from ..information.conditioning import StageChoice
 from ..information.job import BackgroundJob
 from ..problems import BadInput
 from ..scene_read.bodies import judge_bodies
+from ..scene_read.lamp_frames import reading_frames
 from ..scene_read.photos import packed_photos
-from ..scene_read.scene import read_scene
+from ..scene_read.reading_job import ReadingJob
+from ..scene_read.render_depsgraph import Reading, Stopped, at_once
+from ..scene_read.scene import reading
 from ..scene_read.values import Owner, SceneValues
 from . import environment_panel
 from .output_folder import output_folder
@@ -32,10 +35,13 @@ from .problem_reports import report_problems
 from .request import run_request
 from .running.kept_result import keep_fields, keep_result
 from .running.notice import notify
+from .running.recorder import BackgroundRecorder
 from .running.work import Finishing, Preparing
 from .state import CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from .ticking import Ticking, built, redraw, show_status
 
+#: Events that change nothing, while a scene is being read.
+_HARMLESS = {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
 #: Seconds that a tick waits for the work after a fit, which mostly is nothing.
 _SHORT = 0.05
 
@@ -61,11 +67,10 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     _packed: dict[str, bytes]
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Reads the scene; a thread reads the photos and starts the native one; a timer polls."""
-        work = built(self, lambda: self._asked(context, self.resume))
-        if work is None:
+        """Blender's thread reads the scene, ours the photos, the native one fits; a timer polls."""
+        RUN.read(ReadingJob(self._asking(context.scene, self.resume)), context.scene.name)
+        if not self._read_on(context):
             return {"CANCELLED"}
-        RUN.prepare(BackgroundJob(work), context.scene.name)
         return self._add_timer(context)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -79,6 +84,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but Esc passes through, so that Blender stays usable."""
+        if RUN.reading is not None:
+            return self._reading(context, event)
         if RUN.preparing is not None:
             return self._preparing(context, event)
         if STAGES.job is not None:
@@ -111,29 +118,50 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
 
     def _start(self, context: bpy.types.Context, resume: str = "") -> bool:
         """All that comes before the fit, at once."""
-        work = built(self, lambda: self._asked(context, resume))
+        work = built(self, lambda: at_once(self._asking(context.scene, resume)))
         if work is None:
             return False
         ready = built(self, lambda: list(work.steps())) is not None
         remember_shapes(self._scene_name, work.values)
         return ready and self._begin(work)
 
-    def _asked(self, context: bpy.types.Context, resume: str) -> Preparing:
+    def _asking(self, scene: bpy.types.Scene, resume: str) -> Reading[Preparing]:
         """What needs Blender: the scene as it is, and what the panel asks for. Raises BadInput."""
-        scene = context.scene
         self._scene_name, self._resumed = scene.name, resume
         PROBLEMS.pop(scene.name, None)
-        values = read_scene(scene, surveys=False)
+        values = yield from reading(scene)
         if resume:
             run = going_on(load(Path(bpy.path.abspath(resume))))
         else:
             run = Unfinished(_request(scene, values), [])
-        for item in run.request.captures:
-            if item.frame is not None:
-                values.lamp_frames[item.frame]  # asks Blender, so now
+        frames = (item.frame for item in run.request.captures if item.frame is not None)
+        yield from reading_frames(values, frames)
         self._values, self._owners, self._packed = values, values.owners, packed_photos()
         chooses = scene.selenite.stage_mode == AUTO and not resume
         return Preparing(values, run, self._packed, bpy.data.filepath, makes_job=not chooses)
+
+    def _reading(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """While Blender's thread reads the scene. What could change it waits: only the pointer
+        moves on, and Esc cancels."""
+        if event.type == "ESC" and event.value == "PRESS":
+            RUN.ask_to_stop(keep=False)
+        if event.type == "TIMER" and not self._read_on(context):
+            return self._over(context)
+        return {"PASS_THROUGH"} if event.type in _HARMLESS else {"RUNNING_MODAL"}
+
+    def _read_on(self, context: bpy.types.Context) -> bool:
+        """Goes on reading, then starts the thread that prepares; False where nothing goes on."""
+        job, RUN.reading = RUN.reading, None
+        try:
+            reads = built(self, job.step)
+        except Stopped:
+            reads, RUN.message = None, "Cancelled; nothing was changed"
+        if reads:
+            RUN.reading = job
+            show_status(context, RUN.shown.phase)
+        elif reads is not None:
+            RUN.prepare(BackgroundJob(job.value))
+        return reads is not None
 
     def _begin(self, work: Preparing) -> bool:
         """Starts the fit that was prepared, or chooses its stages first."""
@@ -248,18 +276,19 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             redraw(context)
             return {"CANCELLED"}
         job.join()
-        troubles = RUN.close_record()
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         last, RUN.finishing = RUN.finishing, None
         try:
             stopped = job.progress().stopped_because
         except FitFailed as error:
+            RUN.drop_record()
             RUN.message = str(error)
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if not RUN.keep or scene is None:
             if last is not None:
                 last.cancel()
+            RUN.drop_record()
             RUN.bring_back()
             redraw(context)
             return {"CANCELLED"}
@@ -268,7 +297,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             last.start()
         last.join()
         RUN.result = dict(last.work.result)
-        RUN.result["notes"] = (*RUN.result["notes"], *troubles)
+        RUN.result["notes"] = (*RUN.result["notes"], *last.work.troubles)
         RUN.folder = last.work.folder
         if stopped == "cancelled":
             stopped = "you stopped it; the best values so far are kept"
@@ -302,20 +331,23 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
 
 
 def _work_after(job: FitJob | StagedJob) -> Finishing:
+    """It closes the record of the run."""
     scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()
-    return Finishing(job, folder, bpy.app.version_string)
+    recorder, RUN.recorder = RUN.recorder, None
+    return Finishing(job, folder, bpy.app.version_string, recorder)
 
 
-def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> Recorder | None:
+def _recorder(scene: bpy.types.Scene, resumed: str, inputs: Inputs) -> BackgroundRecorder | None:
     """Keeps the run on disk, where it was or in the folder of results; None where the file has no
     place yet: its scene could not be found again."""
     if resumed:
-        return Recorder(Path(bpy.path.abspath(resumed)), RUN.plan.request, inputs)
-    if scene.selenite.output.startswith("//") and not bpy.data.filepath:
+        folder = Path(bpy.path.abspath(resumed))
+    elif scene.selenite.output.startswith("//") and not bpy.data.filepath:
         return None
-    folder = new_folder(output_folder(scene), SUFFIX)
-    return Recorder(folder, RUN.plan.request, inputs)
+    else:
+        folder = new_folder(output_folder(scene), SUFFIX)
+    return BackgroundRecorder(folder, RUN.plan.request, inputs)
 
 
 CLASSES = (SELENITE_OT_start,)

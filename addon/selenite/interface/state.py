@@ -12,7 +12,6 @@ from typing import Any
 from .. import native
 from ..cycles_check.job import CheckJob, CheckProgress
 from ..cycles_check.render_settings import Contents
-from ..fit_run.checkpoint import Recorder
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
 from ..fit_run.plan import FitPlan
@@ -20,17 +19,21 @@ from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
+from ..scene_read.reading_job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
+from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
 
 
 @dataclass
 class Run:
-    """At most one fit at a time: `preparing`, then `job`, then `finishing`. `result` stays after
-    its end, for the result folder, and `folder` is that folder once it is written."""
+    """At most one fit at a time: `reading`, `preparing`, `job`, `finishing`, in this order.
+    `result` stays after its end, for the result folder, and `folder` is that folder once it is
+    written."""
 
     job: FitJob | StagedJob | None = None
+    reading: ReadingJob[Preparing] | None = None
     preparing: BackgroundJob[Preparing] | None = None
     finishing: BackgroundJob[Finishing] | None = None
     overall: Overall | None = None
@@ -41,7 +44,7 @@ class Run:
     owners: dict[str, Owner] = field(default_factory=dict)
     progress: Progress | None = None
     keep: bool = True
-    recorder: Recorder | None = None
+    recorder: BackgroundRecorder | None = None
     plan: FitPlan | None = None
     result: dict[str, Any] | None = None
     folder: Path | None = None
@@ -66,12 +69,18 @@ class Run:
     @property
     def is_active(self) -> bool:
         """Whether anything of a run goes on."""
-        return any(item is not None for item in (self.job, self.preparing, self.finishing))
+        parts = (self.reading, self.preparing, self.job, self.finishing)
+        return any(item is not None for item in parts)
 
-    def prepare(self, job: BackgroundJob[Preparing], scene_name: str) -> None:
+    def read(self, job: ReadingJob[Preparing], scene_name: str) -> None:
+        """Begins with what needs Blender."""
+        self.reading, self.scene_name, self.keep = job, scene_name, True
+        self.progress, self.shown, self.message = None, Shown(phase="reading the scene"), ""
+
+    def prepare(self, job: BackgroundJob[Preparing]) -> None:
         """Starts the thread before the fit."""
-        self.preparing, self.scene_name, self.keep = job, scene_name, True
-        self.progress, self.shown, self.message = None, Shown(phase="reading photos"), ""
+        self.preparing = job
+        self.shown = Shown(phase="reading photos")
         job.start()
 
     def drop_preparing(self) -> None:
@@ -94,22 +103,21 @@ class Run:
         not."""
         if self.recorder is None or self.job is None:
             return ""
-        before = self.recorder.trouble
-        self.recorder.update(self.job)
-        return self.recorder.trouble if self.recorder.trouble != before else ""
+        return self.recorder.update(self.job)
 
-    def close_record(self) -> tuple[str, ...]:
-        """The run has ended in this session: nothing is left to resume. Returns what went wrong
-        with the record."""
+    def drop_record(self) -> None:
+        """The run has ended without a result: nothing is left to resume."""
         recorder, self.recorder = self.recorder, None
-        if recorder is None:
-            return ()
-        left = recorder.finished()
-        return (*recorder.notes(), *((left,) if left else ()))
+        if recorder is not None:
+            job = BackgroundJob(Closing(recorder))
+            self.left.append(job)
+            job.start()
 
     def ask_to_stop(self, *, keep: bool) -> None:
         """Returns at once; the modal operator sees the end at its next tick."""
         self.keep = keep
+        if self.reading is not None:
+            self.reading.cancel()
         if self.preparing is not None:
             self.drop_preparing()
         if self.job is not None:
@@ -130,18 +138,23 @@ class Run:
             job.join()
         if last is not None:
             self.left.append(last)
-        self.close_record()
+        self.drop_record()
         self.bring_back()
 
     def stop(self, *, keep: bool) -> None:
         """Waits for the thread and forgets the job."""
         self.ask_to_stop(keep=keep)
+        if self.reading is not None:
+            self.reading.abandon()
+        self.reading = None
         for item in (self.job, self.finishing):
             if item is not None:
                 item.join()
         for item in self.left:
             item.wait(60.0)
         self.left = []
+        if self.recorder is not None:
+            self.recorder.wait()
         self.finishing = None
         self.job = self.recorder = None  # what is on disk stays: Blender ends, not the user's wish
 

@@ -6,7 +6,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .values import CameraValues
+from ..problems import Problem
+from .values import CameraValues, SceneValues
 
 
 def resolution(scene: bpy.types.Scene) -> tuple[int, int]:
@@ -64,3 +65,29 @@ def read_camera(evaluated: bpy.types.Object, name: str, scene: bpy.types.Scene) 
         width=width,
         height=height,
     )
+
+
+def read_cameras(
+    scene: bpy.types.Scene,
+    found: dict[str, bpy.types.Object],
+    depsgraph: bpy.types.Depsgraph,
+    read: SceneValues,
+) -> None:
+    """Fills `read` with those of `found`, by name, that a fit can use, and says why others not."""
+    for name, item in found.items():
+        evaluated = item.evaluated_get(depsgraph)
+        reason = why_unusable(evaluated)
+        if reason:
+            read.unusable_cameras[name] = reason
+            read.warn(f"Camera '{name}' is left out: {reason}")
+            continue
+        read.cameras.append(read_camera(evaluated, name, scene))
+    if not found:
+        cure = "add a camera that stands where the photo was taken"
+        read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
+    elif not read.cameras:
+        cure = "make it perspective or orthographic"
+        read.problems.extend(
+            Problem(f"Camera '{name}'", reason, cure)
+            for name, reason in read.unusable_cameras.items()
+        )

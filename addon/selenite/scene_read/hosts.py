@@ -111,25 +111,77 @@ def group_uses(tree: bpy.types.NodeTree) -> int:
     return sum(getattr(node, "node_tree", None) == tree for other in trees for node in other.nodes)
 
 
-def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
-    """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated."""
-    if hasattr(mesh, "calc_normals_split"):  # before 4.1
+def whole_numbers(items: Any, name: str, each: int = 1) -> np.ndarray:  # noqa: ANN401 - any bpy list
+    """(len(items) * each,) int32: a whole number, or an array of `each`, of every item.
+
+    Of what it declares unsigned, Blender copies its memory into unsigned numbers; for signed ones
+    it makes a Python object of each, which takes ten times as long.
+    """
+    if not len(items):
+        return np.empty(0, np.int32)
+    unsigned = items[0].bl_rna.properties[name].subtype == "UNSIGNED"
+    found = np.empty(len(items) * each, np.uint32 if unsigned else np.int32)
+    items.foreach_get(name, found)
+    return found.view(np.int32)
+
+
+def floats(items: Any, name: str, each: int) -> np.ndarray:  # noqa: ANN401 - any bpy list
+    """(len(items), each) float32."""
+    found = np.empty((len(items), each), np.float32)
+    items.foreach_get(name, found.reshape(-1))
+    return found
+
+
+def corner_vertices(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(corners,) int32: the vertex of each corner of a face."""
+    attribute: Any = mesh.attributes.get(".corner_vert")
+    if attribute is not None:  # from 3.6 on, and much faster
+        return whole_numbers(attribute.data, "value")
+    return whole_numbers(mesh.loops, "vertex_index")
+
+
+def triangle_faces(mesh: bpy.types.Mesh) -> np.ndarray:
+    """(m,) int32: the face of each of `mesh.loop_triangles`, which must be calculated."""
+    if hasattr(mesh, "loop_triangle_polygons"):  # from 4.1 on, and much faster
+        return whole_numbers(mesh.loop_triangle_polygons, "value")
+    return whole_numbers(mesh.loop_triangles, "polygon_index")
+
+
+def corner_normals(mesh: bpy.types.Mesh, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+    """(3m, 3) float32 normals of the corners of `mesh.loop_triangles`, which must be calculated.
+
+    `corners`: loops, `vertices`: vertices of the triangles' corners.
+    """
+    if hasattr(mesh, "corner_normals"):  # from 4.1 on
+        return np.take(floats(mesh.corner_normals, "vector", 3), corners, axis=0)
+    return _corner_normals_of_3(mesh, corners, vertices)
+
+
+def _corner_normals_of_3(mesh: Any, corners: np.ndarray, vertices: np.ndarray) -> np.ndarray:  # noqa: ANN401 - has what later versions lack
+    if mesh.use_auto_smooth:  # only then are there sharp edges and normals of one's own
         mesh.calc_normals_split()
-    normals = np.empty(len(mesh.loop_triangles) * 9, np.float32)
-    mesh.loop_triangles.foreach_get("split_normals", normals)
-    return normals.reshape(-1, 3)
+        return np.take(floats(mesh.loops, "normal", 3), corners, axis=0)
+    smooth = np.empty(len(mesh.polygons), bool)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    if smooth.all():
+        return np.take(floats(mesh.vertex_normals, "vector", 3), vertices, axis=0)
+    faces = np.repeat(triangle_faces(mesh), 3)
+    flat = np.take(floats(mesh.polygon_normals, "vector", 3), faces, axis=0)
+    if not smooth.any():
+        return flat
+    curved = np.take(floats(mesh.vertex_normals, "vector", 3), vertices, axis=0)
+    return np.where(np.take(smooth, faces)[:, None], curved, flat)
 
 
 def corner_uv_maps(mesh: bpy.types.Mesh, corners: np.ndarray) -> tuple[tuple[str, np.ndarray], ...]:
     """Name and (len(corners), 2) float32 of every UV map, the one that renders first."""
     found = []
     for layer in sorted(mesh.uv_layers, key=lambda item: not item.active_render):
-        uvs = np.empty(len(mesh.loops) * 2, np.float32)
         if hasattr(layer, "uv") and len(layer.uv):  # from 3.5 on, and much faster
-            layer.uv.foreach_get("vector", uvs)
+            uvs = floats(layer.uv, "vector", 2)
         else:
-            layer.data.foreach_get("uv", uvs)
-        found.append((layer.name, uvs.reshape(-1, 2)[corners]))
+            uvs = floats(layer.data, "uv", 2)
+        found.append((layer.name, np.take(uvs, corners, axis=0)))
     return tuple(found)
 
 
@@ -142,12 +194,9 @@ def corner_colors(
     """
     found: list[tuple[str, np.ndarray]] = []
     for index, attribute in enumerate(cast(Any, mesh.color_attributes)):
-        numbers = np.empty(len(attribute.data) * 4, np.float32)
-        attribute.data.foreach_get("color", numbers)  # bytes come decoded
-        colors = numbers.reshape(-1, 4)[:, :3][
-            corners if attribute.domain == "CORNER" else vertices
-        ]
-        entry = (attribute.name, np.ascontiguousarray(colors))
+        colors = floats(attribute.data, "color", 4)[:, :3]  # bytes come decoded
+        where = corners if attribute.domain == "CORNER" else vertices
+        entry = (attribute.name, np.take(np.ascontiguousarray(colors), where, axis=0))
         if index == mesh.color_attributes.render_color_index:
             found.insert(0, entry)
         else:

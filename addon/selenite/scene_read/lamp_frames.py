@@ -8,6 +8,7 @@ which has one geometry: it is named.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,7 +19,7 @@ from ..problems import Problem, listed
 from . import camera as cameras
 from . import hosts, mesh
 from .lights import is_portal
-from .render_depsgraph import read_as_rendered
+from .render_depsgraph import GraphRead, Reading, at_once
 from .values import LampFrame, SceneValues
 
 #: Of coordinates, relative to the largest of a matrix: two evaluations may differ by rounding.
@@ -64,10 +65,17 @@ class LampFrames(dict[int, LampFrame]):
         self._here: _Seen | Problem | None = None
 
     def __missing__(self, frame: int) -> LampFrame:
+        at_once(self.reading(frame))
+        return self[frame]
+
+    def reading(self, frame: int) -> Reading[None]:
+        """Reads a frame that was not asked for yet."""
+        if frame in self:
+            return
         if self._here is None:
-            self._here = _seen(self._scene, None)
+            self._here = yield from _seeing(self._scene, None)
         here = self._here
-        there = here if isinstance(here, Problem) else _seen(self._scene, frame)
+        there = here if isinstance(here, Problem) else (yield from _seeing(self._scene, frame))
         if isinstance(there, Problem):
             found = LampFrame({}, (there,))
         else:
@@ -76,18 +84,26 @@ class LampFrames(dict[int, LampFrame]):
             problems = tuple(_differences(frame, here, there))
             found = LampFrame(places, problems, tuple(_animated(frame, self._values)))
         self[frame] = found
-        return found
 
 
-def _seen(scene: bpy.types.Scene, frame: int | None) -> _Seen | Problem:
+def reading_frames(values: SceneValues, frames: Iterable[int]) -> Reading[None]:
+    """Has these frames in `values.lamp_frames` of a scene that was read."""
+    known = values.lamp_frames
+    assert isinstance(known, LampFrames), known
+    for frame in frames:
+        yield from known.reading(frame)
+
+
+def _seeing(scene: bpy.types.Scene, frame: int | None) -> Reading[_Seen | Problem]:
     found = _Seen()
     named = cameras.named_cameras(scene)
 
-    def read(depsgraph: bpy.types.Depsgraph) -> None:
+    def read(depsgraph: bpy.types.Depsgraph, check: Callable[[], None]) -> None:
         for name, item in named.items():
             found.cameras[name] = np.array(item.evaluated_get(depsgraph).matrix_world, np.float64)
         scratch = SceneValues()  # what is to be said of the scene was said where it was read
         for instance in mesh.rendered_instances(depsgraph, scratch):
+            check()
             name, data = instance.original.name, instance.object.data
             if isinstance(data, bpy.types.Light):
                 if is_portal(data):
@@ -99,7 +115,7 @@ def _seen(scene: bpy.types.Scene, frame: int | None) -> _Seen | Problem:
                 if name not in found.shapes:
                     found.shapes[name] = _shape_of(instance.object)
 
-    problem = read_as_rendered(scene, list(named.values()), read, frame)
+    problem = yield GraphRead(scene, list(named.values()), read, frame)
     return found if problem is None else problem
 
 
@@ -109,8 +125,7 @@ def _shape_of(evaluated: bpy.types.Object) -> str:
         return ""
     shape = evaluated.to_mesh()
     try:
-        positions = np.empty(len(shape.vertices) * 3, np.float32)
-        shape.vertices.foreach_get("co", positions)
+        positions = hosts.floats(shape.vertices, "co", 3)
     finally:
         evaluated.to_mesh_clear()
     return hashlib.sha256(positions.tobytes()).hexdigest()

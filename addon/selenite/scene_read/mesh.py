@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -49,6 +50,10 @@ def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | No
     Triangles with a vertex that is not finite are dropped and counted in `read.warnings`; the
     user's mesh is not touched.
     """
+    mesh: Any = evaluated.data
+    # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
+    if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
+        return _triangles(mesh, evaluated, read)
     mesh = evaluated.to_mesh()
     try:
         return _triangles(mesh, evaluated, read) if mesh is not None else None
@@ -59,7 +64,8 @@ def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | No
 def _triangles(
     mesh: bpy.types.Mesh, evaluated: bpy.types.Object, read: SceneValues
 ) -> MeshValues | None:
-    if not _is_sound(mesh):
+    corner_vertices = hosts.corner_vertices(mesh)
+    if not _is_sound(mesh, corner_vertices):
         cause = "its faces name corners or vertices that it does not have"
         cure = "repair it (bpy.data.meshes[...].validate()) or delete it"
         read.problems.append(Problem(f"Mesh '{evaluated.data.name}'", cause, cure))
@@ -68,17 +74,13 @@ def _triangles(
     count = len(mesh.loop_triangles)
     if count == 0:
         return None
-    positions = np.empty(len(mesh.vertices) * 3, np.float32)
-    triangles, corners = np.empty(count * 3, np.int32), np.empty(count * 3, np.int32)
-    slots = np.empty(count, np.int32)
-    mesh.vertices.foreach_get("co", positions)
-    mesh.loop_triangles.foreach_get("vertices", triangles)
-    mesh.loop_triangles.foreach_get("loops", corners)
-    mesh.loop_triangles.foreach_get("material_index", slots)
-    positions, triangles = positions.reshape(-1, 3), triangles.reshape(-1, 3)
-    normals = hosts.corner_normals(mesh).reshape(-1, 3, 3)
+    positions = hosts.floats(mesh.vertices, "co", 3)
+    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
+    vertices = np.take(corner_vertices, corners)
+    normals = hosts.corner_normals(mesh, corners, vertices).reshape(-1, 3, 3)
     uv_maps = hosts.corner_uv_maps(mesh, corners)
-    colors = hosts.corner_colors(mesh, corners, triangles.ravel())
+    colors = hosts.corner_colors(mesh, corners, vertices)
+    triangles, slots = vertices.reshape(-1, 3), _slots(mesh, evaluated)
     known = {name for name, _ in (*uv_maps, *colors)}
     others = tuple(item.name for item in mesh.attributes if item.name not in known)
 
@@ -96,28 +98,33 @@ def _triangles(
         colors = tuple((name, values[kept]) for name, values in colors)
         if not len(triangles):
             return None
-    last = max(len(evaluated.material_slots), 1) - 1
     return MeshValues(
         name=evaluated.data.name,
         positions=positions,
         triangles=np.ascontiguousarray(triangles),
         corner_normals=np.ascontiguousarray(normals.reshape(-1, 3)),
-        material_slots=np.clip(slots, 0, last),
+        material_slots=slots,
         uv_maps=uv_maps,
         colors=colors,
         other_attributes=others,
     )
 
 
-def _is_sound(mesh: bpy.types.Mesh) -> bool:
+def _slots(mesh: bpy.types.Mesh, evaluated: bpy.types.Object) -> np.ndarray:
+    """The material slot of each triangle, as Cycles takes those that are not there."""
+    last = len(evaluated.material_slots) - 1
+    if last < 1:
+        return np.zeros(len(mesh.loop_triangles), np.int32)
+    of_face = hosts.whole_numbers(mesh.polygons, "material_index")
+    return np.clip(np.take(of_face, hosts.triangle_faces(mesh)), 0, last)
+
+
+def _is_sound(mesh: bpy.types.Mesh, corner_vertices: np.ndarray) -> bool:
     """Whether Blender can go through its faces: those of a damaged file would end the process."""
-    corners, starts = np.empty(len(mesh.loops), np.int32), np.empty(len(mesh.polygons), np.int32)
-    counts = np.empty_like(starts)
-    mesh.loops.foreach_get("vertex_index", corners)
-    mesh.polygons.foreach_get("loop_start", starts)
-    mesh.polygons.foreach_get("loop_total", counts)
+    starts = hosts.whole_numbers(mesh.polygons, "loop_start")
+    counts = hosts.whole_numbers(mesh.polygons, "loop_total")
     ends = starts.astype(np.int64) + counts
     return bool(
-        ((corners >= 0) & (corners < len(mesh.vertices))).all()
-        and ((starts >= 0) & (counts >= 0) & (ends <= len(corners))).all()
+        ((corner_vertices >= 0) & (corner_vertices < len(mesh.vertices))).all()
+        and ((starts >= 0) & (counts >= 0) & (ends <= len(corner_vertices))).all()
     )

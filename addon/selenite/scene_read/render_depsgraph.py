@@ -8,15 +8,17 @@ settings and the last picture as they are; its collections and objects are those
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import bpy
 
 from ..problems import Problem
 from .without_words import without_words
 
+T = TypeVar("T")
 _ENGINE = "SELENITE_SCENE_READ"
 _NAME = "Selenite reads this scene"
 #: What costs time or memory in a render and says nothing about the scene.
@@ -33,6 +35,9 @@ _PLAIN = {
     "border_min_y": 0.0,
     "engine": _ENGINE,
 }
+_NO_WINDOW = {"render_display_type": "NONE"}
+#: How the lists of handlers begin that a render calls.
+_OF_RENDERS = ("render_", "frame_change_", "depsgraph_update_", "composite_")
 
 
 def view_layer_of(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
@@ -43,63 +48,145 @@ def view_layer_of(scene: bpy.types.Scene) -> bpy.types.ViewLayer:
     return next((layer for layer in scene.view_layers if layer.use), shown)
 
 
-def read_as_rendered(
-    scene: bpy.types.Scene,
-    cameras: Sequence[bpy.types.Object],
-    read: Callable[[bpy.types.Depsgraph], None],
-    frame: int | None = None,
-) -> Problem | None:
-    """Calls `read` with the scene's graph in render mode, which also evaluates `cameras`, whatever
-    hides them. The graph and all in it are gone afterwards. Returns what stands in the way.
+class Stopped(Exception):  # noqa: N818 - it is no error
+    """Who asked for it does not want it any more."""
+
+
+@dataclass(frozen=True)
+class GraphRead:
+    """What is to be read of a scene's graph in render mode.
+
+    cameras: are evaluated, whatever hides them. read: is called with the graph, which is gone
+    afterwards with all in it, and with a function to call now and then, which raises Stopped.
     frame: where it is evaluated; None: where the scene is.
-
-    The user's handlers do not run. What `read` raises is raised.
     """
-    title = f"Scene '{scene.name}'"
-    running = next((job for job in ("RENDER", "OBJECT_BAKE") if bpy.app.is_job_running(job)), None)
-    if running:
-        cause = f"Blender is busy ({running.lower().replace('_', ' ')}) and cannot evaluate it"
-        return Problem(title, cause, "wait until that has ended, or stop it")
-    layer = view_layer_of(scene)
-    called: list[bool] = []
-    failures: list[Exception] = []
 
+    scene: bpy.types.Scene
+    cameras: Sequence[bpy.types.Object]
+    read: Callable[[bpy.types.Depsgraph, Callable[[], None]], None]
+    frame: int | None = None
+
+
+#: A reading that goes from graph to graph: it yields what it wants read, and is sent what stands in
+#: the way of that. So the same code reads at once and, in a window, while Blender stays usable.
+Reading = Generator[GraphRead, "Problem | None", T]
+
+
+def at_once(reading: Reading[T]) -> T:
+    """The outcome of a reading. What it raises is raised."""
+    answer = None
+    while True:
+        try:
+            asked = reading.send(answer)
+        except StopIteration as end:
+            found: T = end.value
+            return found
+        with GraphRender(asked) as render:
+            render.start("EXEC_DEFAULT")
+        answer = render.outcome()
+
+
+class GraphRender:
+    """A render by an engine of our own, which reads the graph in place of rendering it. As a
+    context it puts everything back at its end. The user's handlers do not run."""
+
+    def __init__(self, asked: GraphRead) -> None:
+        self.stopped = False  # set from any thread: the reading ends soon
+        self._asked = asked
+        self._called = False
+        self._failures: list[Exception] = []
+        self._reason = ""
+        self._busy: Problem | None = None
+        self._stack = ExitStack()
+
+    def __enter__(self) -> GraphRender:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    @property
+    def needs_waiting(self) -> bool:
+        """Whether the scene itself is rendered, which nobody must touch meanwhile."""
+        return not _is_copied(self._asked.scene)
+
+    def start(self, how: str) -> None:
+        """how: "EXEC_DEFAULT" returns at the end, "INVOKE_DEFAULT" at once: Blender then evaluates
+        and reads in a thread of its own, and `is_running` says how long."""
+        scene = self._asked.scene
+        running = next(
+            (job for job in ("RENDER", "OBJECT_BAKE") if bpy.app.is_job_running(job)), ""
+        )
+        if running:
+            cause = f"Blender is busy ({running.lower().replace('_', ' ')}) and cannot evaluate it"
+            cure = "wait until that has ended, or stop it"
+            self._busy = Problem(f"Scene '{scene.name}'", cause, cure)
+            return
+        layer = view_layer_of(scene)
+        layer.update()  # what is pending reaches the user's handlers
+        stack = self._stack
+        stack.enter_context(_without_handlers())
+        reader = _engine_of(self)
+        bpy.utils.register_class(reader)
+        stack.callback(bpy.utils.unregister_class, reader)
+        prepared = stack.enter_context(_prepared(scene, layer.name, self._asked.cameras))
+        with ExitStack() as call:
+            # The operator takes the frame from the context's scene.
+            call.enter_context(bpy.context.temp_override(scene=scene, view_layer=layer))
+            if how == "EXEC_DEFAULT":
+                call.enter_context(without_words())
+            else:
+                call.enter_context(_set(bpy.context.preferences.view, _NO_WINDOW))
+            try:
+                bpy.ops.render.render(how, scene=prepared.name)
+            except RuntimeError as error:
+                self._reason = str(error).removeprefix("Error: ").strip()
+
+    def is_running(self) -> bool:
+        """After a start that has returned at once."""
+        return self._busy is None and bool(bpy.app.is_job_running("RENDER"))
+
+    def outcome(self) -> Problem | None:
+        """After the end: what stood in the way. What `read` raised is raised."""
+        if self._failures:
+            raise self._failures[0]
+        if self._busy is not None or self._called:
+            return self._busy
+        reason = self._reason or "no reason is given"
+        cause = f"Blender does not evaluate it for a render ({reason})"
+        cure = "render it once with Cycles to see what is in the way"
+        return Problem(f"Scene '{self._asked.scene.name}'", cause, cure)
+
+    def read(self, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
+        """Called by the engine."""
+        self._called = True
+        scene, frame = self._asked.scene, self._asked.frame
+
+        def check() -> None:
+            if self.stopped or engine.test_break():
+                raise Stopped
+
+        try:
+            check()
+            # Of this graph alone: the scene itself stays where it is.
+            if frame is not None:
+                engine.frame_set(frame, 0.0)
+            self._asked.read(depsgraph, check)
+            if frame is not None:
+                engine.frame_set(scene.frame_current, scene.frame_subframe)
+        except Exception as error:  # Blender would print and forget it
+            self._failures.append(error)
+
+
+def _engine_of(reading: GraphRender) -> type[bpy.types.RenderEngine]:
     class Reader(bpy.types.RenderEngine):
         bl_idname = _ENGINE
         bl_label = _NAME
 
         def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-            called.append(True)
-            try:
-                # Of this graph alone: the scene itself stays where it is.
-                if frame is not None:
-                    self.frame_set(frame, 0.0)
-                read(depsgraph)
-                if frame is not None:
-                    self.frame_set(scene.frame_current, scene.frame_subframe)
-            except Exception as error:  # Blender would print and forget it
-                failures.append(error)
+            reading.read(self, depsgraph)
 
-    layer.update()  # what is pending reaches the user's handlers
-    reason = ""
-    with ExitStack() as stack:
-        stack.enter_context(_without_handlers())
-        bpy.utils.register_class(Reader)
-        stack.callback(bpy.utils.unregister_class, Reader)
-        prepared = stack.enter_context(_prepared(scene, layer.name, cameras))
-        # The operator takes the frame from the context's scene.
-        stack.enter_context(bpy.context.temp_override(scene=scene, view_layer=layer))
-        stack.enter_context(without_words())
-        try:
-            bpy.ops.render.render(scene=prepared.name)
-        except RuntimeError as error:
-            reason = str(error).removeprefix("Error: ").strip()
-    if failures:
-        raise failures[0]
-    if not called:
-        cause = f"Blender does not evaluate it for a render ({reason or 'no reason is given'})"
-        return Problem(title, cause, "render it once with Cycles to see what is in the way")
-    return None
+    return Reader
 
 
 def remarks(scene: bpy.types.Scene) -> Iterator[str]:
@@ -113,8 +200,8 @@ def remarks(scene: bpy.types.Scene) -> Iterator[str]:
 
 @contextmanager
 def _without_handlers() -> Iterator[None]:
-    lists = {name: getattr(bpy.app.handlers, name) for name in dir(bpy.app.handlers)}
-    lists = {name: item for name, item in lists.items() if isinstance(item, list)}
+    names = [name for name in dir(bpy.app.handlers) if name.startswith(_OF_RENDERS)]
+    lists = {name: getattr(bpy.app.handlers, name) for name in names}
     kept = {name: list(item) for name, item in lists.items()}
     for item in lists.values():
         item.clear()
@@ -131,8 +218,7 @@ def _prepared(
 ) -> Iterator[bpy.types.Scene]:
     """A scene that renders a few pixels with our engine, for a moment."""
     pictures = {item for item in bpy.data.images if item.type == "RENDER_RESULT"}
-    # Copies of a rigid body world share its bodies, so such a scene is used itself.
-    copied = scene.rigidbody_world is None
+    copied = _is_copied(scene)
     with ExitStack() as stack:
         stack.callback(_remove_new_pictures, pictures)
         prepared = scene
@@ -152,6 +238,11 @@ def _prepared(
             stack.enter_context(_set(item, {"use": item.name == layer}))
         stack.enter_context(_set(render, wanted))
         yield prepared
+
+
+def _is_copied(scene: bpy.types.Scene) -> bool:
+    """Copies of a rigid body world share its bodies, so such a scene is rendered itself."""
+    return scene.rigidbody_world is None
 
 
 def _side(render: bpy.types.RenderSettings, axis: str) -> float:

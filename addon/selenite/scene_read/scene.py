@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import bpy
@@ -28,16 +28,25 @@ from . import (
 from .bodies import judge_bodies
 from .lamp_frames import LampFrames
 from .nodes import Unreadable
-from .render_depsgraph import read_as_rendered, remarks, view_layer_of
+from .render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
 from .textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 
 def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
-    """Reads everything that Cycles would render; changes nothing.
+    """Reads everything that Cycles would render; changes nothing. See `reading`.
 
     surveys: False leaves out whether bodies are closed, the longest part that needs no Blender:
     `judge_bodies` may follow in another thread.
+    """
+    read = at_once(reading(scene))
+    if surveys:
+        read.bodies = judge_bodies(read)
+    return read
+
+
+def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
+    """Everything that Cycles would render, but not whether bodies are closed.
 
     What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
     NativeUnavailable, since the parameter table is native.
@@ -51,16 +60,16 @@ def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
-    problem = read_as_rendered(
+    problem = yield GraphRead(
         scene,
         list(found.values()),
-        lambda depsgraph: rendered.extend(_read(scene, layer, found, depsgraph, read)),
+        lambda depsgraph, check: rendered.extend(
+            _read(scene, layer, found, depsgraph, check, read)
+        ),
     )
     if problem is not None:
         read.problems.append(problem)
     # Settings of the scene are its own again.
-    if surveys:
-        read.bodies = judge_bodies(read)
     _judge_properties(scene, layer, rendered, read)
     _note(read, [], list(remarks(scene)))
     read.lamp_frames = LampFrames(scene, read)
@@ -72,10 +81,11 @@ def _read(
     layer: bpy.types.ViewLayer,
     found_cameras: dict[str, bpy.types.Object],
     depsgraph: bpy.types.Depsgraph,
+    check: Callable[[], None],
     read: SceneValues,
 ) -> list[bpy.types.Object]:
     """Fills `read`; returns the original objects that render."""
-    _read_cameras(scene, found_cameras, depsgraph, read)
+    cameras.read_cameras(scene, found_cameras, depsgraph, read)
     # Lamps come last: where names clash, the material keeps the plain name.
     lamps: list[mesh.Instance] = []
     names: dict[tuple[str, str], str] = {}
@@ -88,6 +98,7 @@ def _read(
     rendered: list[bpy.types.Object] = []
     volumes: set[str] = set()
     for instance in mesh.rendered_instances(depsgraph, read):
+        check()
         if isinstance(instance.object.data, (bpy.types.Light, bpy.types.Mesh, bpy.types.Volume)):
             rendered.append(instance.original)  # and no curve without a surface
         if instance.is_instance:
@@ -134,31 +145,6 @@ def _note(read: SceneValues, problems: list[Problem], warnings: list[str]) -> No
     read.problems.extend(item for item in problems if item not in read.problems)
     for text in warnings:
         read.warn(text)
-
-
-def _read_cameras(
-    scene: bpy.types.Scene,
-    found: dict[str, bpy.types.Object],
-    depsgraph: bpy.types.Depsgraph,
-    read: SceneValues,
-) -> None:
-    for name, item in found.items():
-        evaluated = item.evaluated_get(depsgraph)
-        reason = cameras.why_unusable(evaluated)
-        if reason:
-            read.unusable_cameras[name] = reason
-            read.warn(f"Camera '{name}' is left out: {reason}")
-            continue
-        read.cameras.append(cameras.read_camera(evaluated, name, scene))
-    if not found:
-        cure = "add a camera that stands where the photo was taken"
-        read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
-    elif not read.cameras:
-        cure = "make it perspective or orthographic"
-        read.problems.extend(
-            Problem(f"Camera '{name}'", reason, cure)
-            for name, reason in read.unusable_cameras.items()
-        )
 
 
 def _read_object(

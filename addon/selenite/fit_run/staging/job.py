@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -110,6 +111,7 @@ class StagedJob:
         for stage in plan.stages[1:]:
             FitJob(plan_of(plan, stage, self._point))
         self._ended: list[dict[str, Any]] = []
+        self._next_stage = threading.Lock()  # `parts` belong together, in whatever thread
         self._cancelled = False
         for result, stage in zip(before, plan.stages[1:], strict=False):
             self._ended.append(dict(result))
@@ -178,8 +180,10 @@ class StagedJob:
         return self._job.field(name)
 
     def parts(self) -> list[dict[str, Any]]:
-        """The native results so far of every stage that has begun."""
-        return [*self._ended, self._job.so_far()]
+        """The native results so far of every stage that has begun; from any thread."""
+        with self._next_stage:
+            ended, job = list(self._ended), self._job
+        return [*ended, job.so_far()]
 
     def history(self) -> dict[str, Any]:
         """Of all stages that have begun."""
@@ -205,12 +209,14 @@ class StagedJob:
         if not self._stages_left() or self._cancelled or stopped_because not in _ENDED_WELL:
             return False
         result = self._job.result()
-        self._ended.append(result)
-        stage = self.plan.stages[len(self._ended)]
+        ended = [*self._ended, result]
+        stage = self.plan.stages[len(ended)]
         self._point = after(self.plan, stage, self._point, result)
         own = plan_of(self.plan, stage, self._point)
-        self._job = FitJob(own, from_start=False, to_end=not self._stages_left())
-        self._job.start()
+        job = FitJob(own, from_start=False, to_end=len(ended) + 1 == len(self.plan.stages))
+        with self._next_stage:
+            self._ended, self._job = ended, job
+        job.start()
         return True
 
     def _stages_left(self) -> int:

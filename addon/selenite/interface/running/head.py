@@ -66,7 +66,9 @@ def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         draw_bar(layout, step.fraction if step else 0.0, translated("Choosing stages"))
         layout.operator("selenite.cancel", icon="X")
         return
-    text = run.shown.text if run.job is not None else translated("Reading the photos")
+    text = run.shown.text
+    if run.job is None:
+        text = translated("Reading the scene" if run.reading else "Reading the photos")
     draw_bar(layout, run.shown.fraction, text)
     column = layout.column(align=True)
     if run.job is not None:

@@ -20,6 +20,7 @@ from ...information.job import Step
 from ...problems import BadInput
 from ...scene_read.bodies import judge_bodies
 from ...scene_read.values import SceneValues
+from .recorder import BackgroundRecorder
 
 
 class _Cancelled(Exception):
@@ -110,16 +111,26 @@ class _Writing:
 
 class Finishing(_Writing):
     """After a fit: `result` is the native one with its remarks, warnings and the texels that no
-    photo sees; fitted fields go into `folder`."""
+    photo sees; fitted fields go into `folder`. `troubles`: what went wrong with the record."""
 
-    def __init__(self, job: FitJob | StagedJob, parent: Path, host: str) -> None:
-        """job: at its end."""
+    def __init__(
+        self, job: FitJob | StagedJob, parent: Path, host: str, recorder: BackgroundRecorder | None
+    ) -> None:
+        """job: at its end. recorder: of the run, which is closed at the end."""
         super().__init__(job.plan, parent, host, "comparing lights")
         self.result: dict[str, Any] = {}
-        self._job = job
+        self.troubles: tuple[str, ...] = ()
+        self._job, self._recorder = job, recorder
 
     def steps(self) -> Iterator[Step]:
         """One for each part; the result is there before the first."""
+        try:
+            yield from self._parts()
+        finally:
+            if self._recorder is not None:
+                self.troubles = self._recorder.close()
+
+    def _parts(self) -> Iterator[Step]:
         self.result = self._job.result()
         yield self.step
         try:

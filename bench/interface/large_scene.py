@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What `./dev bench interface` runs in a Blender window."""
+
+import math
+import os
+import resource
+import sys
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blender_tests" / "gui"))
+from _driving import in_window, made, press_escape, run, window  # noqa: E402
+
+from selenite.interface import panels, state  # noqa: E402
+
+TICK = 0.1
+FACES, HEIGHT, ITERATIONS, MODIFIER = (
+    int(os.environ[f"SELENITE_BENCH_{name}"])
+    for name in ("FACES", "HEIGHT", "ITERATIONS", "MODIFIER")
+)
+PHOTOS = sorted(Path(os.environ["SELENITE_BENCH_PHOTOS"]).glob("View*.png"))
+
+
+class Ticks:
+    """Ten ticks a second on a fixed grid of times; a tick that another one has overtaken is lost.
+
+    blocked: phase -> how late the latest tick of it was, in seconds.
+    """
+
+    def __init__(self):
+        self.phase, self.due = "", 0.0
+        self.came, self.lost, self.blocked, self.began = {}, {}, {}, {}
+
+    def enter(self, phase):
+        """What follows belongs to this phase."""
+        self.phase = phase
+
+    def __call__(self):
+        now = time.monotonic()
+        late = now - self.due if self.due else 0.0
+        missed = int(late / TICK)
+        phase = self.phase
+        self.came[phase] = self.came.get(phase, 0) + 1
+        self.lost[phase] = self.lost.get(phase, 0) + missed
+        self.blocked[phase] = max(self.blocked.get(phase, 0.0), late)
+        self.due = (self.due or now) + (missed + 1) * TICK
+        return max(self.due - time.monotonic(), 0.001)
+
+
+TICKS = Ticks()
+
+
+def body():
+    """A ball of so many faces, or a cube that a modifier makes one of."""
+    material = made.material(base_color=(0.5, 0.4, 0.3), roughness=0.4)
+    if MODIFIER:
+        bpy.ops.mesh.primitive_cube_add(size=2.0)
+        item = bpy.context.object
+        smooth = item.modifiers.new("Smooth", "SUBSURF")
+        smooth.levels, smooth.render_levels = 0, round(math.log(FACES / 6, 4))
+    else:
+        item = made.add("Body", ball(round(math.sqrt(FACES / 2))))
+    item.data.materials.append(material)
+    item.display_type = "BOUNDS"
+    return item
+
+
+def ball(rings):
+    """A mesh of rings x 2 rings quads, without a pole, so that no face is degenerate."""
+    across, down = 2 * rings, rings + 1
+    theta = np.linspace(0.05, math.pi - 0.05, down)[:, None]
+    phi = np.linspace(0, 2 * math.pi, across, endpoint=False)[None]
+    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
+    points = np.stack([x, y, np.broadcast_to(np.cos(theta), x.shape)], -1)
+    row, column = np.mgrid[:rings, :across]
+    a, b = row * across + column, row * across + (column + 1) % across
+    corners = np.stack([a, a + across, b + across, b], -1).reshape(-1)
+    mesh = bpy.data.meshes.new("Body")
+    mesh.vertices.add(across * down)
+    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    mesh.loops.add(len(corners))
+    mesh.loops.foreach_set("vertex_index", corners.astype(np.int32))
+    mesh.polygons.add(len(corners) // 4)
+    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 4, dtype=np.int32))
+    mesh.polygons.foreach_set("loop_total", np.full(len(corners) // 4, 4, np.int32))
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(corners) // 4, bool))
+    uvs = np.stack([column, row], -1).reshape(-1, 1, 2).repeat(4, 1) / across
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", uvs.astype(np.float32).ravel())
+    mesh.update(calc_edges=True)
+    return mesh
+
+
+def prepare():
+    """The scene, a camera for each photo, and the panel as a user sets it up."""
+    made.world()
+    made.light(energy=300.0).location = (3.0, -3.0, 4.0)
+    body()
+    scene = bpy.context.scene
+    scene.render.resolution_x, scene.render.resolution_y = 1920, 1280
+    for index, photo in enumerate(PHOTOS):
+        angle = 2 * math.pi * index / len(PHOTOS)
+        camera = made.add(photo.stem, bpy.data.cameras.new(photo.stem))
+        camera.location = (5 * math.sin(angle), -5 * math.cos(angle), 0.0)
+        camera.rotation_euler = (math.pi / 2, 0.0, angle)
+        scene.camera = camera
+    bpy.context.view_layer.update()
+    settings = scene.selenite
+    assert in_window(bpy.ops.selenite.refresh_rows) == {"FINISHED"}
+    for photo in PHOTOS:
+        in_window(bpy.ops.selenite.add_capture)
+        row = settings.captures[-1]
+        row.photo = bpy.data.images.load(str(photo))
+        row.camera = scene.objects[photo.stem]
+    next(item for item in settings.rows if item.parameter == "base_color").enabled = True
+    settings.height, settings.iterations, settings.loss = HEIGHT, ITERATIONS, "mae"
+    settings.optimiser, settings.spp, settings.tolerance = "adam", 4, 0.0
+    settings.picture_spp = 4
+    settings.output = str(PHOTOS[0].parent / "results")
+    return settings
+
+
+def memory():
+    """The most that this process has held, in GB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+
+def report():
+    """The table, when all is done."""
+    print(f"{'phase':<24}{'ticks':>7}{'lost':>9}{'blocked':>10}")
+    for phase, came in TICKS.came.items():
+        lost, blocked = TICKS.lost[phase], TICKS.blocked[phase]
+        print(f"{phase:<24}{came:>7}{100 * lost / (came + lost):>7.1f} %{blocked:>8.2f} s")
+
+
+def start():
+    """Presses Start and goes along with the phases of the run."""
+    TICKS.enter("reading")
+    began = time.monotonic()
+    in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
+    print(f"Start answered after {time.monotonic() - began:.2f} s", flush=True)
+    while state.RUN.reading is not None:
+        yield 0.02
+    TICKS.enter("preparing")
+    while state.RUN.is_active and state.RUN.progress is None:
+        yield 0.02
+    assert state.RUN.is_active, state.PROBLEMS
+    print(f"read and prepared after {time.monotonic() - began:.1f} s", flush=True)
+    TICKS.enter("fitting")
+
+
+def ended(title):
+    """Waits for the end of the run, from now."""
+    began = time.monotonic()
+    while state.RUN.is_active:
+        yield 0.005
+    print(f"{title}: {time.monotonic() - began:.3f} s", flush=True)
+
+
+def steps():
+    """See `_driving.run`."""
+    # A display without a graphics card draws slowly, which says nothing about a fit.
+    window()[3].overlay.show_overlays = False
+    bpy.context.preferences.system.viewport_aa = "OFF"
+    settings = prepare()
+    yield 5.0
+    print(f"{FACES} faces, {len(PHOTOS)} photos, {memory():.2f} GB before", flush=True)
+    TICKS.enter("without a fit")
+    bpy.app.timers.register(TICKS, first_interval=TICK)
+    yield 10.0
+    yield from start()
+    while state.RUN.job is not None and state.RUN.finishing is None:
+        yield 0.02
+    TICKS.enter("finishing")
+    while state.RUN.is_active:
+        yield 0.02
+    yield 1.0
+    assert len(bpy.context.scene.selenite.results) == 1, state.RUN.message
+    TICKS.enter("saving")
+    in_window(bpy.ops.selenite.save_result, "INVOKE_DEFAULT")
+    while state.SAVE.job is not None:
+        yield 0.02
+    yield 1.0
+    print(f"{memory():.2f} GB at most", flush=True)
+    settings = bpy.context.scene.selenite
+    settings.iterations = 1_000_000
+    for title in ("Esc", "Cancel"):
+        yield from start()
+        yield 1.0
+        TICKS.enter(title)
+        if title == "Esc":
+            press_escape()
+        else:
+            in_window(bpy.ops.selenite.cancel)
+        yield from ended(f"{title} to stopped")
+        yield 1.0
+    bpy.app.timers.unregister(TICKS)
+    report()
+
+
+run(steps, panels, {panels.SELENITE_PT_head})

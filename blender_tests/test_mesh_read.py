@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Triangles, normals, UVs and slots of meshes made by script."""
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+
+pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+
+
+def test_triangle_with_uvs_and_normals():
+    made.triangle()
+    mesh = made.read().meshes[0]
+    np.testing.assert_array_equal(mesh.triangles, [[0, 1, 2]])
+    np.testing.assert_array_equal(mesh.positions, [(0, 0, 0), (2, 0, 0), (0, 1, 0)])
+    np.testing.assert_allclose(mesh.corner_normals, np.tile((0, 0, 1), (3, 1)), atol=1e-7)
+    (name, uvs), *rest = mesh.uv_maps
+    assert name == "UVMap" and not rest
+    np.testing.assert_array_equal(uvs, [(0, 0), (1, 0), (0, 1)])
+    assert mesh.positions.dtype == np.float32 and mesh.triangles.dtype == np.int32
+
+
+def test_smooth_sphere_has_radial_normals():
+    made.sphere(segments=32)
+    mesh = made.read().meshes[0]
+    corners = mesh.positions[mesh.triangles.ravel()]
+    np.testing.assert_allclose(mesh.corner_normals, corners, atol=0.02)
+
+
+def test_flat_faces_keep_their_own_normal():
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    mesh = made.read().meshes[0]
+    assert len(mesh.triangles) == 12
+    np.testing.assert_allclose(np.abs(mesh.corner_normals).max(axis=1), 1, atol=1e-6)
+
+
+@pytest.mark.parametrize("sharp", [False, True])
+@pytest.mark.parametrize("smooth", ["no", "some", "all"])
+def test_normals_are_those_that_blender_splits(smooth, sharp):
+    mesh = made.sphere(segments=12).data
+    for index, polygon in enumerate(mesh.polygons):
+        polygon.use_smooth = {"no": False, "all": True}.get(smooth, index % 3 > 0)
+    if sharp:
+        for edge in list(mesh.edges)[::7]:
+            edge.use_edge_sharp = True
+    if hasattr(mesh, "use_auto_smooth"):
+        mesh.use_auto_smooth, mesh.auto_smooth_angle = sharp, 0.4
+        mesh.calc_normals_split()
+    read = made.read().meshes[0]
+    mesh.calc_loop_triangles()
+    expected = [list(normal) for item in mesh.loop_triangles for normal in item.split_normals]
+    np.testing.assert_allclose(read.corner_normals, expected, atol=1e-6)
+
+
+def test_each_triangle_has_the_slot_of_its_face():
+    item = made.sphere(segments=12)
+    for name in ("First", "Second", "Third"):
+        item.data.materials.append(made.material(name))
+    for index, polygon in enumerate(item.data.polygons):
+        polygon.material_index = index % 5  # of which two are not there
+    read = made.read().meshes[0]
+    item.data.calc_loop_triangles()
+    expected = [min(one.material_index, 2) for one in item.data.loop_triangles]
+    np.testing.assert_array_equal(read.material_slots, expected)
