@@ -76,7 +76,7 @@ def misfit(result: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def explained(result: dict[str, Any]) -> bool:
-    """Whether the photos are known to be explained within noise."""
+    """Whether the photos are explained within noise, and noise does not hide whether they are."""
     left = misfit(result)
     return left is not None and bool(left["explained"]) and not left["hidden"]
 
