@@ -91,23 +91,7 @@ class PrincipledBsdf {
   /// Factor of the light that passes straight through. It belongs to the path tracer and is part
   /// neither of `value` nor of `sample`.
   const Color<U>& transparency() const { return layers_.transparency; }
-  /// Index of refraction on entry into subsurface scattering.
-  const U& entry_eta() const { return layers_.entry_eta; }
-  /// How refraction is spread: index of refraction beyond over here, and the width of the
-  /// micronormals, squared; 0 for a smooth surface.
-  struct Spread {
-    R eta, width2;
-  };
-  /// Empty where nothing is refracted.
-  std::optional<Spread> spread_of_refraction() const requires(!kIsLanes<T>) {
-    const R eta = value_of(layers_.eta);
-    if (!layers_.has(kGlass) || bends_nothing(eta)) return std::nullopt;
-    return Spread{eta, through_.singular ? R(0) : through_.width2};
-  }
-  /// Share of the light that a smooth surface refracts.
-  Color<T> smooth_refraction() const requires(!kIsLanes<T>) {
-    return layers_.glass_through * T(T(1) - layers_.glass.rise.at(cos_i_));
-  }
+  const Layers<T>& layers() const { return layers_; }
   /// Whether a direction leads through the geometric surface.
   mask_t<S> transmits(const Vec3<S>& wo) const { return dot(point_.ng, wo) < S(0); }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.

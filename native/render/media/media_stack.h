@@ -117,8 +117,12 @@ class MediaStack {
       if (share[c] > 0) density += share[c] * rate[c] * through[c];
     return density;
   }
-  /// Of meeting the media, per length, in the mean of the channels.
-  float typical_rate() const { return mean_channel(rates()); }
+  /// Of meeting the media, per length; where they vary it is a typical one.
+  Colorf rates() const {
+    Colorf rate;
+    for (int i = 0; i < count_; ++i) rate += material(i).typical_rate;
+    return rate;
+  }
   /// True inside a closed boundary that no shadow ray passes, with every light outside of it.
   bool sealed() const {
     for (int i = 0; i < count_; ++i)
@@ -214,13 +218,6 @@ class MediaStack {
   }
   /// Beyond the scene nothing is: a ray that leaves an open object there has left the grid too.
   float inside(float length) const { return std::min(length, 4 * p_->geometry.radius()); }
-  /// Where media vary it is a typical one.
-  Colorf rates() const {
-    Colorf rate;
-    for (int i = 0; i < count_; ++i) rate += material(i).typical_rate;
-    return rate;
-  }
-
   void push(const Entry& entry) {
     const auto end = entries_.begin() + count_;
     if (count_ < kMost && std::find(entries_.begin(), end, entry) == end)

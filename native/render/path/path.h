@@ -23,9 +23,9 @@ struct Path {
   bool after_diffuse = false;
   bool sealed = false;  ///< the ray starts inside a body from where no light is seen
   int receiver = -1;    ///< the object that has scattered the light last; -1: none yet
-  /// The place inside a body where the light of lamps outside was last looked for; see RefractedLight.
+  /// The place inside a body where the light of lamps outside was last sought; see RefractedLight.
   struct Inside {
-    bool looked = false;  ///< and nothing has been met since
+    bool sought = false;  ///< and nothing has been met since
     Vec3f place{};
     float density = 0;  ///< of the direction in which the path went on
     float rate = 0;     ///< typical, of the media

@@ -67,14 +67,15 @@ class PathTracer {
                                        flight, path.receiver};
           if (lit) direct_.add_sample(path, path.from, here, media, random, beta, radiance);
           path.left.through = false;
-          const bool looked = looks_out(path, media);
-          if (looked) refracted_.add_sample(path, path.from, here, media, random, beta, radiance);
+          const bool sought = seeks_lamps(path, media);
+          if (sought) refracted_.add_sample(path, path.from, here, media, random, beta, radiance);
           const float g = value_of(medium.values.anisotropy);
           const float cosine = sample_henyey_greenstein(g, random.uniform(kLobe1));
           path.density = henyey_greenstein(g, cosine);
           beta.multiply(medium.factor(
               Color<Scalar>(henyey_greenstein(medium.values.anisotropy, cosine) / path.density)));
-          path.inside = {looked, path.from, path.density, media.typical_rate(), media.object()};
+          path.inside = {sought, path.from, path.density, mean_channel(media.rates()),
+                         media.object()};
           if (!survives(++path.scatterings, random, beta)) return radiance;
           if (vertex >= kMediumLimit) break;
           path.kind = kScatterRay;
@@ -149,14 +150,14 @@ class PathTracer {
     if (depth_ > 0 && path.scatterings >= depth_) return false;
 
     const SurfaceScatterer<L, X> here{hit, surface, material, bsdf};
-    const bool looked = !bsdf.all_singular() && looks_out(path, media);
-    Path::Inside inside{looked, surface.leave(-path.ray.direction), 0, media.typical_rate(),
+    const bool sought = !bsdf.all_singular() && seeks_lamps(path, media);
+    Path::Inside inside{sought, surface.leave(-path.ray.direction), 0, mean_channel(media.rates()),
                         media.object()};
-    if (looked) refracted_.add_sample(path, inside.place, here, media, random, beta, radiance);
+    if (sought) refracted_.add_sample(path, inside.place, here, media, random, beta, radiance);
     if (!bsdf.all_singular())
       direct_.add_sample(path, surface.position, here, media, random, beta, radiance,
                          [&](int lamp, const Vec3f& direction, float light, float density) {
-                           return path.inside.looked
+                           return path.inside.sought
                                       ? refracted_.path_weight(path.inside, hit, surface, lamp,
                                                                direction, light, density)
                                       : 1;
@@ -167,7 +168,7 @@ class PathTracer {
     material.attenuate(p_.geometry, hit, sample->weight, beta);
     if constexpr (std::is_same_v<X, Scalar>) {
       if (sample->enters) {
-        const SubsurfaceMedium<X> medium(values, material.flavour, bsdf.entry_eta());
+        const SubsurfaceMedium<X> medium(values, material.flavour, bsdf.layers().entry_eta);
         const auto exit = RandomWalk<X>(medium).run(p_.geometry, hit.instance, surface, sample->wo,
                                                     random, kWalk);
         if (!exit) return false;
@@ -190,8 +191,8 @@ class PathTracer {
     if (!survives(++path.scatterings, random, beta)) return false;
     path.density = sample->singular ? kSingular : sample->density;
     path.refracted = sample->transmits;
-    path.left = {path.inside.looked && sample->transmits, path.inside, hit};
-    inside.looked = looked && !sample->transmits && !sample->singular;
+    path.left = {path.inside.sought && sample->transmits, path.inside, hit};
+    inside.sought = sought && !sample->transmits && !sample->singular;
     inside.density = path.density;
     path.inside = inside;
     path.kind = sample->kind();
@@ -219,8 +220,8 @@ class PathTracer {
     return p_.visibility.film_through_glass &&
            clamp01(value_of(values.roughness)) <= p_.scene.appearance.world.film_roughness;
   }
-  /// Whether lamps are looked for through the surface of the body around the path.
-  bool looks_out(const Path& path, const MediaStack<L>& media) const {
+  /// Whether lamps are sought through the surface of the body around the path.
+  bool seeks_lamps(const Path& path, const MediaStack<L>& media) const {
     return refracted_.acts() && !media.empty() && (depth_ == 0 || path.scatterings + 1 < depth_);
   }
   /// Of a lamp that the path has met beyond the surface of a medium.

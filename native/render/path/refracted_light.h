@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "model/refraction_spread.h"
 #include "render/media/refracted_exit.h"
 #include "render/path/direct_light.h"
 
@@ -40,15 +41,15 @@ class RefractedLight {
     const RefractedExit exits(
         p_.geometry, media.object(), place,
         {infinite ? aim->direction : place + aim->direction * aim->distance, infinite});
-    const float rate = media.typical_rate();
-    const auto look = [&](int start) {
+    const float rate = mean_channel(media.rates());
+    const auto seek = [&](int start) {
       const auto from = exits.start(start);
       if (!from) return;
-      const Boundary& boundary = p_.boundaries[from->surface.material];
+      const RefractionSpread& boundary = p_.boundaries[from->surface.material];
       if (!(boundary.eta > 0)) return;
       // As in Cycles, a lamp without size does not shine through a smooth surface.
       if (boundary.width2 == 0 && light.is_delta()) return;
-      // Deep inside hardly anything arrives: few of the places look for it.
+      // Deep inside hardly anything arrives: few of the places seek it.
       const float reach = std::exp(-rate * from->hit.t);
       const float survival = clamp(kRouletteScale * reach, kLeastSurvival, 1.0f);
       if (!(random.uniform(kExitRoulette) < survival)) return;
@@ -59,9 +60,9 @@ class RefractedLight {
       bring(path, place, scatterer, media, exits.target(), *exit, lamp,
             {.chance = chance(start), .survival = survival, .rate = rate}, random, beta, radiance);
     };
-    look(0);
+    seek(0);
     const int other = 1 + static_cast<int>(random.uniform(kExitStart) / chance(1));
-    if (other < RefractedExit::kStarts) look(other);
+    if (other < RefractedExit::kStarts) seek(other);
   }
 
   /// Weight of a path that has gone from `inside` to `hit`, and from there to a lamp. `light` and
@@ -99,7 +100,7 @@ class RefractedLight {
   static constexpr float kLeastOdds = 0.03f;  ///< below this nobody aims
   static constexpr float kSamePlace = 1e-2f;
 
-  static double tolerance(const Boundary& boundary) {
+  static double tolerance(const RefractionSpread& boundary) {
     return std::max(1e-3 * std::sqrt(boundary.width2), 3e-6);
   }
   /// Of a search beginning there: always on the straight line, every second time on one of the others.
@@ -107,7 +108,8 @@ class RefractedLight {
 
   /// The first start below `most` from which a place is found; `most`: from none.
   int finder(const RefractedExit& exits, const RefractedExit::Place& place,
-             const Boundary& boundary, const RefractedExit::Micronormal& wanted, int most) const {
+             const RefractionSpread& boundary, const RefractedExit::Micronormal& wanted,
+             int most) const {
     for (int i = 0; i < most; ++i) {
       const auto start = exits.start(i);
       if (!start || start->surface.material != place.surface.material) continue;
@@ -143,13 +145,13 @@ class RefractedLight {
           values, material.flavour,
           DirectLight<L>::point(surface, -exit.direction, path.after_diffuse));
       const SurfaceScatterer<L, X> boundary{exit.hit, surface, material, bsdf};
-      const auto spread = bsdf.spread_of_refraction();
+      const auto spread = refraction_spread(bsdf.layers());
       const bool smooth = p_.boundaries[surface.material].width2 == 0;
       if (!spread || (spread->width2 == 0) != smooth) return;
       Color<X> value;
       float density = 0;
       if (smooth)
-        value = bsdf.smooth_refraction();
+        value = smooth_refraction(bsdf.layers(), std::abs(dot(surface.n, exit.direction)));
       else
         bsdf.value_and_density(beyond, value, density);
       if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
@@ -206,7 +208,7 @@ class RefractedLight {
   /// Empty for ways along which nobody aims.
   std::optional<Odds> odds(const Path::Inside& inside, const Hit& hit, const Surface& surface,
                            int lamp, const Vec3f& beyond, float light, float bsdf) const {
-    const Boundary& boundary = p_.boundaries[surface.material];
+    const RefractionSpread& boundary = p_.boundaries[surface.material];
     if (!(boundary.eta > 0) || !p_.lights.probability(lamp)) return std::nullopt;
     const Light& from = p_.scene.appearance.lights[lamp];
     const auto aimed = aimed_at(from, inside.place, surface.position, beyond);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "model/refraction_spread.h"
+
 namespace selenite {
 namespace {
 
@@ -101,29 +103,30 @@ LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted
 }
 
 template <int L>
-Boundary boundary_of(const Material& source, const PreparedMaterial<L>& material) {
+RefractionSpread boundary_of(const Material& source, const PreparedMaterial<L>& material) {
   if (material.transparent || !material.has_medium) return {};
   const Vec3f inward{0, 0, 1};
   const PrincipledBsdf<PathScalar<L>> bsdf(material.values, material.flavour,
                                            {inward, inward, inward, true});
-  const auto spread = bsdf.spread_of_refraction();
+  const auto spread = refraction_spread(bsdf.layers());
   if (!spread) return {};
   // A texture may make it rough, and then no ray refracts as if it were smooth.
   if (spread->width2 == 0 && source.map_of(material_field(&MaterialValues::roughness))) return {};
-  return {spread->eta, spread->width2};
+  return *spread;
 }
 
 template <int L>
-std::vector<Boundary> boundaries_of(const Appearance& appearance,
-                                    const std::vector<PreparedMaterial<L>>& materials,
-                                    const std::vector<int>& lamps, const LightSampler& lights) {
-  std::vector<Boundary> found;
+std::vector<RefractionSpread> boundaries_of(const Appearance& appearance,
+                                            const std::vector<PreparedMaterial<L>>& materials,
+                                            const std::vector<int>& lamps,
+                                            const LightSampler& lights) {
+  std::vector<RefractionSpread> found;
   if (std::any_of(lamps.begin(), lamps.end(), [&](int i) { return lights.probability(i) > 0; }))
     for (std::size_t m = 0; m < materials.size(); ++m)
       found.push_back(boundary_of(appearance.materials[m], materials[m]));
   const bool any =
-      std::any_of(found.begin(), found.end(), [](const Boundary& b) { return b.eta > 0; });
-  return any ? found : std::vector<Boundary>();
+      std::any_of(found.begin(), found.end(), [](const RefractionSpread& b) { return b.eta > 0; });
+  return any ? found : std::vector<RefractionSpread>();
 }
 
 }  // namespace

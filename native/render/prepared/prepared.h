@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "model/refraction_spread.h"
 #include "render/prepared/light_radiance.h"
 #include "render/prepared/light_sampler.h"
 #include "render/prepared/media_bounds.h"
@@ -11,13 +12,6 @@
 #include "render/prepared/visibility.h"
 
 namespace selenite {
-
-/// How the surface of a body with a medium refracts light out of it, by the constants of its
-/// material; eta 0: it does not.
-struct Boundary {
-  float eta = 0;     ///< index of refraction outside over inside
-  float width2 = 0;  ///< of the micronormals, squared; 0: smooth
-};
 
 /// Everything that one render reads, worked out once from scene and layout: seeded materials, what
 /// lights emit and how they are chosen.
@@ -36,9 +30,9 @@ struct Prepared {
   LightSampler lights;
   std::vector<int>
       lamps;  ///< those that are on, by their numbers in the scene: no ray asks for others
-  /// One each of the materials where lamps shine through them on a medium, else none; see
-  /// RefractedLight.
-  std::vector<Boundary> boundaries;
+  /// How the surfaces of bodies with a medium refract light out of them, by the constants of their
+  /// materials: one each of these, eta 0 for others. None where no lamp shines; see RefractedLight.
+  std::vector<RefractionSpread> boundaries;
   int environment_field;  ///< the number of the world's image among the fields of unknowns
   int slots;
   int slot_room;  ///< that many with what is added behind the last one
