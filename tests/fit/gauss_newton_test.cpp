@@ -197,6 +197,23 @@ TEST(Instruments, ShareNoSampleWithWhatTheyMultiply) {
   EXPECT_NE(second(100, 1000).b.filtered, second(100, -7).b.filtered);
 }
 
+TEST(Instruments, WhoCancelsIsHeard) {
+  const OnePhoto photo(roughness_from(0.5), 2);
+  Halves h;
+  h.jacobian_a = h.jacobian_b = Jacobian::Constant(12, 1, 1);
+  h.differentiated = Eigen::ArrayX<bool>::Constant(1, true);
+  InstrumentalVariables sums;
+  sums.add(h, 1);
+  Progress progress;
+  const Eigen::VectorXf weight = Eigen::VectorXf::Ones(12);
+  const auto all = [&] {
+    return sums.all(photo.problem.layout, photo.photos[0], weight, &progress);
+  };
+  EXPECT_NO_THROW(all());
+  progress.cancelled = true;
+  EXPECT_THROW(all(), Cancelled);
+}
+
 TEST(Instruments, KeepWhatIsKnownOfAColumnThatIsNotSeen) {
   const OnePhoto photo({{"Body", "roughness", {0.5}, 0.05, 0.95, 0.03},
                         {"Body", "transmission", {0.5}, 0.05, 0.95, 0.03}},

@@ -52,6 +52,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     bl_idname = "selenite.start"
     bl_label = "Start Fit"
     bl_options = {"UNDO"}
+    tick = 0.05  # Esc is answered within .3 s, with what a tile takes
 
     resume: StringProperty(
         subtype="DIR_PATH",

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,8 +44,10 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
         yield Instance(evaluated, original, instancer, matrix, item.is_instance)
 
 
-def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | None:
-    """Triangles of an evaluated mesh object, None if it has none.
+def read_mesh(
+    evaluated: bpy.types.Object, check: Callable[[], None], read: SceneValues
+) -> MeshValues | None:
+    """Triangles of an evaluated mesh object, None if it has none. check: see GraphRead.
 
     Triangles with a vertex that is not finite are dropped and counted in `read.warnings`; the
     user's mesh is not touched.
@@ -53,16 +55,19 @@ def read_mesh(evaluated: bpy.types.Object, read: SceneValues) -> MeshValues | No
     mesh: Any = evaluated.data
     # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
     if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
-        return _triangles(mesh, evaluated, read)
+        return _triangles(mesh, evaluated, check, read)
     mesh = evaluated.to_mesh()
     try:
-        return _triangles(mesh, evaluated, read) if mesh is not None else None
+        return _triangles(mesh, evaluated, check, read) if mesh is not None else None
     finally:
         evaluated.to_mesh_clear()
 
 
 def _triangles(
-    mesh: bpy.types.Mesh, evaluated: bpy.types.Object, read: SceneValues
+    mesh: bpy.types.Mesh,
+    evaluated: bpy.types.Object,
+    check: Callable[[], None],
+    read: SceneValues,
 ) -> MeshValues | None:
     corner_vertices = hosts.corner_vertices(mesh)
     if not _is_sound(mesh, corner_vertices):
@@ -70,16 +75,20 @@ def _triangles(
         cure = "repair it (bpy.data.meshes[...].validate()) or delete it"
         read.problems.append(Problem(f"Mesh '{evaluated.data.name}'", cause, cure))
         return None
+    check()
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     if count == 0:
         return None
     positions = hosts.floats(mesh.vertices, "co", 3)
     corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
+    check()
     vertices = np.take(corner_vertices, corners)
     normals = hosts.corner_normals(mesh, corners, vertices).reshape(-1, 3, 3)
+    check()
     uv_maps = hosts.corner_uv_maps(mesh, corners)
     colors = hosts.corner_colors(mesh, corners, vertices)
+    check()
     triangles, slots = vertices.reshape(-1, 3), _slots(mesh, evaluated)
     known = {name for name, _ in (*uv_maps, *colors)}
     others = tuple(item.name for item in mesh.attributes if item.name not in known)

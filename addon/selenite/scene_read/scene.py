@@ -109,7 +109,7 @@ def _read(
             continue
         not_rendered.judge_camera_nodes(instance.original, read)
         if instance.object.type == "MESH":
-            if not _read_object(instance, layer, links, meshes, names, room, read):
+            if not _read_object(instance, layer, links, meshes, names, room, check, read):
                 faceless.append(instance.original)
         elif instance.object.type == "VOLUME":
             _read_volume(instance, layer, links, volumes, read)
@@ -154,6 +154,7 @@ def _read_object(
     meshes: dict[int, int | None],
     names: dict[tuple[str, str], str],
     room: TextureRoom,
+    check: Callable[[], None],
     read: SceneValues,
 ) -> bool:
     """False where there are no faces, and should be some."""
@@ -161,7 +162,7 @@ def _read_object(
     key = evaluated.data.as_pointer()
     title = f"Object '{instance.original.name}'"
     if key not in meshes:
-        values = mesh.read_mesh(evaluated, read)
+        values = mesh.read_mesh(evaluated, check, read)
         meshes[key] = None if values is None else len(read.meshes)
         if values is not None:
             read.meshes.append(values)

@@ -72,7 +72,9 @@ bool Descent::iterate(FitRun& run) {
   if (next.joint && reverted) next.joint->set_fields(from.fields);
   observe_photos(run, block, row, next);
   const double keep = kept();
+  watch(run.evaluator.progress(), next);
   step_all(block, reverted, next);
+  watch(nullptr, next);
   problem_->scalars().weights->learn(next.seen, keep, done_ + 1);
   restart_.forget();
   run.point.scalars = result.last = from.scalars;
@@ -146,6 +148,12 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
     if (accumulate) continue;
     next.point.scalars = next.optimiser->step(next.point.scalars, std::span(next.seen).last<1>());
   }
+}
+
+/// What steps takes seconds where there are many photos.
+void Descent::watch(const Progress* progress, const Next& next) {
+  if (optimiser_) optimiser_->watch(progress);
+  if (next.joint) next.joint->watch(progress);
 }
 
 void Descent::step_all(const Block& block, bool reverted, Next& next) {

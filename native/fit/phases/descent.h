@@ -49,6 +49,7 @@ class Descent final : public Phase {
   void observe(FitRun& run, std::size_t photo, const Block& block, Next& next) const;
   void observe_photos(FitRun& run, const Block& block, HistoryRow& row, Next& next) const;
   double kept() const;
+  void watch(const Progress* progress, const Next& next);
   void step_all(const Block& block, bool reverted, Next& next);
   bool begin_restart(const FitRun& run);
   bool is_over(const FitRun& run) const;

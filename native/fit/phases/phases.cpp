@@ -97,6 +97,7 @@ RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima, c
       minima_(&minima) {}
 
 bool RefinementPhase::step(FitRun& run) {
+  refinement_.watch(run.evaluator.progress());
   const bool more = refinement_.step(run.evaluator);
   if (run.stop_if_dropped()) return false;
   if (!more) minima_->take(run, refinement_);

@@ -39,6 +39,8 @@ class Refinement {
   Refinement(const Problem& problem, const GaussNewton* optimiser, Point point, std::uint64_t seed,
              int spp, int iteration_spp, RefinementOptions options = {});
 
+  /// See `Optimiser`.
+  void watch(const Progress* progress) { point_.gauss_newton.watch(progress); }
   /// The next photo of a pass; false when it was the last of the last. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
   double fraction() const;

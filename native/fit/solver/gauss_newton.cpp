@@ -89,7 +89,8 @@ bool GaussNewton::has_instruments() const {
 }
 
 InstrumentalVariables::Set GaussNewton::instruments(std::size_t i) const {
-  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i]);
+  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i],
+                              progress());
 }
 
 Measurement GaussNewton::measure(std::span<const Observation> seen,

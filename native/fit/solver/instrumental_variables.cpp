@@ -37,8 +37,10 @@ void InstrumentalVariables::add(const Halves& halves, double keep, double weight
 }
 
 InstrumentalVariables::Set InstrumentalVariables::all(const SlotLayout& layout, const Photo& photo,
-                                                      const Eigen::VectorXf& importance) const {
-  return {half(layout, photo, &Part::a, importance), half(layout, photo, &Part::b, importance)};
+                                                      const Eigen::VectorXf& importance,
+                                                      const Progress* progress) const {
+  return {half(layout, photo, &Part::a, importance, progress),
+          half(layout, photo, &Part::b, importance, progress)};
 }
 
 InstrumentalVariables::Set InstrumentalVariables::plain() const {
@@ -76,11 +78,13 @@ double InstrumentalVariables::share(Eigen::Index k) const {
 
 InstrumentalVariables::Half InstrumentalVariables::half(const SlotLayout& layout,
                                                         const Photo& photo, Jacobian Part::*which,
-                                                        const Eigen::VectorXf& importance) const {
+                                                        const Eigen::VectorXf& importance,
+                                                        const Progress* progress) const {
   const auto& [first, second] = parts_;
   Half result = means(which);
   result.filtered = result.slopes;
   for (Eigen::Index k = 0; k < result.slopes.cols(); ++k) {
+    throw_if_cancelled(progress);
     if (first.weight[k] + second.weight[k] == 0) continue;
     const int channel = layout.rows[static_cast<std::size_t>(k)].channel;
     const Eigen::VectorXf slope = result.slopes.col(k);

@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "fit/evaluate/cancellation.h"
 #include "fit/evaluate/wiener_filter.h"
 #include "fit/objective/half_buffers.h"
 #include "fit/problem/saved_state.h"
@@ -43,7 +44,9 @@ class InstrumentalVariables {
   void add(const Halves& halves, double keep, double weight = 1);
   bool empty() const { return adds_.empty(); }
   /// Unless empty. `importance` of the rows, as in the sums that they will be part of.
-  Set all(const SlotLayout& layout, const Photo& photo, const Eigen::VectorXf& importance) const;
+  /// Throws Cancelled, asked at every column.
+  Set all(const SlotLayout& layout, const Photo& photo, const Eigen::VectorXf& importance,
+          const Progress* progress = nullptr) const;
   /// The same with the means themselves as instruments: of so many samples that no filter is needed.
   Set plain() const;
   void members(SavedState& state);
@@ -59,7 +62,7 @@ class InstrumentalVariables {
   /// Variance of the mean of column k over that of the difference of the parts.
   double share(Eigen::Index k) const;
   Half half(const SlotLayout& layout, const Photo& photo, Jacobian Part::*which,
-            const Eigen::VectorXf& importance) const;
+            const Eigen::VectorXf& importance, const Progress* progress) const;
 
   InstrumentalVariablesOptions options_;
   std::array<Part, 2> parts_;

@@ -41,6 +41,7 @@ class JointGaussNewton {
   /// The same without derivatives by the scalars. Returns `x` before the first `step`.
   Vector step_by_residuals(const Vector& x, std::span<const Observation> seen);
   /// See `Optimiser`.
+  void watch(const Progress* progress) { scalars_.watch(progress); }
   bool converged() const { return scalars_.converged(); }
   void reset_equations() { scalars_.reset_equations(); }
 

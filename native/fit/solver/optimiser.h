@@ -8,6 +8,7 @@
 #include "fit/evaluate/finite_differences.h"
 #include "fit/objective/half_buffers.h"
 #include "fit/problem/problem.h"
+#include "render/driver/progress.h"
 
 namespace selenite {
 
@@ -33,6 +34,15 @@ class Optimiser {
   virtual std::unique_ptr<Optimiser> clone() const = 0;
   /// All that changes from step to step.
   virtual void members(SavedState& state) = 0;
+  /// A step can be cancelled through it until it is replaced; null: it cannot. No other step may
+  /// follow a cancelled one, which has thrown Cancelled.
+  void watch(const Progress* progress) { progress_ = progress; }
+
+ protected:
+  const Progress* progress() const { return progress_; }
+
+ private:
+  const Progress* progress_ = nullptr;
 };
 
 /// An optimiser that keeps the derivatives of earlier steps and can step without new ones. Scalars
