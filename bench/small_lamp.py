@@ -17,8 +17,8 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 import numpy as np  # noqa: E402
-
 from lights import ball, facing_origin  # noqa: E402
+
 from selenite import native  # noqa: E402
 
 _LIMIT = 0.3

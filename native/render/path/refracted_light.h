@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "model/refraction_spread.h"
 #include "render/media/refracted_exit.h"
 #include "render/path/direct_light.h"
+#include "render/prepared/refraction_spread.h"
 
 namespace selenite {
 

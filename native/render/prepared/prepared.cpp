@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "model/refraction_spread.h"
+#include "render/prepared/refraction_spread.h"
 
 namespace selenite {
 namespace {

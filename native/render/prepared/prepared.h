@@ -4,11 +4,11 @@
 #include <span>
 #include <vector>
 
-#include "model/refraction_spread.h"
 #include "render/prepared/light_radiance.h"
 #include "render/prepared/light_sampler.h"
 #include "render/prepared/media_bounds.h"
 #include "render/prepared/prepared_material.h"
+#include "render/prepared/refraction_spread.h"
 #include "render/prepared/visibility.h"
 
 namespace selenite {
