@@ -112,19 +112,27 @@ def test_a_bug_report_names_versions():
 def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
     from selenite.information.job import BackgroundJob
     from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.scene_read.reading_job import ReadingJob
+    from selenite.scene_read.render_depsgraph import at_once
 
     prepare_fit(tmp_path)
-    start = Pressed(Start)
-    state.RUN.prepare(BackgroundJob(start._asked(bpy.context, "")), bpy.context.scene.name)
+    start, scene = Pressed(Start), bpy.context.scene
+
+    def begun():
+        state.RUN.read(ReadingJob(start._asking(scene, "")), scene.name)
+        state.RUN.reading = None
+        job = BackgroundJob(at_once(start._asking(scene, "")))
+        state.RUN.prepare(job)
+        return job
+
+    begun()
     assert "Esc cancels" in draw(panels.SELENITE_PT_head)
     assert not bpy.ops.selenite.start.poll()
     assert bpy.ops.selenite.cancel() == {"FINISHED"}
     assert not state.RUN.is_active and start.modal(bpy.context, TIMER) == {"CANCELLED"}
     assert not len(bpy.context.scene.selenite.results)
 
-    job = BackgroundJob(start._asked(bpy.context, ""))
-    state.RUN.prepare(job, bpy.context.scene.name)
-    assert job.wait(60.0)
+    assert begun().wait(60.0)
     assert start.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
     assert state.RUN.job is not None and state.RUN.preparing is None
     bpy.ops.selenite.cancel()
