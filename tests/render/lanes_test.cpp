@@ -214,8 +214,7 @@ TEST(Lanes8, AreNotTakenForScenesTheyDoNotSuit) {
   EXPECT_NE(obstacle(velvet, {area()}).find("'Body' has sheen"), std::string::npos);
   EXPECT_NE(obstacle(wax, {area("Lamp", {0, 0, 0.5})}).find("'Medium'"), std::string::npos);
   EXPECT_EQ(lanes_obstacle(scene_of(wax, {})), "");
-  EXPECT_THROW(render_view(scene_of(wax, {}), with_lanes(settings_of(4, 1), 3)),
-               InvalidArgument);
+  EXPECT_THROW(render_view(scene_of(wax, {}), with_lanes(settings_of(4, 1), 3)), InvalidArgument);
 }
 
 }  // namespace

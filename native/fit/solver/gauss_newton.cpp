@@ -89,8 +89,7 @@ bool GaussNewton::has_instruments() const {
 }
 
 InstrumentalVariables::Set GaussNewton::instruments(std::size_t i) const {
-  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i],
-                              progress());
+  return instruments_[i].all(problem_->layout, problem_->photos[i], weights()[i], progress());
 }
 
 Measurement GaussNewton::measure(std::span<const Observation> seen,
