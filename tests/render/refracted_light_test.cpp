@@ -141,14 +141,18 @@ TEST(LampThroughASurface, MayStandBesideTheBody) {
   EXPECT_LT(std::abs(e.z(tenth)), 4) << e.mean << " and " << tenth.mean;
 }
 
-TEST(RefractedExit, BendsRaysAtASphereAsSnellSays) {
+Scene glass_ball(int rings) {
   SceneBuilder builder;
-  place(builder, sphere_mesh(1, 64), builder.add_material(glass("Glass")));
+  place(builder, sphere_mesh(1, rings), builder.add_material(glass("Glass")));
   add_view(builder, {0, -5, 0}, {0, 0, 0}, 60);
-  const Scene scene = builder.build();
+  return builder.build();
+}
+
+TEST(RefractedExit, BendsRaysAtASphereAsSnellSays) {
+  const Scene scene = glass_ball(64);
   const double eta = 1 / 1.5;
   for (const Vec3f& from : {Vec3f{0, 0, 0}, Vec3f{0.3f, 0.2f, -0.1f}, Vec3f{-0.5f, 0.1f, 0.4f}}) {
-    const ExitTarget target{{1, -2, 3}, false};
+    const LampTarget target{{1, -2, 3}, false};
     const RefractedExit exits(*scene.geometry, 0, from, target);
     const auto start = exits.start(0);
     ASSERT_TRUE(start);
@@ -158,7 +162,6 @@ TEST(RefractedExit, BendsRaysAtASphereAsSnellSays) {
     const Vec3f out = target.direction_from(exit->surface.position);
     const Vec3f across_in = in - n * dot(in, n), across_out = out - n * dot(out, n);
     EXPECT_LT(length(across_in - across_out * static_cast<float>(eta)), 2e-5f);
-    // The density that belongs to it is that of moved rays.
     const auto there = exits.refraction(*exit, eta);
     ASSERT_TRUE(there);
     EXPECT_NEAR(there->micronormal.x, 0, 2e-6);
@@ -167,10 +170,7 @@ TEST(RefractedExit, BendsRaysAtASphereAsSnellSays) {
 }
 
 TEST(RefractedExit, ChangesAsDifferencesOfItsMicronormals) {
-  SceneBuilder builder;
-  place(builder, sphere_mesh(1, 8), builder.add_material(glass("Glass")));
-  add_view(builder, {0, -5, 0}, {0, 0, 0}, 60);
-  const Scene scene = builder.build();
+  const Scene scene = glass_ball(8);
   const double eta = 1 / 1.4;
   const Vec3f from{0.3f, 0.2f, -0.1f};
   for (const bool infinite : {false, true}) {

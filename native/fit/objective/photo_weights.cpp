@@ -9,6 +9,17 @@
 #include "fit/problem/saved_state.h"
 
 namespace selenite {
+namespace {
+
+/// The number of a photo for which weights are learned; empty: it is another one.
+std::optional<std::size_t> weighed(const Problem& problem, const Photo& photo) {
+  if (problem.weights)
+    for (std::size_t i = 0; i < problem.photos.size(); ++i)
+      if (&problem.photos[i] == &photo) return i;
+  return std::nullopt;
+}
+
+}  // namespace
 
 LossResult evaluate_loss(const Problem& problem, std::size_t i, const Film& film) {
   const Photo& photo = problem.photos[i];
@@ -17,18 +28,14 @@ LossResult evaluate_loss(const Problem& problem, std::size_t i, const Film& film
 }
 
 Eigen::VectorXf gain_weights(const Problem& problem, const Photo& photo) {
-  const auto photos = problem.photos.size();
-  if (problem.weights)
-    for (std::size_t i = 0; i < photos; ++i)
-      if (&problem.photos[i] == &photo) return (*problem.weights)[i] * static_cast<float>(photos);
-  return relative_weights(photo, 1);
+  const auto i = weighed(problem, photo);
+  if (!i) return relative_weights(photo, 1);
+  return (*problem.weights)[*i] * static_cast<float>(problem.photos.size());
 }
 
 double gain_prior(const Problem& problem, const Photo& photo) {
-  if (problem.weights)
-    for (std::size_t i = 0; i < problem.photos.size(); ++i)
-      if (&problem.photos[i] == &photo) return gain_prior_strength(problem.weights->count(i));
-  return gain_prior_strength(count_of(photo));
+  const auto i = weighed(problem, photo);
+  return gain_prior_strength(i ? problem.weights->count(*i) : count_of(photo));
 }
 
 PhotoWeights::PhotoWeights(const std::vector<Photo>& photos, bool weighted,

@@ -7,19 +7,6 @@
 #include <stdexcept>
 
 namespace selenite {
-namespace {
-
-/// Derivatives lose what a gain makes of the picture by the weights of their time. In other weights they
-/// would show it again, far more than its prior does.
-void forget_eliminated_gains(const Problem& problem, const InstrumentalVariablesOptions& options,
-                             std::vector<InstrumentalVariables>& instruments) {
-  for (std::size_t i = 0; i < instruments.size(); ++i)
-    if (problem.photos[i].gain_freedom != GainFreedom::kNone)
-      instruments[i] = InstrumentalVariables(options);
-}
-
-}  // namespace
-
 GaussNewton::GaussNewton(const Problem& problem, const GaussNewtonOptions& options)
     : problem_(&problem),
       options_(options),
@@ -67,12 +54,19 @@ std::vector<Halves> GaussNewton::begin_step(const Vector& x, std::span<const Obs
   for (const Observation& one : seen) halves.push_back(split_halves(*problem_, one, slope));
   ++iteration_;
   converged_ = false;
-  if (weights().version() != weights_version_) {
-    damping_.forget_best();
-    forget_eliminated_gains(*problem_, options_.instruments, instruments_);
-  }
-  weights_version_ = weights().version();
+  follow_weights();
   return halves;
+}
+
+void GaussNewton::follow_weights() {
+  if (weights().version() == weights_version_) return;
+  weights_version_ = weights().version();
+  damping_.forget_best();
+  // Derivatives lose what a gain makes of the picture by the weights of their time. In other weights
+  // they would show it again, far more than its prior does.
+  for (std::size_t i = 0; i < instruments_.size(); ++i)
+    if (problem_->photos[i].gain_freedom != GainFreedom::kNone)
+      instruments_[i] = InstrumentalVariables(options_.instruments);
 }
 
 double GaussNewton::add_jacobians(std::span<const Observation> seen,
@@ -131,9 +125,7 @@ Vector GaussNewton::end_step(const Vector& u, const DampedStep& step,
 }
 
 void GaussNewton::gather(const Vector& x, const Observation& derivatives, double weight) {
-  if (weights().version() != weights_version_)
-    forget_eliminated_gains(*problem_, options_.instruments, instruments_);
-  weights_version_ = weights().version();
+  follow_weights();
   instruments_[static_cast<std::size_t>(derivatives.photo)].add(
       split_halves(*problem_, derivatives, reparametrization_.slope(x)), 1, weight);
 }

@@ -106,13 +106,15 @@ class GaussNewton final : public ResidualOptimiser {
                   double jacobian_kept);
 
  private:
+  /// Forgets what the weights of residuals had a part in, if they have changed.
+  void follow_weights();
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves) const;
 
   const Problem* problem_;
   GaussNewtonOptions options_;
   Reparametrization reparametrization_;
   std::optional<PhotoWeights> own_weights_;         ///< where the problem has none
-  int weights_version_ = 0;                         ///< that losses so far are by
+  int weights_version_ = 0;                         ///< by which losses and instruments are
   std::vector<InstrumentalVariables> instruments_;  ///< of each photo
   RecursiveLeastSquares equations_;
   DampingControl damping_;

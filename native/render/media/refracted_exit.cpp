@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kSteps = 20;
 constexpr double kLeastDamping = 1.0 / 64;
-/// Between the lines on which a search begins. Measured: docs/measurements/constants.md.
+/// Between the lines on which a search begins; not measured.
 constexpr float kCosBeside = 0.7f;
 
 /// A place in the plane of a triangle that moves along two unit vectors in it.

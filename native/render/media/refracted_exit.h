@@ -3,19 +3,10 @@
 
 #include <optional>
 
+#include "render/media/lamp_target.h"
 #include "scene/geometry.h"
 
 namespace selenite {
-
-/// What light is looked for at: a point, or a direction if it is infinitely far.
-struct ExitTarget {
-  Vec3f place;
-  bool infinite = false;
-
-  Vec3f direction_from(const Vec3f& point) const {
-    return infinite ? place : normalize(place - point);
-  }
-};
 
 /// Finds where a ray from inside a body must meet its surface to be refracted to a target. One
 /// refraction has a continuum of such places, one for each micronormal that it may take; to the
@@ -44,10 +35,10 @@ class RefractedExit {
   };
 
   /// `from`: inside of the instance's closed surface. `eta`: index of refraction beyond over within.
-  RefractedExit(const Geometry& geometry, int instance, const Vec3f& from, const ExitTarget& target)
+  RefractedExit(const Geometry& geometry, int instance, const Vec3f& from, const LampTarget& target)
       : geometry_(geometry), instance_(instance), from_(from), target_(target) {}
 
-  const ExitTarget& target() const { return target_; }
+  const LampTarget& target() const { return target_; }
   /// Where the search begins: on the straight line to the target, or, for a body that has several
   /// such places, on lines beside it.
   static constexpr int kStarts = 5;
@@ -60,7 +51,7 @@ class RefractedExit {
   std::optional<Refraction> refraction(const Place& at, double eta) const;
 
  private:
-  /// Moves over the plane of a triangle, and what that changes.
+  /// What changes with a place that moves over the plane of its triangle.
   struct Tangent;
 
   std::optional<Place> meet(const Vec3f& direction) const;
@@ -69,7 +60,7 @@ class RefractedExit {
   const Geometry& geometry_;
   int instance_;
   Vec3f from_;
-  ExitTarget target_;
+  LampTarget target_;
 };
 
 }  // namespace selenite

@@ -18,7 +18,7 @@ template <int L>
 class PathTracer {
  public:
   PathTracer(const Prepared<L>& prepared, int depth)
-      : p_(prepared), depth_(depth), direct_(prepared), refracted_(prepared, direct_) {}
+      : p_(prepared), depth_(depth), direct_(prepared), refracted_(prepared) {}
 
   /// One sample of the radiance that arrives along a camera ray, which meets `first`.
   Radiance<L> trace(const Ray& ray, const std::optional<Hit>& first, Random& random) {
@@ -68,7 +68,9 @@ class PathTracer {
           if (lit) direct_.add_sample(path, path.from, here, media, random, beta, radiance);
           path.left.through = false;
           const bool sought = seeks_lamps(path, media);
-          if (sought) refracted_.add_sample(path, path.from, here, media, random, beta, radiance);
+          if (sought)
+            refracted_.add_sample(InnerVertex{path, path.from, here, media, random}, beta,
+                                  radiance);
           const float g = value_of(medium.values.anisotropy);
           const float cosine = sample_henyey_greenstein(g, random.uniform(kLobe1));
           path.density = henyey_greenstein(g, cosine);
@@ -153,7 +155,8 @@ class PathTracer {
     const bool sought = !bsdf.all_singular() && seeks_lamps(path, media);
     Path::Inside inside{sought, surface.leave(-path.ray.direction), 0, mean_channel(media.rates()),
                         media.object()};
-    if (sought) refracted_.add_sample(path, inside.place, here, media, random, beta, radiance);
+    if (sought)
+      refracted_.add_sample(InnerVertex{path, inside.place, here, media, random}, beta, radiance);
     if (!bsdf.all_singular())
       direct_.add_sample(path, surface.position, here, media, random, beta, radiance,
                          [&](int lamp, const Vec3f& direction, float light, float density) {

@@ -9,6 +9,16 @@
 
 namespace selenite {
 
+/// Where a path is to be scattered, at a place inside of a body with a medium.
+template <int L, class Scatterer>
+struct InnerVertex {
+  const Path& path;
+  Vec3f place;
+  const Scatterer& scatterer;
+  const MediaStack<L>& media;
+  const Random& random;
+};
+
 /// Light of lamps that reaches the inside of a body with a medium by refraction at its surface. A small
 /// lamp is hardly ever found by a path that leaves the body where it happens to. So places inside,
 /// in the medium and on surfaces, are connected with lamps by the one refraction in between: a point
@@ -18,8 +28,7 @@ namespace selenite {
 template <int L>
 class RefractedLight {
  public:
-  RefractedLight(const Prepared<L>& prepared, const DirectLight<L>& direct)
-      : p_(prepared), direct_(direct) {
+  explicit RefractedLight(const Prepared<L>& prepared) : p_(prepared), direct_(prepared) {
     if (!acts()) return;
     for (const int i : p_.lamps)
       if (p_.lights.probability(i) > 0) lamps_.push_back(i), all_ += p_.lights.probability(i);
@@ -28,20 +37,16 @@ class RefractedLight {
   /// Whether anything is found in this way.
   bool acts() const { return !p_.boundaries.empty(); }
 
-  /// At a place inside of a body with a medium, where a path is to be scattered.
   template <class Scatterer>
-  void add_sample(const Path& path, const Vec3f& place, const Scatterer& scatterer,
-                  const MediaStack<L>& media, const Random& random, const Throughput<L>& beta,
+  void add_sample(const InnerVertex<L, Scatterer>& at, const Throughput<L>& beta,
                   Radiance<L>& radiance) const {
-    const int lamp = choose(random.uniform(kLightChoice));
+    const int lamp = choose(at.random.uniform(kLightChoice));
     const Light& light = p_.scene.appearance.lights[lamp];
-    const auto aim = light.sample(place, random.uniform(kLight1), random.uniform(kLight2));
-    if (!aim) return;
-    const bool infinite = !light.has_place();
-    const RefractedExit exits(
-        p_.geometry, media.object(), place,
-        {infinite ? aim->direction : place + aim->direction * aim->distance, infinite});
-    const float rate = mean_channel(media.rates());
+    const auto target =
+        draw_target(light, at.place, at.random.uniform(kLight1), at.random.uniform(kLight2));
+    if (!target) return;
+    const RefractedExit exits(p_.geometry, at.media.object(), at.place, *target);
+    const float rate = mean_channel(at.media.rates());
     const auto seek = [&](int start) {
       const auto from = exits.start(start);
       if (!from) return;
@@ -52,16 +57,22 @@ class RefractedLight {
       // Deep inside hardly anything arrives: few of the places seek it.
       const float reach = std::exp(-rate * from->hit.t);
       const float survival = clamp(kRouletteScale * reach, kLeastSurvival, 1.0f);
-      if (!(random.uniform(kExitRoulette) < survival)) return;
-      const auto wanted = draw(boundary.width2, random);
+      if (!(at.random.uniform(kExitRoulette) < survival)) return;
+      const auto wanted = draw(boundary.width2, at.random);
       const auto exit = exits.find(*from, boundary.eta, wanted, tolerance(boundary));
       if (!exit || exit->surface.material != from->surface.material) return;
       if (start > 0 && finder(exits, *exit, boundary, wanted, start) < start) return;
-      bring(path, place, scatterer, media, exits.target(), *exit, lamp,
-            {.chance = chance(start), .survival = survival, .rate = rate}, random, beta, radiance);
+      bring(at,
+            {.lamp = lamp,
+             .target = *target,
+             .exit = *exit,
+             .rate = rate,
+             .chance = chance(start),
+             .survival = survival},
+            beta, radiance);
     };
     seek(0);
-    const int other = 1 + static_cast<int>(random.uniform(kExitStart) / chance(1));
+    const int other = 1 + static_cast<int>(at.random.uniform(kExitStart) / chance(1));
     if (other < RefractedExit::kStarts) seek(other);
   }
 
@@ -81,21 +92,22 @@ class RefractedLight {
   }
 
  private:
-  /// How a place on the surface was come by.
-  struct Search {
-    float chance, survival;  ///< of beginning where it did; of Russian roulette
+  /// A lamp that was found through a place on the surface.
+  struct Connection {
+    int lamp;
+    LampTarget target;
+    RefractedExit::Place exit;
     float rate;              ///< of the media inside
-  };
-  struct Seen {
-    float density, factor, distance;
+    float chance, survival;  ///< of the search beginning where it did; of Russian roulette
   };
   /// Densities by which a way from inside to a lamp is found.
   struct Odds {
     float by_aim, by_path;
-    ExitTarget target;
+    LampTarget target;
     RefractedExit::Micronormal micronormal;
   };
 
+  // None is measured; the pictures' means do not depend on them.
   static constexpr float kRouletteScale = 8, kLeastSurvival = 0.05f;
   static constexpr float kLeastOdds = 0.03f;  ///< below this nobody aims
   static constexpr float kSamePlace = 1e-2f;
@@ -123,61 +135,61 @@ class RefractedLight {
 
   /// The radiance takes the light of a lamp that comes through a place on the surface.
   template <class Scatterer>
-  void bring(const Path& path, const Vec3f& place, const Scatterer& scatterer,
-             const MediaStack<L>& media, const ExitTarget& target, const RefractedExit::Place& exit,
-             int lamp, const Search& search, const Random& random, const Throughput<L>& beta,
-             Radiance<L>& radiance) const {
-    const Surface& surface = exit.surface;
-    const PreparedMaterial<L>& material = p_.materials[surface.material];
-    const Light& light = p_.scene.appearance.lights[lamp];
-    const Vec3f beyond = target.direction_from(surface.position);
-    if (!(dot(beyond, surface.ng) > 0) || scatterer.refracts(exit.direction)) return;
-    const auto found = seen(light, surface.position, beyond);
-    if (!found) return;
-    Color<typename Scatterer::Number> scattered;
-    Path::Inside inside{true, place, 0, search.rate, exit.hit.instance};
-    scatterer.evaluate(exit.direction, kScatteredRays, scattered, inside.density);
-    if (max_channel(value_of(scattered)) == 0 && !has_slope(scattered)) return;
-
-    const auto through_surface = [&](const auto& values) {
-      using X = std::decay_t<decltype(values.roughness)>;
-      const PrincipledBsdf<X> bsdf(
-          values, material.flavour,
-          DirectLight<L>::point(surface, -exit.direction, path.after_diffuse));
-      const SurfaceScatterer<L, X> boundary{exit.hit, surface, material, bsdf};
-      const auto spread = refraction_spread(bsdf.layers());
-      const bool smooth = p_.boundaries[surface.material].width2 == 0;
-      if (!spread || (spread->width2 == 0) != smooth) return;
-      Color<X> value;
-      float density = 0;
-      if (smooth)
-        value = smooth_refraction(bsdf.layers(), std::abs(dot(surface.n, exit.direction)));
-      else
-        bsdf.value_and_density(beyond, value, density);
-      if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
-      const auto odds = this->odds(inside, exit.hit, surface, lamp, beyond,
-                                   found->density * p_.lights.probability(lamp, true), density);
-      if (!odds) return;
-      const float by_aim = odds->by_aim * search.chance;
-
-      Throughput<L> through = beta.branch();
-      scatterer.attenuate(p_.geometry, scattered, through);
-      media.attenuate({place, exit.direction, 0, exit.hit.t}, exit.hit.t, random, kAlongGrids,
-                      through);
-      MediaStack<L> outside = media;
-      boundary.cross(outside, beyond);
-      if (light.casts_shadows && !direct_.visible(boundary.origin(beyond), beyond, found->distance,
-                                                  light.links, random, outside, through))
-        return;
-      boundary.bring(p_.geometry, value, p_.emitted.lamp(lamp, found->factor),
-                     power_heuristic(by_aim, odds->by_path) / (by_aim * search.survival), through,
-                     radiance);
-    };
+  void bring(const InnerVertex<L, Scatterer>& at, const Connection& found,
+             const Throughput<L>& beta, Radiance<L>& radiance) const {
+    const PreparedMaterial<L>& material = p_.materials[found.exit.surface.material];
     typename PreparedMaterial<L>::Room room;
     if (material.plain)
-      through_surface(material.plain_values);
+      bring_through(at, found, material.plain_values, beta, radiance);
     else
-      through_surface(material.at(p_.geometry, exit.hit, room));
+      bring_through(at, found, material.at(p_.geometry, found.exit.hit, room), beta, radiance);
+  }
+  /// X: see PathTracer::scatter.
+  template <class Scatterer, class X>
+  void bring_through(const InnerVertex<L, Scatterer>& at, const Connection& found,
+                     const Principled<X>& values, const Throughput<L>& beta,
+                     Radiance<L>& radiance) const {
+    const auto& [hit, surface, direction] = found.exit;
+    const Light& light = p_.scene.appearance.lights[found.lamp];
+    const Vec3f beyond = found.target.direction_from(surface.position);
+    if (!(dot(beyond, surface.ng) > 0) || at.scatterer.refracts(direction)) return;
+    const auto lamp = lamp_along(light, surface.position, beyond);
+    if (!lamp) return;
+    Color<typename Scatterer::Number> scattered;
+    Path::Inside inside{true, at.place, 0, found.rate, hit.instance};
+    at.scatterer.evaluate(direction, kScatteredRays, scattered, inside.density);
+    if (max_channel(value_of(scattered)) == 0 && !has_slope(scattered)) return;
+
+    const PreparedMaterial<L>& material = p_.materials[surface.material];
+    const PrincipledBsdf<X> bsdf(values, material.flavour,
+                                 DirectLight<L>::point(surface, -direction, at.path.after_diffuse));
+    const SurfaceScatterer<L, X> boundary{hit, surface, material, bsdf};
+    const auto spread = refraction_spread(bsdf.layers());
+    const bool smooth = p_.boundaries[surface.material].width2 == 0;
+    if (!spread || (spread->width2 == 0) != smooth) return;
+    Color<X> value;
+    float density = 0;
+    if (smooth)
+      value = smooth_refraction(bsdf.layers(), std::abs(dot(surface.n, direction)));
+    else
+      bsdf.value_and_density(beyond, value, density);
+    if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
+    const auto odds = this->odds(inside, hit, surface, found.lamp, beyond,
+                                 lamp->density * p_.lights.probability(found.lamp, true), density);
+    if (!odds) return;
+    const float by_aim = odds->by_aim * found.chance;
+
+    Throughput<L> through = beta.branch();
+    at.scatterer.attenuate(p_.geometry, scattered, through);
+    at.media.attenuate({at.place, direction, 0, hit.t}, hit.t, at.random, kAlongGrids, through);
+    MediaStack<L> outside = at.media;
+    boundary.cross(outside, beyond);
+    if (light.casts_shadows && !direct_.visible(boundary.origin(beyond), beyond, lamp->distance,
+                                                light.links, at.random, outside, through))
+      return;
+    boundary.bring(p_.geometry, value, p_.emitted.lamp(found.lamp, lamp->factor),
+                   power_heuristic(by_aim, odds->by_path) / (by_aim * found.survival), through,
+                   radiance);
   }
   int choose(float u) const {
     float left = u * all_;
@@ -193,25 +205,13 @@ class RefractedLight {
     const double sine = std::sqrt(width2 * u / (1 - u + width2 * u));
     return {sine * std::cos(phi), sine * std::sin(phi)};
   }
-  /// The lamp in a direction from a place outside.
-  static std::optional<Seen> seen(const Light& light, const Vec3f& from, const Vec3f& direction) {
-    if (light.is_delta()) {
-      const auto s = light.sample(from, 0, 0);
-      if (!s) return std::nullopt;
-      return Seen{0, s->factor, s->distance};
-    }
-    const auto hit = light.intersect(from, direction, 0, std::numeric_limits<float>::infinity());
-    if (!hit || !(hit->factor > 0)) return std::nullopt;
-    return Seen{hit->density, hit->factor, hit->distance};
-  }
-
   /// Empty for ways along which nobody aims.
   std::optional<Odds> odds(const Path::Inside& inside, const Hit& hit, const Surface& surface,
                            int lamp, const Vec3f& beyond, float light, float bsdf) const {
     const RefractionSpread& boundary = p_.boundaries[surface.material];
     if (!(boundary.eta > 0) || !p_.lights.probability(lamp)) return std::nullopt;
     const Light& from = p_.scene.appearance.lights[lamp];
-    const auto aimed = aimed_at(from, inside.place, surface.position, beyond);
+    const auto aimed = find_target(from, inside.place, surface.position, beyond);
     if (!aimed) return std::nullopt;
     const Vec3f way = surface.position - inside.place;
     const float distance = length(way);
@@ -235,54 +235,8 @@ class RefractedLight {
     return odds;
   }
 
-  struct Aimed {
-    ExitTarget target;
-    float density;  ///< of the direction from the surface, per solid angle
-  };
-  /// By which target from inside a direction at the surface would have been found.
-  static std::optional<Aimed> aimed_at(const Light& light, const Vec3f& inside,
-                                       const Vec3f& surface, const Vec3f& direction) {
-    constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    if (light.is_delta()) {
-      const auto s = light.sample(inside, 0, 0);
-      if (!s) return std::nullopt;
-      if (!light.has_place()) return Aimed{{s->direction, true}, 1};
-      return Aimed{{light.position, false}, 1};
-    }
-    if (!light.has_place()) {
-      const auto hit = light.intersect(surface, direction, 0, kInfinity);
-      if (!hit) return std::nullopt;
-      return Aimed{{direction, true}, hit->density};
-    }
-    const bool disc = light.kind != LightKind::kArea && light.soft_falloff;
-    Vec3f target, normal;
-    float distance;
-    if (disc) {
-      // It faces the place inside, from where it was drawn.
-      normal = normalize(light.position - inside);
-      distance = dot(light.position - surface, normal) / dot(direction, normal);
-      if (!(distance > 0)) return std::nullopt;
-      target = surface + direction * distance;
-    } else {
-      const auto hit = light.intersect(surface, direction, 0, kInfinity);
-      if (!hit) return std::nullopt;
-      distance = hit->distance;
-      target = surface + direction * distance;
-      normal = light.kind == LightKind::kArea ? light.axis : normalize(target - light.position);
-    }
-    const Vec3f way = target - inside;
-    const float from_inside = length(way);
-    const Vec3f aim = way / from_inside;
-    const auto hit = light.intersect(inside, aim, 0, kInfinity);
-    if (!hit || !(hit->factor > 0)) return std::nullopt;
-    if (std::abs(hit->distance - from_inside) > 1e-3f * from_inside) return std::nullopt;
-    const float density = hit->density * std::abs(dot(aim, normal)) * square(distance) /
-                          (std::abs(dot(direction, normal)) * square(from_inside));
-    return Aimed{{target, false}, density};
-  }
-
   const Prepared<L>& p_;
-  const DirectLight<L>& direct_;
+  DirectLight<L> direct_;
   std::vector<int> lamps_;  ///< those that are aimed at
   float all_ = 0;           ///< their probabilities
 };
