@@ -10,10 +10,10 @@ import numpy as np
 UNLIT = "KHR_materials_unlit"
 
 
-def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True) -> None:
+def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True, glows=False) -> None:
     """One textured mesh, in the axes of the file, with v downward. In a .glb the picture and the
     numbers are inside; beside a .gltf they are in files of their own. is_lit: whether light falls
-    on it still, or is in its colours."""
+    on it still, or is in its colours. glows: whether the picture is its light, not its colour."""
     inside = path.suffix == ".glb"
     parts = [np.asarray(positions, "<f4"), np.asarray(uvs, "<f4"), np.asarray(triangles, "<u4")]
     blobs = [part.tobytes() for part in parts] + ([picture.read_bytes()] if inside else [])
@@ -27,6 +27,8 @@ def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True) -> 
     accessor = {"bufferView": 0, "componentType": 5126, "count": len(positions), "type": "VEC3"}
     image = {"bufferView": 3, "mimeType": "image/png", "name": picture.stem}
     material = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+    if glows:
+        material = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1]}
     content = {
         "asset": {"version": "2.0"},
         "scene": 0,

@@ -9,19 +9,20 @@ import pytest
 import reconstructed
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+with_handlers = pytest.mark.skipif(
+    not hasattr(bpy.types, "FileHandler"), reason="Blender 3.4 has no file handlers"
+)
 
 HANDLER = "SELENITE_FH_reconstruction"
 
 
 def handler():
     """What Blender has under that name, None without any."""
-    kind = getattr(bpy.types, "FileHandler", None)
-    return kind and kind.bl_rna_get_subclass_py(HANDLER)
+    return bpy.types.FileHandler.bl_rna_get_subclass_py(HANDLER)
 
 
-def test_a_handler_is_there_as_long_as_the_addon(addon, tmp_path):
-    if not hasattr(bpy.types, "FileHandler"):
-        pytest.skip("Blender 3.4 has no file handlers; the add-on is registered without")
+@with_handlers
+def test_a_handler_is_there_as_long_as_the_addon(addon):
     found = handler()
     assert found.bl_import_operator == "selenite.import_reconstruction"
     addon.unregister()
@@ -30,10 +31,9 @@ def test_a_handler_is_there_as_long_as_the_addon(addon, tmp_path):
     assert handler() is not None
 
 
+@with_handlers
 def test_the_endings_are_those_of_the_files_that_are_read(addon, tmp_path):
-    if not hasattr(bpy.types, "FileHandler"):
-        pytest.skip("Blender 3.4 has no file handlers")
-    _, words = reconstructed.written(tmp_path)
+    reconstructed.written(tmp_path)
     endings = handler().bl_file_extensions.split(";")
     files = [tmp_path / "pebble.x3d", tmp_path / "cameras.xml", tmp_path / "transforms.json"]
     files += [*(tmp_path / "text").iterdir(), *(tmp_path / "binary").iterdir()]
@@ -42,9 +42,8 @@ def test_the_endings_are_those_of_the_files_that_are_read(addon, tmp_path):
         assert others not in endings
 
 
+@with_handlers
 def test_only_a_3d_view_takes_them(addon):
-    if not hasattr(bpy.types, "FileHandler"):
-        pytest.skip("Blender 3.4 has no file handlers")
     for kind, takes in (("VIEW_3D", True), ("IMAGE_EDITOR", False)):
         context = SimpleNamespace(area=SimpleNamespace(type=kind))
         assert handler().poll_drop(context) is takes

@@ -34,16 +34,22 @@ TRIANGLES = [(0, 1, 3), (4, 6, 7), (0, 2, 5)]
 UVS = CORNERS[:, 1:] + 0.3
 
 
+def ply(values, names, comment=""):
+    """The box in text. values: numbers of each vertex, whose properties have the `names`."""
+    head = f"ply\nformat ascii 1.0\n{comment}element vertex {len(values)}\n"
+    head += "".join(f"property {name}\n" for name in names)
+    head += f"element face {len(TRIANGLES)}\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [" ".join(map(str, row)) for row in values]
+    rows += [f"3 {a} {b} {c}" for a, b, c in TRIANGLES]
+    return head + "\n".join(rows) + "\n"
+
+
 def written_box(file):
     """The box with the texture skin.png beside it."""
     made.photo(file.parent / "skin.png", (8, 8), 0.2)
     if file.suffix == ".ply":
-        head = "ply\nformat ascii 1.0\ncomment TextureFile skin.png\nelement vertex 8\n"
-        head += "".join(f"property float {name}\n" for name in "xyzst")
-        head += "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
-        rows = [" ".join(map(str, row)) for row in np.hstack([CORNERS, UVS])]
-        rows += [f"3 {a} {b} {c}" for a, b, c in TRIANGLES]
-        file.write_text(head + "\n".join(rows) + "\n")
+        names = [f"float {name}" for name in "xyzst"]
+        file.write_text(ply(np.hstack([CORNERS, UVS]), names, "comment TextureFile skin.png\n"))
     elif file.suffix == ".obj":
         rows = ["mtllib box.mtl", "usemtl Skin"]
         rows += ["v " + " ".join(map(str, corner)) for corner in CORNERS]
@@ -72,6 +78,15 @@ def test_a_gltf_in_the_axes_of_the_cameras_stays_in_them(tmp_path, capsys, reque
     item = next(x for x in bpy.data.objects if x.type == "MESH" and not x.hide_render)
     apart = reconstructed.vertices_of(item)[:, None] - truth.mesh.positions[None]
     assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-6
+
+
+def test_a_picture_of_light_is_no_base_colour(tmp_path, capsys):
+    reconstructed.written(tmp_path)
+    file, skin = tmp_path / "box.glb", made.photo(tmp_path / "skin.png", (8, 8), 0.2)
+    made_gltf.write(file, CORNERS, TRIANGLES, UVS, skin, glows=True)
+    words = [str(file), "--cameras", str(tmp_path / "binary")]
+    (mesh,) = imported(capsys, words, tmp_path / "out.blend")["meshes"]
+    assert mesh["texture"] is None
 
 
 @pytest.mark.parametrize("name", ["box.obj", "box.ply", "box.gltf", "box.glb", "unlit.glb"])
@@ -118,18 +133,14 @@ def test_vertex_colours_are_kept_beside_a_white_base_colour(ending, tmp_path, ca
     file = tmp_path / f"box.{ending}"
     codes = [(255, 188, 0)] * 7 + [(0, 255, 255)]
     if ending == "ply":
-        head = "ply\nformat ascii 1.0\nelement vertex 8\n"
-        head += "".join(f"property float {name}\n" for name in "xyz")
-        head += "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
-        head += "element face 3\nproperty list uchar int vertex_indices\nend_header\n"
-        rows = [" ".join(map(str, row)) for row in np.hstack([CORNERS, codes])]
-        rows += [f"3 {a} {b} {c}" for a, b, c in TRIANGLES]
+        names = [f"float {name}" for name in "xyz"]
+        names += [f"uchar {name}" for name in ("red", "green", "blue")]
+        file.write_text(ply(np.hstack([CORNERS, codes]), names))
     else:
-        head = ""
         rows = [f"v {x} {y} {z} {r / 255} {g / 255} {b / 255}"
                 for (x, y, z), (r, g, b) in zip(CORNERS, codes, strict=True)]  # fmt: skip
         rows += ["f " + " ".join(str(n + 1) for n in corners) for corners in TRIANGLES]
-    file.write_text(head + "\n".join(rows) + "\n")
+        file.write_text("\n".join(rows) + "\n")
     words = [str(file), "--cameras", str(tmp_path / "binary")]
     report = imported(capsys, words, tmp_path / "out.blend")
     assert sum("has vertex colours" in text for text in report["warnings"]) == 1

@@ -163,8 +163,7 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
 def _texture(texture: Path | PackedPicture | None) -> str | None:
     if texture is None:
         return None
-    is_file = isinstance(texture, Path)
-    return str(texture) if is_file else f"{PACKED}{texture.name}"
+    return str(texture) if isinstance(texture, Path) else f"{PACKED}{texture.name}"
 
 
 def _say(report: dict[str, Any], undistort: bool) -> None:

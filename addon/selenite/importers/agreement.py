@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .placement import Y_UP
 from .reconstruction import ReconstructedCamera, ReconstructedMesh, Reconstruction
 
 #: Vertices and points that are looked at, evenly over all.
@@ -20,8 +21,8 @@ _MARGIN = 0.1
 #: How a mesh has to lie in other axes than those of its format: so many times better, seen by the
 #: cameras in so large a part, and so near to the points, as a share of its size.
 _CLEARLY, _MOSTLY, _NEAR = 1.5, 0.5, 0.05
-#: Of Blender's axes, in which a glTF's y points to z, those of the file.
-_FILE_AXES = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+#: From Blender's axes, in which a glTF's y points to z, to those of the file.
+_FILE_AXES = Y_UP.T
 
 
 def remarks_on(found: Reconstruction) -> list[str]:
@@ -97,8 +98,7 @@ def _seen(camera: ReconstructedCamera, points: np.ndarray) -> np.ndarray:
     matrix = camera.camera_to_world
     x, y, z = matrix[:3, :3].T @ (points - matrix[:3, 3]).T
     if camera.intrinsics is None:  # the whole photo is inside of this cone
-        angle = camera.field_of_view if camera.field_of_view is not None else math.pi / 4
-        return z > np.hypot(x, y) * math.tan(max(math.pi / 2 - angle, 0.0))
+        return z > np.hypot(x, y) * math.tan(max(math.pi / 2 - camera.field_of_view, 0.0))
     lens, margin = camera.intrinsics.lens, _MARGIN * camera.intrinsics.width
     u, v = x * lens.fx + z * lens.cx, y * lens.fy + z * lens.cy
     inside = (u > -margin * z) & (u < (camera.intrinsics.width + margin) * z)

@@ -20,7 +20,6 @@ from .reconstruction import PackedPicture, ReconstructedMesh, ReconstructionErro
 
 #: Blender's importers keep single precision, 6e-8 of the largest coordinate.
 _COARSE = 1000.0
-GLTF = (".glb", ".gltf")
 
 
 def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mesh:
@@ -186,15 +185,11 @@ def _colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
     attribute: Any = mesh.color_attributes.active_color
     if attribute is None:
         return None
-    values = np.empty(4 * len(attribute.data), np.float32)
-    attribute.data.foreach_get("color", values)
-    colors = values.reshape(-1, 4)[:, :3].astype(np.float64)
+    colors = hosts.floats(attribute.data, "color", 4)[:, :3].astype(np.float64)
     if attribute.domain == "POINT":
         return colors
-    corners = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", corners)
     found = np.ones((len(mesh.vertices), 3))
-    found[corners] = colors
+    found[hosts.corner_vertices(mesh)] = colors
     return found
 
 
@@ -210,15 +205,16 @@ def _texture(item: bpy.types.Object, file: Path) -> Path | PackedPicture | None:
 
 
 def _base_images(item: bpy.types.Object) -> Iterator[bpy.types.Image]:
-    """Images behind the base colours of its materials; of a material without a Principled BSDF,
-    as glTF has for what is lit already, those that hold colours."""
+    """Images behind the base colours of its materials; of a material whose shader has none, as glTF
+    has for what is lit already, all that hold colours."""
     for slot in item.material_slots:
         tree = slot.material.node_tree if slot.material is not None else None
         if tree is None:
             continue
-        links = [link for link in tree.links if link.to_socket.name == "Base Color"]
+        bases = [node.inputs["Base Color"] for node in tree.nodes if "Base Color" in node.inputs]
+        links = [link for base in bases for link in base.links]
         nodes = [node for link in links for node in _upstream(link.from_node)]
-        for node in nodes if links else tree.nodes:
+        for node in nodes if bases else tree.nodes:
             image = getattr(node, "image", None)
             if image is not None and not hosts.is_data(image):
                 yield image

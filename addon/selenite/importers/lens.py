@@ -51,7 +51,6 @@ def intrinsics_of(camera: ReconstructedCamera, size: tuple[int, int]) -> Intrins
     `size`. X3D's field of view is the smaller of the two angles."""
     if camera.intrinsics is not None:
         return camera.intrinsics
-    angle = camera.field_of_view if camera.field_of_view is not None else math.pi / 4  # X3D's
     width, height = size
-    focal = min(width, height) / 2 / math.tan(angle / 2)
+    focal = min(width, height) / 2 / math.tan(camera.field_of_view / 2)
     return Intrinsics(width, height, LensDistortion(focal, focal, width / 2, height / 2))

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 
 from ..problems import Problem, listed
 from .readers.files import inside, is_file
-from .readers.pictures import MASK_ENDINGS, SUFFIXES
+from .readers.pictures import MASK_ENDINGS, SUFFIXES, is_picture
 from .reconstruction import ReconstructedCamera
 
 _MOST_FILES = 200_000
@@ -60,7 +60,7 @@ def files_by_path(names: dict[str, str], folder: Path) -> dict[str, Path]:
         ]
         for place in places if name else ():
             path = inside(folder, place)
-            if path is not None and _is_picture(path.name) and is_file(path):
+            if path is not None and is_picture(path.name) and is_file(path):
                 found[label] = path
                 break
     return found
@@ -152,10 +152,6 @@ def _folded(text: str) -> str:
     return plain.removeprefix("./")
 
 
-def _is_picture(name: str) -> bool:
-    return PurePosixPath(name).suffix.lower() in SUFFIXES
-
-
 def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]:
     """Paths of pictures relative to the folder, sorted."""
     found: list[str] = []
@@ -173,5 +169,5 @@ def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]
             problems.append(Problem(f"Argument {argument} '{folder}'", cause, cure))
             return []
         place = Path(base).relative_to(folder)
-        found += [(place / name).as_posix() for name in names if _is_picture(name)]
+        found += [(place / name).as_posix() for name in names if is_picture(name)]
     return sorted(found)

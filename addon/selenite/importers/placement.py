@@ -21,6 +21,8 @@ from .reconstruction import FLIP, Reconstruction
 FAR = 16.0
 #: A triangle of points that is flatter has no plane: height / longest side.
 _FLAT = 1e-6
+#: Takes y to z and z to -y.
+Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def placement_of(
     low, high = (positions.min(axis=0), positions.max(axis=0)) if len(positions) else (0.0, 0.0)
     centre = np.zeros(3) + (low + high) / 2
     half = float(np.linalg.norm(np.zeros(3) + high - low)) / 2
-    rotation = _Y_UP if up == "Y" else np.eye(3)
+    rotation = Y_UP if up == "Y" else np.eye(3)
     if ground is not None:
         rotation = _plane_rotation(ground, _above(found, centre), rotation)
         normal = rotation.T @ np.array([0.0, 0.0, 1.0])
@@ -169,7 +171,3 @@ def _smallest_rotation(normal: np.ndarray) -> np.ndarray:
 def _above(found: Reconstruction, centre: np.ndarray) -> np.ndarray:
     centres = [item.camera_to_world[:3, 3] for item in found.cameras]
     return np.mean(centres, axis=0) if centres else centre
-
-
-#: Takes y to z and z to -y.
-_Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

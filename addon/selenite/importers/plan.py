@@ -169,12 +169,13 @@ def _pair(
         warnings.append(f"cameras without a photo: {_some(without)}")
     if left:
         warnings.append(f"photos without a camera: {_some(left)}")
-    named = {item.label: item.mask for item in found.cameras if item.label in photos}
-    masks = files_by_path(named, folder)
-    gone = [label for label, name in named.items() if name and label not in masks]
-    if gone and request.masks is None:
-        warnings.append(f"masks that the file names, but are not there: {_some(gone)}")
-    if request.masks is not None:
+    if request.masks is None:
+        named = {item.label: item.mask for item in found.cameras if item.label in photos}
+        masks = files_by_path(named, folder)
+        gone = [label for label, name in named.items() if name and label not in masks]
+        if gone:
+            warnings.append(f"masks that the file names, but are not there: {_some(gone)}")
+    else:
         match = match_masks(found.cameras, request.masks, problems)
         masks = {label: file for label, file in match.files.items() if label in photos}
         missing = [label for label in photos if label not in masks]

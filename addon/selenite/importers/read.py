@@ -16,8 +16,8 @@ from .readers.xml_tree import read_tree
 from .reconstruction import ReconstructedCamera, Reconstruction, ReconstructionError
 
 #: Meshes without cameras; PLY has a reader here, the others are left to Blender's importers.
-PLY = ".ply"
-MESHES = (PLY, ".obj", ".glb", ".gltf")
+PLY, GLTF = ".ply", (".glb", ".gltf")
+MESHES = (PLY, ".obj", *GLTF)
 KNOWN = (
     "Metashape's cameras as XML, X3D, a COLMAP folder, transforms.json, XMP files and CSV of"
     " RealityCapture, bundle.out, or a mesh as OBJ, PLY or glTF with such cameras"

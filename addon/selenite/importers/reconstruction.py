@@ -8,6 +8,7 @@ pixel has its centre at (0.5, 0.5). All in double precision.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -49,14 +50,14 @@ class ReconstructedCamera:
 
     label: as in the file, unique in a reconstruction. camera_to_world: 4 x 4, a rotation and the
     centre. intrinsics: None where the file does not know them (X3D has a field of view only).
-    field_of_view: the smaller of both angles in radians, where intrinsics is None. photo: as named
-    by the file, "" if it names none; the importer looks for it. mask: likewise.
+    field_of_view: the smaller of both angles in radians, where intrinsics is None; X3D's usual one.
+    photo: as named by the file, "" if it names none; the importer looks for it. mask: likewise.
     """
 
     label: str
     camera_to_world: np.ndarray
     intrinsics: Intrinsics | None = None
-    field_of_view: float | None = None
+    field_of_view: float = math.pi / 4
     photo: str = ""
     mask: str = ""
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from .agreement import with_axes_of_cameras
-from .blender_mesh import GLTF, read_with_blender
-from .read import read_reconstruction
+from .blender_mesh import read_with_blender
+from .read import GLTF, read_reconstruction
 from .reconstruction import Reconstruction
 
 

@@ -37,8 +37,7 @@ def cameras(at: np.ndarray, lens: Intrinsics | None = LENS) -> tuple[Reconstruct
     for one in known():
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = one.rotation.T, one.centre + at
-        angle = None if lens else 0.8
-        found.append(ReconstructedCamera(one.label, pose, lens, field_of_view=angle))
+        found.append(ReconstructedCamera(one.label, pose, lens, field_of_view=0.8))
     return tuple(found)
 
 

@@ -235,6 +235,7 @@ def test_the_cure_is_for_what_all_cameras_lack(tmp_path: Path) -> None:
             whole.replace("<transform>1", "<other>").replace("transform>", "other>"),
             "align the photos",
         ),
+        (whole.replace("<camera ", '<camera enabled="0" '), "align the photos"),
     ):
         with pytest.raises(ReconstructionError, match=rf"cameras: none can be used \(.*\); {cure}"):
             read_reconstruction(written(tmp_path, lacking))

@@ -63,13 +63,13 @@ def read_bundler(file: Path, folders: Iterable[Path] = ()) -> Reconstruction:
     pictures = Pictures(file.parent, folders)
     labels, skipped = Labels(), LeftOut()
     found = []
-    for count in range(cameras):
-        label = names[count]
-        camera = _camera(lines, label, pictures, Place(file, f"camera {count} '{label}'"))
+    for count, label in enumerate(names):
+        place = Place(file, f"camera {count} '{label}'")
+        camera = _camera(lines, label, pictures, place)
         if camera is None:
             skipped.add(label, NOT_ALIGNED)
         else:
-            labels.add(label, Place(file, f"camera {count} '{label}'"))
+            labels.add(label, place)
             found.append(camera)
     if not found:
         raise Place(file, "cameras").error(f"none can be used ({NOT_ALIGNED})")

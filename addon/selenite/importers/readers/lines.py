@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +17,26 @@ def word_lines(file: Path, triples_follow: bool = False) -> Iterator[tuple[list[
     """Words of each line that is neither empty nor a comment (#), and where it is; with
     `triples_follow`, the line after such a one is skipped, which has to be empty or to hold triples
     that end with a whole number. Raises ReconstructionError."""
+    lines = _lines(file)
+    for line, place in lines:
+        try:
+            words = line.decode("utf-8").split()
+        except UnicodeDecodeError as error:
+            raise place.error("it is no text in UTF-8") from error
+        if not words or words[0].startswith("#"):
+            continue
+        yield words, place
+        if triples_follow:
+            following, after = next(lines, (b"", place))
+            if not _are_triples(following):
+                raise after.error(
+                    "it is not that of the features, which every image has after its own",
+                    "write an empty line after that of each image",
+                )
+
+
+def _lines(file: Path) -> Iterator[tuple[bytes, Place]]:
+    """Each line, without a byte order mark, and where it is. Raises ReconstructionError."""
     size_of(file, MOST_BINARY)
     try:
         with file.open("rb") as stream:
@@ -25,23 +46,7 @@ def word_lines(file: Path, triples_follow: bool = False) -> Iterator[tuple[list[
                 place = Place(file, f"line {count}")
                 if len(line) > LONGEST_LINE:
                     raise place.error(f"it is longer than {LONGEST_LINE >> 20} MiB")
-                try:
-                    words = line.decode("utf-8-sig" if count == 1 else "utf-8").split()
-                except UnicodeDecodeError as error:
-                    raise place.error("it is no text in UTF-8") from error
-                if not words or words[0].startswith("#"):
-                    continue
-                yield words, place
-                if triples_follow:
-                    count += 1
-                    following = stream.readline(LONGEST_LINE + 1)
-                    if len(following) > LONGEST_LINE:
-                        raise place.error(f"the next line is longer than {LONGEST_LINE >> 20} MiB")
-                    if not _are_triples(following):
-                        raise Place(file, f"line {count}").error(
-                            "it is not that of the features, which every image has after its own",
-                            "write an empty line after that of each image",
-                        )
+                yield (line.removeprefix(BOM_UTF8) if count == 1 else line), place
     except OSError as error:
         raise Place(file, "file").unreadable(error) from error
 

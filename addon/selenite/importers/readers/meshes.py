@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the readers of meshes have in common: faces as triangles, indices and colours."""
+"""What the readers of meshes have in common: faces as triangles, indices, normals and colours."""
 
 from __future__ import annotations
 
@@ -28,9 +28,14 @@ def in_range(index: np.ndarray, count: int, place: Place) -> None:
         raise place.error(f"index {bad} is outside of the {count} entries")
 
 
+def of_unit_length(normals: np.ndarray) -> np.ndarray | None:
+    """The same directions; None where one of them has no length."""
+    length = np.linalg.norm(normals, axis=-1, keepdims=True)
+    return normals / length if (length > 0).all() else None
+
+
 def linear_of_srgb(encoded: np.ndarray, place: Place) -> np.ndarray:
     """Linear light of colours from 0 to 1. Raises ReconstructionError for others."""
-    if not ((encoded >= 0) & (encoded <= 1)).all():
-        bad = encoded[~((encoded >= 0) & (encoded <= 1))].flat[0]
-        raise place.error(f"{bad:g} is not from 0 to 1")
+    if (bad := encoded[~((encoded >= 0) & (encoded <= 1))]).size:
+        raise place.error(f"{bad[0]:g} is not from 0 to 1")
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)

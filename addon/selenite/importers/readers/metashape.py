@@ -20,10 +20,9 @@ from ..reconstruction import ReconstructedCamera, Reconstruction
 from . import numbers
 from .files import Place, shortened
 from .labels import Labels, LeftOut
-from .metashape_lens import Sensor, read_sensor
+from .metashape_lens import ALIGN, Sensor, read_sensor, turn_and_move
 from .xml_tree import attribute, child
 
-ALIGN = "align the photos in Metashape and export the cameras again"
 UNDISTORT = "undistort the photos in Metashape and export the cameras of those"
 NOT_ALIGNED = "it has no pose: Metashape did not align it"
 NAMESAKE = "its label is that of another camera in its rig: rename its photo"
@@ -101,11 +100,11 @@ class _Chunk:
                 continue
             labels.add(label, place)
             used.add(element.get("sensor_id", ""))
-            pose = self._pose(element, place)
+            pose = self._pose(element, leader, place)
             found.append(ReconstructedCamera(label, pose, sensor.intrinsics, photo=label))
         if not found:
             causes = left_out.causes() or "the chunk is empty"
-            other_lens = causes != NOT_ALIGNED and left_out.causes()
+            other_lens = any(sensor.cause for _, sensor in self.sensors.values())
             cure = UNDISTORT if other_lens else ALIGN
             raise Place(self.file, "cameras").error(f"none can be used ({causes})", cure)
         self.remarks += left_out.remarks()
@@ -175,8 +174,7 @@ class _Chunk:
         self.placed.add(name)
         return self.components[name]
 
-    def _pose(self, camera: Element, place: Place) -> np.ndarray:
-        leader = self._leader(camera, place)
+    def _pose(self, camera: Element, leader: Element, place: Place) -> np.ndarray:
         matrix = self._transform(leader, place)
         if leader is not camera:
             # Both sensors are placed in the axes of the rig's master sensor.
@@ -207,8 +205,7 @@ class _Chunk:
             place = Place(self.file, "region")
             centre = numbers.numbers(region.findtext("center"), place, 3)
             size = numbers.numbers(region.findtext("size"), place, 3)
-            turn = numbers.numbers(region.findtext("R"), place, 9).reshape(3, 3)
-            turn = numbers.nearest_rotation(turn, place)
+            turn = numbers.rotation(region.findtext("R"), place)
             found = np.eye(4)
             found[:3, :3] = world.scale * (world.rotation @ turn) * size
             found[:3, 3] = world.point(centre)
@@ -242,14 +239,8 @@ def _similarity(element: Element, place: Place) -> Similarity:
             raise place.error("its matrix is no rotation with a scale and a translation")
         rotation = numbers.nearest_rotation(matrix[:3, :3] / scale, place)
         return Similarity(rotation, matrix[:3, 3], scale)
-    rotation, translation, scale = np.eye(3), np.zeros(3), 1.0
-    if element.find("rotation") is not None:
-        inner = place.at(f"{place.element}, <rotation>")
-        values = numbers.numbers(element.findtext("rotation"), inner, 9).reshape(3, 3)
-        rotation = numbers.nearest_rotation(values, inner)
-    if element.find("translation") is not None:
-        inner = place.at(f"{place.element}, <translation>")
-        translation = numbers.numbers(element.findtext("translation"), inner, 3)
+    rotation, translation = turn_and_move(element, "translation", place)
+    scale = 1.0
     if element.find("scale") is not None:
         inner = place.at(f"{place.element}, <scale>")
         scale = numbers.positive(element.findtext("scale"), inner)

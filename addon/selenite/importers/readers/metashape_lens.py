@@ -18,6 +18,7 @@ from .files import Place
 from .lenses import intrinsics, left_out
 from .xml_tree import attribute
 
+ALIGN = "align the photos in Metashape and export the cameras again"
 #: What the file of old versions writes instead of f and b1.
 OLD_FOCAL = "fx"
 
@@ -39,7 +40,9 @@ def read_sensor(element: Element, place: Place) -> Sensor:
     remarks = found.remarks
     if any(_is_rolling(entry) for entry in element.findall("property")):
         remarks += ("it has a rolling shutter: what the camera's motion moves is left out",)
-    return replace(found, remarks=remarks, in_rig=_in_rig(element, place))
+    # Neutral where the file has none, as for the planes of one multispectral camera.
+    in_rig = numbers.pose(*turn_and_move(element, "location", place))
+    return replace(found, remarks=remarks, in_rig=in_rig)
 
 
 def _lens(element: Element, place: Place) -> Sensor:
@@ -49,10 +52,10 @@ def _lens(element: Element, place: Place) -> Sensor:
         kind = calibration.get("type", kind)
     if kind != "frame":
         return Sensor(None, f"its sensor is of type {kind}, which is no pinhole with a lens")
-    width, height = _resolution(element, calibration, place)
+    size = _resolution(element, calibration, place)
     if calibration is None:
-        return _of_properties(element, width, height, place)
-    return _of_calibration(calibration, width, height, place)
+        return _of_properties(element, size, place)
+    return _of_calibration(calibration, size, place)
 
 
 def _is_rolling(entry: Element) -> bool:
@@ -60,17 +63,17 @@ def _is_rolling(entry: Element) -> bool:
     return entry.get("name") == "rolling_shutter" and value not in ("", "false", "0", "disabled")
 
 
-def _in_rig(element: Element, place: Place) -> np.ndarray:
-    """Neutral where the file has none, as for the planes of one multispectral camera."""
-    rotation, centre = np.eye(3), np.zeros(3)
+def turn_and_move(element: Element, move: str, place: Place) -> tuple[np.ndarray, np.ndarray]:
+    """3 x 3 of <rotation>, and (3,) of the child with the name `move`. What is absent is neutral.
+    Raises ReconstructionError."""
+    turn, moved = np.eye(3), np.zeros(3)
     if element.find("rotation") is not None:
         inner = place.at(f"{place.element}, <rotation>")
-        values = numbers.numbers(element.findtext("rotation"), inner, 9).reshape(3, 3)
-        rotation = numbers.nearest_rotation(values, inner)
-    if element.find("location") is not None:
-        inner = place.at(f"{place.element}, <location>")
-        centre = numbers.numbers(element.findtext("location"), inner, 3)
-    return numbers.pose(rotation, centre)
+        turn = numbers.rotation(element.findtext("rotation"), inner)
+    if element.find(move) is not None:
+        inner = place.at(f"{place.element}, <{move}>")
+        moved = numbers.numbers(element.findtext(move), inner, 3)
+    return turn, moved
 
 
 def _calibration(element: Element) -> Element | None:
@@ -92,7 +95,7 @@ def _resolution(element: Element, calibration: Element | None, place: Place) -> 
     raise place.error("it has no <resolution>")
 
 
-def _of_properties(element: Element, width: int, height: int, place: Place) -> Sensor:
+def _of_properties(element: Element, size: tuple[int, int], place: Place) -> Sensor:
     """Without a calibration: focal length and pixel size in millimetres."""
     found: dict[str, float] = {}
     for entry in element.findall("property"):
@@ -100,18 +103,15 @@ def _of_properties(element: Element, width: int, height: int, place: Place) -> S
         if name in ("focal_length", "pixel_width", "pixel_height"):
             found[name] = numbers.positive(entry.get("value"), place.at(f"{place.element}, {name}"))
     if "focal_length" not in found or "pixel_width" not in found:
-        raise place.error(
-            "it has neither a <calibration> nor focal_length and pixel_width",
-            "align the photos in Metashape and export the cameras again",
-        )
+        raise place.error("it has neither a <calibration> nor focal_length and pixel_width", ALIGN)
     across = found["focal_length"] / found["pixel_width"]
     down = found["focal_length"] / found.get("pixel_height", found["pixel_width"])
     remark = "it has no calibration: the focal length is that of its lens, without distortion"
-    lens = intrinsics((width, height), {"fx": across, "fy": down}, place)
+    lens = intrinsics(size, {"fx": across, "fy": down}, place)
     return Sensor(lens, remarks=(remark,))
 
 
-def _of_calibration(calibration: Element, width: int, height: int, place: Place) -> Sensor:
+def _of_calibration(calibration: Element, size: tuple[int, int], place: Place) -> Sensor:
     values = _values(calibration, place)
     if "f" not in values:
         if OLD_FOCAL in values:
@@ -120,12 +120,12 @@ def _of_calibration(calibration: Element, width: int, height: int, place: Place)
                 "open the project in Metashape and export the cameras again",
             )
         raise place.error("its <calibration> has no <f>")
-    focal = values["f"]
+    (width, height), focal = size, values["f"]
     in_pixels = {
         "fx": focal + values.get("b1", 0.0), "fy": focal,
         "cx": width / 2 + values.get("cx", 0.0), "cy": height / 2 + values.get("cy", 0.0),
     }  # fmt: skip
-    found = intrinsics((width, height), values | in_pixels, place)
+    found = intrinsics(size, values | in_pixels, place)
     return Sensor(found, remarks=tuple(left_out(values, found)))
 
 

@@ -95,6 +95,11 @@ def nearest_rotation(matrix: np.ndarray, place: Place) -> np.ndarray:
     return left @ right
 
 
+def rotation(text: str | None, place: Place) -> np.ndarray:
+    """3 x 3 that is printed row by row. Raises ReconstructionError for what is none."""
+    return nearest_rotation(numbers(text, place, 9).reshape(3, 3), place)
+
+
 def quaternion_rotation(wxyz: np.ndarray, place: Place) -> np.ndarray:
     """3 x 3 of a quaternion w, x, y, z of any length but 0. Raises ReconstructionError."""
     length = math.sqrt(float(np.dot(finite(wxyz, place), wxyz)))

@@ -15,6 +15,11 @@ MASK_ENDINGS = ("_mask", "-mask", ".mask")
 CURE = "put the photos beside the file, or give their folder (--photos)"
 
 
+def is_picture(name: str) -> bool:
+    """Whether the name is that of a photo or mask, by its ending."""
+    return PurePosixPath(name).suffix.lower() in SUFFIXES
+
+
 class Pictures:
     """Photos by name, in the folder of a file and in others; of each the size alone is read."""
 
@@ -59,7 +64,7 @@ class Pictures:
                 entries = sorted(folder.iterdir())
             except (OSError, ValueError):
                 entries = []
-            pictures = [path for path in entries if path.suffix.lower() in SUFFIXES]
+            pictures = [path for path in entries if is_picture(path.name)]
             for path in pictures:
                 known.setdefault(path.name.casefold(), path)
                 known.setdefault(path.stem.casefold(), path)
@@ -72,7 +77,7 @@ class Pictures:
 
 def _with_suffixes(path: Path | None) -> list[Path]:
     """Of a name that has none of a picture."""
-    if path is None or path.suffix.lower() in SUFFIXES:
+    if path is None or is_picture(path.name):
         return []
     return [path.with_name(path.name + suffix) for suffix in SUFFIXES]
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from ..reconstruction import ReconstructedMesh
 from . import numbers
-from .files import Place, shortened
-from .meshes import fans, in_range, linear_of_srgb
+from .files import Place
+from .meshes import fans, in_range, linear_of_srgb, of_unit_length
 from .ply_tables import Column, read_tables
-from .x3d_texture import picture
+from .texture import picture
 
 _CORNERS = ("vertex_indices", "vertex_index")
 #: Of vertices, as programs call them.
@@ -85,10 +85,8 @@ def _corner_uvs(column: Column | None, lengths: np.ndarray, place: Place) -> np.
 def _normals(vertices: dict[str, Column], triangles: np.ndarray, place: Place) -> np.ndarray | None:
     """(triangles, 3, 3) of unit length; None where a vertex has none."""
     found = _numbers(vertices, ("nx", "ny", "nz"), place)
-    if found is None:
-        return None
-    length = np.linalg.norm(found, axis=1, keepdims=True)
-    return (found / length)[triangles] if (length > 0).all() else None
+    normals = None if found is None else of_unit_length(found)
+    return None if normals is None else normals[triangles]
 
 
 def _colors(vertices: dict[str, Column], place: Place) -> np.ndarray | None:
@@ -107,7 +105,4 @@ def _texture(comments: tuple[str, ...], file: Path, remarks: list[str]) -> Path 
         return None
     if len(names) > 1:
         remarks.append(f"of its {len(names)} textures only the first is used; export one")
-    found = picture(names[0], file.parent, Place(file, "comment TextureFile"))
-    if found is None:
-        remarks.append(f"the texture '{shortened(names[0])}' is not there: the mesh has none")
-    return found
+    return picture(names[0], Place(file, "comment TextureFile"), remarks)

@@ -94,7 +94,7 @@ def read_tables(file: Path) -> PlyTables:
         rows = _Rows(data, at, _ORDERS[form[0]], kept, Place(file, element.name))
         columns, at = rows.read()
         found[element.name] = {
-            own.name: replace(column, kind=own.kind)
+            own.name: Column(*column, own.kind)
             for own, column in zip(element.properties, columns, strict=True)
         }
     comments = [line.partition(" ")[2].strip() for line in lines if line.startswith("comment ")]
@@ -139,6 +139,10 @@ def _of_doubles(element: Element) -> Element:
     return replace(element, properties=tuple(properties))
 
 
+#: Of each property, values and lengths as a Column has them; and where the rows end.
+_Read = tuple[list[tuple[np.ndarray, np.ndarray]], int]
+
+
 class _Rows:
     """The rows of an element, from a place in the data on."""
 
@@ -149,19 +153,18 @@ class _Rows:
         if element.count * least > len(data) - at:
             raise self._too_short()
 
-    def read(self) -> tuple[list[Column], int]:
-        """Columns in the order of the properties, and where the rows end. Raises
-        ReconstructionError."""
+    def read(self) -> _Read:
+        """All of them. Raises ReconstructionError."""
         first, _ = self._one_by_one(min(self._count, 1))
         if self._count == 0:
             return first, self._at
-        alike = self._all_as([int(column.lengths[0]) for column in first])
+        alike = self._all_as([int(each[0]) for _, each in first])
         return self._one_by_one(self._count) if alike is None else alike
 
     def _too_short(self) -> Exception:
         return self._place.error(f"it ends before the last of its {self._count} rows")
 
-    def _all_as(self, lengths: list[int]) -> tuple[list[Column], int] | None:
+    def _all_as(self, lengths: list[int]) -> _Read | None:
         """If all rows have lists of these lengths; None otherwise."""
         fields: list[tuple] = []
         for index, (own, length) in enumerate(zip(self._properties, lengths, strict=True)):
@@ -177,11 +180,10 @@ class _Rows:
         for index, (own, length) in enumerate(zip(self._properties, lengths, strict=True)):
             if own.counted and (rows[f"count {index}"] != length).any():
                 return None
-            each = np.full(self._count, length)
-            columns.append(Column(rows[f"{index}"].reshape(-1), each, own.kind))
+            columns.append((rows[f"{index}"].reshape(-1), np.full(self._count, length)))
         return columns, end
 
-    def _one_by_one(self, count: int) -> tuple[list[Column], int]:
+    def _one_by_one(self, count: int) -> _Read:
         at, total = self._at, 0
         values = [array("d") for _ in self._properties]
         lengths = [array("q") for _ in self._properties]
@@ -200,7 +202,7 @@ class _Rows:
                 cause = f"it has more than {numbers.MOST_NUMBERS} numbers"
                 raise self._place.error(cause, "reduce the mesh")
         columns = [
-            Column(np.array(own, np.float64), np.array(each, np.int64), "f8")
+            (np.array(own, np.float64), np.array(each, np.int64))
             for own, each in zip(values, lengths, strict=True)
         ]
         return columns, at

@@ -112,8 +112,7 @@ def _read_xmp(file: Path, cameras: _Cameras, pictures: Pictures) -> None:
     if model not in MODELS:
         cameras.skipped.add(label, f"its model {shortened(model)} is not Brown's")
         return
-    rotation = numbers.numbers(fields["Rotation"], place.at("Rotation"), 9).reshape(3, 3)
-    rotation = numbers.nearest_rotation(rotation, place.at("Rotation"))
+    rotation = numbers.rotation(fields["Rotation"], place.at("Rotation"))
     centre = numbers.numbers(fields["Position"], place.at("Position"), 3)
     photo = pictures.find(label)
     values = _xmp_values(fields, model, place)

@@ -17,9 +17,10 @@ from ..reconstruction import FLIP, ReconstructedCamera, ReconstructedMesh, Recon
 from . import numbers
 from .files import Place, shortened
 from .labels import Labels
+from .meshes import of_unit_length
+from .texture import picture
 from .x3d_geometry import READ, Geometry, read_geometry
 from .x3d_nodes import Nodes
-from .x3d_texture import picture
 
 #: Corners of all meshes together: each has a position, a place in the texture and a normal.
 MOST_CORNERS = 30_000_000
@@ -152,11 +153,7 @@ def _texture(shape: Element, nodes: Nodes, remarks: list[str]) -> Path | None:
             image = nodes.child(holder, "ImageTexture")
     if image is None:
         return None
-    url = image.get("url", "")
-    found = picture(url, nodes.file.parent, nodes.place(image, "url"))
-    if found is None:
-        remarks.append(f"the texture '{shortened(url)}' is not there: the mesh has none")
-    return found
+    return picture(image.get("url", ""), nodes.place(image, "url"), remarks)
 
 
 def _mesh(
@@ -169,9 +166,7 @@ def _mesh(
         raise place.error("the Transforms around it leave nothing of its size")
     if normals is not None:
         # The transposed inverse, up to the length, which is made 1.
-        normals = normals @ np.linalg.inv(matrix[:3, :3])
-        length = np.linalg.norm(normals, axis=-1, keepdims=True)
-        normals = None if not (length > 0).all() else normals / length
+        normals = of_unit_length(normals @ np.linalg.inv(matrix[:3, :3]))
     if volume < 0:
         triangles = triangles[:, ::-1]
         uvs = None if uvs is None else uvs[:, ::-1]

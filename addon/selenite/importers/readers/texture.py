@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The picture that an ImageTexture names: below the file's folder, or not at all."""
+"""The picture that the file of a mesh names: below its folder, or not at all."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def addresses(text: str, place: Place) -> list[str]:
     return [address for address in found if address.strip()][:MOST_ADDRESSES]
 
 
-def picture(text: str, folder: Path, place: Place) -> Path | None:
-    """The first address that is a file below `folder`; None if none of them is there. Raises
-    ReconstructionError if there is none and one lies elsewhere."""
+def picture(text: str, place: Place, remarks: list[str]) -> Path | None:
+    """The first address that is a file below the folder of the mesh's; None, with a remark, if none
+    of them is there. Raises ReconstructionError if there is none and one lies elsewhere."""
     elsewhere = ""
     for address in addresses(text, place):
         if _SCHEME.match(address):
@@ -45,7 +45,7 @@ def picture(text: str, folder: Path, place: Place) -> Path | None:
             continue
         for name in (address, unquote(address)):
             # Backslashes part folders where these files are written, not where they are read.
-            path = inside(folder, name.replace("\\", "/"))
+            path = inside(place.file.parent, name.replace("\\", "/"))
             if path is None:
                 elsewhere = elsewhere or address
             elif is_file(path):
@@ -55,4 +55,5 @@ def picture(text: str, folder: Path, place: Place) -> Path | None:
             f"'{shortened(elsewhere)}' is not a picture below the folder of the file",
             "put the picture beside the file and write its name alone",
         )
+    remarks.append(f"the texture '{shortened(text)}' is not there: the mesh has none")
     return None
