@@ -82,7 +82,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
 
 
 def _source(text: str, problems: list[Problem]) -> Path:
-    """A file, or a folder with those of COLMAP or RealityCapture."""
+    """A file, or a folder with files of a reconstruction."""
     path = absolute(text)
     return path if is_folder(path) else input_file(text, problems, _FILE)
 

@@ -12,7 +12,7 @@ import numpy as np
 from .placement import Y_UP
 from .reconstruction import ReconstructedCamera, ReconstructedMesh, Reconstruction
 
-#: Vertices and points that are looked at, evenly over all.
+#: Vertices and points that are looked at, evenly over all; up to twice as many.
 _SAMPLE = 1000
 #: Points of a reconstruction that say where its mesh is.
 _ENOUGH = 20
