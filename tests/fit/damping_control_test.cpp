@@ -91,8 +91,8 @@ TEST(DampingControl, ALongStepKeepsLittleOfThePast) {
 
 TEST(DampingControl, TheLeastDampingFallsLateInAFit) {
   const DampingControl control;
-  EXPECT_EQ(control.least(63, 100), kOptions.early);
-  EXPECT_EQ(control.least(64, 100), kOptions.late);
+  EXPECT_EQ(control.least(63 / 100.0), kOptions.early);
+  EXPECT_EQ(control.least(64 / 100.0), kOptions.late);
 }
 
 }  // namespace

@@ -32,9 +32,9 @@ class DampingControl {
       : options_(options), damping_(options.first) {}
 
   double damping() const { return damping_; }
-  /// Least damping in an iteration of so many.
-  double least(int iteration, int iterations) const {
-    return iteration < options_.late_from * iterations ? options_.early : options_.late;
+  /// Least damping where this share of the iterations is over.
+  double least(double done) const {
+    return done < options_.late_from ? options_.early : options_.late;
   }
   /// Rejects the last step if its `loss` is too far above the best one.
   bool rejects(const NoisyLoss& loss);

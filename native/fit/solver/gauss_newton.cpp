@@ -31,7 +31,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
     accepted_.pop_back();
     return problem_->unknowns.project(reparametrization_.to_values(damping_.best()));
   }
-  damping_.accept(least_damping());
+  damping_.accept(damping_.least(done()));
   const double keep = damping_.kept() * (1 - options_.aging / iteration_);
   const double jacobian_kept = add_jacobians(seen, halves);
   join(measure(seen, halves), u, keep);

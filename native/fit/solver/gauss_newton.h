@@ -89,7 +89,6 @@ class GaussNewton final : public ResidualOptimiser {
   std::vector<Halves> begin_step(const Vector& x, std::span<const Observation> seen);
   DampingControl& damping() { return damping_; }
   const DampingControl& damping() const { return damping_; }
-  double least_damping() const { return damping_.least(iteration_, problem_->iterations); }
   /// Share of the iterations that is over.
   double done() const { return iteration_ / static_cast<double>(problem_->iterations); }
   /// The halves' Jacobians join the instruments. Returns the share of the older ones that is kept.

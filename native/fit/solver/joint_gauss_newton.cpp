@@ -19,7 +19,7 @@ Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen
   const Vector u = scalars_.reparametrization().from_values(x);
   const std::vector<Halves> halves = scalars_.begin_step(x, seen);
   add_residuals(seen, halves);
-  scalars_.damping().accept(scalars_.least_damping());
+  scalars_.damping().accept(scalars_.damping().least(scalars_.done()));
   const double keep = kept(++joined_);
   const double jacobian_kept = scalars_.add_jacobians(seen, halves);
   scalars_.join(measure(seen, halves), u, keep);
@@ -43,7 +43,7 @@ Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Obse
   const Vector u = reparametrization.from_values(x);
   const Measurement now = measure(seen, halves);
   scalars_.join(now, u, kept(++joined_));
-  scalars_.damping().raise_to(scalars_.least_damping());
+  scalars_.damping().raise_to(scalars_.damping().least(scalars_.done()));
   const DampedStep step = scalars_.bounded_step(u, true);
   fields_.advance(step.step);
   const Vector next = u + step.step;
