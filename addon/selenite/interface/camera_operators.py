@@ -18,7 +18,7 @@ from ..scene_read.values import SceneValues
 from ..write_back.cameras import add_camera
 from . import field_rows
 from .request import run_request
-from .state import NEXT
+from .state import CANCELLED, NEXT
 from .ticking import CancelsWork, WorksInThread
 
 
@@ -43,7 +43,7 @@ class SELENITE_OT_suggest_camera(WorksInThread):
     def _end(self, work: Suggestion | None) -> set[str]:
         scene: bpy.types.Scene | None = bpy.data.scenes.get(NEXT.scene_name)
         if work is None or scene is None:
-            NEXT.lines = ["Cancelled; nothing was changed"]
+            NEXT.lines = [CANCELLED]
             return {"CANCELLED"}
         like = _like(work)
         if like not in named_cameras(scene):  # deleted or renamed meanwhile

@@ -37,7 +37,7 @@ from .running.kept_result import keep_fields, keep_result
 from .running.notice import notify
 from .running.recorder import BackgroundRecorder
 from .running.work import Finishing, Preparing
-from .state import CHECK, PROBLEMS, RUN, STAGES, remember_shapes
+from .state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from .ticking import Ticking, built, redraw, show_status
 
 #: Events that change nothing, while a scene is being read.
@@ -84,7 +84,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         return self._finish(context)
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Everything but Esc passes through, so that Blender stays usable."""
+        """Everything but Esc passes through, so that Blender stays usable; while the scene is
+        read, the pointer alone."""
         if RUN.reading is not None:
             return self._reading(context, event)
         if RUN.preparing is not None:
@@ -145,7 +146,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         """While Blender's thread reads the scene. What could change it waits: only the pointer
         moves on, and Esc cancels."""
         if event.type == "ESC" and event.value == "PRESS":
-            RUN.ask_to_stop(keep=False)
+            RUN.reading.cancel()
         if event.type == "TIMER" and not self._read_on(context):
             return self._over(context)
         return {"PASS_THROUGH"} if event.type in _HARMLESS else {"RUNNING_MODAL"}
@@ -156,7 +157,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         try:
             reads = built(self, job.step)
         except Stopped:
-            reads, RUN.message = None, "Cancelled; nothing was changed"
+            reads, RUN.message = None, CANCELLED
         if reads:
             RUN.reading = job
             show_status(context, RUN.shown.phase)
@@ -169,7 +170,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         self._inputs = work.inputs
         scene: bpy.types.Scene | None = bpy.data.scenes.get(self._scene_name)
         if scene is None:
-            RUN.message = "Cancelled; nothing was changed"
+            RUN.message = CANCELLED
             return False
         if work.job is None:
             values, packed = self._values, self._packed
@@ -183,7 +184,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         job = RUN.preparing
         if event.type == "ESC" and event.value == "PRESS":
             RUN.drop_preparing()
-            RUN.message = "Cancelled; nothing was changed"
+            RUN.message = CANCELLED
             return self._over(context)
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
@@ -217,7 +218,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         scene: bpy.types.Scene | None = bpy.data.scenes.get(STAGES.scene_name)
         try:
             if not choice.join() or scene is None:
-                RUN.message = "Cancelled; nothing was changed"
+                RUN.message = CANCELLED
                 redraw(context)
                 return False
             job = make_job(choice.work.plan)

@@ -16,9 +16,10 @@ from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
 from . import field_rows, stages
+from .chosen import chosen
 from .furniture.preferences import preferences
 from .rows.labels import label_of, tip_of, unit_text
-from .rows.owners import refresh_owners
+from .rows.owners import active_owner, refresh_owners
 
 #: Of the panel, in its order; the rate is each row's.
 FIT_SETTINGS = tuple(field.name for field in fields(FitSettings) if field.name != "learning_rate")
@@ -140,13 +141,11 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
 
 def _choose_row(settings: bpy.types.PropertyGroup) -> None:
     """The active row is one that is listed."""
-    if not len(settings.owners):
+    owner, row = active_owner(settings), chosen(settings.rows, settings.active_row)
+    if owner is None or (row is not None and row.owner == owner.name):
         return
-    name = settings.owners[settings.active_owner].name
-    rows = settings.rows
-    if settings.active_row < len(rows) and rows[settings.active_row].owner == name:
-        return
-    settings.active_row = next((at for at, row in enumerate(rows) if row.owner == name), 0)
+    owned = (at for at, row in enumerate(settings.rows) if row.owner == owner.name)
+    settings.active_row = next(owned, 0)
 
 
 def _fill(row: bpy.types.PropertyGroup, owner: Owner, parameter: str) -> bpy.types.PropertyGroup:

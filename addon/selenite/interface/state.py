@@ -25,6 +25,9 @@ from ..trade.measure import Step, Trade
 from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
 
+#: What the panel says of a run that leaves nothing behind.
+CANCELLED = "Cancelled; nothing was changed"
+
 
 @dataclass
 class Run:
@@ -128,7 +131,7 @@ class Run:
     def bring_back(self) -> None:
         """A cancelled run leaves the result before it as it was."""
         self.plan, self.result, self.folder, self.owners = self.before
-        self.message = "Cancelled; nothing was changed"
+        self.message = CANCELLED
 
     def forget(self) -> None:
         """The job has ended and its result is not wanted; the one before stays in the scene."""

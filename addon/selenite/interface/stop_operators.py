@@ -12,7 +12,7 @@ from ..fit_run.job import FitFailed, FitJob
 from ..fit_run.staging.job import StagedJob
 from .output_folder import output_folder
 from .running.work import Saving
-from .state import RUN, SAVE, STAGES, is_idle
+from .state import CANCELLED, RUN, SAVE, STAGES, is_idle
 from .ticking import CancelsWork, WorksInThread, redraw
 
 #: Seconds that Cancel waits for the native thread, which ends within a tile; and between two polls.
@@ -78,7 +78,7 @@ class SELENITE_OT_cancel(bpy.types.Operator):
         if STAGES.job is not None:
             STAGES.job.cancel()
         if RUN.preparing is not None:
-            RUN.message = "Cancelled; nothing was changed"
+            RUN.message = CANCELLED
         RUN.ask_to_stop(keep=False)
         if RUN.job is not None and _ends_within(RUN.job, _PATIENCE):
             RUN.forget()

@@ -123,11 +123,8 @@ def _shape_of(evaluated: bpy.types.Object) -> str:
     """A digest of the vertices of a mesh after modifiers; "" of anything else."""
     if evaluated.type != "MESH":
         return ""
-    shape = evaluated.to_mesh()
-    try:
+    with mesh.mesh_of(evaluated) as shape:
         positions = hosts.floats(shape.vertices, "co", 3)
-    finally:
-        evaluated.to_mesh_clear()
     return hashlib.sha256(positions.tobytes()).hexdigest()
 
 

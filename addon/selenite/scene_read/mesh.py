@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -44,6 +45,20 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
         yield Instance(evaluated, original, instancer, matrix, item.is_instance)
 
 
+@contextmanager
+def mesh_of(evaluated: bpy.types.Object) -> Iterator[Any]:
+    """The mesh of an evaluated mesh object, None if it has none."""
+    mesh: Any = evaluated.data
+    # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
+    if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
+        yield mesh
+        return
+    try:
+        yield evaluated.to_mesh()
+    finally:
+        evaluated.to_mesh_clear()
+
+
 def read_mesh(
     evaluated: bpy.types.Object, check: Callable[[], None], read: SceneValues
 ) -> MeshValues | None:
@@ -52,15 +67,8 @@ def read_mesh(
     Triangles with a vertex that is not finite are dropped and counted in `read.warnings`; the
     user's mesh is not touched.
     """
-    mesh: Any = evaluated.data
-    # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
-    if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
-        return _triangles(mesh, evaluated, check, read)
-    mesh = evaluated.to_mesh()
-    try:
+    with mesh_of(evaluated) as mesh:
         return _triangles(mesh, evaluated, check, read) if mesh is not None else None
-    finally:
-        evaluated.to_mesh_clear()
 
 
 def _triangles(

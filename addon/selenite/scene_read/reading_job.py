@@ -44,11 +44,10 @@ class ReadingJob(Generic[T]):
         except StopIteration as end:
             self.value = end.value
             return False
-        waits = bpy.app.background or self._render.needs_waiting
         for handlers in _before_undo():
             handlers.append(self._put_back)
         try:
-            self._render.start("EXEC_DEFAULT" if waits else "INVOKE_DEFAULT")
+            self._render.start(waits=bpy.app.background)
         except BaseException:
             self._close()
             raise
@@ -63,8 +62,6 @@ class ReadingJob(Generic[T]):
     def abandon(self) -> None:
         """As `cancel`, and nobody calls `step` any more."""
         self.cancel()
-        if self._render is None:
-            return
 
         def poll() -> float | None:
             if self._render is None:
@@ -88,8 +85,7 @@ class ReadingJob(Generic[T]):
         assert render is not None
         for handlers in _before_undo():
             handlers.remove(self._put_back)
-        with render:
-            pass
+        render.close()
         return render
 
 

@@ -9,7 +9,7 @@ settings and the last picture as they are; its collections and objects are those
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -81,38 +81,28 @@ def at_once(reading: Reading[T]) -> T:
         except StopIteration as end:
             found: T = end.value
             return found
-        with GraphRender(asked) as render:
-            render.start("EXEC_DEFAULT")
+        with closing(GraphRender(asked)) as render:
+            render.start(waits=True)
         answer = render.outcome()
 
 
 class GraphRender:
-    """A render by an engine of our own, which reads the graph in place of rendering it. As a
-    context it puts everything back at its end. The user's handlers do not run."""
+    """A render by an engine of our own, which reads the graph in place of rendering it. The user's
+    handlers do not run; `close` puts everything back."""
 
     def __init__(self, asked: GraphRead) -> None:
         self.stopped = False  # set from any thread: the reading ends soon
         self._asked = asked
         self._called = False
-        self._failures: list[Exception] = []
+        self._failure: Exception | None = None
         self._reason = ""
         self._busy: Problem | None = None
         self._stack = ExitStack()
 
-    def __enter__(self) -> GraphRender:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._stack.close()
-
-    @property
-    def needs_waiting(self) -> bool:
-        """Whether the scene itself is rendered, which nobody must touch meanwhile."""
-        return not _is_copied(self._asked.scene)
-
-    def start(self, how: str) -> None:
-        """how: "EXEC_DEFAULT" returns at the end, "INVOKE_DEFAULT" at once: Blender then evaluates
-        and reads in a thread of its own, and `is_running` says how long."""
+    def start(self, *, waits: bool) -> None:
+        """waits: returns at the end. Else at once: Blender then evaluates and reads in a thread of
+        its own, and `is_running` says how long. A scene that is rendered itself is waited for, as
+        nobody must touch it meanwhile."""
         scene = self._asked.scene
         running = next(
             (job for job in ("RENDER", "OBJECT_BAKE") if bpy.app.is_job_running(job)), ""
@@ -133,14 +123,20 @@ class GraphRender:
         with ExitStack() as call:
             # The operator takes the frame from the context's scene.
             call.enter_context(bpy.context.temp_override(scene=scene, view_layer=layer))
-            if how == "EXEC_DEFAULT":
+            if waits or not _is_copied(scene):
+                how = "EXEC_DEFAULT"
                 call.enter_context(without_words())
             else:
+                how = "INVOKE_DEFAULT"
                 call.enter_context(_set(bpy.context.preferences.view, _NO_WINDOW))
             try:
                 bpy.ops.render.render(how, scene=prepared.name)
             except RuntimeError as error:
                 self._reason = str(error).removeprefix("Error: ").strip()
+
+    def close(self) -> None:
+        """After the end, or without a start."""
+        self._stack.close()
 
     def is_running(self) -> bool:
         """After a start that has returned at once."""
@@ -148,8 +144,8 @@ class GraphRender:
 
     def outcome(self) -> Problem | None:
         """After the end: what stood in the way. What `read` raised is raised."""
-        if self._failures:
-            raise self._failures[0]
+        if self._failure is not None:
+            raise self._failure
         if self._busy is not None or self._called:
             return self._busy
         reason = self._reason or "no reason is given"
@@ -168,14 +164,13 @@ class GraphRender:
 
         try:
             check()
-            # Of this graph alone: the scene itself stays where it is.
-            if frame is not None:
-                engine.frame_set(frame, 0.0)
-            self._asked.read(depsgraph, check)
-            if frame is not None:
-                engine.frame_set(scene.frame_current, scene.frame_subframe)
+            if frame is None:
+                self._asked.read(depsgraph, check)
+            else:
+                with _at_frame(engine, scene, frame):
+                    self._asked.read(depsgraph, check)
         except Exception as error:  # Blender would print and forget it
-            self._failures.append(error)
+            self._failure = error
 
 
 def _engine_of(reading: GraphRender) -> type[bpy.types.RenderEngine]:
@@ -187,6 +182,19 @@ def _engine_of(reading: GraphRender) -> type[bpy.types.RenderEngine]:
             reading.read(self, depsgraph)
 
     return Reader
+
+
+@contextmanager
+def _at_frame(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, frame: int) -> Iterator[None]:
+    """The graph is evaluated there. A scene that is rendered itself goes there too, and back; else
+    its copy does, which is thrown away."""
+    before = scene.frame_current, scene.frame_subframe
+    engine.frame_set(frame, 0.0)
+    try:
+        yield
+    finally:
+        if not _is_copied(scene):
+            engine.frame_set(*before)
 
 
 def remarks(scene: bpy.types.Scene) -> Iterator[str]:

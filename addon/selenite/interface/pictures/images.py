@@ -48,9 +48,10 @@ def shown_names() -> set[str]:
     return found & set(NAMES.values())
 
 
-def show(name: str, picture: np.ndarray) -> bpy.types.Image:
-    """Puts an encoded picture (h, w, 3), row 0 at the top, into the image of that name."""
-    image, _ = put(name, picture)
+def show(name: str, picture: np.ndarray, *, is_float: bool = False) -> bpy.types.Image:
+    """Puts a picture (h, w, 3), row 0 at the top, into the image of that name. is_float: it is
+    linear light, else encoded."""
+    image, _ = put(name, picture, is_float=is_float)
     image[DRAWN] = True
     for _, area in editors():
         if image_of(area) == image:
@@ -61,8 +62,8 @@ def show(name: str, picture: np.ndarray) -> bpy.types.Image:
 def put(
     name: str, picture: np.ndarray, *, is_float: bool = False
 ) -> tuple[bpy.types.Image, np.ndarray]:
-    """As `show`, without the mark of what was drawn, and of any name. is_float: linear light. Also
-    returns all its numbers in Blender's order, for a preview."""
+    """As `show`, without the mark of what was drawn. Also returns all its numbers in Blender's
+    order, for a preview."""
     image = _sized(name, picture.shape[1], picture.shape[0], is_float=is_float)
     pixels = np.ones((*picture.shape[:2], 4), np.float32)
     pixels[..., :3] = picture[::-1]

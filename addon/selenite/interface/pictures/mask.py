@@ -52,8 +52,7 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
         if problems or not found:
             return {"CANCELLED"}
         # Red where it does not count.
-        image, _ = images.put(IMAGE, marked(found[0].reference, found[0].weight), is_float=True)
-        image[images.DRAWN] = True
+        image = images.show(IMAGE, marked(found[0].reference, found[0].weight), is_float=True)
         self.report({"INFO"}, f"{found[0].mask_share:.0%} of the photo count")
         areas = context.screen.areas if context.screen is not None else ()
         editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)

@@ -27,6 +27,7 @@ from ...fit_run.pictures.comparison import (
 )
 from ...fit_run.pictures.moments import RESULT, START, Moment, Moments
 from ...scene_read.photos import ids_of
+from ..chosen import chosen
 from ..state import CHECK, RUN
 from ..texts import translated
 from . import images
@@ -130,21 +131,19 @@ class LiveView:
         scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
         if scene is None or RUN.plan is None:
             return 0
-        rows = ids_of(scene)
-        active = scene.selenite.active_capture
-        name = rows[active] if active < len(rows) else ""
+        name = chosen(ids_of(scene), scene.selenite.active_capture)
         ids = [item.id for item in RUN.plan.captures]
         return ids.index(name) if name in ids else 0
 
     def row(self, moments: Moments) -> int:
         """Which moment is chosen: START, RESULT or a row of the history."""
-        chosen = settings()
-        if chosen.moment == "START":
+        shown = settings()
+        if shown.moment == "START":
             return START
         iterations = moments.iterations
-        if chosen.moment == "RESULT" or not len(iterations):
+        if shown.moment == "RESULT" or not len(iterations):
             return RESULT
-        wanted = round(chosen.timeline / 100 * float(iterations[-1]))
+        wanted = round(shown.timeline / 100 * float(iterations[-1]))
         return int(np.flatnonzero(iterations <= wanted)[-1])
 
     def moment_text(self) -> str:
@@ -314,8 +313,8 @@ def _tick() -> float | None:
 
 
 def _choice() -> Choice:
-    chosen = settings()
-    return Choice(chosen.mode, chosen.wipe, chosen.scale)
+    shown = settings()
+    return Choice(shown.mode, shown.wipe, shown.scale)
 
 
 def _phase(progress: Any) -> str:  # noqa: ANN401 - a Progress
