@@ -24,13 +24,15 @@ from typing import Any, TextIO
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "addon"))
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "blender_tests")]
 
 import bpy  # noqa: E402
+import made_scenes as made  # type: ignore[import-not-found]  # noqa: E402
 from mathutils import Vector  # noqa: E402
 
 from selenite import native  # noqa: E402
 from selenite.cli import main as selenite  # noqa: E402
+from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
 
 _PLACES = ((-1.2, -4.6, 1.6), (3.6, -3.2, 1.2), (-4.2, -1.6, 2.4))
 #: Exposures of the three photos, and white balances beside these. Their geometric means are 1.
@@ -57,47 +59,39 @@ class Shoot:
         #: By the first camera under one lamp each.
         self.lit = [self._photograph(0, lamp=lamp) for lamp in _LAMPS]
         self.masks = [self._silhouette(index) for index in views]
-        self._socket("Base Color").default_value = (0.5, 0.5, 0.5, 1)
-        self._socket("Roughness").default_value = 0.5
+        self._socket("base_color").default_value = (0.5, 0.5, 0.5, 1)
+        self._socket("roughness").default_value = 0.5
         # A fit opens it here: what bpy holds now is gone after the first one.
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / "start.blend"))
 
-    def _socket(self, name: str) -> Any:  # noqa: ANN401
-        return bpy.data.materials["Body"].node_tree.nodes["Principled BSDF"].inputs[name]
+    def _socket(self, parameter: str) -> Any:  # noqa: ANN401
+        return made.socket(bpy.data.materials["Body"], parameter)
 
     def _build(self) -> Any:  # noqa: ANN401
         bpy.ops.wm.read_factory_settings(use_empty=True)
         scene = bpy.context.scene
-        scene.render.engine = "CYCLES"
-        scene.render.resolution_x = scene.render.resolution_y = self.size
-        scene.cycles.samples, scene.cycles.blur_glossy = 256, 0
         scene.render.threads_mode, scene.render.threads = "FIXED", 1
-        scene.cycles.sample_clamp_indirect, scene.cycles.light_sampling_threshold = 0, 0
-        scene.cycles.max_bounces = scene.cycles.diffuse_bounces = scene.cycles.glossy_bounces = 64
-        scene.cycles.use_denoising = scene.cycles.use_adaptive_sampling = False
-        scene.cycles.pixel_filter_type = "BOX"
         scene.render.image_settings.file_format = "OPEN_EXR"
         scene.render.image_settings.color_depth = "32"
         bpy.ops.mesh.primitive_monkey_add(size=2)
         body = bpy.context.object
-        body.shadow_terminator_geometry_offset = 0
         body.modifiers.new("Smooth", "SUBSURF").render_levels = 1
         for polygon in body.data.polygons:
             polygon.use_smooth = True
-        _material(body, "Body")
+        body.data.materials.append(made.material("Body"))
         bpy.ops.mesh.primitive_plane_add(size=12, location=(0, 0, -1))
-        _material(bpy.context.object, "Floor")
-        self._socket("Base Color").default_value = (*self.truth, 1)
-        self._socket("Roughness").default_value = self.roughness
+        bpy.context.object.data.materials.append(made.material("Floor", roughness=0.8))
+        self._socket("base_color").default_value = (*self.truth, 1)
+        self._socket("roughness").default_value = self.roughness
         for name, place in zip(_LAMPS, ((3, -3, 4), (-4, -2, 2)), strict=True):
-            lamp = bpy.data.lights.new(name, "AREA")
-            lamp.energy, lamp.size = 250, 1.5
-            _stand(bpy.data.objects.new(name, lamp), place).visible_camera = False
+            lamp = made.light(name, "AREA", energy=250, size=1.5)
+            _stand(lamp, place)
+            lamp.visible_camera = False
         for index, place in enumerate(_PLACES):
-            _stand(bpy.data.objects.new(f"View {index}", bpy.data.cameras.new("View")), place)
-        scene.world = bpy.data.worlds.new("World")
-        scene.world.use_nodes = True
-        scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.3
+            _stand(made.camera(f"View {index}"), place)
+        made.world(color=(0.05, 0.05, 0.05), strength=0.3)
+        scene.render.resolution_x = scene.render.resolution_y = self.size
+        set_comparison(scene, 256)
         return scene
 
     def _photograph(self, index: int, shift: Sequence[float] = (0, 0), lamp: str = "") -> Path:
@@ -120,10 +114,10 @@ class Shoot:
 
     def _silhouette(self, index: int) -> np.ndarray:
         """(h, w) booleans: pixels that show the body, and those next to them."""
-        self._socket("Emission Color").default_value = (1, 1, 1, 1)
-        self._socket("Emission Strength").default_value = 1e6
+        self._socket("emission_color").default_value = (1, 1, 1, 1)
+        self._socket("emission_strength").default_value = 1e6
         seen = native.image().read(str(self._photograph(index)))[0][..., 0] > 1e3
-        self._socket("Emission Strength").default_value = 0.0
+        self._socket("emission_strength").default_value = 0.0
         shining = seen.copy()
         for axis, way in ((0, 1), (0, -1), (1, 1), (1, -1)):
             seen |= np.roll(shining, way, axis)
@@ -161,18 +155,9 @@ class Shoot:
         return result
 
 
-def _material(body: Any, name: str) -> None:  # noqa: ANN401
-    material = bpy.data.materials.new(name)
-    material.use_nodes = True
-    body.data.materials.append(material)
-    material.node_tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.8
-
-
-def _stand(item: Any, place: Sequence[float]) -> Any:  # noqa: ANN401
-    bpy.context.scene.collection.objects.link(item)
+def _stand(item: Any, place: Sequence[float]) -> None:  # noqa: ANN401
     item.location = place
     item.rotation_euler = (-Vector(place)).to_track_quat("-Z", "Y").to_euler()
-    return item
 
 
 def _found(result: Values) -> tuple[np.ndarray, float]:

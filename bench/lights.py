@@ -16,29 +16,15 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "addon"))
+sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench")]
 
 import numpy as np  # noqa: E402
+from synthetic.stage import icosphere, look_at  # noqa: E402
 
 from selenite import native  # noqa: E402
 
 _LIMIT = 1.2
 _PHOTO_SEED = 987654321
-
-
-def ball(rings: int = 32) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Positions, triangles and corner normals of a unit sphere."""
-    theta = np.linspace(0, math.pi, rings + 1)[:, None]
-    phi = np.linspace(0, 2 * math.pi, 2 * rings, endpoint=False)[None]
-    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
-    points = np.stack([x, y, np.broadcast_to(np.cos(theta), x.shape)], -1).reshape(-1, 3)
-    ring, column = np.mgrid[:rings, : 2 * rings]
-    along = (column + 1) % (2 * rings)
-    a, b = ring * 2 * rings + column, ring * 2 * rings + along
-    c, d = a + 2 * rings, b + 2 * rings
-    triangles = np.concatenate([np.stack([a, c, d], -1), np.stack([a, d, b], -1)]).reshape(-1, 3)
-    positions = points.astype(np.float32)
-    return positions, triangles.astype(np.int32), positions[triangles.ravel()]
 
 
 def stage(lamps: int, of: int) -> Any:  # noqa: ANN401 - a native Scene has no Python type
@@ -50,7 +36,10 @@ def stage(lamps: int, of: int) -> Any:  # noqa: ANN401 - a native Scene has no P
     square = np.array([[-9, -9, -1], [9, -9, -1], [9, 9, -1], [-9, 9, -1]], np.float32)
     two = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     up = np.tile(np.array([0, 0, 1], np.float32), (6, 1))
-    meshes = {"Floor": (square, two, up), "Body": ball()}
+    positions, triangles = icosphere()
+    positions, triangles = positions.astype(np.float32), triangles.astype(np.int32)
+    ball = positions, triangles, positions[triangles.ravel()]
+    meshes = {"Floor": (square, two, up), "Body": ball}
     for name, (positions, triangles, normals) in meshes.items():
         slots = np.zeros(len(triangles), np.int32)
         mesh = builder.add_mesh(name, positions, triangles, normals, slots)
@@ -59,23 +48,13 @@ def stage(lamps: int, of: int) -> Any:  # noqa: ANN401 - a native Scene has no P
         angle = 2 * math.pi * index / of
         place = 4 * np.array([math.cos(angle), math.sin(angle), 1.0])
         builder.add_area_light(
-            f"Lamp {index}", facing_origin(place), 400, np.ones(3), "SQUARE", 1, 1, math.pi
+            f"Lamp {index}", look_at(place, np.zeros(3)), 400, np.ones(3), "SQUARE", 1, 1, math.pi
         )
     builder.add_camera(
-        "Camera", facing_origin(np.array([0, -6, 3.0])), "PERSP", 50, 36, 24, "AUTO",
+        "Camera", look_at(np.array([0, -6, 3.0]), np.zeros(3)), "PERSP", 50, 36, 24, "AUTO",
         0, 0, 1, 0.01, 100,
     )  # fmt: skip
     return builder.build()
-
-
-def facing_origin(place: np.ndarray) -> np.ndarray:
-    """Object to world of what looks along its -Z."""
-    back = place / np.linalg.norm(place)
-    right = np.cross([0.0, 0.0, 1.0], back)
-    right /= np.linalg.norm(right)
-    matrix = np.eye(4)
-    matrix[:3] = np.stack([right, np.cross(back, right), back, place], axis=1)
-    return matrix
 
 
 def photos(scene: Any, lamps: list[str], size: int) -> list[dict[str, Any]]:  # noqa: ANN401

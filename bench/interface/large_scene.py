@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blender_tests" / "gui"))
 from _driving import in_window, made, press_escape, run, window  # noqa: E402
@@ -62,35 +61,10 @@ def body():
         smooth = item.modifiers.new("Smooth", "SUBSURF")
         smooth.levels, smooth.render_levels = 0, round(math.log(FACES / 6, 4))
     else:
-        item = made.add("Body", ball(round(math.sqrt(FACES / 2))))
+        item = made.sphere(segments=2 * round(math.sqrt(FACES / 2)))
     item.data.materials.append(material)
     item.display_type = "BOUNDS"
     return item
-
-
-def ball(rings):
-    """A mesh of rings x 2 rings quads, without a pole, so that no face is degenerate."""
-    across, down = 2 * rings, rings + 1
-    theta = np.linspace(0.05, math.pi - 0.05, down)[:, None]
-    phi = np.linspace(0, 2 * math.pi, across, endpoint=False)[None]
-    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
-    points = np.stack([x, y, np.broadcast_to(np.cos(theta), x.shape)], -1)
-    row, column = np.mgrid[:rings, :across]
-    a, b = row * across + column, row * across + (column + 1) % across
-    corners = np.stack([a, a + across, b + across, b], -1).reshape(-1)
-    mesh = bpy.data.meshes.new("Body")
-    mesh.vertices.add(across * down)
-    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
-    mesh.loops.add(len(corners))
-    mesh.loops.foreach_set("vertex_index", corners.astype(np.int32))
-    mesh.polygons.add(len(corners) // 4)
-    mesh.polygons.foreach_set("loop_start", np.arange(0, len(corners), 4, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(corners) // 4, 4, np.int32))
-    mesh.polygons.foreach_set("use_smooth", np.ones(len(corners) // 4, bool))
-    uvs = np.stack([column, row], -1).reshape(-1, 1, 2).repeat(4, 1) / across
-    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", uvs.astype(np.float32).ravel())
-    mesh.update(calc_edges=True)
-    return mesh
 
 
 def prepare():

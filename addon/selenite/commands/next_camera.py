@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..fit_run.captures import LEFT_OUT
+from ..fit_run.fitted_scene import RESULT
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import FitSettings, with_overrides
@@ -85,7 +86,7 @@ def _asked(path: Path) -> tuple[RunRequest, dict[tuple[str, str], Values], Model
     if path.suffix != ".json":
         return RunRequest(str(path)), {}, EXPLAINED
     request = read_run(path)
-    result = path.with_name("result.json")
+    result = path.with_name(RESULT)
     if not result.is_file():
         return request, {}, EXPLAINED
     try:

@@ -102,7 +102,7 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
     group.add_argument("--captures", metavar="FILE.json", help=captures)
 
 
-def _add_view(parser: argparse.ArgumentParser, spp: int) -> argparse._ArgumentGroup:
+def _add_view(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
     """What is rendered, and how; returns the group of the former."""
     parser.add_argument("scene", metavar="SCENE.blend")
     shown = parser.add_argument_group("what is rendered")
@@ -117,7 +117,7 @@ def _add_view(parser: argparse.ArgumentParser, spp: int) -> argparse._ArgumentGr
     add = parser.add_argument_group("settings of the render").add_argument
     add("--width", type=int, help="pixels; default: the scene's")
     add("--height", type=int, help="pixels; default: the scene's")
-    add("--spp", type=_at_least(1), default=spp, help="samples per pixel (%(default)s)")
+    add("--spp", type=_at_least(1), default=64, help="samples per pixel (%(default)s)")
     add("--seed", type=_at_least(0), default=0, help="of the random numbers (%(default)s)")
     add("--depth", type=_at_least(0), default=0, help="bounces; 0: unlimited")
     add("--threads", type=_at_least(0), default=0, help="0: all")
@@ -129,7 +129,7 @@ def _add_view(parser: argparse.ArgumentParser, spp: int) -> argparse._ArgumentGr
 
 def _add_render(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "render", ".commands.render")
-    add = _add_view(parser, spp=64).add_argument
+    add = _add_view(parser).add_argument
     captures = "photos and how they were taken, or the folder of a fit, with the gains it has found"
     add("--captures", metavar="FILE.json", help=captures)
     capture = "shows what a fit compares with this photo: camera, size, lights, gain"
@@ -143,7 +143,7 @@ def _add_render(commands: argparse._SubParsersAction) -> None:
 
 def _add_gradient(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "gradient", ".commands.gradient")
-    _add_view(parser, spp=64).add_argument(
+    _add_view(parser).add_argument(
         "--parameter",
         action="extend",
         nargs="+",

@@ -30,6 +30,7 @@ from ..json_text import read_json
 from ..parameters import join_name
 from ..paths import MISSING, is_folder, is_there, why_not_file
 from ..problems import BadInput, Problem
+from .fitted_scene import RESULT
 from .inputs import Inputs
 from .job import SavedState
 from .old_names import renamed
@@ -201,7 +202,7 @@ def load(folder: Path) -> Unfinished:
     if not is_folder(folder):
         cause = "it is a file" if is_there(folder) else MISSING
         raise BadInput(Problem(title, cause, "give the folder of a run"))
-    if (folder / "result.json").is_file():
+    if (folder / RESULT).is_file():
         cause, cure = "this run is finished", "nothing is left to resume; start a new one"
         raise BadInput(Problem(title, cause, cure))
     request = read_run(folder / "run.json")

@@ -23,6 +23,7 @@ from . import trust
 from .capture_render import alignment_of, gain_of, render_capture
 from .captures import Capture
 from .fields import FieldUnknown, images
+from .fitted_scene import RESULT
 from .gauge import gauges
 from .job import fitted_values, scene_at
 from .pictures import comparison, plots, sheet
@@ -158,7 +159,7 @@ def write_results(
     partial.mkdir()
     try:
         report = result_json(plan, result, host)
-        write_json(partial / "result.json", report)
+        write_json(partial / RESULT, report)
         write_json(partial / "run.json", plan.request.as_json())
         numbers = {item.name for item in plan.fields if item.values.shape[-1] == 1}
         _write_history(partial / "history.csv", result["history"], numbers)
