@@ -210,9 +210,9 @@ def _photo_text(capture: Capture, result: dict[str, Any]) -> str:
         single = capture.free_gain == "scalar"
         gains, intervals = found["gain"], found["gain_interval_90"]
         ends = [f"{low:.4g} to {high:.4g}" for low, high in intervals if math.isfinite(high)]
-        gain = ", ".join(f"{x:.4f}" for x in (gains[:1] if single else gains))
         between = "; ".join(ends[:1] if single else ends)
-        parts.append(f"gain {gain}" + (f" (90 %: {between})" if between else ""))
+        gain = f"gain {_text(gains[:1] if single else gains)}"
+        parts.append(gain + (f" (90 %: {between})" if between else ""))
     if "shift" in found:
         across, down, roll = found["shift"]
         parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees")
