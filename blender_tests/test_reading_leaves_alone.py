@@ -93,3 +93,34 @@ def test_what_fails_while_the_graph_lives_is_raised(monkeypatch):
     with pytest.raises(ArithmeticError, match="in the midst"):
         made.read()
     assert len(bpy.data.scenes) == before
+
+
+@pytest.mark.parametrize("fails", [False, True])
+@pytest.mark.parametrize("rigid", [False, True])
+def test_a_scene_that_is_read_at_another_frame_goes_back_to_its_own(rigid, fails):
+    """With a rigid body world the scene itself is rendered, not a copy."""
+    from selenite.scene_read.render_depsgraph import GraphRead, at_once
+
+    made.triangle()
+    made.camera()
+    if rigid:
+        geometry.cube("Falling")
+        bpy.ops.rigidbody.object_add()
+    scene = bpy.context.scene
+    scene.frame_set(3)
+    seen = []
+
+    def read(depsgraph, _context):
+        seen.append(depsgraph.scene_eval.frame_current)
+        if fails:
+            raise ArithmeticError("in the midst")
+
+    def reading():
+        yield GraphRead(scene, [], read, 7)
+
+    if fails:
+        with pytest.raises(ArithmeticError, match="in the midst"):
+            at_once(reading())
+    else:
+        at_once(reading())
+    assert seen == [7] and scene.frame_current == 3
