@@ -120,6 +120,68 @@ TEST(UnknownEnvironment, AMultiStartVariesTheColourOfTheLight) {
   EXPECT_EQ(uniform->scene_at(x).appearance.world.map->pixels()[1].b, 4);
 }
 
+/// A metal ball alone under a sky of `width` pixels around.
+Scene mirror_ball(double roughness, int width, const std::vector<Colorf>& pixels) {
+  SceneBuilder builder;
+  place(builder, sphere_mesh(0.8), builder.add_material(mirror("Ball", 0.8, roughness)));
+  add_view(builder, {0, -4, 1}, {0, 0, 0});
+  add_view(builder, {3.5, 2, 1}, {0, 0, 0});
+  World world;
+  world.values.color = Color<double>(1);
+  world.map = std::make_shared<EnvironmentMap>(width, width / 2, pixels);
+  builder.appearance.world = world;
+  return builder.build();
+}
+
+/// Under five lamps of a few degrees.
+std::vector<Photo> photos_of_mirror_ball(double roughness) {
+  constexpr int kAround = 32;
+  std::vector<Colorf> room(kAround * kAround / 2, Colorf(0.3f));
+  for (const auto& [x, y] : {std::pair{5, 4}, {11, 6}, {20, 4}, {26, 9}, {15, 11}})
+    for (int k = 0; k < 4; ++k)
+      room[static_cast<std::size_t>((y + k / 2) * kAround + x + k % 2)] = Colorf(8);
+  const Scene scene = mirror_ball(roughness, kAround, room);
+  std::vector<Photo> taken;
+  for (int i = 0; i < 2; ++i) {
+    Photo photo = photo_of_size("Camera " + std::to_string(i), kSize, kSize);
+    photo.reference = render(scene, scene.cameras[static_cast<std::size_t>(i)], {},
+                             square_settings(kSize, 1024, 50 + static_cast<std::uint64_t>(i)))
+                          .mean;
+    taken.push_back(std::move(photo));
+  }
+  check_photos(scene, taken);
+  return taken;
+}
+
+/// Blurred light on a sharper ball looks the same: of what explains the photos the roughest is taken. A fit
+/// is resumed in the midst of that with the same bits.
+TEST(UnknownEnvironment, ABodyIsAsRoughAsThePhotosAllow) {
+  constexpr int kTexels = 16;
+  constexpr double kTruth = 0.4;
+  const std::vector<Colorf> grey(kTexels * kTexels / 2, Colorf(0.5f));
+  const std::vector<UnknownParameter> wanted = {{"Ball", "roughness", {0.15}, 0.02, 1, 0.03},
+                                                {kWorldName, kEnvironment, {}, 0, 1e4, 0.03}};
+  const std::vector<Photo> taken = photos_of_mirror_ball(kTruth);
+  FitSettings settings = settings_for(12);
+  settings.search = "off";
+  Fit fit(mirror_ball(0.15, kTexels, grey), taken, wanted, settings);
+  std::string state;
+  double refined = 0;
+  for (int steps = 0; fit.step();) {
+    if (fit.result().phase != PhaseKind::kRoughnessProfile || ++steps != 12) continue;
+    state = fit.saved();
+    refined = fit.result().best[0];
+  }
+  EXPECT_LT(refined, kTruth - 0.15);
+  EXPECT_NEAR(fit.result().best[0], kTruth, 0.08);
+  EXPECT_FALSE(fit.result().report.components[0].determined);
+  Fit other(mirror_ball(0.15, kTexels, grey), taken, wanted, settings);
+  other.restore(state);
+  while (other.step()) {
+  }
+  EXPECT_EQ(other.result().best, fit.result().best);
+}
+
 /// A fit is resumed in the midst of the light's first passes with the same bits.
 TEST(UnknownEnvironment, ResumesAmidTheFirstPasses) {
   const auto run = [&](int resume_after) {

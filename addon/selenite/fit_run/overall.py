@@ -14,7 +14,7 @@ from .plan import FitPlan
 from .settings import FitSettings
 
 #: In the order of a fit. The last two may repeat, then the share waits.
-PHASES = (MULTI_START, DESCENT, "refinement", "comparison")
+PHASES = (MULTI_START, DESCENT, "refinement", "comparison", "roughness-profile")
 #: What follows the native fit: looking for wrong lights, filling texels that no photo sees.
 FINISHING = "finishing"
 _FINISHING_SHARE = 0.02

@@ -14,7 +14,8 @@ enum class Stream : std::uint64_t {
   kMultiStart = 3,
   kRefinement = 4,
   kAlternativeMinima = 5,
-  kLightStart = 6
+  kLightStart = 6,
+  kRoughnessProfile = 7
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

@@ -38,7 +38,8 @@ int FieldRefinement::pass_spp(int pass) const {
 
 bool FieldRefinement::is_left_out(int k) const {
   return point_.is_roughness(k) &&
-         point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding;
+         (options_.roughness_known ||
+          point_.x[k] < ReparametrizationOptions{}.low_roughness + kRounding);
 }
 
 /// Differences are taken from both sides at once, as nothing else needs the picture between them, and
@@ -168,7 +169,7 @@ double FieldRefinement::fraction() const {
 
 void FieldRefinement::members(SavedState& state) {
   state(point_, fields_, has_jacobians_, photo_, seed_, spp_, iteration_spp_, photo_equations_,
-        informative_, over_);
+        informative_, options_.roughness_known, over_);
 }
 
 }  // namespace selenite

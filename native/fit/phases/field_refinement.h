@@ -28,6 +28,7 @@ struct FieldRefinementOptions {
   /// Errors beside voxels in units of those that noise, and the linear share of what hardly shows, explain:
   /// twenty fits from different random numbers scatter by so much more. Measured: docs/measurements/fields.md.
   double beyond_noise = 1.5;
+  bool roughness_known = false;  ///< by more than these passes see: it stays
 };
 
 /// Three refinement passes where voxels are stepped together with scalars. Each has a second part: more
@@ -48,6 +49,8 @@ class FieldRefinement {
   /// See `RefinedPoint::accept`.
   void accept(const Vector& x) { point_.accept(x); }
   const TrustReport& report() const { return point_.report; }
+  bool roughness_known() const { return options_.roughness_known; }
+  const FieldGaussNewton& fields() const { return fields_; }
   void members(SavedState& state);
 
  private:

@@ -105,11 +105,12 @@ bool RefinementPhase::step(FitRun& run) {
 }
 
 FieldRefinementPhase::FieldRefinementPhase(FitRun& run, FieldGaussNewton fields,
-                                           const GaussNewton* optimiser)
+                                           const GaussNewton* optimiser, bool roughness_known)
     : refinement_(run.problem.scalars(), optimiser, start_of_field_refinement(run),
                   at_best_fields(run, std::move(fields)),
-                  stream_seed(run.problem.settings().seed, Stream::kRefinement, 0, 0),
-                  field_pass_spp(run.problem.settings()), run.problem.settings().spp) {}
+                  stream_seed(run.problem.settings().seed, Stream::kRefinement, roughness_known, 0),
+                  field_pass_spp(run.problem.settings()), run.problem.settings().spp,
+                  {.roughness_known = roughness_known}) {}
 
 bool FieldRefinementPhase::step(FitRun& run) {
   const bool more = refinement_.step(run.evaluator);

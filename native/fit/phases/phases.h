@@ -8,6 +8,7 @@
 #include "fit/phases/field_refinement.h"
 #include "fit/phases/light_start.h"
 #include "fit/phases/multi_start.h"
+#include "fit/phases/roughness_profile.h"
 
 // The phases of a fit beside `Descent`: each drives what computes, and hands on what it has found.
 namespace selenite {
@@ -46,7 +47,9 @@ class RefinementPhase final : public Phase {
 /// Refinement where voxels are stepped together with scalars. Alternatives would need fields of their own.
 class FieldRefinementPhase final : public Phase {
  public:
-  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields, const GaussNewton* optimiser);
+  FieldRefinementPhase(FitRun& run, FieldGaussNewton fields, const GaussNewton* optimiser,
+                       bool roughness_known = false);
+  const FieldRefinement& refinement() const { return refinement_; }
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;
   double fraction() const override { return refinement_.fraction(); }

@@ -53,10 +53,17 @@ std::unique_ptr<Phase> Fit::next_phase() {
       return strategy_.refines ? refinement_of_best(dynamic_cast<const Descent&>(*phase_))
                                : nullptr;
     case PhaseKind::kRefinement:
-      if (strategy_.joint) return nullptr;
+      if (strategy_.joint)
+        return RoughnessProfile::of(
+            run_, dynamic_cast<const FieldRefinementPhase&>(*phase_).refinement());
       if (auto comparison = minima_.comparison(run_))
         return std::make_unique<ComparisonPhase>(std::move(comparison), minima_);
       return nullptr;
+    case PhaseKind::kRoughnessProfile: {
+      const auto& profile = dynamic_cast<const RoughnessProfile&>(*phase_);
+      if (!profile.moved()) return nullptr;
+      return std::make_unique<FieldRefinementPhase>(run_, profile.fields(), nullptr, true);
+    }
     case PhaseKind::kComparison:
       // At the bottom of its basin an alternative may win or lose. The instruments of other values say
       // little about it.

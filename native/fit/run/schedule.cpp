@@ -10,6 +10,7 @@
 #include "fit/phases/minima_comparison.h"
 #include "fit/phases/multi_start.h"
 #include "fit/phases/refinement.h"
+#include "fit/phases/roughness_profile.h"
 
 namespace selenite {
 namespace {
@@ -42,6 +43,7 @@ class Planner {
     if (!strategy_.refines) return std::move(plan_);
     if (strategy_.joint) {
       plan_field_refinement();
+      if (strategy_.profiles_roughness()) plan_roughness_profile();
       return std::move(plan_);
     }
     plan_refinement();
@@ -166,6 +168,17 @@ class Planner {
     validate(PhaseKind::kDescent, candidates);
     add(PhaseKind::kDescent, pixels_, problem_.settings().spp,
         candidates * searched_iors() * kExpected.line_search_renders, Carried::kNothing);
+  }
+
+  /// From the middle of the range until a roughness explains the photos worse.
+  void plan_roughness_profile() {
+    constexpr RoughnessProfileOptions kOptions;
+    const double tries = kExpected.profiled_roughnesses * count_of(Scale::kRoughness);
+    add(PhaseKind::kRoughnessProfile, pixels_, problem_.settings().spp, tries * kOptions.passes,
+        Carried::kFieldDerivatives);
+    add(PhaseKind::kRoughnessProfile, pixels_,
+        problem_.settings().chosen_validation_spp() * kOptions.samples, 1 + tries,
+        Carried::kNothing);
   }
 
   void plan_refinement() {

@@ -47,7 +47,8 @@ struct ExpectedCourse {
   /// Candidates of a comparison before a block of scalars where a roughness is unknown: one where it is
   /// low already, else two.
   double restart_candidates = 1.5;
-  double passes = 3;  ///< of a refinement
+  double passes = 3;                ///< of a refinement
+  double profiled_roughnesses = 5;  ///< of each roughness beside an unknown light
 };
 
 /// What each phase of a fit will render, from the numbers that the phases go by. What nobody knows

@@ -9,6 +9,8 @@ const char* phase_text(PhaseKind phase) {
       return "multi-start";
     case PhaseKind::kDescent:
       return "descent";
+    case PhaseKind::kRoughnessProfile:
+      return "roughness-profile";
     case PhaseKind::kRefinement:
       return "refinement";
     case PhaseKind::kComparison:

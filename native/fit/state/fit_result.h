@@ -36,7 +36,7 @@ struct MultiStartResult {
   double standard_error = 0;  ///< of `loss` minus `start_loss`
 };
 
-enum class PhaseKind { kMultiStart, kDescent, kRefinement, kComparison };
+enum class PhaseKind { kMultiStart, kDescent, kRefinement, kComparison, kRoughnessProfile };
 /// As shown to users: "multi-start", "descent", "refinement", "comparison".
 const char* phase_text(PhaseKind phase);
 

@@ -17,8 +17,8 @@ bool is_low_roughness(const Unknowns& unknowns, const Vector& x) {
   return at_low_roughness(unknowns, x) == x;
 }
 
-bool explains_as_well(const Validation& low, const Validation& rough) {
-  return low.unbiased <= rough.unbiased + std::sqrt(rough.variance) && !is_worse(low, rough, 1);
+bool explains_as_well(const Validation& one, const Validation& other) {
+  return one.unbiased <= other.unbiased + std::sqrt(other.variance) && !is_worse(one, other, 1);
 }
 
 }  // namespace selenite

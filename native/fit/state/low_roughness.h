@@ -9,11 +9,13 @@ namespace selenite {
 Vector at_low_roughness(const Unknowns& unknowns, Vector x);
 bool is_low_roughness(const Unknowns& unknowns, const Vector& x);
 
-/// Whether a body of low roughness explains the photos about as well as a rougher one: within the
-/// standard error of its validation and that of their difference. Errors of texels and voxels look like
-/// roughness, so that of two that are about as good the one of low roughness is nearer to the truth.
-/// The noise of a validation alone would hide a gloss that shows pixel against pixel; that of the
-/// difference alone is as large as the difference where all of it is one mirrored lamp in one pixel.
-bool explains_as_well(const Validation& low, const Validation& rough);
+/// Whether `one` explains the photos about as well as `other`: within the standard error of its validation
+/// and that of their difference. The noise of a validation alone would hide a gloss that shows pixel against
+/// pixel; that of the difference alone is as large as the difference where all of it is one mirrored lamp
+/// in one pixel.
+///
+/// Errors of texels and voxels look like roughness, so that of two that are about as good the one of low
+/// roughness is nearer to the truth.
+bool explains_as_well(const Validation& one, const Validation& other);
 
 }  // namespace selenite

@@ -32,6 +32,8 @@ struct Strategy {
   bool searches_ior() const { return after_multi_start() && has_images; }
   /// Errors of texels and voxels look like roughness; those of the light look like either.
   bool prefers_low_roughness() const { return after_multi_start() && !has_environment; }
+  /// The photos are asked how rough a body may be whose light is unknown: see `RoughnessProfile`.
+  bool profiles_roughness() const { return joint && has_environment; }
   /// The descent's estimate is one of all iterations, not of the last one.
   bool estimates_by_all_iterations() const {
     return optimiser.averages_iterations && (!alternates || joint);
