@@ -10,7 +10,7 @@ from bpy.props import StringProperty
 
 from ..problems import BadInput, Problem
 from ..scene_read.camera import named_cameras
-from .running.problem_words import in_panel_words
+from .problem_words import in_panel_words
 from .state import PROBLEMS
 
 _TITLE = re.compile(r"^(\w+) '(.*)'")

@@ -15,9 +15,10 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
-from . import field_rows, stages
+from . import stages
 from .chosen import chosen
 from .furniture.preferences import preferences
+from .rows import fields as field_rows
 from .rows.labels import label_of, tip_of, unit_text
 from .rows.owners import active_owner, refresh_owners
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ..field_rows import is_field
+from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text
 from ..rows.owners import ICONS as OWNERS
 from ..texts import letters, paragraph, translated, translated_sentence

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from .. import field_rows
 from ..texts import letters, translated, wrapped
+from . import fields as field_rows
 from .labels import unit_text
 
 #: Lines of text below the name, and of controls.

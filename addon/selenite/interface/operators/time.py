@@ -5,19 +5,19 @@ from __future__ import annotations
 
 import bpy
 
-from ..fit_run.job import FitFailed
-from ..fit_run.results import new_folder
-from ..problems import BadInput
-from ..scene_read.photos import packed_photos
-from ..scene_read.scene import read_scene
-from ..trade import report
-from ..trade.expected import Estimate
-from ..trade.measure import Trade
-from ..trade.start import estimate_of, trade_of
-from .output_folder import output_folder
-from .request import run_request
-from .state import ESTIMATE, EXPECTED, TRADE
-from .ticking import CancelsWork, Ticking, WorksInThread, built, redraw
+from ...fit_run.job import FitFailed
+from ...fit_run.results import new_folder
+from ...problems import BadInput
+from ...scene_read.photos import packed_photos
+from ...scene_read.scene import read_scene
+from ...trade import report
+from ...trade.expected import Estimate
+from ...trade.measure import Trade
+from ...trade.start import estimate_of, trade_of
+from ..output_folder import output_folder
+from ..request import run_request
+from ..state import ESTIMATE, EXPECTED, TRADE
+from ..ticking import CancelsWork, Ticking, WorksInThread, built, redraw
 
 
 class SELENITE_OT_estimate(WorksInThread):

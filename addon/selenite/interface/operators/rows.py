@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import bpy
 
-from ..native import NativeUnavailable
-from ..scene_read.scene import read_scene
-from . import request
-from .rows.filling import list_parameters, tick_usual
-from .rows.owners import active_owner
+from ...native import NativeUnavailable
+from ...scene_read.scene import read_scene
+from .. import request
+from ..rows.owners import active_owner
+from .filling import list_parameters, tick_usual
 
 
 class SELENITE_OT_refresh_rows(bpy.types.Operator):

@@ -8,14 +8,14 @@ import bpy
 import numpy as np
 from bpy.props import FloatProperty
 
-from .. import mean_free_path
-from ..importers import imported, mesh_repair
-from ..problems import BadInput, Problem
-from ..scene_read import volumes
-from ..scene_read.nodes import Unreadable
-from .import_operators import meters_in_unit
-from .problem_reports import report_problems
-from .texts import paragraph
+from ... import mean_free_path
+from ...importers import imported, mesh_repair
+from ...problems import BadInput, Problem
+from ...scene_read import volumes
+from ...scene_read.nodes import Unreadable
+from ..problem_reports import report_problems
+from ..texts import paragraph
+from .operators import meters_in_unit
 
 #: What the last tool has found, by the scene's name: lines of the sub-panel.
 FOUND: dict[str, list[str]] = {}

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from . import state
-from .texts import paragraph
+from .. import state
+from ..texts import paragraph
 
 
 def draw_bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:

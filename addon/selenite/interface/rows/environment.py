@@ -8,20 +8,20 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
-from ..environments import sphere
-from ..fit_run.field_kinds import KINDS
-from ..fit_run.fields.environment import (
+from ...environments import sphere
+from ...fit_run.field_kinds import KINDS
+from ...fit_run.fields.environment import (
     LEAST_SIZE,
     MOST_SIZE,
     USUAL_SIZE,
     environment_unknown,
     usual_maximum,
 )
-from ..fit_run.request import UnknownRequest
-from ..fit_run.settings import FitSettings
-from ..problems import BadInput
-from ..scene_read.values import Owner, SceneValues
-from .rows.starts import chosen_file
+from ...fit_run.request import UnknownRequest
+from ...fit_run.settings import FitSettings
+from ...problems import BadInput
+from ...scene_read.values import Owner, SceneValues
+from .starts import chosen_file
 
 PROJECTION_ITEMS = (
     ("equirect", "Panorama", "Equirectangular, twice as wide as high", 0),

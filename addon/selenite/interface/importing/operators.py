@@ -8,13 +8,13 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
-from ..importers import to_blender, undistorted
-from ..importers.plan import ImportRequest, make_plan
-from ..importers.sources import read_any
-from ..native import NativeUnavailable
-from ..paths import MISSING, absolute, is_there
-from ..problems import BadInput, Problem
-from .problem_reports import report_problems
+from ...importers import to_blender, undistorted
+from ...importers.plan import ImportRequest, make_plan
+from ...importers.sources import read_any
+from ...native import NativeUnavailable
+from ...paths import MISSING, absolute, is_there
+from ...problems import BadInput, Problem
+from ..problem_reports import report_problems
 
 #: Of files that can be dropped: all but those of meshes, which Blender's own importers take.
 _ENDINGS = ".xml;.x3d;.x3dz;.json;.out;.xmp;.csv;.bin;.txt"

@@ -8,37 +8,37 @@ from pathlib import Path
 import bpy
 from bpy.props import StringProperty
 
-from ..cycles_check.render_settings import contents_of
-from ..fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
-from ..fit_run.inputs import Inputs
-from ..fit_run.job import FitFailed, FitJob
-from ..fit_run.overall import Overall
-from ..fit_run.plan import prepare
-from ..fit_run.request import RunRequest
-from ..fit_run.results import new_folder
-from ..fit_run.staging.job import StagedJob, make_job
-from ..fit_run.staging.request import AUTO
-from ..information.conditioning import StageChoice
-from ..information.job import BackgroundJob
-from ..problems import BadInput
-from ..scene_read.bodies import judge_bodies
-from ..scene_read.lamp_frames import reading_frames
-from ..scene_read.photos import packed_photos
-from ..scene_read.reading_job import ReadingJob
-from ..scene_read.render_depsgraph import Reading, Stopped, at_once
-from ..scene_read.scene import reading
-from ..scene_read.values import Owner, SceneValues
-from . import environment_panel
-from .output_folder import output_folder
-from .pictures.view import VIEW
-from .problem_reports import report_problems
-from .request import run_request
-from .running.kept_result import keep_fields, keep_result
-from .running.notice import notify
-from .running.recorder import BackgroundRecorder
-from .running.work import Finishing, Preparing
-from .state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
-from .ticking import Ticking, built, redraw, show_status
+from ...cycles_check.render_settings import contents_of
+from ...fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
+from ...fit_run.inputs import Inputs
+from ...fit_run.job import FitFailed, FitJob
+from ...fit_run.overall import Overall
+from ...fit_run.plan import prepare
+from ...fit_run.request import RunRequest
+from ...fit_run.results import new_folder
+from ...fit_run.staging.job import StagedJob, make_job
+from ...fit_run.staging.request import AUTO
+from ...information.conditioning import StageChoice
+from ...information.job import BackgroundJob
+from ...problems import BadInput
+from ...scene_read.bodies import judge_bodies
+from ...scene_read.lamp_frames import reading_frames
+from ...scene_read.photos import packed_photos
+from ...scene_read.reading_job import ReadingJob
+from ...scene_read.render_depsgraph import Reading, Stopped, at_once
+from ...scene_read.scene import reading
+from ...scene_read.values import Owner, SceneValues
+from .. import environment_panel
+from ..output_folder import output_folder
+from ..pictures.view import VIEW
+from ..problem_reports import report_problems
+from ..progress.notice import notify
+from ..request import run_request
+from ..result.kept import keep_fields, keep_result
+from ..running.recorder import BackgroundRecorder
+from ..running.work import Finishing, Preparing
+from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
+from ..ticking import Ticking, built, redraw, show_status
 
 #: Events that change nothing, while a scene is being read.
 _HARMLESS = {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}

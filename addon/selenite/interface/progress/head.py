@@ -6,10 +6,10 @@ from __future__ import annotations
 import bpy
 
 from .. import state
-from ..background import draw_bar
 from ..problem_reports import thing_of
+from ..problem_words import in_panel_words
 from ..texts import paragraph, translated
-from .problem_words import in_panel_words
+from .background import draw_bar
 
 _WIDTH = 0.94
 

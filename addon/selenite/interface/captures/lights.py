@@ -5,7 +5,7 @@ names must not change."""
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
 
-from ..scene_read.capture_request import FRAMES
+from ...scene_read.capture_request import FRAMES
 
 LIGHT_ITEMS = (
     ("ALL", "All Lamps", "As the scene renders them", 0),

@@ -13,8 +13,8 @@ from bpy.props import (
     StringProperty,
 )
 
-from ..fit_run.photos.background import TOLERANCE
-from ..scene_read.capture_request import MOST_ERODED
+from ...fit_run.photos.background import TOLERANCE
+from ...scene_read.capture_request import MOST_ERODED
 
 BACKGROUND_ITEMS = (
     ("NONE", "Counts", "Nothing is taken for background", 0),

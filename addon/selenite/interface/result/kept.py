@@ -9,8 +9,8 @@ from ... import mean_free_path
 from ...fit_run import trust
 from ...fit_run.findings import Finding, findings, in_short
 from ...fit_run.job import fitted_values
-from .. import field_rows
 from ..request import values_text
+from ..rows import fields as field_rows
 from ..state import RUN
 
 

@@ -7,19 +7,19 @@ from dataclasses import replace
 
 import bpy
 
-from ..fit_run.request import RunRequest, UnknownRequest
-from ..next_camera import report
-from ..next_camera.suggestion import Suggestion, suggestion_of
-from ..parameters import Values
-from ..scene_read.camera import named_cameras
-from ..scene_read.photos import packed_photos
-from ..scene_read.scene import read_scene
-from ..scene_read.values import SceneValues
-from ..write_back.cameras import add_camera
-from . import field_rows
-from .request import run_request
-from .state import CANCELLED, NEXT
-from .ticking import CancelsWork, WorksInThread
+from ...fit_run.request import RunRequest, UnknownRequest
+from ...next_camera import report
+from ...next_camera.suggestion import Suggestion, suggestion_of
+from ...parameters import Values
+from ...scene_read.camera import named_cameras
+from ...scene_read.photos import packed_photos
+from ...scene_read.scene import read_scene
+from ...scene_read.values import SceneValues
+from ...write_back.cameras import add_camera
+from ..request import run_request
+from ..rows import fields as field_rows
+from ..state import CANCELLED, NEXT
+from ..ticking import CancelsWork, WorksInThread
 
 
 class SELENITE_OT_suggest_camera(WorksInThread):

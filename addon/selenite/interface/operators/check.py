@@ -7,20 +7,21 @@ from pathlib import Path
 
 import bpy
 
-from ..cycles_check.job import CheckFailed, CheckJob, lines
-from ..cycles_check.render_settings import contents_of, set_for_fit
-from ..fit_run.capture_render import alignments_of, gains_of
-from ..fit_run.request import RunRequest
-from ..fit_run.results import new_folder, write_results
-from ..problems import BadInput, Problem
-from ..scene_read.photos import captures_of
-from ..write_back import grids as grid_objects
-from . import environment_rows, field_rows
-from .output_folder import output_folder
-from .problem_reports import report_problems
-from .request import fit_settings
-from .state import CHECK, RUN, is_idle
-from .ticking import Ticking, redraw
+from ...cycles_check.job import CheckFailed, CheckJob, lines
+from ...cycles_check.render_settings import contents_of, set_for_fit
+from ...fit_run.capture_render import alignments_of, gains_of
+from ...fit_run.request import RunRequest
+from ...fit_run.results import new_folder, write_results
+from ...problems import BadInput, Problem
+from ...scene_read.photos import captures_of
+from ...write_back import grids as grid_objects
+from ..output_folder import output_folder
+from ..problem_reports import report_problems
+from ..request import fit_settings
+from ..rows import environment as environment_rows
+from ..rows import fields as field_rows
+from ..state import CHECK, RUN, is_idle
+from ..ticking import Ticking, redraw
 
 
 class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):

@@ -5,17 +5,17 @@ from __future__ import annotations
 
 import bpy
 
-from .. import write_back
-from ..parameters import Values
-from ..problems import BadInput, Problem
-from ..scene_read.scene import read_scene
-from ..scene_read.values import Owner
-from ..write_back import Key
-from ..write_back import grids as grid_objects
-from . import field_rows
-from .problem_reports import report_problems
-from .request import refresh_rows
-from .running.kept_result import three
+from ... import write_back
+from ...parameters import Values
+from ...problems import BadInput, Problem
+from ...scene_read.scene import read_scene
+from ...scene_read.values import Owner
+from ...write_back import Key
+from ...write_back import grids as grid_objects
+from ..problem_reports import report_problems
+from ..request import refresh_rows
+from ..result.kept import three
+from ..rows import fields as field_rows
 
 
 class SELENITE_OT_apply(bpy.types.Operator):

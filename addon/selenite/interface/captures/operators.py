@@ -9,11 +9,11 @@ from pathlib import Path, PurePath
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
-from ..native import NativeUnavailable
-from ..scene_read.camera import named_cameras
-from ..scene_read.capture_request import CaptureRequest
-from ..scene_read.photos import ids_of, pair_by_name
-from .rows.filling import list_parameters, tick_usual
+from ...native import NativeUnavailable
+from ...scene_read.camera import named_cameras
+from ...scene_read.capture_request import CaptureRequest
+from ...scene_read.photos import ids_of, pair_by_name
+from ..operators.filling import list_parameters, tick_usual
 
 #: Formats that are read, see docs/guide/photos.md.
 _ENDINGS = ("png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr")

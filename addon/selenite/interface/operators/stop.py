@@ -8,12 +8,12 @@ import time
 import bpy
 from bpy.props import StringProperty
 
-from ..fit_run.job import FitFailed, FitJob
-from ..fit_run.staging.job import StagedJob
-from .output_folder import output_folder
-from .running.work import Saving
-from .state import CANCELLED, RUN, SAVE, STAGES, is_idle
-from .ticking import CancelsWork, WorksInThread, redraw
+from ...fit_run.job import FitFailed, FitJob
+from ...fit_run.staging.job import StagedJob
+from ..output_folder import output_folder
+from ..running.work import Saving
+from ..state import CANCELLED, RUN, SAVE, STAGES, is_idle
+from ..ticking import CancelsWork, WorksInThread, redraw
 
 #: Seconds that Cancel waits for the native thread, which ends within a tile; and between two polls.
 _PATIENCE, _POLL = 0.2, 0.005

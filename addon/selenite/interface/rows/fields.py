@@ -13,23 +13,23 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .. import grid_files, write_back
-from ..fit_run.field_kinds import KINDS
-from ..fit_run.fields import FieldUnknown, GridUnknown
-from ..fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
-from ..fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
-from ..fit_run.request import UnknownRequest
-from ..fit_run.results import field_text
-from ..fit_run.settings import FitSettings
-from ..problems import BadInput, Problem
-from ..scene_read import volumes
-from ..scene_read.scene import read_scene
-from ..scene_read.values import GridValues, MaterialValues, Owner, SceneValues
-from ..write_back import environments
-from ..write_back import grids as grid_objects
-from ..write_back import images as image_nodes
-from . import environment_rows
-from .rows.starts import chosen_file
+from ... import grid_files, write_back
+from ...fit_run.field_kinds import KINDS
+from ...fit_run.fields import FieldUnknown, GridUnknown
+from ...fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
+from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
+from ...fit_run.request import UnknownRequest
+from ...fit_run.results import field_text
+from ...fit_run.settings import FitSettings
+from ...problems import BadInput, Problem
+from ...scene_read import volumes
+from ...scene_read.scene import read_scene
+from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
+from ...write_back import environments
+from ...write_back import grids as grid_objects
+from ...write_back import images as image_nodes
+from . import environment as environment_rows
+from .starts import chosen_file
 
 #: Properties of a row that the user sets, beside those that every row has.
 PROPERTIES = (
