@@ -9,7 +9,7 @@ import bpy
 import interface_texts
 import pytest
 
-from selenite.fit_run import findings
+from selenite.fit_run.answer import findings
 from selenite.interface import texts
 from selenite.interface.furniture.languages import TEXTS
 

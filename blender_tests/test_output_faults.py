@@ -16,7 +16,8 @@ import pytest
 from command_line import command
 from pressed_buttons import TIMER, Pressed
 
-from selenite.fit_run import checkpoint, results
+from selenite.fit_run import checkpoint
+from selenite.fit_run.answer import results
 
 pytestmark = pytest.mark.blender
 

@@ -17,7 +17,8 @@ from command_line import command
 from pressed_buttons import Pressed
 
 from selenite.cli import main
-from selenite.fit_run import checkpoint, results
+from selenite.fit_run import checkpoint
+from selenite.fit_run.answer import results
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings

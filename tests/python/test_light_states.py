@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from selenite.fit_run.capture_files import read_captures_file
-from selenite.fit_run.light_states import (
+from selenite.fit_run.captures.files import read_captures_file
+from selenite.fit_run.captures.light_states import (
     AS_IN_SCENE,
     described,
     is_as_in_scene,

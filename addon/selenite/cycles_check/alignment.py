@@ -13,8 +13,8 @@ from typing import Any
 import bpy
 import mathutils
 
-from ..fit_run.capture_render import UNALIGNED, Alignment
-from ..fit_run.captures import Capture
+from ..fit_run.captures.prepared import Capture
+from ..fit_run.captures.render import UNALIGNED, Alignment
 from ..scene_read.camera import named_cameras
 from ..scene_read.render_depsgraph import view_layer_of
 

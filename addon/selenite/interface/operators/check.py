@@ -9,9 +9,9 @@ import bpy
 
 from ...cycles_check.job import CheckFailed, CheckJob, lines
 from ...cycles_check.render_settings import contents_of, set_for_fit
-from ...fit_run.capture_render import alignments_of, gains_of
+from ...fit_run.answer.results import new_folder, write_results
+from ...fit_run.captures.render import alignments_of, gains_of
 from ...fit_run.request import RunRequest
-from ...fit_run.results import new_folder, write_results
 from ...problems import BadInput, Problem
 from ...scene_read.photos import captures_of
 from ...write_back import grids as grid_objects

@@ -9,13 +9,13 @@ import bpy
 from bpy.props import StringProperty
 
 from ...cycles_check.render_settings import contents_of
+from ...fit_run.answer.results import new_folder
 from ...fit_run.checkpoint import SUFFIX, Unfinished, going_on, load
 from ...fit_run.inputs import Inputs
 from ...fit_run.job import FitFailed, FitJob
 from ...fit_run.overall import Overall
 from ...fit_run.plan import prepare
 from ...fit_run.request import RunRequest
-from ...fit_run.results import new_folder
 from ...fit_run.staging.job import StagedJob, make_job
 from ...fit_run.staging.request import AUTO
 from ...information.conditioning import StageChoice

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
+from ...fit_run.answer.results import new_folder
 from ...fit_run.job import FitFailed
-from ...fit_run.results import new_folder
 from ...problems import BadInput
 from ...scene_read.photos import packed_photos
 from ...scene_read.scene import read_scene

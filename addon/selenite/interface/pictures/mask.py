@@ -3,7 +3,7 @@
 
 import bpy
 
-from ...fit_run.captures import read_captures
+from ...fit_run.captures.prepared import read_captures
 from ...fit_run.pictures.comparison import marked
 from ...native import NativeUnavailable
 from ...problems import Problem

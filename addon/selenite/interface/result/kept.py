@@ -7,7 +7,7 @@ import bpy
 
 from ... import mean_free_path
 from ...fit_run import trust
-from ...fit_run.findings import Finding, findings, in_short
+from ...fit_run.answer.findings import Finding, findings, in_short
 from ...fit_run.job import fitted_values
 from ..request import values_text
 from ..rows import fields as field_rows

@@ -14,12 +14,12 @@ import bpy
 import numpy as np
 
 from ... import grid_files, write_back
+from ...fit_run.answer.results import field_text
 from ...fit_run.field_kinds import KINDS
 from ...fit_run.fields import FieldUnknown, GridUnknown
 from ...fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
 from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
 from ...fit_run.request import UnknownRequest
-from ...fit_run.results import field_text
 from ...fit_run.settings import FitSettings
 from ...problems import BadInput, Problem
 from ...scene_read import volumes

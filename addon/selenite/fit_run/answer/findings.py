@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..parameters import Values
-from . import trust
-from .diagnosis import still_falling
-from .job import fitted_values
-from .plan import FitPlan
+from ...parameters import Values
+from .. import trust
+from ..diagnosis import still_falling
+from ..job import fitted_values
+from ..plan import FitPlan
+from ..unknowns import Unknown
 from .results import summary
-from .unknowns import Unknown
 
 SURE, WEAK, OPEN, UNKNOWN = "SURE", "WEAK", "OPEN", "UNKNOWN"
 #: Half an interval that is longer than this share of the bounds, on the scale of the parameter, is

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from ... import native
-from ..capture_render import shown, under_its_lights
-from ..captures import Capture
-from .background import Background, border
-from .silhouette import Silhouettes
+from ..photos.background import Background, border
+from ..photos.silhouette import Silhouettes
+from .prepared import Capture
+from .render import shown, under_its_lights
 
 #: Largest difference of one colour in sRGB code values: what compression leaves.
 _EVEN = 0.02

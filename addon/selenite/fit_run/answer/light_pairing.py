@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import native
-from .capture_render import gain_of
-from .captures import Capture
-from .job import scene_at
-from .light_states import described, is_as_in_scene, key_of
-from .plan import FitPlan
+from ... import native
+from ..captures.light_states import described, is_as_in_scene, key_of
+from ..captures.prepared import Capture
+from ..captures.render import gain_of
+from ..job import scene_at
+from ..plan import FitPlan
 
 Lights = Mapping[str, Any]
 

@@ -6,15 +6,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..json_text import read_json
-from ..parameters import Values, join_name, split_name
-from ..problems import BadInput, Problem
-from ..scene_read.values import SceneValues
-from . import fields as all_fields
-from .field_kinds import IN_PLACE_OF, KINDS
-from .request import UnknownRequest
-from .settings import FitSettings
-from .unknowns import choose
+from ...json_text import read_json
+from ...parameters import Values, join_name, split_name
+from ...problems import BadInput, Problem
+from ...scene_read.values import SceneValues
+from .. import fields as all_fields
+from ..field_kinds import IN_PLACE_OF, KINDS
+from ..request import UnknownRequest
+from ..settings import FitSettings
+from ..unknowns import choose
 
 RESULT = "result.json"
 _CURE = "give the folder of a fit that has ended"

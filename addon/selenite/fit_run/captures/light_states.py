@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..problems import Problem, choice, listed
-from ..scene_read import lamp_places
-from ..scene_read.capture_request import CaptureRequest
-from ..scene_read.values import LightValues, SceneValues
+from ...problems import Problem, choice, listed
+from ...scene_read import lamp_places
+from ...scene_read.capture_request import CaptureRequest
+from ...scene_read.values import LightValues, SceneValues
 
 #: All as in the scene.
 AS_IN_SCENE: Mapping[str, Any] = {"lamps": None, "world": True, "places": {}}

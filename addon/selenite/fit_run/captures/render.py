@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import native
-from .captures import Capture
+from ... import native
 from .light_states import is_as_in_scene
+from .prepared import Capture
 
 Gain = tuple[float, float, float]
 #: Of a camera, in pixels of its picture to the right and down, and in radians about its axis.

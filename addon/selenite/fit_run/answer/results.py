@@ -15,20 +15,20 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__, mean_free_path, native
-from ..atomic_files import write_json
-from ..parameters import Values
-from ..paths import file_stems
-from . import trust
-from .capture_render import alignment_of, gain_of, render_capture
-from .captures import Capture
-from .fields import FieldUnknown, images
+from ... import __version__, mean_free_path, native
+from ...atomic_files import write_json
+from ...parameters import Values
+from ...paths import file_stems
+from .. import trust
+from ..captures.prepared import Capture
+from ..captures.render import alignment_of, gain_of, render_capture
+from ..fields import FieldUnknown, images
+from ..gauge import gauges
+from ..job import fitted_values, scene_at
+from ..pictures import comparison, plots, sheet
+from ..plan import FitPlan, paths_traced
+from ..unknowns import Unknown
 from .fitted_scene import RESULT
-from .gauge import gauges
-from .job import fitted_values, scene_at
-from .pictures import comparison, plots, sheet
-from .plan import FitPlan, paths_traced
-from .unknowns import Unknown
 
 SCHEMA = 1
 #: Pictures of a result folder beside those of each photo.

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from .. import native
-from ..problems import Problem, choice, listed
-from ..scene_read.capture_request import CaptureRequest, with_ids
-from ..scene_read.values import CameraValues, SceneValues
+from ... import native
+from ...problems import Problem, choice, listed
+from ...scene_read.capture_request import CaptureRequest, with_ids
+from ...scene_read.values import CameraValues, SceneValues
+from ..photos import distortion
+from ..photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
+from ..photos.masks import background_of, masked
+from ..photos.response import read_response
+from ..photos.silhouette import Silhouettes
+from ..photos.window import WHOLE, PhotoWindow, projection, window_of
 from .light_states import AS_IN_SCENE, light_state
-from .photos import distortion
-from .photos.files import MASK_TOLERANCE, as_file, header, pixels, same_aspect, unreadable
-from .photos.masks import background_of, masked
-from .photos.response import read_response
-from .photos.silhouette import Silhouettes
-from .photos.window import WHOLE, PhotoWindow, projection, window_of
 
 #: How the warning begins that names them.
 LEFT_OUT = "Cameras without a photo are left out"

@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..json_text import read_json
-from ..problems import BadInput, Problem
-from ..scene_read.capture_request import PACKED, CaptureRequest
+from ...json_text import read_json
+from ...problems import BadInput, Problem
+from ...scene_read.capture_request import PACKED, CaptureRequest
 from .lamp_table import LampTable
 
 SCHEMA = 1
