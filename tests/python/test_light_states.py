@@ -21,8 +21,8 @@ from selenite.fit_run.captures.light_states import (
     most_common,
 )
 from selenite.problems import BadInput, Problem
-from selenite.scene_read import lamp_places
 from selenite.scene_read.capture_request import CaptureRequest
+from selenite.scene_read.lamps import places as lamp_places
 from selenite.scene_read.values import LampFrame, LightValues, SceneValues
 
 

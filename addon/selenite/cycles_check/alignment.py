@@ -16,7 +16,7 @@ import mathutils
 from ..fit_run.captures.prepared import Capture
 from ..fit_run.captures.render import UNALIGNED, Alignment
 from ..scene_read.camera import named_cameras
-from ..scene_read.render_depsgraph import view_layer_of
+from ..scene_read.reading.render_depsgraph import view_layer_of
 
 
 def moved_window(capture: Capture, alignment: Alignment) -> tuple[float, float, float, float]:

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 import mathutils
 
-from ..scene_read.render_depsgraph import view_layer_of
+from ..scene_read.reading.render_depsgraph import view_layer_of
 from ..scene_read.view_layers import world_of
 
 _BLACK = "Selenite black world"

@@ -19,7 +19,7 @@ from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
-from ..scene_read.reading_job import ReadingJob
+from ..scene_read.reading.job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 from .running.recorder import BackgroundRecorder, Closing

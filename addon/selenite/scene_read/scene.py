@@ -12,24 +12,15 @@ import numpy as np
 from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
-from . import (
-    hosts,
-    lights,
-    linking,
-    materials,
-    mesh,
-    not_rendered,
-    properties,
-    view_layers,
-    visibility,
-    volume_objects,
-    world,
-)
-from .bodies import judge_bodies
-from .lamp_frames import LampFrames
-from .nodes import Unreadable
-from .render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
-from .textures import TextureRoom
+from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from .geometry import mesh, not_rendered
+from .geometry.bodies import judge_bodies
+from .lamps import lights
+from .lamps.frames import LampFrames
+from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
+from .shading import materials, world
+from .shading.nodes import Unreadable
+from .shading.textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 

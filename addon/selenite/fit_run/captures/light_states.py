@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ...problems import Problem, choice, listed
-from ...scene_read import lamp_places
 from ...scene_read.capture_request import CaptureRequest
+from ...scene_read.lamps import places as lamp_places
 from ...scene_read.values import LightValues, SceneValues
 
 #: All as in the scene.

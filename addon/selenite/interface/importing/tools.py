@@ -11,8 +11,8 @@ from bpy.props import FloatProperty
 from ... import mean_free_path
 from ...importers import imported, mesh_repair
 from ...problems import BadInput, Problem
-from ...scene_read import volumes
-from ...scene_read.nodes import Unreadable
+from ...scene_read.shading import volumes
+from ...scene_read.shading.nodes import Unreadable
 from ..problem_reports import report_problems
 from ..texts import paragraph
 from .operators import meters_in_unit

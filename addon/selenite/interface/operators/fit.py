@@ -21,11 +21,11 @@ from ...fit_run.staging.request import AUTO
 from ...information.conditioning import StageChoice
 from ...information.job import BackgroundJob
 from ...problems import BadInput
-from ...scene_read.bodies import judge_bodies
-from ...scene_read.lamp_frames import reading_frames
+from ...scene_read.geometry.bodies import judge_bodies
+from ...scene_read.lamps.frames import reading_frames
 from ...scene_read.photos import packed_photos
-from ...scene_read.reading_job import ReadingJob
-from ...scene_read.render_depsgraph import Reading, Stopped, at_once
+from ...scene_read.reading.job import ReadingJob
+from ...scene_read.reading.render_depsgraph import Reading, Stopped, at_once
 from ...scene_read.scene import reading
 from ...scene_read.values import Owner, SceneValues
 from .. import environment_panel

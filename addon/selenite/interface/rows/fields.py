@@ -22,8 +22,8 @@ from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
 from ...fit_run.request import UnknownRequest
 from ...fit_run.settings import FitSettings
 from ...problems import BadInput, Problem
-from ...scene_read import volumes
 from ...scene_read.scene import read_scene
+from ...scene_read.shading import volumes
 from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
 from ...write_back import environments
 from ...write_back import grids as grid_objects

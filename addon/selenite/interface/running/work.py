@@ -18,7 +18,7 @@ from ...fit_run.plan import FitPlan, prepare
 from ...fit_run.staging.job import StagedJob, make_job
 from ...information.job import Step
 from ...problems import BadInput
-from ...scene_read.bodies import judge_bodies
+from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
 from .recorder import BackgroundRecorder
 

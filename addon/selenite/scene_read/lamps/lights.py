@@ -8,10 +8,12 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from .. import parameters
-from ..problems import Problem
-from . import hosts, lamp_places, nodes
-from .values import LightValues, Owner
+from ... import parameters
+from ...problems import Problem
+from .. import hosts
+from ..shading import nodes
+from ..values import LightValues, Owner
+from . import places as lamp_places
 
 _EMISSION = ("Color", "Strength")
 

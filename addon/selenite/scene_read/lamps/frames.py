@@ -15,12 +15,13 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..problems import Problem, listed
-from . import camera as cameras
-from . import hosts, mesh
+from ...problems import Problem, listed
+from .. import camera as cameras
+from .. import hosts
+from ..geometry import mesh
+from ..reading.render_depsgraph import GraphRead, Reading, at_once
+from ..values import LampFrame, SceneValues
 from .lights import is_portal
-from .render_depsgraph import GraphRead, Reading, at_once
-from .values import LampFrame, SceneValues
 
 #: Of coordinates, relative to the largest of a matrix: two evaluations may differ by rounding.
 _ROUNDING = 1e-5

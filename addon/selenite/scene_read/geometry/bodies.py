@@ -24,9 +24,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..problems import Problem
-from .closedness import Closedness, survey
-from .values import BodyValues, MaterialValues, ObjectValues, SceneValues
+from ...problems import Problem
+from ..closedness import Closedness, survey
+from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
 
 _CLOSE = (
     "in Edit Mode use Mesh > Clean Up > Merge by Distance, then Select > Select All by Trait > "

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..parameters import Parameter, Values
+from ...parameters import Parameter, Values
 from . import nodes
 from .nodes import Groups, Source, Unreadable
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..problems import Problem
-from .values import LightValues
+from ...problems import Problem
+from ..values import LightValues
 
 #: Why Cycles shows something else than a lamp's light where its axes are not at right angles.
 _SHEARED_AREA = "Cycles samples its light as if its sides were at right angles"

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 import bpy
 import numpy as np
 
-from ..parameters import Parameter
+from ...parameters import Parameter
+from ..values import MapValues, TextureValues, greyed
 from . import images, nodes
 from .coordinates import read_coordinates
 from .images import Pixels
 from .nodes import Source, Unreadable
-from .values import MapValues, TextureValues, greyed
 
 # Cycles' own shading system takes Smart for Cubic.
 _INTERPOLATIONS = {"Linear": "Linear", "Closest": "Closest", "Cubic": "Cubic", "Smart": "Cubic"}

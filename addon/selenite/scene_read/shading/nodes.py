@@ -14,10 +14,10 @@ from typing import Any
 
 import bpy
 
-from ..parameters import Values
-from ..problems import Problem
-from . import hosts
-from .values import LUMINANCE
+from ...parameters import Values
+from ...problems import Problem
+from .. import hosts
+from ..values import LUMINANCE
 
 _CONSTANT_NODES = {"ShaderNodeRGB", "ShaderNodeValue"}
 #: Socket type -> what Cycles passes through it.

@@ -13,7 +13,8 @@ from typing import Any, cast
 import bpy
 import numpy as np
 
-from . import file_alpha, hosts
+from .. import hosts
+from . import file_alpha
 from .file_alpha import FileAlpha
 from .nodes import Unreadable
 

@@ -11,9 +11,10 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..problems import Problem
-from . import hosts, not_rendered
-from .values import MeshValues, SceneValues
+from ...problems import Problem
+from .. import hosts
+from ..values import MeshValues, SceneValues
+from . import not_rendered
 
 
 @dataclass(frozen=True)

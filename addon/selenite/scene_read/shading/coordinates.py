@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..parameters import Values
+from ...parameters import Values
 from . import nodes
 from .nodes import Groups, Source, Unreadable
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from ..problems import Problem
-from .values import SceneValues
+from ...problems import Problem
+from ..values import SceneValues
 
 _READ = {"MESH", "LIGHT", "VOLUME"}
 #: Curves, surfaces, texts and metaballs with a surface come as meshes from the dependency graph.

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import bpy
 
-from .. import parameters
-from ..parameters import Parameter, Values
-from ..problems import Problem
-from . import hosts, nodes, textures, volumes
+from ... import parameters
+from ...parameters import Parameter, Values
+from ...problems import Problem
+from .. import hosts
+from ..values import MaterialValues, Owner
+from . import nodes, textures, volumes
 from .nodes import Groups, Source, Unreadable
 from .textures import TextureRoom
-from .values import MaterialValues, Owner
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 NO_MATERIAL = "(no material)"

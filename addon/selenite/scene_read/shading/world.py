@@ -6,12 +6,12 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .. import parameters
-from ..problems import Problem
+from ... import parameters
+from ...problems import Problem
+from ..values import Owner, WorldValues
 from . import images, nodes
 from .coordinates import read_coordinates
 from .nodes import Groups, Source, Unreadable
-from .values import Owner, WorldValues
 
 WORLD = "World"  # the owner's name, whatever the datablock is called
 #: Of its image among what can be fixed.

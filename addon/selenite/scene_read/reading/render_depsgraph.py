@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import bpy
 
-from ..problems import Problem
+from ...problems import Problem
 from .without_words import without_words
 
 T = TypeVar("T")
