@@ -14,9 +14,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .colmap_model import Frame, Image, Model, Rig, RigidTransform
-from .colmap_models import MODELS, colmap_camera
-from .files import MOST_BINARY, Place, is_file, size_of
+from ..files import MOST_BINARY, Place, is_file, size_of
+from .camera_models import MODELS, colmap_camera
+from .model import Frame, Image, Model, Rig, RigidTransform
 
 #: Bytes of an image's name.
 LONGEST_NAME = 4096

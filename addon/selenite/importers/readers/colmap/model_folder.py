@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..reconstruction import Reconstruction
-from .colmap_binary import read_binary_model
-from .colmap_model import Model
-from .colmap_text import read_text_model
-from .files import Place, is_file
+from ...reconstruction import Reconstruction
+from ..files import Place, is_file
+from .binary import read_binary_model
+from .model import Model
+from .text import read_text_model
 
 #: Where a model lies below the folder of a project.
 PLACES = ("", "sparse/0", "sparse", "0")

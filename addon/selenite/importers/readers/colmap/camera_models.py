@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..reconstruction import Intrinsics
-from . import numbers
-from .files import Place
-from .lenses import opencv_intrinsics
+from ...reconstruction import Intrinsics
+from .. import numbers
+from ..files import Place
+from ..lenses import opencv_intrinsics
 
 #: Name and parameters by id; those of f stand for both directions.
 _NAMES: dict[int, tuple[str, str]] = {

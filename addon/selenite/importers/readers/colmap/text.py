@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from . import numbers
-from .colmap_model import CAMERA_SENSOR, Frame, Image, Model, Rig, RigidTransform
-from .colmap_models import BY_NAME, colmap_camera
-from .files import Place, is_file, shortened
-from .lines import word_lines
+from .. import numbers
+from ..files import Place, is_file, shortened
+from ..lines import word_lines
+from .camera_models import BY_NAME, colmap_camera
+from .model import CAMERA_SENSOR, Frame, Image, Model, Rig, RigidTransform
 
 
 def _values(words: list[str], place: Place, count: int | None = None) -> np.ndarray:

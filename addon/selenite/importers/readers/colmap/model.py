@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reconstruction import ReconstructedCamera, Reconstruction
-from . import numbers
-from .colmap_models import ColmapCamera
-from .files import Place
-from .labels import Labels, LeftOut
+from ...reconstruction import ReconstructedCamera, Reconstruction
+from .. import numbers
+from ..files import Place
+from ..labels import Labels, LeftOut
+from .camera_models import ColmapCamera
 
 CAMERA_SENSOR = 0
 MOST_IMAGES = 200_000
