@@ -177,7 +177,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         if state.TRADE.step is not None:
             draw_bar(layout, state.TRADE.step.fraction, state.TRADE.step.text)
         for line in state.TRADE.lines:
-            layout.label(text=line)
+            paragraph(layout, context, line)
 
 
 class SELENITE_PT_cycles(bpy.types.Panel):

@@ -16,6 +16,7 @@ from ..native import NativeUnavailable
 from ..problems import BadInput
 from .problem_reports import report_problems
 from .state import Background, is_idle
+from .texts import announce, shown
 
 T = TypeVar("T")
 
@@ -27,7 +28,7 @@ def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
     except BadInput as error:
         report_problems(operator, error)
     except NativeUnavailable as error:
-        operator.report({"ERROR"}, str(error))
+        announce(operator, {"ERROR"}, str(error))
     return None
 
 
@@ -118,7 +119,7 @@ class WorksInThread(Ticking, bpy.types.Operator):
         except BadInput as error:
             report_problems(self, error)
         except (FitFailed, OSError, ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, f"{self.failure}: {error}")
+            announce(self, {"ERROR"}, f"{self.failure}: {error}")
         finally:
             redraw(context)
         return {"CANCELLED"}
@@ -155,7 +156,7 @@ def show_status(context: bpy.types.Context, text: str | None, fraction: float = 
     line = ""
     if text is not None:
         done = round(_BLOCKS * min(max(fraction, 0.0), 1.0))
-        line = f"Selenite  [{'|' * done}{'.' * (_BLOCKS - done)}]  {text}"
+        line = f"Selenite  [{'|' * done}{'.' * (_BLOCKS - done)}]  {shown(text)}"
     now = time.monotonic()
     if line == _SHOWN[0] or (line and now - _DRAWN_AT[0] < _REDRAW_EVERY):
         return

@@ -14,6 +14,7 @@ from ...scene_read.camera import named_cameras
 from ...scene_read.capture_request import CaptureRequest
 from ...scene_read.photos import ids_of, pair_by_name
 from ..operators.filling import list_parameters, tick_usual
+from ..texts import announce
 
 #: Formats that are read, see docs/guide/photos.md.
 _ENDINGS = ("png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr")
@@ -113,12 +114,14 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
         settings.active_capture = max(0, min(settings.active_capture, len(settings.captures) - 1))
         self._first_rows(context.scene)
         if failed:
-            self.report({"ERROR"}, f"Cannot read {', '.join(failed)}; give image files")
+            announce(self, {"ERROR"}, f"Cannot read {', '.join(failed)}; give image files")
         if rest:
             text = "have no camera of their name; choose it in the list"
-            self.report({"WARNING"}, f"{len(rest)} photos {text}")
+            announce(self, {"WARNING"}, f"{len(rest)} photos {text}")
         elif not failed:
-            self.report({"INFO"}, f"{len(paths)} photos loaded; see what is ticked, then Start Fit")
+            announce(
+                self, {"INFO"}, f"{len(paths)} photos loaded; see what is ticked, then Start Fit"
+            )
         return {"FINISHED"} if len(failed) < len(paths) else {"CANCELLED"}
 
     def _first_rows(self, scene: bpy.types.Scene) -> None:
@@ -129,7 +132,7 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
         try:
             list_parameters(scene)
         except NativeUnavailable as error:
-            self.report({"WARNING"}, str(error))
+            announce(self, {"WARNING"}, str(error))
             return
         if len(settings.owners):
             tick_usual(settings, settings.owners[settings.active_owner].name)

@@ -15,6 +15,7 @@ from ...native import NativeUnavailable
 from ...paths import MISSING, absolute, is_there
 from ...problems import BadInput, Problem
 from ..problem_reports import report_problems
+from ..texts import announce
 
 #: Of files that can be dropped: all but those of meshes, which Blender's own importers take.
 _ENDINGS = ".xml;.x3d;.x3dz;.json;.out;.xmp;.csv;.bin;.txt"
@@ -82,13 +83,13 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
             report_problems(self, error)
             return {"CANCELLED"}
         except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
+            announce(self, {"ERROR"}, str(error))
             return {"CANCELLED"}
         for text in plan.warnings:
-            self.report({"WARNING"}, text)
+            announce(self, {"WARNING"}, text)
         counts = f"{len(made.cameras)} cameras, {made.captures} with a photo"
         meshes = ", ".join(f"'{item.name}'" for item in made.meshes) or "no mesh"
-        self.report({"INFO"}, f"'{made.collection.name}': {counts}; {meshes}")
+        announce(self, {"INFO"}, f"'{made.collection.name}': {counts}; {meshes}")
         return {"FINISHED"}
 
     def _request(self, scene: bpy.types.Scene) -> ImportRequest:

@@ -14,7 +14,7 @@ from ...problems import BadInput, Problem
 from ...scene_read.shading import volumes
 from ...scene_read.shading.nodes import Unreadable
 from ..problem_reports import report_problems
-from ..texts import paragraph
+from ..texts import announce, paragraph
 from .operators import meters_in_unit
 
 #: What the last tool has found, by the scene's name: lines of the sub-panel.
@@ -32,7 +32,7 @@ class _Tool(bpy.types.Operator):
             report_problems(self, error)
             return {"CANCELLED"}
         FOUND[context.scene.name] = lines
-        self.report({"INFO"}, "; ".join(lines))
+        announce(self, {"INFO"}, "; ".join(lines))
         return {"FINISHED"}
 
     @abstractmethod

@@ -16,6 +16,7 @@ from ..problem_reports import report_problems
 from ..request import refresh_rows
 from ..result.kept import three
 from ..rows import fields as field_rows
+from ..texts import announce
 
 
 class SELENITE_OT_apply(bpy.types.Operator):
@@ -54,9 +55,9 @@ class SELENITE_OT_apply(bpy.types.Operator):
             if not field_rows.is_field(row):
                 row.original = three(before[row.owner, row.parameter])
         for line in lines:
-            self.report({"INFO"}, line)
+            announce(self, {"INFO"}, line)
         if missing:
-            self.report({"WARNING"}, f"The fitted grids stay in their files: {missing}")
+            announce(self, {"WARNING"}, f"The fitted grids stay in their files: {missing}")
         settings.applied = True
         _refresh(context)
         return {"FINISHED"}

@@ -21,6 +21,7 @@ from ..request import fit_settings
 from ..rows import environment as environment_rows
 from ..rows import fields as field_rows
 from ..state import CHECK, RUN, is_idle
+from ..texts import announce
 from ..ticking import Ticking, redraw
 
 
@@ -111,7 +112,7 @@ class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
             job.close()
             redraw(context)
         CHECK.lines = lines(report)
-        self.report({"INFO"}, f"Wrote {CHECK.sheet}")
+        announce(self, {"INFO"}, f"Wrote {CHECK.sheet}")
         return {"FINISHED"}
 
 
@@ -144,7 +145,7 @@ class SELENITE_OT_set_cycles(bpy.types.Operator):
         changed = set_for_fit(context.scene)
         CHECK.contents[context.scene.name] = contents_of(context.scene)
         text = f"Set {', '.join(changed)}" if changed else "All was set already"
-        self.report({"INFO"}, text)
+        announce(self, {"INFO"}, text)
         return {"FINISHED"}
 
 
@@ -193,7 +194,7 @@ def _report(operator: bpy.types.Operator, error: Exception) -> None:
     if isinstance(error, BadInput):
         report_problems(operator, error)
     else:
-        operator.report({"ERROR"}, f"The check failed: {error}")
+        announce(operator, {"ERROR"}, f"The check failed: {error}")
 
 
 CLASSES = (

@@ -38,6 +38,7 @@ from ..result.kept import keep_fields, keep_result
 from ..running.recorder import BackgroundRecorder
 from ..running.work import Finishing, Preparing
 from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
+from ..texts import announce
 from ..ticking import Ticking, built, redraw, show_status
 
 #: Events that change nothing, while a scene is being read.
@@ -104,7 +105,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         try:
             RUN.update()
             if trouble := RUN.record():
-                self.report({"WARNING"}, trouble)
+                announce(self, {"WARNING"}, trouble)
         except FitFailed:
             return self._finish(context)
         show_status(context, RUN.shown.text, RUN.shown.fraction)
@@ -226,7 +227,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             report_problems(self, error)
             return False
         except (ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, f"No stages are chosen: {error}")
+            announce(self, {"ERROR"}, f"No stages are chosen: {error}")
             return False
         return self._run(scene, job)
 
@@ -235,14 +236,14 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
     ) -> bool:
         """Starts the native thread and the record on disk."""
         for text in job.plan.warnings:
-            self.report({"WARNING"}, text)
+            announce(self, {"WARNING"}, text)
         CHECK.contents[scene.name] = contents_of(scene)
         RUN.start(job, scene.name, self._owners, overall)
         VIEW.begin()
         environment_panel.begin()
         RUN.recorder = _recorder(scene, self._resumed, self._inputs)
         if RUN.recorder is not None and RUN.recorder.trouble:
-            self.report({"WARNING"}, RUN.recorder.trouble)
+            announce(self, {"WARNING"}, RUN.recorder.trouble)
         return True
 
     def _begin_finishing(self, context: bpy.types.Context) -> set[str]:
@@ -285,7 +286,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         except FitFailed as error:
             RUN.drop_record()
             RUN.message = str(error)
-            self.report({"ERROR"}, str(error))
+            announce(self, {"ERROR"}, str(error))
             return {"CANCELLED"}
         if not RUN.keep or scene is None:
             if last is not None:
@@ -309,7 +310,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         if last.work.trouble:
             text = f"Cannot write the fitted grids and images to '{output_folder(scene)}'"
             cure = "choose another folder below and save the result"
-            self.report({"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
+            announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
         redraw(context)
         notify(self, context, scene)
         return {"FINISHED"}

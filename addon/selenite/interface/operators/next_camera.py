@@ -19,6 +19,7 @@ from ...write_back.cameras import add_camera
 from ..request import run_request
 from ..rows import fields as field_rows
 from ..state import CANCELLED, NEXT
+from ..texts import announce
 from ..ticking import CancelsWork, WorksInThread
 
 
@@ -47,11 +48,11 @@ class SELENITE_OT_suggest_camera(WorksInThread):
             return {"CANCELLED"}
         like = _like(work)
         if like not in named_cameras(scene):  # deleted or renamed meanwhile
-            self.report({"ERROR"}, f"Camera '{like}' is gone; suggest again")
+            announce(self, {"ERROR"}, f"Camera '{like}' is gone; suggest again")
             return {"CANCELLED"}
         name = _show(scene, work)
         NEXT.lines = report.advice(work)
-        self.report({"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
+        announce(self, {"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
         return {"FINISHED"}
 
 

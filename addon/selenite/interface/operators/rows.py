@@ -9,6 +9,7 @@ from ...native import NativeUnavailable
 from ...scene_read.scene import read_scene
 from .. import request
 from ..rows.owners import active_owner
+from ..texts import announce
 from .filling import list_parameters, tick_usual
 
 
@@ -25,10 +26,10 @@ class SELENITE_OT_refresh_rows(bpy.types.Operator):
         try:
             problems = list_parameters(context.scene)
         except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
+            announce(self, {"ERROR"}, str(error))
             return {"CANCELLED"}
         for problem in problems:
-            self.report({"WARNING"}, problem.line())
+            announce(self, {"WARNING"}, problem.line())
         return {"FINISHED"}
 
 
@@ -46,7 +47,7 @@ class SELENITE_OT_reset_rows(bpy.types.Operator):
             for row in context.scene.selenite.rows:
                 request.reset_row(row, request.owner_of(row, values), values)
         except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
+            announce(self, {"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -69,7 +70,9 @@ class SELENITE_OT_tick_usual(bpy.types.Operator):
         settings = context.scene.selenite
         owner = active_owner(settings)
         if owner is None or not tick_usual(settings, owner.name):
-            self.report({"WARNING"}, "All of them are locked; Show Locked and the tooltips say why")
+            announce(
+                self, {"WARNING"}, "All of them are locked; Show Locked and the tooltips say why"
+            )
             return {"CANCELLED"}
         return {"FINISHED"}
 

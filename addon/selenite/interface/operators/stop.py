@@ -13,6 +13,7 @@ from ...fit_run.staging.job import StagedJob
 from ..output_folder import output_folder
 from ..running.work import Saving
 from ..state import CANCELLED, RUN, SAVE, STAGES, is_idle
+from ..texts import announce
 from ..ticking import CancelsWork, WorksInThread, redraw
 
 #: Seconds that Cancel waits for the native thread, which ends within a tile; and between two polls.
@@ -120,12 +121,12 @@ class SELENITE_OT_save_result(WorksInThread):
 
     def _end(self, work: Saving | None) -> set[str]:
         if work is not None and work.trouble:
-            self.report({"ERROR"}, work.trouble)
+            announce(self, {"ERROR"}, work.trouble)
         if work is None or work.folder is None:
             return {"CANCELLED"}
         RUN.folder = work.folder
         SAVE.lines = [f"Wrote {work.folder}"]
-        self.report({"INFO"}, f"Wrote {work.folder}")
+        announce(self, {"INFO"}, f"Wrote {work.folder}")
         return {"FINISHED"}
 
 

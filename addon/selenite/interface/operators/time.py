@@ -17,6 +17,7 @@ from ...trade.start import estimate_of, trade_of
 from ..output_folder import output_folder
 from ..request import run_request
 from ..state import ESTIMATE, EXPECTED, TRADE
+from ..texts import announce
 from ..ticking import CancelsWork, Ticking, WorksInThread, built, redraw
 
 
@@ -115,17 +116,17 @@ class SELENITE_OT_trade(Ticking, bpy.types.Operator):
             content = report.report(trade)
             report.write(content, folder)
         except OSError as error:
-            self.report({"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
+            announce(self, {"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
             return {"CANCELLED"}
         if why := report.why_no_plot(content):
-            self.report({"WARNING"}, f"{why}; the table is there")
-        self.report({"INFO"}, f"Wrote {folder}")
+            announce(self, {"WARNING"}, f"{why}; the table is there")
+        announce(self, {"INFO"}, f"Wrote {folder}")
         redraw(context)
         return {"FINISHED"}
 
     def _failed(self, error: BadInput | FitFailed) -> set[str]:
         TRADE.stop()
-        self.report({"ERROR"}, str(error))
+        announce(self, {"ERROR"}, str(error))
         return {"CANCELLED"}
 
 

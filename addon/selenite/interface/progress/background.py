@@ -6,13 +6,13 @@ from __future__ import annotations
 import bpy
 
 from .. import state
-from ..texts import paragraph
+from ..texts import paragraph, shown
 
 
 def draw_bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
     """A bar where this Blender has one, else the percent in words."""
     if hasattr(layout, "progress"):  # 4.0 on
-        layout.progress(factor=fraction, text=text)
+        layout.progress(factor=fraction, text=shown(text))
         return
     whole = layout.column(align=True)
     paragraph(whole, bpy.context, text)

@@ -8,7 +8,7 @@ import bpy
 from .. import state
 from ..problem_reports import thing_of
 from ..problem_words import in_panel_words
-from ..texts import paragraph, translated
+from ..texts import paragraph, shown, translated
 from .background import draw_bar
 
 _WIDTH = 0.94
@@ -90,9 +90,9 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
     for problem in problems:
         box = layout.box().column(align=True)
         line = box.row()
-        line.label(text=problem.object, translate=False)
+        line.label(text=shown(problem.object), translate=False)
         if thing_of(problem.object) is not None:
             line.operator("selenite.select_problem", text="Select").thing = problem.object
-        cause = in_panel_words(problem.cause)
+        cause = shown(in_panel_words(problem.cause))
         paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
         paragraph(box, context, in_panel_words(problem.cure), "FORWARD")

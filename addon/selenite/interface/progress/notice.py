@@ -8,7 +8,7 @@ from contextlib import suppress
 import bpy
 
 from ..state import is_idle
-from ..texts import translated, translated_sentence
+from ..texts import announce, shown, translated
 
 #: Seconds that the line stays in the status bar.
 _SHOWN_FOR = 15.0
@@ -19,9 +19,9 @@ def notify(
 ) -> None:
     """Reports the verdict, shows it in the status bar, and scrolls to the result."""
     verdict = scene.selenite.verdict
-    words = translated_sentence(verdict) if verdict else translated("see Result")
+    words = shown(verdict) if verdict else translated("see Result")
     text = translated("Fit ended: {}").format(words)
-    operator.report({"INFO"}, text)
+    announce(operator, {"INFO"}, text)
     if bpy.app.background:
         return
     for window in context.window_manager.windows:
