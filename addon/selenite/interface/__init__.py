@@ -86,6 +86,7 @@ def unregister() -> None:
     state.ESTIMATE.stop()
     state.STAGES.stop()
     state.SAVE.stop()
+    state.READING.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

@@ -42,7 +42,7 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
     NativeUnavailable, since the parameter table is native.
     """
-    read = SceneValues(millimetres=_millimetres(scene))
+    read = SceneValues(millimetres=millimetres(scene))
     width, height = cameras.resolution(scene)
     if min(width, height) < 1:
         cause = f"a render has {width} x {height} pixels"
@@ -126,7 +126,7 @@ def _read(
     return rendered
 
 
-def _millimetres(scene: bpy.types.Scene) -> float | None:
+def millimetres(scene: bpy.types.Scene) -> float | None:
     """Length of a Blender unit, None without a system of units."""
     units = scene.unit_settings
     return 1000 * float(units.scale_length) if units.system != "NONE" else None

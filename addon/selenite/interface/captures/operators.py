@@ -13,7 +13,8 @@ from ...native import NativeUnavailable
 from ...scene_read.camera import named_cameras
 from ...scene_read.capture_request import CaptureRequest
 from ...scene_read.photos import ids_of, pair_by_name
-from ..operators.filling import list_parameters, tick_usual
+from ..operators.filling import list_parameters, tick_usual_of_first
+from ..state import is_idle
 from ..texts import announce
 
 #: Formats that are read, see docs/guide/photos.md.
@@ -129,13 +130,15 @@ class SELENITE_OT_load_photos(bpy.types.Operator):
         settings = scene.selenite
         if len(settings.rows):
             return
+        if not bpy.app.background and is_idle():
+            bpy.ops.selenite.update_rows("INVOKE_DEFAULT", usual=True)
+            return
         try:
             list_parameters(scene)
         except NativeUnavailable as error:
             announce(self, {"WARNING"}, str(error))
             return
-        if len(settings.owners):
-            tick_usual(settings, settings.owners[settings.active_owner].name)
+        tick_usual_of_first(settings)
 
 
 def _start_folder(scene: bpy.types.Scene) -> str:

@@ -8,14 +8,15 @@ import bpy
 from ... import write_back
 from ...parameters import Values
 from ...problems import BadInput, Problem
-from ...scene_read.scene import read_scene
+from ...scene_read.scene import millimetres, read_scene
 from ...scene_read.values import Owner
 from ...write_back import Key
 from ...write_back import grids as grid_objects
 from ..problem_reports import report_problems
-from ..request import refresh_rows
+from ..request import refresh_rows, show_current
 from ..result.kept import three
 from ..rows import fields as field_rows
+from ..state import is_idle
 from ..texts import announce
 
 
@@ -59,7 +60,7 @@ class SELENITE_OT_apply(bpy.types.Operator):
         if missing:
             announce(self, {"WARNING"}, f"The fitted grids stay in their files: {missing}")
         settings.applied = True
-        _refresh(context)
+        _refresh(context, "value")
         return {"FINISHED"}
 
 
@@ -85,7 +86,7 @@ class SELENITE_OT_restore(bpy.types.Operator):
             report_problems(self, error)
             return {"CANCELLED"}
         context.scene.selenite.applied = False
-        _refresh(context)
+        _refresh(context, "original")
         return {"FINISHED"}
 
 
@@ -103,10 +104,22 @@ def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]
     return write_back.write(scene, owners, values)
 
 
-def _refresh(context: bpy.types.Context) -> None:
-    """The current values in the list of parameters."""
-    if len(context.scene.selenite.rows):
+def _refresh(context: bpy.types.Context, which: str) -> None:
+    """The current values in the list of parameters, which are known; what a field changes in the
+    nodes of its owner is read."""
+    settings = context.scene.selenite
+    written = {(row.owner, row.parameter): row for row in settings.results}
+    for row in settings.rows:
+        found = written.get((row.owner, row.parameter))
+        if found is not None and not field_rows.is_field(found):
+            current = tuple(getattr(found, which)[: found.width])
+            show_current(row, current, millimetres(context.scene))
+    if not len(settings.rows) or not any(map(field_rows.is_field, settings.results)):
+        return
+    if bpy.app.background or not is_idle():
         refresh_rows(context.scene, read_scene(context.scene, surveys=False))
+    else:
+        bpy.ops.selenite.update_rows("INVOKE_DEFAULT")
 
 
 CLASSES = (SELENITE_OT_apply, SELENITE_OT_restore)

@@ -22,8 +22,13 @@ _USUAL = {"material": USUAL, "light": ("power",), "world": ("strength",)}
 
 
 def list_parameters(scene: bpy.types.Scene) -> list[Problem]:
-    """Fills the list; returns what stands in the way of a render. Raises NativeUnavailable."""
-    values = read_scene(scene, surveys=bpy.app.background)
+    """Reads the scene at once and fills the list; returns what stands in the way of a render.
+    Raises NativeUnavailable."""
+    return fill(scene, read_scene(scene, surveys=bpy.app.background))
+
+
+def fill(scene: bpy.types.Scene, values: SceneValues) -> list[Problem]:
+    """As `list_parameters`, with what was read, without a survey if there is a window."""
     native.core().prepare()  # while the user ticks
     refresh_rows(scene, values)
     remember_shapes(scene.name, values)
@@ -49,6 +54,12 @@ def _survey_soon(scene_name: str, values: SceneValues) -> None:
         return None
 
     bpy.app.timers.register(poll, first_interval=_POLL)
+
+
+def tick_usual_of_first(settings: bpy.types.PropertyGroup) -> None:
+    """The usual ticks of the active group, in a list that is new."""
+    if len(settings.owners):
+        tick_usual(settings, settings.owners[settings.active_owner].name)
 
 
 def tick_usual(settings: bpy.types.PropertyGroup, owner: str) -> int:

@@ -39,10 +39,8 @@ from ..running.recorder import BackgroundRecorder
 from ..running.work import Finishing, Preparing
 from ..state import CANCELLED, CHECK, PROBLEMS, RUN, STAGES, remember_shapes
 from ..texts import announce
-from ..ticking import Ticking, built, redraw, show_status
+from ..ticking import HARMLESS, Ticking, built, redraw, show_status
 
-#: Events that change nothing, while a scene is being read.
-_HARMLESS = {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
 #: Seconds that a tick waits for the work after a fit, which mostly is nothing.
 _SHORT = 0.05
 
@@ -150,7 +148,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             RUN.reading.cancel()
         if event.type == "TIMER" and not self._read_on(context):
             return self._over(context)
-        return {"PASS_THROUGH"} if event.type in _HARMLESS else {"RUNNING_MODAL"}
+        return {"PASS_THROUGH"} if event.type in HARMLESS else {"RUNNING_MODAL"}
 
     def _read_on(self, context: bpy.types.Context) -> bool:
         """Goes on reading, then starts the thread that prepares; False where nothing goes on."""

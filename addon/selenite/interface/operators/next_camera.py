@@ -12,8 +12,10 @@ from ...next_camera import report
 from ...next_camera.suggestion import Suggestion, suggestion_of
 from ...parameters import Values
 from ...scene_read.camera import named_cameras
+from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.photos import packed_photos
-from ...scene_read.scene import read_scene
+from ...scene_read.reading.render_depsgraph import Reading
+from ...scene_read.scene import reading
 from ...scene_read.values import SceneValues
 from ...write_back.cameras import add_camera
 from ..request import run_request
@@ -34,9 +36,10 @@ class SELENITE_OT_suggest_camera(WorksInThread):
     background = NEXT
     failure = "No camera is suggested"
 
-    def _work(self, context: bpy.types.Context) -> Suggestion:
+    def _asking(self, context: bpy.types.Context) -> Reading[Suggestion]:
         scene = context.scene
-        values = read_scene(scene)
+        values = yield from reading(scene)
+        values.bodies = judge_bodies(values)
         known = _known(scene, values)
         request = _at(run_request(scene, values), known)
         return suggestion_of(values, request, packed_photos(), known)

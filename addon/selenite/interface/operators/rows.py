@@ -4,16 +4,55 @@
 from __future__ import annotations
 
 import bpy
+from bpy.props import BoolProperty
 
-from ...native import NativeUnavailable
-from ...scene_read.scene import read_scene
+from ...scene_read.scene import read_scene, reading
+from ...scene_read.values import SceneValues
 from .. import request
 from ..rows.owners import active_owner
+from ..state import READING
 from ..texts import announce
-from .filling import list_parameters, tick_usual
+from ..ticking import ReadsScene, built
+from .filling import fill, tick_usual, tick_usual_of_first
 
 
-class SELENITE_OT_refresh_rows(bpy.types.Operator):
+class _Refreshes(ReadsScene, bpy.types.Operator):
+    """Base of what lists the parameters: in a window Blender reads the scene in a thread."""
+
+    usual: BoolProperty(
+        options={"HIDDEN", "SKIP_SAVE"}, description="Also tick the usual parameters"
+    )
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Blender stays usable."""
+        return self._read(context, reading(context.scene))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """At once. Ticks and bounds of rows that are known already stay."""
+        values = built(self, lambda: read_scene(context.scene, surveys=bpy.app.background))
+        return {"CANCELLED"} if values is None else self._with(context, values)
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Until it is read."""
+        if READING.job is None:
+            self._remove_timer(context)
+            return {"CANCELLED"}
+        return self._reading(context, event)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender quits or loads another file."""
+        READING.stop()
+        self._remove_timer(context)
+
+    def _with(self, context: bpy.types.Context, found: SceneValues) -> set[str]:
+        for problem in fill(context.scene, found):
+            announce(self, {"WARNING"}, problem.line())
+        if self.usual:
+            tick_usual_of_first(context.scene.selenite)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_refresh_rows(_Refreshes):
     """List every parameter of the materials, lights and world of the scene; ticks and bounds of
     known ones stay"""
 
@@ -21,34 +60,26 @@ class SELENITE_OT_refresh_rows(bpy.types.Operator):
     bl_label = "Refresh Parameters"
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Ticks and bounds of rows that are known already stay."""
-        try:
-            problems = list_parameters(context.scene)
-        except NativeUnavailable as error:
-            announce(self, {"ERROR"}, str(error))
-            return {"CANCELLED"}
-        for problem in problems:
-            announce(self, {"WARNING"}, problem.line())
-        return {"FINISHED"}
+
+class SELENITE_OT_update_rows(_Refreshes):
+    """List the parameters as a part of what has just been done, whose undo step this belongs to"""
+
+    bl_idname = "selenite.update_rows"
+    bl_label = "Update Parameters"
+    bl_options = {"INTERNAL"}
 
 
-class SELENITE_OT_reset_rows(bpy.types.Operator):
+class SELENITE_OT_reset_rows(_Refreshes):
     """Set start, bounds and rate of every parameter to their defaults"""
 
     bl_idname = "selenite.reset_rows"
     bl_label = "Reset Parameters"
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Also reads the current values again."""
-        try:
-            values = read_scene(context.scene)
-            for row in context.scene.selenite.rows:
-                request.reset_row(row, request.owner_of(row, values), values)
-        except NativeUnavailable as error:
-            announce(self, {"ERROR"}, str(error))
-            return {"CANCELLED"}
+    def _with(self, context: bpy.types.Context, found: SceneValues) -> set[str]:
+        """Also takes the current values from what was read."""
+        for row in context.scene.selenite.rows:
+            request.reset_row(row, request.owner_of(row, found), found)
         return {"FINISHED"}
 
 
@@ -101,6 +132,7 @@ class SELENITE_OT_untick(bpy.types.Operator):
 
 CLASSES = (
     SELENITE_OT_refresh_rows,
+    SELENITE_OT_update_rows,
     SELENITE_OT_reset_rows,
     SELENITE_OT_tick_usual,
     SELENITE_OT_untick,

@@ -10,9 +10,10 @@ from bpy.props import StringProperty
 
 from ...fit_run.job import FitFailed, FitJob
 from ...fit_run.staging.job import StagedJob
+from ...scene_read.reading.render_depsgraph import Reading
 from ..output_folder import output_folder
 from ..running.work import Saving
-from ..state import CANCELLED, RUN, SAVE, STAGES, is_idle
+from ..state import CANCELLED, READING, RUN, SAVE, STAGES, is_idle
 from ..texts import announce
 from ..ticking import CancelsWork, WorksInThread, redraw
 
@@ -71,11 +72,13 @@ class SELENITE_OT_cancel(bpy.types.Operator):
 
     @classmethod
     def poll(cls, _context: bpy.types.Context) -> bool:
-        """A fit is running or being prepared, or its stages are being chosen."""
-        return RUN.is_active or STAGES.job is not None
+        """A fit is running or being prepared, or its stages are being chosen, or the scene is
+        read."""
+        return RUN.is_active or STAGES.job is not None or READING.job is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """The scene was never touched. Mostly the fit ends at once; else at its next tick."""
+        READING.cancel()
         if STAGES.job is not None:
             STAGES.job.cancel()
         if RUN.preparing is not None:
@@ -115,8 +118,9 @@ class SELENITE_OT_save_result(WorksInThread):
         cls.poll_message_set("Run a fit first, and wait for its end")
         return RUN.result is not None and is_idle()
 
-    def _work(self, context: bpy.types.Context) -> Saving:
+    def _asking(self, context: bpy.types.Context) -> Reading[Saving]:
         folder = output_folder(context.scene)
+        yield from ()  # nothing is read
         return Saving(RUN.plan, RUN.result, folder, bpy.app.version_string)
 
     def _end(self, work: Saving | None) -> set[str]:

@@ -8,8 +8,10 @@ import bpy
 from ...fit_run.answer.results import new_folder
 from ...fit_run.job import FitFailed
 from ...problems import BadInput
+from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.photos import packed_photos
-from ...scene_read.scene import read_scene
+from ...scene_read.reading.render_depsgraph import Reading
+from ...scene_read.scene import read_scene, reading
 from ...trade import report
 from ...trade.expected import Estimate
 from ...trade.measure import Trade
@@ -32,10 +34,12 @@ class SELENITE_OT_estimate(WorksInThread):
     background = ESTIMATE
     failure = "Nothing is estimated"
 
-    def _work(self, context: bpy.types.Context) -> Estimate:
-        values = read_scene(context.scene)
-        estimate = estimate_of(values, run_request(context.scene, values), packed_photos())
-        EXPECTED.pop(context.scene.name, None)
+    def _asking(self, context: bpy.types.Context) -> Reading[Estimate]:
+        scene = context.scene
+        values = yield from reading(scene)
+        values.bodies = judge_bodies(values)
+        estimate = estimate_of(values, run_request(scene, values), packed_photos())
+        EXPECTED.pop(scene.name, None)
         return estimate
 
     def _end(self, work: Estimate | None) -> set[str]:

@@ -30,6 +30,10 @@ class SELENITE_PT_head(bpy.types.Panel):
         if missing:
             paragraph(layout, context, missing, "ERROR")
             return
+        if state.READING.job is not None:
+            draw_bar(layout, 0.0, translated("Reading the scene"))
+            layout.operator("selenite.cancel", icon="X")
+            return
         if state.RUN.is_active or state.STAGES.job is not None:
             _draw_run(layout, context)
             return
