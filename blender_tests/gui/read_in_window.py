@@ -45,6 +45,13 @@ def state():
     )
 
 
+def redraw():
+    """All the time."""
+    for area in bpy.context.window_manager.windows[0].screen.areas:
+        area.tag_redraw()
+    return 0.01
+
+
 def steps():
     """See `_driving.run`."""
     prepare()
@@ -66,6 +73,13 @@ def steps():
     assert READING.job is not None, "a button lets Blender's thread read"
     yield is_idle
     assert state() == before and len(bpy.context.scene.selenite.rows) > 0
+    # Blender refuses every change for ever where its thread comes in while a panel draws.
+    bpy.app.timers.register(redraw)
+    for frame in range(20):
+        in_window(bpy.ops.selenite.refresh_rows, "INVOKE_DEFAULT")
+        yield is_idle
+        bpy.context.scene.frame_start = frame
+    bpy.app.timers.unregister(redraw)
     bpy.context.scene.selenite.rows.clear()
     in_window(bpy.ops.selenite.refresh_rows, "INVOKE_DEFAULT")
     press_escape()

@@ -18,7 +18,7 @@ _POLL = 0.1  # seconds
 
 
 class ReadingJob(Generic[T]):
-    """Call `step` now and then until it is False; `value` is there then.
+    """Call `step` in an operator now and then until it is False; `value` is there then.
 
     The user must not change the scene meanwhile. In a Blender without windows each step waits.
     """
@@ -34,6 +34,7 @@ class ReadingJob(Generic[T]):
         """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`."""
         answer = None
         if self._render is not None:
+            self._render.entry.let_in()
             if self._render.is_running():
                 return True
             answer = self._close().outcome()
@@ -58,6 +59,7 @@ class ReadingJob(Generic[T]):
         self._stopped = True
         if self._render is not None:
             self._render.stopped = True
+            self._render.entry.open()
 
     def abandon(self) -> None:
         """As `cancel`, and nobody calls `step` any more."""

@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 import bpy
 
 from ...problems import Problem
+from .entry import Entry
 from .without_words import without_words
 
 T = TypeVar("T")
@@ -98,6 +99,7 @@ class GraphRender:
         self._reason = ""
         self._busy: Problem | None = None
         self._stack = ExitStack()
+        self.entry = Entry()
 
     def start(self, *, waits: bool) -> None:
         """waits: returns at the end. Else at once: Blender then evaluates and reads in a thread of
@@ -128,6 +130,8 @@ class GraphRender:
                 call.enter_context(without_words())
             else:
                 how = "INVOKE_DEFAULT"
+                self.entry.arm()
+                stack.callback(self.entry.disarm)
                 call.enter_context(_set(bpy.context.preferences.view, _NO_WINDOW))
             try:
                 bpy.ops.render.render(how, scene=prepared.name)
@@ -155,6 +159,7 @@ class GraphRender:
 
     def read(self, engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
         """Called by the engine."""
+        self.entry.entered()
         self._called = True
         scene, frame = self._asked.scene, self._asked.frame
 
