@@ -20,7 +20,7 @@ sys.path[:0] = [str(ROOT / "addon"), str(ROOT / "bench"), str(ROOT / "scenes")]
 import numpy as np  # noqa: E402
 from synthetic import subjects  # noqa: E402
 
-from selenite.fit_run.captures import Capture, read_captures  # noqa: E402
+from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
 from selenite.fit_run.plan import FitPlan  # noqa: E402
 from selenite.fit_run.request import RunRequest  # noqa: E402
 from selenite.fit_run.settings import FitSettings  # noqa: E402

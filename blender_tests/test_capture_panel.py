@@ -8,7 +8,7 @@ import pytest
 from drawn_panels import FakeLayout
 
 from selenite.fit_run.request import RunRequest
-from selenite.interface import capture_photo
+from selenite.interface.captures import photo as capture_photo
 from selenite.interface.pictures.mask import IMAGE
 from selenite.scene_read.capture_request import CaptureRequest, LensDistortion
 from selenite.scene_read.photos import captures_of

@@ -200,7 +200,7 @@ def test_the_panel_chooses_says_why_and_fits(tmp_path):
 
 @pytest.mark.usefixtures("addon")
 def test_the_panel_stays_usable_while_it_looks_and_cancel_ends_it(tmp_path):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     panel_fit(tmp_path)
     start = Pressed(Start)

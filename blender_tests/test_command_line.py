@@ -16,7 +16,7 @@ from command_line import command
 
 from selenite import native
 from selenite.cli import main
-from selenite.fit_run import results
+from selenite.fit_run.answer import results
 from selenite.fit_run.request import RunRequest, UnknownRequest, read_run
 from selenite.fit_run.settings import PRESETS, FitSettings
 from selenite.scene_read.capture_request import CaptureRequest

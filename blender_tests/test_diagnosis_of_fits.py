@@ -77,7 +77,7 @@ def test_a_camera_that_is_two_pixels_off(tmp_path, capsys):
 
 @pytest.mark.usefixtures("addon")
 def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path, iterations=60)
     row = next(item for item in settings.rows if item.parameter == "base_color")

@@ -11,7 +11,8 @@ import undo_steps
 from drawn_panels import draw
 
 from selenite import native
-from selenite.interface import environment_panel, environment_rows, panels, request, state
+from selenite.interface import environment_panel, panels, request, state
+from selenite.interface.rows import environment as environment_rows
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

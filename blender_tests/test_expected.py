@@ -141,7 +141,7 @@ def test_a_cancelled_estimate_tells_nothing(tmp_path):
 def test_the_panel_shows_progress_and_esc_ends_it(tmp_path):
     from test_interface import prepare_fit
 
-    from selenite.interface.time_operators import SELENITE_OT_estimate as Estimate
+    from selenite.interface.operators.time import SELENITE_OT_estimate as Estimate
 
     prepare_fit(tmp_path)
     estimate = Pressed(Estimate)

@@ -10,8 +10,8 @@ import pytest
 from made_images import linear_name, texels, write_png, write_tga, write_tiff
 from strips import NotHere, render_strips, shine, texture
 
-from selenite.scene_read import images
-from selenite.scene_read.nodes import Unreadable
+from selenite.scene_read.shading import images
+from selenite.scene_read.shading.nodes import Unreadable
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

@@ -13,8 +13,9 @@ from test_interface import prepare_fit
 
 from selenite import paths
 from selenite.interface import panels, properties, state
-from selenite.interface.furniture import links, presets
+from selenite.interface.furniture import links
 from selenite.interface.furniture.preferences import Defaults, preferences
+from selenite.interface.operators import presets
 from selenite.interface.output_folder import DEFAULT_FOLDER, output_folder
 from selenite.interface.problem_reports import thing_of
 from selenite.interface.request import FIT_SETTINGS
@@ -111,9 +112,9 @@ def test_a_bug_report_names_versions():
 
 def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
     from selenite.information.job import BackgroundJob
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
-    from selenite.scene_read.reading_job import ReadingJob
-    from selenite.scene_read.render_depsgraph import at_once
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
+    from selenite.scene_read.reading.job import ReadingJob
+    from selenite.scene_read.reading.render_depsgraph import at_once
 
     prepare_fit(tmp_path)
     start, scene = Pressed(Start), bpy.context.scene
@@ -140,7 +141,7 @@ def test_photos_are_read_in_a_thread_and_cancel_leaves_nothing(tmp_path):
 
 
 def test_a_result_is_saved_in_a_thread(tmp_path):
-    from selenite.interface.stop_operators import SELENITE_OT_save_result as Save
+    from selenite.interface.operators.stop import SELENITE_OT_save_result as Save
 
     _, settings = prepare_fit(tmp_path)
     settings.output = str(tmp_path / "out")
@@ -157,7 +158,7 @@ def test_a_result_is_saved_in_a_thread(tmp_path):
 
 
 def test_cancel_ends_at_once_and_brings_the_result_before_back(tmp_path):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path)
     settings.output = str(tmp_path / "out")

@@ -15,7 +15,8 @@ from drawn_panels import draw
 
 from selenite.importers import imported, mesh_repair
 from selenite.importers.to_blender import TO_FILE
-from selenite.interface import import_tools, panels
+from selenite.interface import panels
+from selenite.interface.importing import tools as import_tools
 from selenite.problems import BadInput
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]

@@ -227,7 +227,7 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
     assert "selenite.start" in draw(panels.SELENITE_PT_fit)
     assert "tolerance" in draw(panels.SELENITE_PT_advanced)
 
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     start = Pressed(Start)
     assert start._start(bpy.context)
@@ -258,7 +258,7 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
 
 @pytest.mark.usefixtures("addon")
 def test_cancel_keeps_nothing(tmp_path):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path, lasting=True)
     start = Pressed(Start)
@@ -276,7 +276,7 @@ def test_panel_shows_why_the_native_module_is_missing(monkeypatch):
 
 
 def test_unregister_stops_a_running_fit(tmp_path):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     selenite.register()
     prepare_fit(tmp_path, lasting=True)

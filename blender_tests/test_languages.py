@@ -9,7 +9,7 @@ import bpy
 import interface_texts
 import pytest
 
-from selenite.fit_run import findings
+from selenite.fit_run.answer import findings
 from selenite.interface import texts
 from selenite.interface.furniture.languages import TEXTS
 
@@ -66,3 +66,19 @@ def test_blender_shows_german():
         assert text == "Anpassung starten"
     finally:
         view.language = before
+
+
+@pytest.mark.skipif("de_DE" not in bpy.app.translations.locales, reason="no German in this Blender")
+def test_what_a_fit_says_is_shown_in_german():
+    view = bpy.context.preferences.view
+    before = view.language
+    try:
+        view.language = "de_DE"
+        view.use_translate_interface = True
+        assert texts.shown("Camera 'Front'") == "Kamera „Front“"
+        assert texts.shown("Parameter 'A:ior': given twice; give it once") == (
+            "Parameter „A:ior“: zweimal angegeben; gib es einmal an"
+        )
+    finally:
+        view.language = before
+    assert texts.shown("Camera 'Front'") == "Camera 'Front'"

@@ -14,9 +14,9 @@ from drawn_panels import FakeLayout
 from selenite import native
 from selenite.cycles_check import render as cycles
 from selenite.cycles_check.light_state import under_lights
-from selenite.fit_run.light_states import light_state
+from selenite.fit_run.captures.light_states import light_state
 from selenite.fit_run.plan import build_scene
-from selenite.interface import capture_lights
+from selenite.interface.captures import lights as capture_lights
 from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.photos import captures_of
 

@@ -16,7 +16,8 @@ import pytest
 from command_line import command
 from pressed_buttons import TIMER, Pressed
 
-from selenite.fit_run import checkpoint, results
+from selenite.fit_run import checkpoint
+from selenite.fit_run.answer import results
 
 pytestmark = pytest.mark.blender
 
@@ -246,7 +247,7 @@ def test_the_panel_keeps_the_result_and_tells_of_the_record(tmp_path, monkeypatc
     from test_interface import draw, prepare_fit
 
     from selenite.interface import panels, state
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path, lasting=True)
     settings.output = str(tmp_path / "fits")

@@ -16,7 +16,7 @@ from selenite import native
 from selenite.fit_run.request import read_run
 from selenite.fit_run.settings import FitSettings
 from selenite.interface import state
-from selenite.interface.fit_operators import SELENITE_OT_start as Start
+from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 

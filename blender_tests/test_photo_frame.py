@@ -11,7 +11,7 @@ from selenite import native
 from selenite.cli import main
 from selenite.cycles_check.compare import Estimate
 from selenite.cycles_check.render import estimate
-from selenite.fit_run.captures import read_captures
+from selenite.fit_run.captures.prepared import read_captures
 from selenite.fit_run.plan import build_scene
 from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.scene import read_scene

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures import read_captures
+from selenite.fit_run.captures.prepared import read_captures
 from selenite.fit_run.plan import build_scene, prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings

@@ -10,7 +10,7 @@ from selenite import native
 from selenite.cycles_check.compare import Estimate
 from selenite.cycles_check.render import estimate
 from selenite.cycles_check.render_settings import set_comparison
-from selenite.fit_run.captures import read_captures
+from selenite.fit_run.captures.prepared import read_captures
 from selenite.fit_run.photos.window import cropped_camera
 from selenite.fit_run.plan import build_scene
 from selenite.scene_read.camera import read_camera

@@ -174,7 +174,7 @@ def drawn(seconds=60):
 
 @pytest.mark.usefixtures("addon")
 def test_running_fit_is_shown_and_plotted(tmp_path, editor):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     settings = prepare(tmp_path)
     settings.iterations, settings.loss = 4000, "mae"

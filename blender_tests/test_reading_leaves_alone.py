@@ -83,7 +83,7 @@ def test_handlers_of_the_user_do_not_run_and_are_named():
 
 def test_what_fails_while_the_graph_lives_is_raised(monkeypatch):
     made.camera()
-    from selenite.scene_read import world
+    from selenite.scene_read.shading import world
 
     def fail(_world):
         raise ArithmeticError("in the midst")
@@ -99,7 +99,7 @@ def test_what_fails_while_the_graph_lives_is_raised(monkeypatch):
 @pytest.mark.parametrize("rigid", [False, True])
 def test_a_scene_that_is_read_at_another_frame_goes_back_to_its_own(rigid, fails):
     """With a rigid body world the scene itself is rendered, not a copy."""
-    from selenite.scene_read.render_depsgraph import GraphRead, at_once
+    from selenite.scene_read.reading.render_depsgraph import GraphRead, at_once
 
     made.triangle()
     made.camera()

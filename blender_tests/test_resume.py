@@ -17,7 +17,8 @@ from command_line import command
 from pressed_buttons import Pressed
 
 from selenite.cli import main
-from selenite.fit_run import checkpoint, results
+from selenite.fit_run import checkpoint
+from selenite.fit_run.answer import results
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
@@ -327,7 +328,7 @@ def test_a_run_in_blender_is_kept_and_goes_on(tmp_path):
     from test_interface import prepare_fit
 
     from selenite.interface import state
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path, lasting=True)
     settings.output = str(tmp_path / "fits")

@@ -10,7 +10,8 @@ from strips import shine, texture
 
 from selenite import write_back
 from selenite.problems import BadInput
-from selenite.scene_read import hosts, nodes
+from selenite.scene_read import hosts
+from selenite.scene_read.shading import nodes
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

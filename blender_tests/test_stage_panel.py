@@ -103,7 +103,7 @@ def test_a_file_fills_the_list_and_a_bad_one_changes_nothing(tmp_path):
 
 
 def test_the_panel_tells_the_stage_that_runs(tmp_path):
-    from selenite.interface.fit_operators import SELENITE_OT_start as Start
+    from selenite.interface.operators.fit import SELENITE_OT_start as Start
 
     _, settings = prepare_fit(tmp_path, lasting=True)
     tick(settings, "base_color", "ior")

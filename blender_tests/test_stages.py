@@ -13,9 +13,9 @@ from command_line import command
 
 from selenite import grid_files, native
 from selenite.cli import main
+from selenite.fit_run.answer.results import write_results
 from selenite.fit_run.plan import prepare
 from selenite.fit_run.request import RunRequest, UnknownRequest
-from selenite.fit_run.results import write_results
 from selenite.fit_run.settings import FitSettings
 from selenite.fit_run.staging.job import StagedJob, make_job
 from selenite.fit_run.staging.request import StageRequest

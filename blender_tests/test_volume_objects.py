@@ -12,7 +12,7 @@ from selenite import native
 from selenite.cycles_check import render as cycles
 from selenite.scene_read import openvdb_files, volume_objects
 from selenite.scene_read.build import build
-from selenite.scene_read.nodes import Unreadable
+from selenite.scene_read.shading.nodes import Unreadable
 
 pytestmark = pytest.mark.blender
 

@@ -6,7 +6,7 @@ import made_scenes as made
 import pytest
 
 from selenite import write_back
-from selenite.scene_read import volumes
+from selenite.scene_read.shading import volumes
 
 pytestmark = pytest.mark.blender34
 

@@ -7,8 +7,8 @@ import pytest
 
 from selenite import parameters, write_back
 from selenite.problems import BadInput
-from selenite.scene_read import materials
 from selenite.scene_read.build import build
+from selenite.scene_read.shading import materials
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 

@@ -37,7 +37,7 @@ def load(path: str) -> None:
 def read_photo(case: Path, mask: Path | None = None) -> bool:
     """As a fit reads it, for a camera of its size."""
     from selenite import native
-    from selenite.fit_run.captures import read_captures
+    from selenite.fit_run.captures.prepared import read_captures
     from selenite.scene_read.capture_request import CaptureRequest
 
     try:

@@ -101,7 +101,7 @@ def begun():
     """The Start button, pressed: a fit that would go on for long."""
     bpy.context.scene.selenite.iterations = 2000
     bpy.context.scene.selenite.tolerance = 0
-    button = Pressed(part("interface.fit_operators").SELENITE_OT_start)
+    button = Pressed(part("interface.operators.fit").SELENITE_OT_start)
     assert button._start(bpy.context)
     assert button.modal(bpy.context, TIMER) == {"PASS_THROUGH"}
     return button

@@ -133,6 +133,18 @@ def ended(title):
     print(f"{title}: {time.monotonic() - began:.3f} s", flush=True)
 
 
+def pressed(phase, operator):
+    """Presses a button of the panel, and waits until what it reads is read."""
+    TICKS.enter(phase)
+    began = time.monotonic()
+    in_window(operator, "INVOKE_DEFAULT")
+    answered = time.monotonic() - began
+    while not state.is_idle():
+        yield 0.02
+    print(f"{phase}: {answered:.2f} s, {time.monotonic() - began:.2f} s to its end", flush=True)
+    yield 1.0
+
+
 def steps():
     """See `_driving.run`."""
     # A display without a graphics card draws slowly, which says nothing about a fit.
@@ -144,6 +156,7 @@ def steps():
     TICKS.enter("without a fit")
     bpy.app.timers.register(TICKS, first_interval=TICK)
     yield 10.0
+    yield from pressed("Refresh", bpy.ops.selenite.refresh_rows)
     yield from start()
     while state.RUN.job is not None and state.RUN.finishing is None:
         yield 0.02
@@ -158,6 +171,20 @@ def steps():
         yield 0.02
     yield 1.0
     print(f"{memory():.2f} GB at most", flush=True)
+    yield from pressed("Apply", bpy.ops.selenite.apply)
+    yield from pressed("Restore", bpy.ops.selenite.restore)
+    for name in ("Refresh", "Start"):
+        TICKS.enter("Esc while reading")
+        operator = bpy.ops.selenite.refresh_rows if name == "Refresh" else bpy.ops.selenite.start
+        in_window(operator, "INVOKE_DEFAULT")
+        yield 0.3
+        reads = state.READING.job is not None or state.RUN.reading is not None
+        began = time.monotonic()
+        press_escape()
+        while not state.is_idle():
+            yield 0.005
+        print(f"Esc in {name}, reading: {reads}: {time.monotonic() - began:.3f} s", flush=True)
+        yield 1.0
     settings = bpy.context.scene.selenite
     settings.iterations = 1_000_000
     for title in ("Esc", "Cancel"):

@@ -11,7 +11,7 @@ import mathutils
 import numpy as np
 
 from selenite import parameters
-from selenite.scene_read import volumes
+from selenite.scene_read.shading import volumes
 
 from . import stage
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from selenite import native, parameters
-from selenite.fit_run.captures import Capture
+from selenite.fit_run.captures.prepared import Capture
 from selenite.fit_run.job import fitted_values
 from selenite.fit_run.plan import FitPlan, build_scene
 from selenite.fit_run.request import RunRequest

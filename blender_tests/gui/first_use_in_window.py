@@ -96,9 +96,9 @@ def steps():
     yield 0.3
     click("the button of the browser")
     in_browser(bpy.ops.file.execute)
-    yield lambda: len(bpy.context.scene.selenite.captures) == 2
-    yield 1.0
     settings = bpy.context.scene.selenite
+    yield lambda: len(settings.captures) == 2 and len(settings.rows) > 0 and state.is_idle()
+    yield 1.0
     ticked = {row.parameter for row in settings.rows if row.enabled}
     assert ticked == {"base_color", "roughness", "transmission", "ior"}, ticked
     picture("3_ready")

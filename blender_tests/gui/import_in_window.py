@@ -5,7 +5,8 @@ import bpy
 from _driving import FOLDER, in_window, picture, run
 
 import reconstructed  # isort: skip - _driving puts its folder on the path
-from selenite.interface import import_tools, panels
+from selenite.interface import panels
+from selenite.interface.importing import tools as import_tools
 
 
 def written():

@@ -2,10 +2,10 @@
 """The scene is read as it renders in a real window: nothing of the user's is touched."""
 
 import bpy
-from _driving import FOLDER, geometry, in_window, made, picture, run
+from _driving import FOLDER, geometry, in_window, made, picture, press_escape, run
 
 from selenite.interface import panels
-from selenite.interface.state import RUN
+from selenite.interface.state import READING, RUN, is_idle
 from selenite.scene_read.scene import read_scene
 
 
@@ -45,6 +45,13 @@ def state():
     )
 
 
+def redraw():
+    """All the time."""
+    for area in bpy.context.window_manager.windows[0].screen.areas:
+        area.tag_redraw()
+    return 0.01
+
+
 def steps():
     """See `_driving.run`."""
     prepare()
@@ -61,6 +68,23 @@ def steps():
     shown = bpy.context.evaluated_depsgraph_get()
     body = bpy.data.objects["Body"].evaluated_get(shown)
     assert len(body.data.polygons) == 6, "the viewport shows what it showed"
+
+    in_window(bpy.ops.selenite.refresh_rows, "INVOKE_DEFAULT")
+    assert READING.job is not None, "a button lets Blender's thread read"
+    yield is_idle
+    assert state() == before and len(bpy.context.scene.selenite.rows) > 0
+    # Blender refuses every change for ever where its thread comes in while a panel draws.
+    bpy.app.timers.register(redraw)
+    for frame in range(20):
+        in_window(bpy.ops.selenite.refresh_rows, "INVOKE_DEFAULT")
+        yield is_idle
+        bpy.context.scene.frame_start = frame
+    bpy.app.timers.unregister(redraw)
+    bpy.context.scene.selenite.rows.clear()
+    in_window(bpy.ops.selenite.refresh_rows, "INVOKE_DEFAULT")
+    press_escape()
+    yield is_idle
+    assert state() == before
 
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     assert RUN.reading is not None, "Blender's thread reads the scene"

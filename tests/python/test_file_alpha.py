@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
-from selenite.scene_read.file_alpha import FileAlpha, read  # noqa: E402
+from selenite.scene_read.shading.file_alpha import FileAlpha, read  # noqa: E402
 
 
 def png(kind: int, *chunks: bytes) -> bytes:

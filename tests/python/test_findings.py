@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from selenite.fit_run import findings as module
-from selenite.fit_run.findings import OPEN, SURE, UNKNOWN, WEAK, findings
+from selenite.fit_run.answer import findings as module
+from selenite.fit_run.answer.findings import OPEN, SURE, UNKNOWN, WEAK, findings
 from selenite.parameters import table
 
 EXPLAINED = {"value": 0.0001, "standard_error": 0.0001, "explained": True}

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 ADDON = ROOT / "addon" / "selenite"
-WORDS = ADDON / "interface" / "running" / "problem_words.py"
+WORDS = ADDON / "interface" / "problem_words.py"
 
 _spec = importlib.util.spec_from_file_location("problem_words", WORDS)
 assert _spec is not None and _spec.loader is not None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures import Capture, read_captures
+from selenite.fit_run.captures.prepared import Capture, read_captures
 from selenite.problems import Problem
 from selenite.scene_read.capture_request import CaptureRequest, LensDistortion
 from selenite.scene_read.values import CameraValues, SceneValues

@@ -18,7 +18,7 @@ sys.path.insert(0, str(ROOT / "addon"))
 pytest.importorskip("selenite._image", reason="the native module is not built")
 import OpenEXR  # noqa: E402
 
-from selenite.fit_run.captures import Capture, read_captures  # noqa: E402
+from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
 from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
 

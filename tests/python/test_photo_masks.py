@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from selenite import native
-from selenite.fit_run.captures import Capture, read_captures
+from selenite.fit_run.captures.prepared import Capture, read_captures
 from selenite.fit_run.photos.background import Background, flooded
 from selenite.fit_run.photos.masks import eroded
 from selenite.problems import Problem

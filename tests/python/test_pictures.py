@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from selenite.fit_run import capture_render
-from selenite.fit_run.captures import Capture
+from selenite.fit_run.captures import render as capture_render
+from selenite.fit_run.captures.prepared import Capture
 from selenite.fit_run.pictures import comparison, glyphs, plots, sheet
 from selenite.fit_run.pictures.canvas import Canvas, encoded, heat, resized
 from selenite.fit_run.pictures.comparison import Choice, Pictures, compared

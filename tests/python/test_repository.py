@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 NATIVE = ROOT / "native"
 ADDON = ROOT / "addon" / "selenite"
 LONGEST_FILE = 400
-MOST_FILES = 24  # in a folder of native/, headers and sources together
+MOST_FILES = 24  # in a folder of native/ or the add-on, headers and sources together
 MOST_METHODS = 25  # of a class; overloads, constructors and deleted ones count
 MOST_MEMBERS = 12  # of a class that hides something; plain values are tables of what they are
 
@@ -121,10 +121,17 @@ def test_folders_of_a_room_include_only_those_before(room: str) -> None:
     assert not wrong, "\n".join(sorted(wrong))
 
 
-def test_folders_of_native_stay_small() -> None:
+@pytest.mark.parametrize("top", (NATIVE, ADDON), ids=("native", "addon"))
+def test_folders_stay_small(top: Path) -> None:
     large = {}
-    for folder in [NATIVE, *(path for path in NATIVE.rglob("*") if path.is_dir())]:
-        count = sum(path.is_file() for path in folder.iterdir())
+    for folder in [top, *(path for path in top.rglob("*") if path.is_dir())]:
+        if (
+            folder.name == "__pycache__"
+            or folder == ADDON / "lib"
+            or ADDON / "lib" in folder.parents
+        ):
+            continue
+        count = sum(path.is_file() and path.suffix != ".so" for path in folder.iterdir())
         if count > MOST_FILES:
             large[str(folder.relative_to(ROOT))] = count
     assert not large, f"more than {MOST_FILES} files: {large}"
@@ -139,6 +146,18 @@ def _classes() -> dict[str, ClassBody]:
                 key = body.name if body.name not in found else f"{body.name} in {path.name}"
                 found[key] = body
     return found
+
+
+def test_classes_of_the_addon_have_few_methods() -> None:
+    large = {}
+    for path in ADDON.rglob("*.py"):
+        for node in ast.walk(ast.parse(_text(path))):
+            if isinstance(node, ast.ClassDef):
+                kinds = (ast.FunctionDef, ast.AsyncFunctionDef)
+                count = sum(isinstance(item, kinds) for item in node.body)
+                if count > MOST_METHODS:
+                    large[f"{path.relative_to(ADDON)}: {node.name}"] = count
+    assert not large
 
 
 def test_classes_have_few_methods() -> None:

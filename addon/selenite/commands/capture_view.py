@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from .. import native
-from ..fit_run.capture_files import read_captures_file
-from ..fit_run.capture_render import Alignment, Gain, alignment_in_file, gain_of
-from ..fit_run.captures import Capture, read_captures
-from ..fit_run.fitted_scene import RESULT
+from ..fit_run.answer.fitted_scene import RESULT
+from ..fit_run.captures.files import read_captures_file
+from ..fit_run.captures.prepared import Capture, read_captures
+from ..fit_run.captures.render import Alignment, Gain, alignment_in_file, gain_of
 from ..fit_run.request import read_run
 from ..json_text import read_json
 from ..paths import absolute, is_folder

@@ -7,10 +7,10 @@ import argparse
 from typing import Any
 
 from .. import mean_free_path, parameters
-from ..fit_run import light_states
-from ..fit_run.capture_files import read_captures_file
-from ..fit_run.captures import read_captures
-from ..fit_run.light_states import described
+from ..fit_run.captures import light_states
+from ..fit_run.captures.files import read_captures_file
+from ..fit_run.captures.light_states import described
+from ..fit_run.captures.prepared import read_captures
 from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL
 from ..paths import absolute

@@ -10,14 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from typing import Any
 
-from ..fit_run.capture_files import read_captures_file
+from ..fit_run.answer.results import new_folder, size_of
+from ..fit_run.captures.files import read_captures_file
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
 from ..fit_run.overall import Overall, time_text
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
-from ..fit_run.results import new_folder, size_of
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.job import StagedJob, make_job
 from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name

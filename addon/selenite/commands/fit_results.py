@@ -10,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.capture_render import alignments_of, gains_of
+from ..fit_run.answer.light_pairing import with_warnings
+from ..fit_run.answer.results import finished, result_json, summary, write_results
+from ..fit_run.captures.render import alignments_of, gains_of
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
 from ..fit_run.job import fitted_values
-from ..fit_run.light_pairing import with_warnings
 from ..fit_run.plan import FitPlan
-from ..fit_run.results import finished, result_json, summary, write_results
 from ..problems import BadInput
 from ..scene_read.values import SceneValues
 from .terminal import bar, say

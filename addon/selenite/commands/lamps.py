@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ..fit_run.fitted_scene import at_result
+from ..fit_run.answer.fitted_scene import at_result
 from ..paths import absolute
 from ..problems import BadInput, Problem
 from . import arguments

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..fit_run.captures import LEFT_OUT
-from ..fit_run.fitted_scene import RESULT
+from ..fit_run.answer.fitted_scene import RESULT
+from ..fit_run.captures.prepared import LEFT_OUT
 from ..fit_run.old_names import renamed
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import FitSettings, with_overrides

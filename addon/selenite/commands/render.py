@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .. import native
-from ..fit_run.capture_render import UNALIGNED, Alignment, Gain, shown, under_lights
-from ..fit_run.fitted_scene import at_result
-from ..fit_run.light_states import AS_IN_SCENE, described
+from ..fit_run.answer.fitted_scene import at_result
+from ..fit_run.captures.light_states import AS_IN_SCENE, described
+from ..fit_run.captures.render import UNALIGNED, Alignment, Gain, shown, under_lights
 from ..parameters import Values
 from ..paths import absolute
 from ..problems import BadInput, Problem, refused

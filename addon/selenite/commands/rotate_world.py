@@ -7,7 +7,7 @@ import argparse
 import math
 from typing import Any
 
-from ..fit_run.captures import read_captures
+from ..fit_run.captures.prepared import read_captures
 from ..fit_run.settings import FitSettings, with_overrides
 from ..fit_run.world_rotation import found
 from ..problems import BadInput, Problem

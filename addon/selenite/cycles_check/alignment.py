@@ -13,10 +13,10 @@ from typing import Any
 import bpy
 import mathutils
 
-from ..fit_run.capture_render import UNALIGNED, Alignment
-from ..fit_run.captures import Capture
+from ..fit_run.captures.prepared import Capture
+from ..fit_run.captures.render import UNALIGNED, Alignment
 from ..scene_read.camera import named_cameras
-from ..scene_read.render_depsgraph import view_layer_of
+from ..scene_read.reading.render_depsgraph import view_layer_of
 
 
 def moved_window(capture: Capture, alignment: Alignment) -> tuple[float, float, float, float]:

@@ -21,7 +21,7 @@ import bpy
 
 from .. import grid_files, parameters, write_back
 from ..atomic_files import write_json
-from ..fit_run.capture_render import Alignment, Gain
+from ..fit_run.captures.render import Alignment, Gain
 from ..fit_run.request import RunRequest
 from ..parameters import Values
 from ..problems import BadInput, Failed, Problem

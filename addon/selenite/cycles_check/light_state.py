@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 import mathutils
 
-from ..scene_read.render_depsgraph import view_layer_of
+from ..scene_read.reading.render_depsgraph import view_layer_of
 from ..scene_read.view_layers import world_of
 
 _BLACK = "Selenite black world"
@@ -20,7 +20,8 @@ _BLACK = "Selenite black world"
 @contextmanager
 def under_lights(scene: bpy.types.Scene, lights: Mapping[str, Any]) -> Iterator[None]:
     """Lamps are hidden from renders, stand elsewhere, and the world is black as `lights` says (see
-    fit_run.light_states.light_state); all is as before afterwards, but for what moved lamps."""
+    fit_run.captures.light_states.light_state). All is as before afterwards, but for what moved
+    lamps."""
     with ExitStack() as stack:
         lamps = [item for item in scene.objects if item.type == "LIGHT"]
         lamps += [item for item in bpy.data.objects if item.type == "LIGHT" and item not in lamps]

@@ -14,8 +14,8 @@ import numpy as np
 
 from .. import native
 from ..scene_read.camera import named_cameras
+from ..scene_read.reading.without_words import without_words
 from ..scene_read.values import CameraValues
-from ..scene_read.without_words import without_words
 from .compare import Estimate
 from .render_settings import set_comparison
 

@@ -30,8 +30,8 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     from selenite import parameters, write_back
     from selenite.cycles_check import render_settings
     from selenite.cycles_check.alignment import moved_window
-    from selenite.fit_run.capture_render import UNALIGNED
-    from selenite.fit_run.captures import read_captures
+    from selenite.fit_run.captures.prepared import read_captures
+    from selenite.fit_run.captures.render import UNALIGNED
     from selenite.fit_run.fields import with_grids
     from selenite.fit_run.photos.window import WHOLE, cropped_camera
     from selenite.fit_run.pictures import sheet
@@ -161,7 +161,7 @@ def _check(
     from selenite.cycles_check.compare import Estimate, misfit
     from selenite.cycles_check.light_state import under_lights
     from selenite.cycles_check.render import estimate
-    from selenite.fit_run.capture_render import under_its_lights
+    from selenite.fit_run.captures.render import under_its_lights
 
     height, width = capture.reference.shape[:2]
     note("Selenite's picture", 0.0)

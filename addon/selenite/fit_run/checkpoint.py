@@ -30,7 +30,7 @@ from ..json_text import read_json
 from ..parameters import join_name
 from ..paths import MISSING, is_folder, is_there, why_not_file
 from ..problems import BadInput, Problem
-from .fitted_scene import RESULT
+from .answer.fitted_scene import RESULT
 from .inputs import Inputs
 from .job import SavedState
 from .old_names import renamed

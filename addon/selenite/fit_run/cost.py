@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from .. import native
 from ..problems import BadInput, problems_of
-from .captures import Capture
+from .captures.prepared import Capture
 from .job import FitJob
 from .plan import FitPlan
 from .settings import FitSettings

@@ -194,10 +194,10 @@ def misaligned(views: Sequence[View]) -> list[str]:
         cure = "correct the camera, or mask the rim"
         if shift is not None:
             across, down, explained = shift
-            words = [f"{abs(across):.1f} pixels to the {'right' if across > 0 else 'left'}"]
-            words += [f"{abs(down):.1f} {'down' if down > 0 else 'up'}"]
+            side, way = "right" if across > 0 else "left", "down" if down > 0 else "up"
+            words = f"{abs(across):.1f} pixels to the {side} and {abs(down):.1f} {way}"
             found.append(
-                f"Photo '{view.id}' lies about {' and '.join(words)} of its render "
+                f"Photo '{view.id}' lies about {words} of its render "
                 f"({explained:.0%} of the difference): the silhouette does not fit; {cure}"
             )
         elif rim is not None:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..parameters import join_name, split_name
 from ..scene_read.values import SceneValues
-from .captures import Capture
+from .captures.prepared import Capture
 
 #: Parameters that brightness is proportional to, or nearly.
 _LIGHT = ("power", "strength", "color", "emission_color", "emission_strength")

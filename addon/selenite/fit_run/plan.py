@@ -15,10 +15,10 @@ from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.finite import not_finite
 from ..scene_read.values import SceneValues
 from . import fields as all_fields
-from . import gauge, light_states
-from .captures import Capture, read_captures
+from . import gauge
+from .captures import light_states, suspicion
+from .captures.prepared import Capture, read_captures
 from .fields import FieldUnknown
-from .photos import suspicion
 from .photos.silhouette import Silhouettes
 from .request import RunRequest, UnknownRequest
 from .staging import plan as stage_plan

@@ -18,8 +18,8 @@ from .. import native
 from ..environments import sphere
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
-from .capture_render import under_its_lights
-from .captures import Capture
+from .captures.prepared import Capture
+from .captures.render import under_its_lights
 from .plan import build_scene
 from .settings import FitSettings
 

@@ -10,7 +10,8 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from ..paths import is_folder
-from .readers import bundler, colmap, metashape, nerf, ply, realitycapture, x3d
+from .readers import bundler, metashape, nerf, ply, realitycapture, x3d
+from .readers.colmap import model_folder as colmap
 from .readers.files import GZIP, MOST_BINARY, Place, shortened, size_of
 from .readers.xml_tree import read_tree
 from .reconstruction import ReconstructedCamera, Reconstruction, ReconstructionError

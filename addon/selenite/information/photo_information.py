@@ -12,9 +12,9 @@ import numpy as np
 
 from .. import native
 from ..fit_run import cost
-from ..fit_run.capture_render import under_its_lights, under_lights
-from ..fit_run.captures import Capture
-from ..fit_run.light_states import most_common
+from ..fit_run.captures.light_states import most_common
+from ..fit_run.captures.prepared import Capture
+from ..fit_run.captures.render import under_its_lights, under_lights
 from ..fit_run.photos.window import WHOLE
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings

@@ -5,32 +5,26 @@ from __future__ import annotations
 
 import bpy
 
-from . import (
-    apply_operators,
-    background,
-    camera_operators,
-    capture_lights,
-    capture_operators,
-    capture_photo,
-    check_operators,
-    environment_panel,
-    fit_operators,
-    import_operators,
-    import_tools,
-    panels,
-    problem_reports,
-    properties,
-    row_operators,
-    stages,
-    state,
-    stop_operators,
-    time_operators,
-)
-from .furniture import first_use, icon, languages, links, preferences, presets
+from . import environment_panel, panels, problem_reports, properties, stages, state
+from .captures import lights as capture_lights
+from .captures import operators as capture_operators
+from .captures import photo as capture_photo
+from .furniture import first_use, icon, languages, links, preferences
+from .importing import operators as import_operators
+from .importing import tools as import_tools
+from .operators import apply as apply_operators
+from .operators import check as check_operators
+from .operators import fit as fit_operators
+from .operators import next_camera as camera_operators
+from .operators import presets
+from .operators import rows as row_operators
+from .operators import stop as stop_operators
+from .operators import time as time_operators
 from .pictures import mask, view_through
 from .pictures import operators as picture_operators
 from .pictures import panel as picture_panel
 from .pictures import properties as picture_properties
+from .progress import background
 from .result import panel as result_panel
 
 _MODULES = (
@@ -92,6 +86,7 @@ def unregister() -> None:
     state.ESTIMATE.stop()
     state.STAGES.stop()
     state.SAVE.stop()
+    state.READING.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

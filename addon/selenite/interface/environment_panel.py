@@ -21,7 +21,7 @@ from ..write_back import suns
 from .pictures import images
 from .problem_reports import report_problems
 from .state import RUN, is_idle
-from .texts import translated
+from .texts import announce, translated
 from .ticking import redraw
 
 IMAGE = "Selenite Environment"
@@ -126,11 +126,11 @@ class SELENITE_OT_lamps_from_environment(bpy.types.Operator):
             report_problems(self, error)
             return {"CANCELLED"}
         except native.NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
+            announce(self, {"ERROR"}, str(error))
             return {"CANCELLED"}
         for item in found:
-            self.report({"INFO"}, suns.text(item))
-        self.report({"INFO"}, done)
+            announce(self, {"INFO"}, suns.text(item))
+        announce(self, {"INFO"}, done)
         return {"FINISHED"}
 
 

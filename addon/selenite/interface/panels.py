@@ -11,15 +11,17 @@ import bpy
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit_run.job import DESCENT
 from ..scene_read.photos import ids_of
-from . import capture_lights, capture_photo, state
-from .background import draw_bar, draw_next_camera, draw_work
+from . import state
+from .captures import lights as capture_lights
+from .captures import photo as capture_photo
 from .chosen import chosen
-from .furniture import presets
+from .operators import presets
+from .progress.background import draw_bar, draw_next_camera, draw_work
+from .progress.head import SELENITE_PT_head
 from .request import FIT_SETTINGS
 from .result.panel import SELENITE_PT_result
 from .rows.lists import SELENITE_UL_owners, SELENITE_UL_rows
 from .rows.panel import SELENITE_PT_material, SELENITE_PT_parameters
-from .running.head import SELENITE_PT_head
 from .texts import paragraph, translated
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
@@ -175,7 +177,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         if state.TRADE.step is not None:
             draw_bar(layout, state.TRADE.step.fraction, state.TRADE.step.text)
         for line in state.TRADE.lines:
-            layout.label(text=line)
+            paragraph(layout, context, line)
 
 
 class SELENITE_PT_cycles(bpy.types.Panel):

@@ -10,8 +10,9 @@ from bpy.props import StringProperty
 
 from ..problems import BadInput, Problem
 from ..scene_read.camera import named_cameras
-from .running.problem_words import in_panel_words
+from .problem_words import in_panel_words
 from .state import PROBLEMS
+from .texts import announce, shown
 
 _TITLE = re.compile(r"^(\w+) '(.*)'")
 
@@ -20,10 +21,12 @@ def report_problems(operator: bpy.types.Operator, error: BadInput) -> None:
     """All of them stay in the head of the panel; the report has a line for each."""
     PROBLEMS[bpy.context.scene.name] = list(error.problems)
     lines = (
-        Problem(item.object, in_panel_words(item.cause), in_panel_words(item.cure)).line()
+        Problem(
+            *map(shown, (item.object, in_panel_words(item.cause), in_panel_words(item.cure)))
+        ).line()
         for item in error.problems
     )
-    operator.report({"ERROR"}, "\n".join(lines))
+    announce(operator, {"ERROR"}, "\n".join(lines))
 
 
 def thing_of(title: str) -> bpy.types.ID | None:
@@ -61,7 +64,7 @@ class SELENITE_OT_select_problem(bpy.types.Operator):
         thing = thing_of(self.thing)
         objects = [item for item in context.view_layer.objects if _uses(item, thing)]
         if thing is None or not objects:
-            self.report({"WARNING"}, "Nothing in the view layer is or has it")
+            announce(self, {"WARNING"}, "Nothing in the view layer is or has it")
             return {"CANCELLED"}
         for item in context.view_layer.objects:
             if item.select_get():

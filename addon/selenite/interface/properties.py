@@ -15,8 +15,8 @@ from bpy.props import (
 from .. import native
 from ..fit_run.settings import PRESETS, FitSettings
 from ..scene_read import hosts
-from .capture_lights import SeleniteCaptureLights
-from .capture_photo import SeleniteCapturePhoto
+from .captures.lights import SeleniteCaptureLights
+from .captures.photo import SeleniteCapturePhoto
 from .furniture.preset_items import PRESET_ITEMS
 from .output_folder import DEFAULT_FOLDER
 from .result.properties import SeleniteResult

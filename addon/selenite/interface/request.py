@@ -15,9 +15,10 @@ from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
-from . import field_rows, stages
+from . import stages
 from .chosen import chosen
 from .furniture.preferences import preferences
+from .rows import fields as field_rows
 from .rows.labels import label_of, tip_of, unit_text
 from .rows.owners import active_owner, refresh_owners
 
@@ -116,15 +117,7 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             row = _fill(rows.add(), owner, parameter.name)
             row.unit, row.help, row.width = parameter.unit, parameter.help, parameter.width
             row.reason = owner.fixed.get(parameter.name, "")
-            current = owner.values.get(parameter.name)
-            row.value = values_text(current) if current is not None else ""
-            row.value += unit_text(parameter.unit) if row.value else ""
-            row.is_colour = current is not None and parameter.width == 3 and max(current) <= 1
-            if row.is_colour:
-                row.current = current
-            if current is not None and parameter.name == "extinction":
-                path = mean_free_path.of(current, values.millimetres)
-                row.note = f"Mean free path {path.text()}"
+            show_current(row, owner.values.get(parameter.name), values.millimetres)
         for name in field_rows.offered(values, owner):
             field_rows.describe(_fill(rows.add(), owner, name), values, owner)
     for row in rows:
@@ -137,6 +130,20 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
         row.tip = tip_of(row)
     refresh_owners(scene, values.owners.values())
     _choose_row(scene.selenite)
+
+
+def show_current(
+    row: bpy.types.PropertyGroup, current: Values | None, millimetres: float | None
+) -> None:
+    """What stands in the scene, None where it could not be read."""
+    row.value = values_text(current) if current is not None else ""
+    row.value += unit_text(row.unit) if row.value else ""
+    row.is_colour = current is not None and row.width == 3 and max(current) <= 1
+    if row.is_colour:
+        row.current = current
+    if current is not None and row.parameter == "extinction":
+        path = mean_free_path.of(current, millimetres)
+        row.note = f"Mean free path {path.text()}"
 
 
 def _choose_row(settings: bpy.types.PropertyGroup) -> None:

@@ -15,6 +15,7 @@ from ..problems import BadInput, Problem
 from . import state
 from .chosen import chosen
 from .problem_reports import report_problems
+from .texts import announce
 
 
 def row_name(row: bpy.types.PropertyGroup) -> str:
@@ -66,7 +67,7 @@ class SELENITE_OT_add_stage(bpy.types.Operator):
         settings = context.scene.selenite
         names = _ticked(settings)
         if not names:
-            self.report({"ERROR"}, "No parameter is ticked; tick what the stage fits")
+            announce(self, {"ERROR"}, "No parameter is ticked; tick what the stage fits")
             return {"CANCELLED"}
         taken = {item.name for item in settings.stages}
         number = len(settings.stages) + 1
@@ -99,7 +100,7 @@ class SELENITE_OT_take_ticked(_OnActiveStage, bpy.types.Operator):
         settings = context.scene.selenite
         names = _ticked(settings)
         if not names:
-            self.report({"ERROR"}, "No parameter is ticked; tick what the stage fits")
+            announce(self, {"ERROR"}, "No parameter is ticked; tick what the stage fits")
             return {"CANCELLED"}
         _active(settings).parameters = "\n".join(names)
         return {"FINISHED"}

@@ -19,7 +19,7 @@ from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
-from ..scene_read.reading_job import ReadingJob
+from ..scene_read.reading.job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from ..trade.measure import Step, Trade
 from .running.recorder import BackgroundRecorder, Closing
@@ -232,7 +232,26 @@ class Background:
             job.join()
 
 
+@dataclass
+class SceneReading:
+    """At most one reading of the scene at a time that is no part of a fit."""
+
+    job: ReadingJob[Any] | None = None
+
+    def cancel(self) -> None:
+        """It ends at the next object; the operator that waits for it sees that."""
+        if self.job is not None:
+            self.job.cancel()
+
+    def stop(self) -> None:
+        """Forgets it; nobody waits for it any more."""
+        job, self.job = self.job, None
+        if job is not None:
+            job.abandon()
+
+
 RUN = Run()
+READING = SceneReading()
 CHECK = Check()
 TRADE = Measurement()
 NEXT = Background()
@@ -248,9 +267,9 @@ PROBLEMS: dict[str, list[Problem]] = {}
 
 
 def is_idle() -> bool:
-    """Nothing runs: no fit, no check, no measurement, no other job."""
+    """Nothing runs: no fit, no reading, no check, no measurement, no other job."""
     jobs = (CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job, SAVE.job)
-    return not RUN.is_active and all(item is None for item in jobs)
+    return not RUN.is_active and READING.job is None and all(item is None for item in jobs)
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:

@@ -3,9 +3,16 @@
 
 from __future__ import annotations
 
+import json
 import re
+from functools import lru_cache
+from pathlib import Path
 
 import bpy
+
+from .messages import Messages
+
+MESSAGES = Path(__file__).parent / "furniture" / "messages"
 
 #: Width of a letter in pixels at a scale of the interface of 1, on average, and what a panel keeps
 #: for itself at both sides.
@@ -26,6 +33,35 @@ def translated_sentence(text: str) -> str:
     numbers = _NUMBER.findall(text)
     pattern = translated(_NUMBER.sub("{}", text))
     return pattern.format(*numbers) if pattern.count("{}") == len(numbers) else text
+
+
+def shown(text: str) -> str:
+    """A message in the language of the interface: a text of the panel, or what another part of the
+    add-on says, with names and numbers in it."""
+    words = translated(text)
+    if words == text:
+        words = translated_sentence(text)
+    view = bpy.context.preferences.view
+    if words != text or not view.use_translate_interface:
+        return words
+    messages = _messages(bpy.app.translations.locale)
+    return messages.translated(text) if messages is not None else text
+
+
+def announce(operator: bpy.types.Operator, kinds: set[str], text: str) -> None:
+    """As `operator.report`, in the language of the interface."""
+    lines = [shown(line) for line in text.splitlines()]
+    operator.report(kinds, "\n".join(lines))  # type: ignore[arg-type]  # a set of words
+
+
+@lru_cache(maxsize=4)
+def _messages(locale: str) -> Messages | None:
+    """Blender 4 and later call German "de"."""
+    language = locale.partition("_")[0]
+    for path in sorted(MESSAGES.glob("*.json")):
+        if path.stem == locale or (language == locale and path.stem.partition("_")[0] == locale):
+            return Messages(json.loads(path.read_text(encoding="utf-8")))
+    return None
 
 
 def letters(context: bpy.types.Context, less: int = 0) -> int:
@@ -52,9 +88,10 @@ def wrapped(text: str, width: int) -> list[str]:
 def paragraph(
     layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE"
 ) -> None:
-    """A sentence in lines close together, as wide as the region."""
+    """A sentence in lines close together, as wide as the region, in the interface's language."""
+    text = shown(text)
     column = layout.column(align=True)
     has_icon = icon != "NONE"
     for index, line in enumerate(wrapped(text, letters(context, 24 if has_icon else 0))):
-        shown = icon if index == 0 else ("BLANK1" if has_icon else "NONE")
-        column.label(text=line, icon=shown, translate=False)
+        symbol = icon if index == 0 else ("BLANK1" if has_icon else "NONE")
+        column.label(text=line, icon=symbol, translate=False)

@@ -14,10 +14,15 @@ from ..fit_run.job import FitFailed
 from ..information.job import BackgroundJob, Work
 from ..native import NativeUnavailable
 from ..problems import BadInput
+from ..scene_read.reading.job import ReadingJob
+from ..scene_read.reading.render_depsgraph import Reading, Stopped, at_once
 from .problem_reports import report_problems
-from .state import Background, is_idle
+from .state import READING, Background, is_idle
+from .texts import announce, shown
 
 T = TypeVar("T")
+#: Events that change nothing, while a scene is being read.
+HARMLESS = {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
 
 
 def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
@@ -27,7 +32,7 @@ def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
     except BadInput as error:
         report_problems(operator, error)
     except NativeUnavailable as error:
-        operator.report({"ERROR"}, str(error))
+        announce(operator, {"ERROR"}, str(error))
     return None
 
 
@@ -56,7 +61,52 @@ class Ticking:
             self._timer = None
 
 
-class WorksInThread(Ticking, bpy.types.Operator):
+class ReadsScene(Ticking):
+    """Base of a modal operator that reads the scene first, by a render job of Blender's. Esc
+    cancels it; meanwhile only the pointer moves, for the scene must stay as it is."""
+
+    tick = 0.05
+
+    @abstractmethod
+    def _with(self, context: bpy.types.Context, found: Any) -> set[str]:  # noqa: ANN401
+        """Goes on with what was read. Returns what `modal` returns."""
+
+    def _read(self, context: bpy.types.Context, reading: Reading[Any]) -> set[str]:
+        """What `invoke` returns."""
+        READING.job = ReadingJob(reading)
+        answer = self._read_on(context)
+        if answer & {"RUNNING_MODAL", "PASS_THROUGH"}:
+            return self._add_timer(context)
+        return answer
+
+    def _reading(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """What `modal` returns while it is read."""
+        if event.type == "ESC" and event.value == "PRESS":
+            READING.cancel()
+        if event.type == "TIMER":
+            answer = self._read_on(context)
+            if not answer & {"RUNNING_MODAL", "PASS_THROUGH"}:
+                self._remove_timer(context)
+            return answer
+        return {"PASS_THROUGH"} if event.type in HARMLESS else {"RUNNING_MODAL"}
+
+    def _read_on(self, context: bpy.types.Context) -> set[str]:
+        job = READING.job
+        assert job is not None
+        try:
+            goes_on = built(cast("bpy.types.Operator", self), job.step)
+        except Stopped:
+            goes_on = None
+        if goes_on:
+            show_status(context, "reading the scene")
+            return {"RUNNING_MODAL"}
+        READING.job = None
+        show_status(context, None)
+        redraw(context)
+        return {"CANCELLED"} if goes_on is None else self._with(context, job.value)
+
+
+class WorksInThread(ReadsScene, bpy.types.Operator):
     """Base of an operator that waits for work in a thread. Esc cancels it."""
 
     background: Background
@@ -64,10 +114,8 @@ class WorksInThread(Ticking, bpy.types.Operator):
     failure: str
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Starts the thread; a timer polls it."""
-        if not self._start(context):
-            return {"CANCELLED"}
-        return self._add_timer(context)
+        """Reads what the work needs, then starts the thread; a timer polls both."""
+        return self._read(context, self._asking(context))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Without a window: waits for the end."""
@@ -75,6 +123,8 @@ class WorksInThread(Ticking, bpy.types.Operator):
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but Esc passes through, so that Blender stays usable."""
+        if READING.job is not None:
+            return self._reading(context, event)
         if self.background.job is None:  # cancelled from elsewhere
             self._remove_timer(context)
             show_status(context, None)
@@ -92,22 +142,29 @@ class WorksInThread(Ticking, bpy.types.Operator):
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender quits or loads another file: the thread must end first."""
+        READING.stop()
         self.background.stop()
         self._remove_timer(context)
 
     @abstractmethod
-    def _work(self, context: bpy.types.Context) -> Work:
-        """What the thread does. Raises BadInput and NativeUnavailable."""
+    def _asking(self, context: bpy.types.Context) -> Reading[Work]:
+        """Reads what is needed; its outcome is what the thread does. Raises BadInput and
+        NativeUnavailable."""
 
     @abstractmethod
     def _end(self, work: Any) -> set[str]:
         """Reports what `work` found, None where it was cancelled. Returns what operators return."""
 
     def _start(self, context: bpy.types.Context) -> bool:
-        work = built(self, lambda: self._work(context))
+        """Reads at once."""
+        work = built(self, lambda: at_once(self._asking(context)))
         if work is not None:
-            self.background.start(BackgroundJob(work), context.scene.name)
+            self._with(context, work)
         return work is not None
+
+    def _with(self, context: bpy.types.Context, found: Work) -> set[str]:
+        self.background.start(BackgroundJob(found), context.scene.name)
+        return {"RUNNING_MODAL"}
 
     def _finish(self, context: bpy.types.Context) -> set[str]:
         self._remove_timer(context)
@@ -118,7 +175,7 @@ class WorksInThread(Ticking, bpy.types.Operator):
         except BadInput as error:
             report_problems(self, error)
         except (FitFailed, OSError, ValueError, RuntimeError) as error:
-            self.report({"ERROR"}, f"{self.failure}: {error}")
+            announce(self, {"ERROR"}, f"{self.failure}: {error}")
         finally:
             redraw(context)
         return {"CANCELLED"}
@@ -155,7 +212,7 @@ def show_status(context: bpy.types.Context, text: str | None, fraction: float = 
     line = ""
     if text is not None:
         done = round(_BLOCKS * min(max(fraction, 0.0), 1.0))
-        line = f"Selenite  [{'|' * done}{'.' * (_BLOCKS - done)}]  {text}"
+        line = f"Selenite  [{'|' * done}{'.' * (_BLOCKS - done)}]  {shown(text)}"
     now = time.monotonic()
     if line == _SHOWN[0] or (line and now - _DRAWN_AT[0] < _REDRAW_EVERY):
         return

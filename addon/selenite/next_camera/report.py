@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..fit_run.light_states import described, is_as_in_scene
+from ..fit_run.captures.light_states import described, is_as_in_scene
 from .candidates import Candidate
 from .suggestion import Row, Suggestion
 

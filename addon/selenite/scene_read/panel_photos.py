@@ -11,7 +11,7 @@ from .capture_request import GAMMA, LensDistortion
 
 
 def photo_fields(photo: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """Of the row's `how`, see interface.capture_photo; what is switched off is left out."""
+    """Of the row's `how`, see interface.captures.photo; what is switched off is left out."""
     found: dict[str, Any] = {
         "exclude": bpy.path.abspath(photo.exclude_path),
         "background": _background(photo),

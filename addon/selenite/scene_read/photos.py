@@ -55,7 +55,7 @@ def ids_of(scene: bpy.types.Scene) -> list[str]:
 
 def _light_state(lights: bpy.types.PropertyGroup) -> dict[str, Any]:
     """Fields of a request. A lamp or collection that is not chosen is a lamp without a name, which
-    `fit_run.light_states` refuses."""
+    `fit_run.captures.light_states` refuses."""
     lamps: tuple[str, ...] | None = None
     if lights.mode == "LAMP":
         lamps = (lights.lamp.name if lights.lamp is not None else "",)

@@ -12,24 +12,15 @@ import numpy as np
 from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
-from . import (
-    hosts,
-    lights,
-    linking,
-    materials,
-    mesh,
-    not_rendered,
-    properties,
-    view_layers,
-    visibility,
-    volume_objects,
-    world,
-)
-from .bodies import judge_bodies
-from .lamp_frames import LampFrames
-from .nodes import Unreadable
-from .render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
-from .textures import TextureRoom
+from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from .geometry import mesh, not_rendered
+from .geometry.bodies import judge_bodies
+from .lamps import lights
+from .lamps.frames import LampFrames
+from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
+from .shading import materials, world
+from .shading.nodes import Unreadable
+from .shading.textures import TextureRoom
 from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
 
 
@@ -51,7 +42,7 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
     NativeUnavailable, since the parameter table is native.
     """
-    read = SceneValues(millimetres=_millimetres(scene))
+    read = SceneValues(millimetres=millimetres(scene))
     width, height = cameras.resolution(scene)
     if min(width, height) < 1:
         cause = f"a render has {width} x {height} pixels"
@@ -135,7 +126,7 @@ def _read(
     return rendered
 
 
-def _millimetres(scene: bpy.types.Scene) -> float | None:
+def millimetres(scene: bpy.types.Scene) -> float | None:
     """Length of a Blender unit, None without a system of units."""
     units = scene.unit_settings
     return 1000 * float(units.scale_length) if units.system != "NONE" else None

@@ -19,11 +19,12 @@ import bpy
 import numpy as np
 
 from ..parameters import Values
-from . import materials, nodes, openvdb_files, volumes
-from .mesh import Instance
-from .nodes import Unreadable
+from . import openvdb_files
+from .geometry.mesh import Instance
 from .openvdb_files import VdbError, VdbGrid
-from .textures import TextureRoom
+from .shading import materials, nodes, volumes
+from .shading.nodes import Unreadable
+from .shading.textures import TextureRoom
 from .values import GridValues, MaterialValues, MeshValues, Owner
 
 _PRINCIPLED = "ShaderNodeVolumePrincipled"

@@ -12,8 +12,8 @@ import numpy as np
 
 from .. import native
 from ..fit_run import cost
-from ..fit_run.capture_render import shown, under_its_lights
-from ..fit_run.captures import Capture
+from ..fit_run.captures.prepared import Capture
+from ..fit_run.captures.render import shown, under_its_lights
 from ..fit_run.job import FitFailed, FitJob, fitted_values
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings

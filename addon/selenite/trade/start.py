@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..fit_run.captures import Capture, read_captures
+from ..fit_run.captures.prepared import Capture, read_captures
 from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest
 from ..fit_run.settings import PRESETS, FitSettings

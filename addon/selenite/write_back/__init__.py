@@ -12,8 +12,10 @@ import bpy
 from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import BadInput, Problem
-from ..scene_read import lights, materials, view_layers, volumes, world
-from ..scene_read.nodes import Source
+from ..scene_read import view_layers
+from ..scene_read.lamps import lights
+from ..scene_read.shading import materials, volumes, world
+from ..scene_read.shading.nodes import Source
 from ..scene_read.values import Owner
 
 Key = tuple[str, str]  # owner, parameter

@@ -17,7 +17,8 @@ import numpy as np
 from .. import native
 from ..paths import why_not_file
 from ..problems import BadInput, Problem
-from ..scene_read import hosts, nodes, view_layers, world
+from ..scene_read import hosts, view_layers
+from ..scene_read.shading import nodes, world
 from ..scene_read.values import SceneValues
 from . import datablock, write
 

@@ -18,9 +18,10 @@ import numpy as np
 from .. import parameters
 from ..paths import file_stems
 from ..problems import BadInput, Problem
-from ..scene_read import hosts, nodes, openvdb_files, volume_objects, volumes
-from ..scene_read.nodes import Unreadable
+from ..scene_read import hosts, openvdb_files, volume_objects
 from ..scene_read.openvdb_files import VdbError, VdbGrid
+from ..scene_read.shading import nodes, volumes
+from ..scene_read.shading.nodes import Unreadable
 from ..scene_read.values import GridValues, Owner, SceneValues
 from . import datablock, voxels
 

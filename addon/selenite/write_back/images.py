@@ -18,8 +18,9 @@ import bpy
 
 from .. import parameters
 from ..problems import BadInput, Problem
-from ..scene_read import hosts, materials, nodes
-from ..scene_read.nodes import Groups
+from ..scene_read import hosts
+from ..scene_read.shading import materials, nodes
+from ..scene_read.shading.nodes import Groups
 from ..scene_read.values import SceneValues
 from . import datablock
 

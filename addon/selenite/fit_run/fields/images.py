@@ -15,8 +15,8 @@ from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import MapValues, Owner, SceneValues, TextureValues
-from ..capture_render import under_its_lights
-from ..captures import Capture
+from ..captures.prepared import Capture
+from ..captures.render import under_its_lights
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..capture_render import alignment_of, gain_of, render_capture
+from ..captures.render import alignment_of, gain_of, render_capture
 from ..job import scene_at
 from ..plan import FitPlan
 from ..staging.plan import constants

@@ -13,7 +13,7 @@ from ... import parameters
 from ...parameters import Values
 from ...problems import BadInput, Problem
 from ...scene_read.values import SceneValues
-from ..captures import Capture
+from ..captures.prepared import Capture
 from ..field_kinds import IN_PLACE_OF, KINDS
 from ..fields import FieldUnknown
 from ..settings import FitSettings, with_overrides

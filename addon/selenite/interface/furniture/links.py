@@ -12,6 +12,7 @@ import bpy
 
 from ... import __version__
 from ...demo import scenes
+from ..texts import announce
 
 _ADDON = Path(__file__).resolve().parents[2]
 #: Where the manual is: in a package, or in a checkout.
@@ -31,8 +32,8 @@ class SELENITE_OT_open_manual(bpy.types.Operator):
             for name in ("index.html", "index.md"):
                 if (folder / name).is_file():
                     return bpy.ops.wm.path_open(filepath=str(folder / name))
-        self.report(
-            {"WARNING"}, f"The manual is not in {_MANUALS[0]}; it is docs/guide of a checkout"
+        announce(
+            self, {"WARNING"}, f"The manual is not in {_MANUALS[0]}; it is docs/guide of a checkout"
         )
         return {"CANCELLED"}
 
@@ -47,7 +48,9 @@ class SELENITE_OT_report_bug(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """No address is opened, and nothing leaves the machine."""
         context.window_manager.clipboard = bug_report()
-        self.report({"INFO"}, "Copied; paste it into a report, with the file selenite-error-*.txt")
+        announce(
+            self, {"INFO"}, "Copied; paste it into a report, with the file selenite-error-*.txt"
+        )
         return {"FINISHED"}
 
 

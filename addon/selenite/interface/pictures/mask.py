@@ -3,13 +3,14 @@
 
 import bpy
 
-from ...fit_run.captures import read_captures
+from ...fit_run.captures.prepared import read_captures
 from ...fit_run.pictures.comparison import marked
 from ...native import NativeUnavailable
 from ...problems import Problem
 from ...scene_read.photos import capture_of_row, packed_photos
 from ...scene_read.scene import read_scene
 from ..chosen import chosen
+from ..texts import announce
 from . import images
 
 #: Name of the image, which each preview replaces.
@@ -45,21 +46,21 @@ class SELENITE_OT_preview_mask(bpy.types.Operator):
                 values, [request], height, problems, warnings, packed_photos(), fitted
             )
         except NativeUnavailable as error:
-            self.report({"ERROR"}, str(error))
+            announce(self, {"ERROR"}, str(error))
             return {"CANCELLED"}
         for problem in problems:
-            self.report({"ERROR"}, problem.line())
+            announce(self, {"ERROR"}, problem.line())
         if problems or not found:
             return {"CANCELLED"}
         # Red where it does not count.
         image = images.show(IMAGE, marked(found[0].reference, found[0].weight), is_float=True)
-        self.report({"INFO"}, f"{found[0].mask_share:.0%} of the photo count")
+        announce(self, {"INFO"}, f"{found[0].mask_share:.0%} of the photo count")
         areas = context.screen.areas if context.screen is not None else ()
         editor = next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
         if editor is not None:
             editor.spaces.active.image = image  # type: ignore[attr-defined]
         else:
-            self.report({"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
+            announce(self, {"INFO"}, f"Open the image '{IMAGE}' in an Image Editor")
         return {"FINISHED"}
 
 

@@ -10,6 +10,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from ..state import RUN
+from ..texts import announce
 from . import images
 from .properties import SelenitePictures, settings
 from .view import VIEW
@@ -37,7 +38,7 @@ class SELENITE_OT_show_pictures(bpy.types.Operator):
             return {"FINISHED"}
         first = free[0] if free else self._split_view(context)
         if first is None:
-            self.report({"ERROR"}, "There is no 3D View to split; open an Image Editor")
+            announce(self, {"ERROR"}, "There is no 3D View to split; open an Image Editor")
             return {"CANCELLED"}
         if len(free) > 1:
             second: bpy.types.Area | None = free[1]

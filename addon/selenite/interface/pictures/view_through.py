@@ -10,6 +10,7 @@ import bpy
 
 from ...scene_read import hosts
 from ..chosen import chosen
+from ..texts import announce
 
 #: What was there before, on the scene: undo and saved files keep it in step with the cameras.
 _KEY = "selenite_view_through"
@@ -40,12 +41,12 @@ class SELENITE_OT_view_through(bpy.types.Operator):
             return {"CANCELLED"}
         if not hosts.is_editable(row.camera.data):
             cause = f"Camera '{row.camera.name}' is linked from a library"
-            self.report({"ERROR"}, f"{cause}, and its photo cannot be shown; make it local")
+            announce(self, {"ERROR"}, f"{cause}, and its photo cannot be shown; make it local")
             return {"CANCELLED"}
         _go_through(context, row)
         if row.how.use_crop or row.how.use_distortion:
             text = "The photo is cropped or distorted: Blender shows it over all of the camera"
-            self.report({"WARNING"}, text)
+            announce(self, {"WARNING"}, text)
         return {"FINISHED"}
 
 

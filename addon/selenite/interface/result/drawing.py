@@ -6,10 +6,10 @@ from __future__ import annotations
 import bpy
 
 from ... import parameters
-from ..field_rows import is_field
+from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text
 from ..rows.owners import ICONS as OWNERS
-from ..texts import letters, paragraph, translated, translated_sentence
+from ..texts import letters, paragraph, translated
 
 #: A coloured square, and a word beside it: nobody has to tell colours apart.
 ICONS = {
@@ -30,7 +30,7 @@ def draw_verdict(
     """One sentence for the whole."""
     if settings.verdict:
         icon = ICONS.get(settings.verdict_icon, "NONE")
-        paragraph(layout.box(), context, translated_sentence(settings.verdict), icon)
+        paragraph(layout.box(), context, settings.verdict, icon)
 
 
 def draw_values(

@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 
 from .. import state
-from ..background import draw_next_camera, draw_work
+from ..progress.background import draw_next_camera, draw_work
 from ..texts import paragraph
 from . import drawing
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import bpy
 
-from .. import field_rows
-from ..texts import letters, translated, wrapped
+from ..texts import letters, shown, translated, wrapped
+from . import fields as field_rows
 from .labels import unit_text
 
 #: Lines of text below the name, and of controls.
@@ -35,7 +35,7 @@ def _draw_text(
     title, text, icon = translated("No parameter is chosen"), "", "NONE"
     if row is not None:
         title = f"{row.label}, {row.owner}{unit_text(row.unit) and f' [{row.unit}]'}"
-        text = row.reason or row.note or translated(row.help)
+        text = shown(row.reason or row.note or row.help)
         icon = "LOCKED" if row.reason else "NONE"
     column.label(text=title, icon=icon, translate=False)
     lines = wrapped(text, letters(context))

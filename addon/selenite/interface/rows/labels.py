@@ -9,7 +9,7 @@ from ... import parameters
 from ...fit_run.field_kinds import KINDS
 from ...parameters import Parameter
 from ...scene_read import hosts
-from ..texts import translated
+from ..texts import shown, translated
 
 _UNITS = {"1": "", "scale": ""}
 
@@ -42,14 +42,14 @@ def unit_text(unit: str) -> str:
 def tip_of(row: bpy.types.PropertyGroup) -> str:
     """Tooltip: what it is, its unit, its name on the command line, and why it is locked."""
     lines = [label_of(row)]  # the list may cut it
-    lines += [translated(row.help)] if row.help else []
+    lines += [shown(row.help)] if row.help else []
     if row.note:
-        lines.append(row.note)
+        lines.append(shown(row.note))
     if row.unit not in ("", "1"):
         lines.append(translated("Unit: {}").format(row.unit))
     lines.append(
         translated("Command line: {}").format(parameters.join_name(row.owner, row.parameter))
     )
     if row.reason:
-        lines.append(translated("Locked: {}").format(row.reason))
+        lines.append(translated("Locked: {}").format(shown(row.reason)))
     return "\n".join(lines)

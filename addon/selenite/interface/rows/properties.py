@@ -14,7 +14,7 @@ from bpy.props import (
 
 from ...fit_run.fields.grids import MOST_BY_NUMBER, USUAL_SIZE
 from ...fit_run.fields.images import MOST_TEXELS, USUAL_TEXELS
-from .. import environment_rows
+from . import environment as environment_rows
 
 GRID_ITEMS = (
     ("new", "New", "One value everywhere, in as many voxels or texels as asked for", 0),

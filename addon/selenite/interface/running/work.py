@@ -8,17 +8,17 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ...fit_run.answer.light_pairing import with_warnings
+from ...fit_run.answer.results import finished, write_results
 from ...fit_run.checkpoint import Unfinished
 from ...fit_run.inputs import Inputs, changes, inputs_of
 from ...fit_run.job import FitJob
-from ...fit_run.light_pairing import with_warnings
 from ...fit_run.overall import Overall
 from ...fit_run.plan import FitPlan, prepare
-from ...fit_run.results import finished, write_results
 from ...fit_run.staging.job import StagedJob, make_job
 from ...information.job import Step
 from ...problems import BadInput
-from ...scene_read.bodies import judge_bodies
+from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.values import SceneValues
 from .recorder import BackgroundRecorder
 

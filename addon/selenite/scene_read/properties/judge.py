@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 
 from ...problems import Problem, listed
-from .. import nodes
+from ..shading import nodes
 from .conditions import Scope
 from .inputs import INPUTS, LINKED_ONLY
 from .rows import Effect, Row, same

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A result in short: each value with its interval and how sure it is, and one sentence for all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...parameters import Values
+from .. import trust
+from ..diagnosis import still_falling
+from ..job import fitted_values
+from ..plan import FitPlan
+from ..unknowns import Unknown
+from .results import summary
+
+SURE, WEAK, OPEN, UNKNOWN = "SURE", "WEAK", "OPEN", "UNKNOWN"
+#: Half an interval that is longer than this share of the bounds, on the scale of the parameter, is
+#: a weak answer.
+_WEAK = 0.1
+#: Where a scale by ratio begins, for it has no 0.
+_LEAST = 1e-6
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One fitted parameter. low and high: ends of the 90 % interval, () where there is none.
+
+    sureness: SURE; WEAK for a long interval, a value at its bound or photos that are not explained;
+    OPEN where the photos do not determine it; UNKNOWN where no interval was computed.
+    bar: both ends, and place: the value, between 0 and 1 of the bounds, means over channels.
+    """
+
+    owner: str
+    parameter: str
+    unit: str
+    value: Values
+    low: Values
+    high: Values
+    sureness: str
+    bar: tuple[float, float]
+    place: float
+
+
+@dataclass(frozen=True)
+class InShort:
+    """sentence: about the whole, and what to do next. report: everything, line by line."""
+
+    sentence: str
+    icon: str
+    report: tuple[str, ...]
+
+
+def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
+    """In the order of the plan, without grids and images."""
+    values = fitted_values(plan, result)
+    explained = trust.explained(result)
+    return [
+        _finding(item, values[item.owner, item.parameter.name], result, explained=explained)
+        for item in plan.unknowns
+    ]
+
+
+def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
+    """Whether the photos are explained, which values are open, and the next thing to do."""
+    found = findings(plan, result)
+    icon, text = _verdict(found, result, fields=bool(plan.fields))
+    report = [*summary(plan, result), *result.get("notes", ())]
+    return InShort(text, icon, tuple(report))
+
+
+def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) -> tuple[str, str]:
+    """(icon, sentence)"""
+    if result.get("kept_start") and not trust.explained(result):  # else the start was right
+        return OPEN, (
+            "Nothing better than the start was found: check lights, cameras and masks, then fit "
+            "again."
+        )
+    if still_falling(result):
+        return WEAK, (
+            "The loss was still falling when the iterations ended: fit again with more iterations."
+        )
+    left = trust.misfit(result)
+    if left is None:
+        if result.get("stopped_because") == "cancelled" and not fields:
+            return UNKNOWN, (
+                "Stopped before intervals were computed: let a fit end to know how sure the "
+                "values are."
+            )
+        why = "with a grid or image" if fields else "by this kind of fit"
+        return UNKNOWN, (
+            f"How sure the values are is not known {why}: compare the pictures, or fit from "
+            "another start."
+        )
+    if left["hidden"]:
+        return WEAK, (
+            "Noise of the renders hides whether the photos are explained: fit again with more "
+            "samples."
+        )
+    if not left["explained"] and not fields:
+        share = 100 * max(left["value"], 0.0) ** 0.5
+        return OPEN if share > 10 else WEAK, (
+            f"{share:.1f} % of the photos' brightness is not explained: check lights, cameras and "
+            "geometry before you apply the values."
+        )
+    if trust.alternative_minima(result):
+        return OPEN, (
+            "Other values explain the photos equally well: decide by eye, or add a photo "
+            "(Suggest Next Camera)."
+        )
+    undecided = [item for item in found if item.sureness == OPEN]
+    if undecided:
+        count = f"{len(undecided)} of {len(found)} values are" if len(found) > 1 else "the value is"
+        return OPEN, (
+            f"The photos are explained, but {count} not determined by them: add a photo (Suggest "
+            "Next Camera)."
+        )
+    if any(item.sureness == WEAK for item in found):
+        return WEAK, (
+            "The photos are explained; some values are known roughly only: apply them, or add a "
+            "photo."
+        )
+    return SURE, "The photos are explained within noise: apply the values."
+
+
+def _finding(
+    unknown: Unknown, value: Values, result: dict[str, Any], *, explained: bool
+) -> Finding:
+    entry = trust.entries(unknown, result)
+    name = unknown.parameter
+    place = _mean([_place(unknown, x) for x in value])
+    known = entry["determined"] is not None
+    if not known:
+        return Finding(
+            unknown.owner, name.name, name.unit, value, (), (), UNKNOWN, (place, place), place
+        )
+    rows = entry["interval_90"]
+    rows = [rows] if len(value) == 1 else rows
+    ends = [row for row in rows if row is not None]
+    if len(ends) < len(value):
+        return Finding(unknown.owner, name.name, name.unit, value, (), (), OPEN, (0.0, 1.0), place)
+    low, high = (tuple(float(row[side]) for row in ends) for side in (0, 1))
+    bar = (
+        _mean([_place(unknown, x) for x in low]),
+        _mean([_place(unknown, x) for x in high]),
+    )
+    long = any(
+        _place(unknown, b) - _place(unknown, a) > 2 * _WEAK for a, b in zip(low, high, strict=True)
+    )
+    bounds = entry["at_bound"]
+    at_bound = any(bounds if isinstance(bounds, list) else [bounds])
+    sureness = SURE if explained and not long and not at_bound else WEAK
+    return Finding(unknown.owner, name.name, name.unit, value, low, high, sureness, bar, place)
+
+
+def _place(unknown: Unknown, value: float) -> float:
+    """Where a value lies between its bounds, 0 to 1; by ratio where that is the scale."""
+    low, high = unknown.minimum, unknown.maximum
+    if unknown.by_ratio:
+        low, high, value = (math.log(max(x, _LEAST)) for x in (low, high, value))
+    if not high > low:
+        return 0.5
+    return min(max((value - low) / (high - low), 0.0), 1.0)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)

@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The result folder: complete under its name, or not there at all."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import platform
+import shutil
+from collections.abc import Callable
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ... import __version__, mean_free_path, native
+from ...atomic_files import write_json
+from ...parameters import Values
+from ...paths import file_stems
+from .. import trust
+from ..captures.prepared import Capture
+from ..captures.render import alignment_of, gain_of, render_capture
+from ..fields import FieldUnknown, images
+from ..gauge import gauges
+from ..job import fitted_values, scene_at
+from ..pictures import comparison, plots, sheet
+from ..plan import FitPlan, paths_traced
+from ..unknowns import Unknown
+from .fitted_scene import RESULT
+
+SCHEMA = 1
+#: Pictures of a result folder beside those of each photo.
+SHEET, PLOTS = "contact_sheet.png", "plots.png"
+#: A pixel of a photo in its eight pictures, well compressed; and what a file takes at least.
+_BYTES_OF_PIXEL, _BYTES_OF_FILE = 30, 1000
+
+
+def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, Any]:
+    """The content of result.json; units are in it. Uncertainties are null where unknown."""
+    values = fitted_values(plan, result)
+    rows: dict[str, dict[str, Any]] = {}
+    for item in plan.unknowns:
+        rows[item.name] = {
+            "initial": _plain(item.start),
+            "value": _plain(values[item.owner, item.parameter.name]),
+            "minimum": item.minimum,
+            "maximum": item.maximum,
+            **trust.entries(item, result),
+            "unit": item.parameter.unit,
+        }
+        if item.parameter.name == "extinction":
+            value = values[item.owner, item.parameter.name]
+            rows[item.name]["mean_free_path"] = {
+                "initial": list(mean_free_path.of(item.start, plan.millimetres).value),
+                **mean_free_path.of(value, plan.millimetres).as_json(),
+            }
+    for field in plan.fields:
+        found = result["fields_best"][field.name]
+        rows[field.name] = {
+            "initial": field.mean(field.values),
+            "value": fitted_mean(field, result),
+            "minimum": field.minimum,
+            "maximum": field.maximum,
+            **trust.UNKNOWN,
+            "unit": "1",
+            **field.about(found, result.get("coverage", {}).get(field.name)),
+        }
+    of_stages = {"stages": result["stages"]} if "stages" in result else {}
+    if plan.request.staging:
+        of_stages["staging"] = plan.request.staging
+    return {
+        "schema": SCHEMA,
+        "versions": {
+            "selenite": __version__,
+            "blender": host,
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+        },
+        "seed": plan.request.settings.seed,
+        "parameters": rows,
+        "misfit": trust.misfit(result),
+        "alternative_minima": trust.alternative_minima(result),
+        "ambiguous": trust.ambiguous(result),
+        "gauge": [one.as_json() for one in gauges(result)],
+        "loss": _loss(result),
+        "best_iteration": result["best_iteration"],
+        "iterations": result["iterations"],
+        "stopped_because": result["stopped_because"],
+        "samples": result["samples"],
+        "seconds": result["seconds"],
+        "cpu_seconds": result["cpu_seconds"],
+        "dropped": result["dropped"],
+        "model": plan.model,
+        "pictures": file_stems(item.id for item in plan.captures),
+        "captures": {item.id: _of_capture(item, result) for item in plan.captures},
+        "warnings": [*plan.warnings, *result.get("notes", ())],
+    } | of_stages
+
+
+def _loss(result: dict[str, Any]) -> dict[str, Any]:
+    """Of the start and of the result, by the same weights and random numbers; null where it was not
+    validated. model_error: what the residuals show, see docs/method/losses.md."""
+    return {
+        "start": result.get("start_validation"),
+        "result": result.get("best_validation"),
+        "standard_error": result.get("best_validation_standard_error"),
+        "start_kept": bool(result.get("kept_start")),
+        "model_error": result.get("model_error"),
+    }
+
+
+def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
+    """What the fit has found of a photo, and how much of it counts."""
+    found: dict[str, Any] = dict(result.get("captures", {}).get(capture.id, {}))
+    if "shift" in found:  # in pixels of the file
+        height, width = capture.reference.shape[:2]
+        across, down, roll = alignment_of(capture, result)
+        columns, rows = capture.photo_size
+        found["shift"] = [across * columns / width, down * rows / height, math.degrees(roll)]
+    return {**found, "mask_share": capture.mask_share}
+
+
+def finished(
+    plan: FitPlan,
+    result: dict[str, Any],
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+) -> dict[str, Any]:
+    """The result with those texels of its images that no photo sees kept or filled, and with the
+    keys `coverage` (see `fields.images`) and `fitted_means`, of all texels before that. Renders
+    where there are images."""
+    if not any(item.kind.is_image for item in plan.fields):
+        return result
+    means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
+    final, coverage = images.finished(
+        plan.fields, result["fields_best"], scene_at(plan, result), plan.captures, progress
+    )
+    return result | {"fields_best": final, "coverage": coverage, "fitted_means": means}
+
+
+def write_results(
+    plan: FitPlan,
+    result: dict[str, Any],
+    parent: Path,
+    host: str,
+    progress: Callable[[str, float], None] = lambda _text, _fraction: None,
+    *,
+    pictures: bool = True,
+) -> Path:
+    """Renders the pictures and writes `parent/<date>_<time>/`; returns the folder. result: see
+    `finished`.
+
+    Everything is written into a hidden folder beside it that is renamed at the end. Raises OSError.
+    """
+    parent.mkdir(parents=True, exist_ok=True)
+    final = new_folder(parent)
+    partial = parent / f".{final.name}.partial"
+    partial.mkdir()
+    try:
+        report = result_json(plan, result, host)
+        write_json(partial / RESULT, report)
+        write_json(partial / "run.json", plan.request.as_json())
+        numbers = {item.name for item in plan.fields if item.values.shape[-1] == 1}
+        _write_history(partial / "history.csv", result["history"], numbers)
+        for field in plan.fields:
+            coverage = result.get("coverage", {}).get(field.name)
+            field.write(partial, result["fields_best"][field.name], coverage)
+        log = _log(plan, report, result).encode(errors="backslashreplace")
+        (partial / "log.txt").write_bytes(log)
+        plots.write(partial / PLOTS, plan, result)
+        if pictures:
+            _write_pictures(plan, result, partial, progress)
+        partial.rename(final)
+    finally:
+        if partial.exists():
+            shutil.rmtree(partial, ignore_errors=True)
+    return final
+
+
+def size_of(plan: FitPlan) -> int:
+    """Bytes that `write_results` takes at least, about."""
+    pixels = sum(item.weight.size for item in plan.captures)
+    files = 6 + 8 * len(plan.captures)
+    fields = sum(item.values.nbytes for item in plan.fields)
+    return pixels * _BYTES_OF_PIXEL + files * _BYTES_OF_FILE + fields
+
+
+def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
+    """One line per parameter, start and fitted value; then how sure they are."""
+    values = fitted_values(plan, result)
+    lines = []
+    for item in plan.unknowns:
+        value = values[item.owner, item.parameter.name]
+        unit = "" if item.parameter.unit == "1" else f" {item.parameter.unit}"
+        line = f"{item.name}: {_text(item.start)} -> {_text(value)}{unit}"
+        lines.append(line + _length(item, value, plan))
+    for field in plan.fields:
+        lines.append(f"{field.name}: {field_text(field, result)}")
+    lines += [line for item in plan.captures if (line := _photo_text(item, result))]
+    return lines + trust.sentences(plan, result)
+
+
+def _photo_text(capture: Capture, result: dict[str, Any]) -> str:
+    """What the fit has found of a photo: its gain, with the interval where one is known, and its
+    shift. "" where nothing was free."""
+    found = _of_capture(capture, result)
+    parts = []
+    if "gain" in found:
+        single = capture.free_gain == "scalar"
+        gains, intervals = found["gain"], found["gain_interval_90"]
+        ends = [f"{low:.4g} to {high:.4g}" for low, high in intervals if math.isfinite(high)]
+        between = "; ".join(ends[:1] if single else ends)
+        gain = f"gain {_text(gains[:1] if single else gains)}"
+        parts.append(gain + (f" (90 %: {between})" if between else ""))
+    if "shift" in found:
+        across, down, roll = found["shift"]
+        parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees")
+    return f"Photo {capture.id}: {', '.join(parts)}" if parts else ""
+
+
+def field_text(field: FieldUnknown, result: dict[str, Any]) -> str:
+    """Means over the voxels or texels at the start and of the fitted values."""
+    return f"mean {_text(field.mean(field.values))} -> {_text(fitted_mean(field, result))}"
+
+
+def fitted_mean(field: FieldUnknown, result: dict[str, Any]) -> Values:
+    """As in the history: of the texels as they were fitted, before `finished`."""
+    means: dict[str, Values] = result.get("fitted_means", {})
+    return means.get(field.name) or field.mean(result["fields_best"][field.name])
+
+
+def _length(unknown: Unknown, value: Values, plan: FitPlan) -> str:
+    """What an extinction means as a length."""
+    if unknown.parameter.name != "extinction":
+        return ""
+    return f" (mean free path {mean_free_path.of(value, plan.millimetres).text()})"
+
+
+def _write_pictures(
+    plan: FitPlan, result: dict[str, Any], folder: Path, progress: Callable[[str, float], None]
+) -> None:
+    """Per photo: initial, optimised, reference, error (absolute difference); and all of them on one
+    sheet. What does not count is black in OpenEXR, marked in PNG. Both renders have the same seed
+    and alignment, so that their difference is the fit's."""
+    optimised = scene_at(plan, result)
+    settings = plan.request.settings
+    stems = file_stems(item.id for item in plan.captures)
+    steps = 2 * len(plan.captures)
+    rows = {}
+    for index, capture in enumerate(plan.captures):
+        stem = stems[capture.id]
+        options = {
+            "seed": settings.seed,
+            "depth": settings.depth,
+            "threads": settings.threads,
+            "gain": gain_of(capture, result),
+            "alignment": alignment_of(capture, result),
+        }
+        progress(f"initial picture of {capture.id}", 2 * index / steps)
+        initial = render_capture(plan.scene, capture, settings.picture_spp, **options)
+        progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
+        final = render_capture(optimised, capture, settings.picture_spp, **options)
+        error = np.abs(final - capture.reference)
+        counts = (capture.weight > 0)[..., None]
+        for name, pixels in (
+            ("initial", initial),
+            ("optimised", final),
+            ("reference", capture.reference),
+            ("error", error),
+        ):
+            black = np.ascontiguousarray(np.where(counts, pixels, 0), np.float32)
+            native.image().write_exr(str(folder / f"{stem}_{name}.exr"), black)
+            shown = capture.reference if name == "error" else pixels
+            outside = comparison.marked(shown, capture.weight)
+            seen = np.ascontiguousarray(np.where(counts, pixels, outside), np.float32)
+            native.image().write_png(str(folder / f"{stem}_{name}.png"), seen)
+        rows[capture.id] = sheet.small(capture.reference, capture.weight, initial, final)
+    sheet.of_fit(rows, comparison.ERROR_SCALE).write(folder / SHEET)
+
+
+def _write_history(path: Path, history: dict[str, Any], numbers: set[str]) -> None:
+    """One row per iteration; a value that was not measured is left empty. `numbers`: the fields
+    that hold no colours."""
+    columns: list[tuple[str, np.ndarray]] = [
+        (name, np.asarray(history[name]))
+        for name in ("stage", "iteration", "loss", "validation")
+        if name in history
+    ]
+    bias = np.asarray(history["mean_bias"])
+    columns += [(f"mean_bias_{c}", bias[:, i]) for i, c in enumerate("rgb")]
+    for name, values in history["values"].items():
+        values = np.asarray(values)
+        names = [name] if values.shape[1] == 1 else [f"{name}.{c}" for c in "rgb"]
+        columns += [(label, values[:, i]) for i, label in enumerate(names)]
+    for name, column in history["field_means"].items():
+        if name in numbers:
+            columns.append((f"{name} mean", column[:, 0]))
+        else:
+            columns += [(f"{name} mean.{c}", column[:, i]) for i, c in enumerate("rgb")]
+    with path.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file:
+        writer = csv.writer(file)
+        writer.writerow([name for name, _ in columns])
+        for row in range(len(bias)):
+            writer.writerow([_cell(values[row]) for _, values in columns])
+
+
+def _cell(value: Any) -> str:  # noqa: ANN401 - numpy scalars
+    if isinstance(value, np.integer):
+        return str(int(value))
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def _log(plan: FitPlan, report: dict[str, Any], result: dict[str, Any]) -> str:
+    lines = [
+        f"Selenite {__version__}, Blender {report['versions']['blender']}",
+        f"Scene: {plan.request.scene}",
+        f"Model: {plan.model}",
+        f"Paths are traced {paths_traced(plan.scene)}",
+        *(
+            f"Photo {item.id}: {item.photo}, {item.photo_size[0]} x {item.photo_size[1]} "
+            f"compared at {item.reference.shape[1]} x {item.reference.shape[0]}"
+            for item in plan.captures
+        ),
+        f"Settings: {json.dumps(plan.request.settings.as_json())}",
+        *(f"Warning: {text}" for text in report["warnings"]),
+        *([f"Stages: {plan.request.staging}"] if plan.request.staging else []),
+        *(
+            f"Stage {number} '{stage['name']}': {', '.join(stage['parameters'])}; "
+            f"{stage['iterations']} iterations, {stage['seconds']:.2f} s, "
+            f"{stage['stopped_because']}"
+            for number, stage in enumerate(report.get("stages", ()), start=1)
+        ),
+        f"Stopped because: {report['stopped_because']} after {report['iterations']} iterations, "
+        f"{report['seconds']:.2f} s ({report['cpu_seconds']:.2f} s of CPU)",
+        f"Best iteration: {report['best_iteration']}",
+        *(
+            f"{name}: {row['initial']} -> {row['value']}"
+            for name, row in report["parameters"].items()
+        ),
+        *trust.sentences(plan, result),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _plain(values: Values) -> float | list[float]:
+    """A number, or a list for a colour."""
+    return values[0] if len(values) == 1 else list(values)
+
+
+def _text(values: Values) -> str:
+    return ", ".join(f"{value:.4f}" for value in values)
+
+
+def new_folder(parent: Path, suffix: str = "") -> Path:
+    """`parent/<date>_<time><suffix>`, or with a number where that is taken; it is not made."""
+    name = datetime.now().strftime("%Y-%m-%d_%H-%M-%S")
+    candidate, number = parent / f"{name}{suffix}", 2
+    while candidate.exists() or (parent / f".{candidate.name}.partial").exists():
+        candidate, number = parent / f"{name}-{number}{suffix}", number + 1
+    return candidate

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Messages of the add-on in another language. No Blender here.
+
+Messages are made elsewhere, in English, with names and numbers in them. A language has a pattern
+for each, with "{}" for what is filled in; what fills it is translated in turn.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import lru_cache
+
+_DEEPEST = 3  # a message in a message in a message
+#: Where a message that has no pattern is cut into parts that may have one.
+_CUTS = ("\n", ". ", "; ", ": ", ", ")
+
+
+class Messages:
+    """One language: pattern -> its text, with as many "{}" in the same order."""
+
+    def __init__(self, texts: Mapping[str, str]) -> None:
+        self._whole = {text: words for text, words in texts.items() if "{}" not in text}
+        open_ones = [(text.split("{}"), words) for text, words in texts.items() if "{}" in text]
+        # Of two that match, the one that says more is meant.
+        self._open = sorted(open_ones, key=lambda item: -sum(map(len, item[0])))
+        self.translated = lru_cache(maxsize=4096)(self._translated)
+
+    def _translated(self, text: str, depth: int = 0) -> str:
+        """`text` itself where this language has nothing of it."""
+        if text in self._whole:
+            return self._whole[text]
+        if depth > _DEEPEST or not text:
+            return text
+        for parts, words in self._open:
+            found = _filling(parts, text)
+            if found is not None:
+                return words.format(*(self.translated(item, depth + 1) for item in found))
+        for cut in _CUTS:
+            pieces = text.split(cut)
+            if len(pieces) > 1:
+                return cut.join(self.translated(item, depth) for item in pieces)
+        return text
+
+
+def _filling(parts: list[str], text: str) -> list[str] | None:
+    """What stands for each "{}" between the parts, each as short as can be; None if it is another
+    message."""
+    first, last = parts[0], parts[-1]
+    if not (text.startswith(first) and text.endswith(last)):
+        return None
+    if len(text) < len(first) + len(last) or not all(part in text for part in parts):
+        return None
+    found = re.fullmatch("(.+?)".join(map(re.escape, parts)), text, re.DOTALL)
+    return list(found.groups()) if found else None

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Check in Cycles, and the render settings with which Cycles shows what was fitted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from ...cycles_check.job import CheckFailed, CheckJob, lines
+from ...cycles_check.render_settings import contents_of, set_for_fit
+from ...fit_run.answer.results import new_folder, write_results
+from ...fit_run.captures.render import alignments_of, gains_of
+from ...fit_run.request import RunRequest
+from ...problems import BadInput, Problem
+from ...scene_read.photos import captures_of
+from ...write_back import grids as grid_objects
+from ..output_folder import output_folder
+from ..problem_reports import report_problems
+from ..request import fit_settings
+from ..rows import environment as environment_rows
+from ..rows import fields as field_rows
+from ..state import CHECK, RUN, is_idle
+from ..texts import announce
+from ..ticking import Ticking, redraw
+
+
+class SELENITE_OT_check_in_cycles(Ticking, bpy.types.Operator):
+    """Render the fitted values with Cycles, on a copy of the file, and compare with the photos"""
+
+    tick = 0.3  # the other process reports no more often
+    bl_idname = "selenite.check_in_cycles"
+    bl_label = "Check in Cycles"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """There is a result, and nothing runs."""
+        cls.poll_message_set("Run a fit first, and wait for its end")
+        idle = is_idle()
+        return idle and len(context.scene.selenite.results) > 0
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Starts the other process; a timer polls it."""
+        if not self._start(context):
+            return {"CANCELLED"}
+        return self._add_timer(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Without a window: waits for the end."""
+        return self._finish(context) if self._start(context) else {"CANCELLED"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Everything but Esc passes through, so that Blender stays usable."""
+        if CHECK.job is None:  # cancelled from elsewhere
+            self._remove_timer(context)
+            return {"CANCELLED"}
+        if event.type == "ESC" and event.value == "PRESS":
+            _stop(context)
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        CHECK.progress = CHECK.job.progress()
+        redraw(context)
+        return {"PASS_THROUGH"} if CHECK.progress.running else self._finish(context)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender quits or loads another file."""
+        CHECK.stop()
+        self._remove_timer(context)
+
+    def _start(self, context: bpy.types.Context) -> bool:
+        scene = context.scene
+        known = RUN.plan is not None and RUN.result is not None and RUN.scene_name == scene.name
+        request = RUN.plan.request if known else _request(scene)
+        rows = scene.selenite.results
+        # Once they are applied, the scene itself shows the fields.
+        applied = scene.selenite.applied
+        elsewhere = field_rows.replaced(scene) if applied else set()
+        values = {
+            (row.owner, row.parameter): tuple(row.value[: row.width])
+            for row in rows
+            if not field_rows.is_field(row) and (row.owner, row.parameter) not in elsewhere
+        }
+        CHECK.contents[scene.name] = contents_of(scene)
+        try:
+            grids = {} if applied else field_rows.fitted_grids(scene)
+            images = {} if applied else field_rows.fitted_images(scene)
+            if grids and (missing := grid_objects.why_not()):
+                cause, _, cure = missing.partition(": ")
+                raise BadInput(Problem("Check in Cycles", f"{cause} and cannot show grids", cure))
+            gains = gains_of(RUN.plan.captures, RUN.result) if known else {}
+            alignments = alignments_of(RUN.plan.captures, RUN.result) if known else {}
+            environment = "" if applied else environment_rows.fitted(scene)
+            job = CheckJob(scene, request, values, grids, images, gains, environment, alignments)
+        except (BadInput, OSError) as error:
+            _report(self, error)
+            return False
+        CHECK.start(job, scene.name)
+        return True
+
+    def _finish(self, context: bpy.types.Context) -> set[str]:
+        self._remove_timer(context)
+        job, CHECK.job = CHECK.job, None
+        try:
+            report = job.result()
+            CHECK.sheet = job.keep(report, _folder())
+        except (BadInput, CheckFailed, OSError) as error:
+            CHECK.message = "The check failed"
+            _report(self, error)
+            return {"CANCELLED"}
+        finally:
+            job.close()
+            redraw(context)
+        CHECK.lines = lines(report)
+        announce(self, {"INFO"}, f"Wrote {CHECK.sheet}")
+        return {"FINISHED"}
+
+
+class SELENITE_OT_cancel_check(bpy.types.Operator):
+    """Stop the check in Cycles and forget it"""
+
+    bl_idname = "selenite.cancel_check"
+    bl_label = "Cancel Check"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """A check is running."""
+        return CHECK.job is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """The other process ends at once; the scene was never touched."""
+        _stop(context)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_set_cycles(bpy.types.Operator):
+    """Set bounces, clamps, filters and caustics so that Cycles shows what is fitted"""
+
+    bl_idname = "selenite.set_cycles"
+    bl_label = "Set Cycles for the Fit"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """One undo step; the list of the panel afterwards holds remarks only."""
+        changed = set_for_fit(context.scene)
+        CHECK.contents[context.scene.name] = contents_of(context.scene)
+        text = f"Set {', '.join(changed)}" if changed else "All was set already"
+        announce(self, {"INFO"}, text)
+        return {"FINISHED"}
+
+
+class SELENITE_OT_show_sheet(bpy.types.Operator):
+    """Open the contact sheet of the last check: photo, Selenite, Cycles and their differences"""
+
+    bl_idname = "selenite.show_sheet"
+    bl_label = "Show Pictures"
+
+    @classmethod
+    def poll(cls, _context: bpy.types.Context) -> bool:
+        """A check has ended."""
+        return CHECK.sheet is not None
+
+    def execute(self, _context: bpy.types.Context) -> set[str]:
+        """In the system's own viewer: an image datablock would stay in the file."""
+        return bpy.ops.wm.path_open(filepath=str(CHECK.sheet))
+
+
+def _request(scene: bpy.types.Scene) -> RunRequest:
+    """After loading a file with a result in it: the captures and settings as they are now."""
+    captures = tuple(captures_of(scene))
+    return RunRequest(bpy.data.filepath, (), captures, fit_settings(scene))
+
+
+def _folder() -> Path:
+    """The fit's result folder; if it was not saved yet one without the fit's own pictures."""
+    scene = bpy.data.scenes[CHECK.scene_name]
+    if RUN.result is None or RUN.scene_name != scene.name:
+        return new_folder(output_folder(scene))
+    if RUN.folder is None or not RUN.folder.is_dir():
+        parent = output_folder(scene)
+        RUN.folder = write_results(
+            RUN.plan, RUN.result, parent, bpy.app.version_string, pictures=False
+        )
+    return RUN.folder
+
+
+def _stop(context: bpy.types.Context) -> None:
+    CHECK.stop()
+    CHECK.message = "Check cancelled"
+    redraw(context)
+
+
+def _report(operator: bpy.types.Operator, error: Exception) -> None:
+    if isinstance(error, BadInput):
+        report_problems(operator, error)
+    else:
+        announce(operator, {"ERROR"}, f"The check failed: {error}")
+
+
+CLASSES = (
+    SELENITE_OT_check_in_cycles,
+    SELENITE_OT_cancel_check,
+    SELENITE_OT_set_cycles,
+    SELENITE_OT_show_sheet,
+)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Suggest Next Camera: puts a camera where another photo would add most information."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ...fit_run.request import RunRequest, UnknownRequest
+from ...next_camera import report
+from ...next_camera.suggestion import Suggestion, suggestion_of
+from ...parameters import Values
+from ...scene_read.camera import named_cameras
+from ...scene_read.geometry.bodies import judge_bodies
+from ...scene_read.photos import packed_photos
+from ...scene_read.reading.render_depsgraph import Reading
+from ...scene_read.scene import reading
+from ...scene_read.values import SceneValues
+from ...write_back.cameras import add_camera
+from ..request import run_request
+from ..rows import fields as field_rows
+from ..state import CANCELLED, NEXT
+from ..texts import announce
+from ..ticking import CancelsWork, WorksInThread
+
+
+class SELENITE_OT_suggest_camera(WorksInThread):
+    """Evaluate many places around the object, and add a camera where another photo would determine
+    the ticked parameters best, at the fitted values or else the scene's. Esc cancels"""
+
+    bl_idname = "selenite.suggest_camera"
+    bl_label = "Suggest Next Camera"
+    bl_options = {"REGISTER", "UNDO"}
+
+    background = NEXT
+    failure = "No camera is suggested"
+
+    def _asking(self, context: bpy.types.Context) -> Reading[Suggestion]:
+        scene = context.scene
+        values = yield from reading(scene)
+        values.bodies = judge_bodies(values)
+        known = _known(scene, values)
+        request = _at(run_request(scene, values), known)
+        return suggestion_of(values, request, packed_photos(), known)
+
+    def _end(self, work: Suggestion | None) -> set[str]:
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(NEXT.scene_name)
+        if work is None or scene is None:
+            NEXT.lines = [CANCELLED]
+            return {"CANCELLED"}
+        like = _like(work)
+        if like not in named_cameras(scene):  # deleted or renamed meanwhile
+            announce(self, {"ERROR"}, f"Camera '{like}' is gone; suggest again")
+            return {"CANCELLED"}
+        name = _show(scene, work)
+        NEXT.lines = report.advice(work)
+        announce(self, {"INFO"}, f"Camera '{name}'. {'. '.join(NEXT.lines)}")
+        return {"FINISHED"}
+
+
+class SELENITE_OT_cancel_suggestion(CancelsWork):
+    """Stop; nothing is changed"""
+
+    bl_idname = "selenite.cancel_suggestion"
+    bl_label = "Cancel"
+    background = NEXT
+
+
+def _known(scene: bpy.types.Scene, values: SceneValues) -> dict[tuple[str, str], Values]:
+    """The fitted values of what the scene still has; none once they are applied, for then they are
+    the scene's."""
+    rows = () if scene.selenite.applied else scene.selenite.results
+    return {
+        (row.owner, row.parameter): tuple(row.value[: row.width])
+        for row in rows
+        if not field_rows.is_field(row)
+        and row.owner in values.owners
+        and row.parameter in values.owners[row.owner].values
+    }
+
+
+def _at(request: RunRequest, known: dict[tuple[str, str], Values]) -> RunRequest:
+    """The request with the fitted values for its starts, inside its bounds."""
+
+    def moved(item: UnknownRequest) -> UnknownRequest:
+        value = known.get((item.owner, item.parameter))
+        if value is None:
+            return item
+        low = item.minimum if item.minimum is not None else min(value)
+        high = item.maximum if item.maximum is not None else max(value)
+        return replace(item, start=tuple(min(max(x, low), high) for x in value))
+
+    return replace(request, unknowns=tuple(map(moved, request.unknowns)))
+
+
+def _like(found: Suggestion) -> str:
+    """The camera that stands at the best place, or whose lens a new one there gets."""
+    place = found.rows[0].candidate
+    return place.camera.name if place.existing else found.plan.captures[0].camera
+
+
+def _show(scene: bpy.types.Scene, found: Suggestion) -> str:
+    """Adds the camera, or takes the one that stands there; it becomes the active object."""
+    place, like = found.rows[0].candidate, _like(found)
+    if place.existing:
+        camera = named_cameras(scene)[like]
+    else:
+        camera = add_camera(scene, report.NEW_CAMERA, like, place.camera)
+    layer = bpy.context.view_layer
+    layer.update()  # it does not know a new object before
+    if camera.name in layer.objects:
+        for item in layer.objects:
+            item.select_set(item == camera)
+        layer.objects.active = camera
+    return str(camera.name)
+
+
+CLASSES = (SELENITE_OT_suggest_camera, SELENITE_OT_cancel_suggestion)

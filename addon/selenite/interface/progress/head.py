@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The head of the tab, always in sight: progress with Stop and Cancel, problems, the next step."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import state
+from ..problem_reports import thing_of
+from ..problem_words import in_panel_words
+from ..texts import paragraph, shown, translated
+from .background import draw_bar
+
+_WIDTH = 0.94
+
+
+class SELENITE_PT_head(bpy.types.Panel):
+    """What runs, what stands in the way, and what to do next"""
+
+    bl_idname = "SELENITE_PT_head"
+    bl_label = "Selenite"
+    bl_options = {"HIDE_HEADER"}
+    bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """One of: why nothing works, a running fit, the problems, the next step."""
+        # A panel without a header reaches below the tabs of the sidebar.
+        layout = self.layout.split(factor=_WIDTH).column()
+        missing = state.why_native_is_missing()
+        if missing:
+            paragraph(layout, context, missing, "ERROR")
+            return
+        if state.READING.job is not None:
+            draw_bar(layout, 0.0, translated("Reading the scene"))
+            layout.operator("selenite.cancel", icon="X")
+            return
+        if state.RUN.is_active or state.STAGES.job is not None:
+            _draw_run(layout, context)
+            return
+        _draw_problems(layout, context)
+        if state.RUN.message:
+            paragraph(layout, context, translated(state.RUN.message), "INFO")
+        row = layout.row(align=True)
+        name, icon = next_step(context.scene)
+        row.operator(name, icon=icon)
+        row.operator("selenite.open_manual", text="", icon="HELP")
+
+
+def next_step(scene: bpy.types.Scene) -> tuple[str, str]:
+    """(operator, icon) of what a user does next: so the next button is always in the same place."""
+    settings = scene.selenite
+    if not any(row.enabled and row.photo and row.camera for row in settings.captures):
+        return "selenite.load_photos", "FILE_FOLDER"
+    if not len(settings.rows):
+        return "selenite.refresh_rows", "FILE_REFRESH"
+    if not any(row.enabled for row in settings.rows):
+        return "selenite.tick_usual", "CHECKBOX_HLT"
+    if len(settings.results) and not settings.applied:
+        return "selenite.apply", "CHECKMARK"
+    if settings.applied:
+        return "selenite.check_in_cycles", "RENDER_STILL"
+    return "selenite.start", "PLAY"
+
+
+def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """Bar, Stop, Cancel, and what Esc does."""
+    run = state.RUN
+    if state.STAGES.job is not None:
+        step = state.STAGES.step
+        draw_bar(layout, step.fraction if step else 0.0, translated("Choosing stages"))
+        layout.operator("selenite.cancel", icon="X")
+        return
+    text = run.shown.text
+    if run.job is None:
+        text = translated("Reading the scene" if run.reading else "Reading the photos")
+    draw_bar(layout, run.shown.fraction, text)
+    column = layout.column(align=True)
+    if run.job is not None:
+        column.operator("selenite.stop", text="Stop (Keep)", icon="CHECKMARK")
+    column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
+    keeps = run.job is not None
+    text = "Esc stops and keeps the best values" if keeps else "Esc cancels"
+    paragraph(layout, context, translated(text))
+
+
+def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """All of them at once, each with what to do and, where it is a thing, a button to select it."""
+    problems = state.PROBLEMS.get(context.scene.name, ())
+    if not problems:
+        return
+    row = layout.row()
+    row.label(text=translated("Problems: {}").format(len(problems)), icon="ERROR")
+    row.operator("selenite.clear_problems", text="", icon="X", emboss=False)
+    for problem in problems:
+        box = layout.box().column(align=True)
+        line = box.row()
+        line.label(text=shown(problem.object), translate=False)
+        if thing_of(problem.object) is not None:
+            line.operator("selenite.select_problem", text="Select").thing = problem.object
+        cause = shown(in_panel_words(problem.cause))
+        paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
+        paragraph(box, context, in_panel_words(problem.cure), "FORWARD")

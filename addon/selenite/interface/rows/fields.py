@@ -1,0 +1,244 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rows and results of the panel that are fields, grids or images: where they start, and how they
+reach the scene."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ... import grid_files, write_back
+from ...fit_run.answer.results import field_text
+from ...fit_run.field_kinds import KINDS
+from ...fit_run.fields import FieldUnknown, GridUnknown
+from ...fit_run.fields.grids import DENSITY_RANGE, USUAL_SIZE
+from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
+from ...fit_run.request import UnknownRequest
+from ...fit_run.settings import FitSettings
+from ...problems import BadInput, Problem
+from ...scene_read.scene import read_scene
+from ...scene_read.shading import volumes
+from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
+from ...write_back import environments
+from ...write_back import grids as grid_objects
+from ...write_back import images as image_nodes
+from . import environment as environment_rows
+from .starts import chosen_file
+
+#: Properties of a row that the user sets, beside those that every row has.
+PROPERTIES = (
+    "grid_from", "voxels", "texels", "grid_path", "unseen", *environment_rows.PROPERTIES,
+)  # fmt: skip
+
+
+def is_field(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result is a grid or an image."""
+    return row.parameter in KINDS
+
+
+def is_image(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result is an image."""
+    return is_field(row) and KINDS[row.parameter].is_image
+
+
+def is_grid(row: bpy.types.PropertyGroup) -> bool:
+    """Whether a row or a result is a grid."""
+    return is_field(row) and KINDS[row.parameter].is_grid
+
+
+def offered(values: SceneValues, owner: Owner) -> list[str]:
+    """The fields that are listed for an owner: grids where it has a medium, an image where its
+    surface has a base colour that is one or a constant, one around the scene for the world."""
+    if owner.kind == "world":
+        return [environment_rows.NAME]
+    material = _material(values, owner)
+    if material is None:
+        return []
+    own = material.maps.get("base_color")
+    block = write_back.datablock(bpy.data.materials, owner)
+    # Without nodes there is a colour, but no place for an image.
+    has_nodes = block is not None and block.use_nodes
+    is_constant = own is None and "base_color" in owner.values
+    has_colour = has_nodes and (is_constant or (own is not None and own.texture is not None))
+    has_medium = any(owner.values.get("extinction", ()))
+    return [
+        kind.parameter
+        for kind in KINDS.values()
+        if (kind.is_image and has_colour) or (kind.is_grid and has_medium)
+    ]
+
+
+def own_values(values: SceneValues, owner: Owner, parameter: str) -> np.ndarray | None:
+    """The grid or image that the scene has, the channels last; None where it has a constant."""
+    kind, material = KINDS[parameter], _material(values, owner)
+    if material is None:
+        return None
+    if not kind.is_image:
+        grid = material.grids.get(kind.use)
+        return grid.values if grid is not None else None
+    own = material.maps.get(kind.use)
+    return own.texture.pixels if own is not None and own.texture is not None else None
+
+
+def describe(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner) -> None:
+    """Fills what the list says of a field, and why it cannot be fitted, if it cannot."""
+    if environment_rows.is_environment(row):
+        environment_rows.describe(row, values, owner)
+        return
+    kind, own = KINDS[row.parameter], own_values(values, owner, row.parameter)
+    row.width, row.unit, row.help = kind.channels, "1", kind.help
+    row.value = f"no {'image' if kind.is_image else 'grid'}"
+    if own is not None:
+        row.value = " x ".join(map(str, own.shape[-2::-1]))
+    row.reason = _why_not(values, owner, row.parameter) if kind.is_image else ""
+
+
+def reset(row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner | None) -> None:
+    """A new field, or that of the scene if it has one, with the usual bounds. No owner: it is
+    gone."""
+    if environment_rows.is_environment(row):
+        environment_rows.reset(row, values)
+        return
+    own = own_values(values, owner, row.parameter) if owner is not None else None
+    colour = owner.values.get("base_color") if owner is not None else None
+    row.grid_from = "new" if own is None else "scene"
+    row.voxels, row.texels, row.unseen = USUAL_SIZE, USUAL_TEXELS, "auto"
+    row.minimum, row.maximum, row.start = 0.0, 1.0, (0.8, 0.8, 0.8)
+    if is_image(row) and colour is not None:
+        row.start = colour
+    if KINDS[row.parameter].use == "density":
+        largest = float(own.max()) if own is not None else 0.0
+        row.maximum, row.start = DENSITY_RANGE * (largest or 1.0), (1.0, 1.0, 1.0)
+
+
+def shown(row: bpy.types.PropertyGroup) -> list[str]:
+    """The properties of a row that count now."""
+    if environment_rows.is_environment(row):
+        return environment_rows.shown(row)
+    size = "texels" if is_image(row) else "voxels"
+    place = {"new": [size], "file": ["grid_path"], "scene": []}[row.grid_from]
+    return ["grid_from", *place, *(["unseen"] if is_image(row) else [])]
+
+
+def requested(
+    row: bpy.types.PropertyGroup, values: SceneValues, owner: Owner, title: str
+) -> dict[str, Any]:
+    """What of the row's request is about a field. Raises BadInput."""
+    if environment_rows.is_environment(row):
+        return environment_rows.requested(row, values, title)
+    words = ("image", "picture") if is_image(row) else ("grid", ".npy or .vol file")
+    has_own = own_values(values, owner, row.parameter) is not None
+    start = chosen_file(row, words, title, has_own=has_own)
+    if row.grid_from == "new":
+        start = str(row.texels if is_image(row) else row.voxels)
+    unseen = row.unseen if is_image(row) and row.unseen != "auto" else ""
+    return {"grid": start, "unseen": unseen}
+
+
+def keep(
+    row: bpy.types.PropertyGroup, field: FieldUnknown, result: dict[str, Any], folder: Path
+) -> None:
+    """Fills one result from the files of the result folder, so that it survives saving."""
+    row.parameter, row.width = field.kind.parameter, field.kind.channels
+    row.grid_file = str((folder / field.files[0]).absolute())
+    row.text = field_text(field, result)
+    if isinstance(field, GridUnknown):
+        row.grid_to_unit = json.dumps(field.start.to_unit.tolist())
+    coverage = result.get("coverage", {}).get(field.name)
+    if coverage is not None:
+        row.text += f"\n{100 * seen(coverage).mean():.0f} % seen by the photos"
+
+
+def fitted_grids(scene: bpy.types.Scene) -> dict[str, dict[str, GridValues]]:
+    """The grids of the scene's results, material -> use -> grid. Raises BadInput."""
+    found: dict[str, dict[str, GridValues]] = {}
+    for row in scene.selenite.results:
+        if is_grid(row):
+            use = KINDS[row.parameter].use
+            grid = GridValues(
+                f"{row.owner} {use}",
+                grid_files.read(row.grid_file),
+                np.array(json.loads(row.grid_to_unit), np.float64),
+            )
+            found.setdefault(row.owner, {})[use] = grid
+    return found
+
+
+def fitted_images(scene: bpy.types.Scene) -> dict[str, str]:
+    """The image files of the scene's results, by material."""
+    return {row.owner: row.grid_file for row in scene.selenite.results if is_image(row)}
+
+
+def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
+    """(owner, parameter) of the constants that fields stand for once they are in the scene: media
+    are elsewhere then, and base colours are linked."""
+    return {
+        (row.owner, name)
+        for row in scene.selenite.results
+        if is_field(row)
+        for name in (volumes.PARAMETERS if is_grid(row) else (KINDS[row.parameter].single,))
+    }
+
+
+def apply(scene: bpy.types.Scene, *, with_grids: bool) -> list[str]:
+    """Shows the fitted grids by Volume objects, then the fitted images by image nodes, that of the
+    world last; returns what was done. All or none: raises BadInput."""
+    lines: list[str] = []
+    undo: list[Callable[[], None]] = []
+    grids = fitted_grids(scene) if with_grids else {}
+    images, world = fitted_images(scene), environment_rows.fitted(scene)
+    if not grids and not images and not world:
+        return lines
+    files = {row.owner: row.grid_file for row in scene.selenite.results if is_grid(row)}
+    values = read_scene(scene)
+    try:
+        for name, uses in grids.items():
+            if name not in values.owners:
+                cause, cure = "the scene has no such material", "undo its removal or renaming"
+                raise BadInput(Problem(f"Material '{name}'", cause, cure))
+            folder = Path(files[name]).parent
+            lines.append(grid_objects.show(scene, values, name, uses, folder))
+            undo.append(partial(grid_objects.restore, scene, name))
+        for name, path in images.items():
+            lines.append(image_nodes.show(values, name, path))
+            undo.append(partial(image_nodes.restore, name))
+        if world:
+            lines.append(environments.show(scene, values, world))
+    except BadInput:
+        for step in reversed(undo):
+            step()
+        raise
+    return lines
+
+
+def restore(scene: bpy.types.Scene) -> None:
+    """The world, the base colours and then the media as they were before `apply`."""
+    if environment_rows.fitted(scene):
+        environments.restore(scene)
+    for name in fitted_images(scene):
+        image_nodes.restore(name)
+    for name in dict.fromkeys(row.owner for row in scene.selenite.results if is_grid(row)):
+        grid_objects.restore(scene, name)
+
+
+def _material(values: SceneValues, owner: Owner) -> MaterialValues | None:
+    if owner.kind != "material":
+        return None
+    return next((item for item in values.materials if item.name == owner.name), None)
+
+
+def _why_not(values: SceneValues, owner: Owner, parameter: str) -> str:
+    """Why no image can be fitted here, "" if one can: what the fit says of an image of one texel,
+    whatever the row starts from."""
+    request = UnknownRequest(owner.name, parameter, grid="1")
+    try:
+        image_unknown(values, request, FitSettings(), "")
+    except BadInput as error:
+        return "; ".join(f"{item.cause}: {item.cure}" for item in error.problems)
+    return ""

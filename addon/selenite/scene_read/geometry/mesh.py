@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Meshes after modifiers, as triangles with corner normals and UVs; instances share one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...problems import Problem
+from .. import hosts
+from ..values import MeshValues, SceneValues
+from . import not_rendered
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One object that Cycles would render. `object` is evaluated and valid in this step only.
+
+    `instancer`: the original object that shows it; itself where nothing else does.
+    """
+
+    object: bpy.types.Object
+    original: bpy.types.Object
+    instancer: bpy.types.Object
+    matrix: np.ndarray
+    is_instance: bool
+
+
+def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Iterator[Instance]:
+    """Everything that renders, of a graph in render mode, by the rule of Cycles; what is not
+    rendered here is noted in `read`."""
+    for item in depsgraph.object_instances:
+        evaluated = item.object
+        original = evaluated.original
+        if item.show_particles:
+            not_rendered.judge_hair(evaluated, read)
+        if not item.show_self or not not_rendered.is_read(evaluated, original, read):
+            continue
+        instancer = item.parent.original if item.is_instance else original
+        matrix = np.array(item.matrix_world, np.float64)
+        yield Instance(evaluated, original, instancer, matrix, item.is_instance)
+
+
+@contextmanager
+def mesh_of(evaluated: bpy.types.Object) -> Iterator[Any]:
+    """The mesh of an evaluated mesh object, None if it has none."""
+    mesh: Any = evaluated.data
+    # As Cycles does: a copy, which takes time, only where the mesh itself does not do.
+    if not mesh.is_editmode and not getattr(mesh, "use_auto_smooth", False):
+        yield mesh
+        return
+    try:
+        yield evaluated.to_mesh()
+    finally:
+        evaluated.to_mesh_clear()
+
+
+def read_mesh(
+    evaluated: bpy.types.Object, check: Callable[[], None], read: SceneValues
+) -> MeshValues | None:
+    """Triangles of an evaluated mesh object, None if it has none. check: see GraphRead.
+
+    Triangles with a vertex that is not finite are dropped and counted in `read.warnings`; the
+    user's mesh is not touched.
+    """
+    with mesh_of(evaluated) as mesh:
+        return _triangles(mesh, evaluated, check, read) if mesh is not None else None
+
+
+def _triangles(
+    mesh: bpy.types.Mesh,
+    evaluated: bpy.types.Object,
+    check: Callable[[], None],
+    read: SceneValues,
+) -> MeshValues | None:
+    corner_vertices = hosts.corner_vertices(mesh)
+    if not _is_sound(mesh, corner_vertices):
+        cause = "its faces name corners or vertices that it does not have"
+        cure = "repair it (bpy.data.meshes[...].validate()) or delete it"
+        read.problems.append(Problem(f"Mesh '{evaluated.data.name}'", cause, cure))
+        return None
+    check()
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    if count == 0:
+        return None
+    positions = hosts.floats(mesh.vertices, "co", 3)
+    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
+    check()
+    vertices = np.take(corner_vertices, corners)
+    normals = hosts.corner_normals(mesh, corners, vertices).reshape(-1, 3, 3)
+    check()
+    uv_maps = hosts.corner_uv_maps(mesh, corners)
+    colors = hosts.corner_colors(mesh, corners, vertices)
+    check()
+    triangles, slots = vertices.reshape(-1, 3), _slots(mesh, evaluated)
+    known = {name for name, _ in (*uv_maps, *colors)}
+    others = tuple(item.name for item in mesh.attributes if item.name not in known)
+
+    finite = np.isfinite(positions).all(axis=1)
+    if not finite.all():
+        good = finite[triangles].all(axis=1)
+        read.warn(
+            f"Object '{evaluated.name}': {int((~good).sum())} triangles with vertices that are not "
+            "finite are left out"
+        )
+        positions = np.where(finite[:, None], positions, np.float32(0))
+        triangles, slots, normals = triangles[good], slots[good], normals[good]
+        kept = np.repeat(good, 3)
+        uv_maps = tuple((name, values[kept]) for name, values in uv_maps)
+        colors = tuple((name, values[kept]) for name, values in colors)
+        if not len(triangles):
+            return None
+    return MeshValues(
+        name=evaluated.data.name,
+        positions=positions,
+        triangles=np.ascontiguousarray(triangles),
+        corner_normals=np.ascontiguousarray(normals.reshape(-1, 3)),
+        material_slots=slots,
+        uv_maps=uv_maps,
+        colors=colors,
+        other_attributes=others,
+    )
+
+
+def _slots(mesh: bpy.types.Mesh, evaluated: bpy.types.Object) -> np.ndarray:
+    """The material slot of each triangle, as Cycles takes those that are not there."""
+    last = len(evaluated.material_slots) - 1
+    if last < 1:
+        return np.zeros(len(mesh.loop_triangles), np.int32)
+    of_face = hosts.whole_numbers(mesh.polygons, "material_index")
+    return np.clip(np.take(of_face, hosts.triangle_faces(mesh)), 0, last)
+
+
+def _is_sound(mesh: bpy.types.Mesh, corner_vertices: np.ndarray) -> bool:
+    """Whether Blender can go through its faces: those of a damaged file would end the process."""
+    starts = hosts.whole_numbers(mesh.polygons, "loop_start")
+    counts = hosts.whole_numbers(mesh.polygons, "loop_total")
+    ends = starts.astype(np.int64) + counts
+    return bool(
+        ((corner_vertices >= 0) & (corner_vertices < len(mesh.vertices))).all()
+        and ((starts >= 0) & (counts >= 0) & (ends <= len(corner_vertices))).all()
+    )

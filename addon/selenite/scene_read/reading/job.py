@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A reading that goes on while Blender stays usable.
+
+Blender evaluates a scene for a render, and our engine reads it, in the thread of a render job. What
+a reading does between two graphs is done by who calls `step`, on the main thread.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Generic, TypeVar
+
+import bpy
+
+from .render_depsgraph import GraphRender, Reading, Stopped
+
+T = TypeVar("T")
+_POLL = 0.1  # seconds
+
+
+class ReadingJob(Generic[T]):
+    """Call `step` in an operator now and then until it is False; `value` is there then.
+
+    The user must not change the scene meanwhile. In a Blender without windows each step waits.
+    """
+
+    value: T
+
+    def __init__(self, reading: Reading[T]) -> None:
+        self._reading = reading
+        self._render: GraphRender | None = None
+        self._stopped = False
+
+    def step(self) -> bool:
+        """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`."""
+        answer = None
+        if self._render is not None:
+            self._render.entry.let_in()
+            if self._render.is_running():
+                return True
+            answer = self._close().outcome()
+        if self._stopped:
+            raise Stopped
+        try:
+            self._render = GraphRender(self._reading.send(answer))
+        except StopIteration as end:
+            self.value = end.value
+            return False
+        for handlers in _before_undo():
+            handlers.append(self._put_back)
+        try:
+            self._render.start(waits=bpy.app.background)
+        except BaseException:
+            self._close()
+            raise
+        return True
+
+    def cancel(self) -> None:
+        """The reading ends at the next object; `step` goes on until it has."""
+        self._stopped = True
+        if self._render is not None:
+            self._render.stopped = True
+            self._render.entry.open()
+
+    def abandon(self) -> None:
+        """As `cancel`, and nobody calls `step` any more."""
+        self.cancel()
+
+        def poll() -> float | None:
+            if self._render is None:
+                return None
+            if self._render.is_running():
+                return _POLL
+            self._close()
+            return None
+
+        if poll() is not None:
+            bpy.app.timers.register(poll, first_interval=_POLL)
+
+    def _put_back(self, *_: object) -> None:
+        """Before an undo, for which Blender has ended the render: afterwards the copy of the scene
+        is gone, and whoever touches it ends the process."""
+        self._stopped = True
+        self._close()
+
+    def _close(self) -> GraphRender:
+        render, self._render = self._render, None
+        assert render is not None
+        for handlers in _before_undo():
+            handlers.remove(self._put_back)
+        render.close()
+        return render
+
+
+def _before_undo() -> tuple[list[Any], list[Any]]:
+    return bpy.app.handlers.undo_pre, bpy.app.handlers.redo_pre

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Materials: the Principled BSDF behind the Material Output, its values, and why not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+
+from ... import parameters
+from ...parameters import Parameter, Values
+from ...problems import Problem
+from .. import hosts
+from ..values import MaterialValues, Owner
+from . import nodes, textures, volumes
+from .nodes import Groups, Source, Unreadable
+from .textures import TextureRoom
+
+PRINCIPLED = "ShaderNodeBsdfPrincipled"
+NO_MATERIAL = "(no material)"
+
+
+@dataclass
+class MaterialRead:
+    """One material as it was understood."""
+
+    values: MaterialValues
+    owner: Owner
+    problems: list[Problem]
+    warnings: list[str]
+    room: TextureRoom
+
+
+def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
+    """What Cycles renders where there is no material or no nodes: a Lambertian surface."""
+    values = {"base_color": color, "specular_level": (0.0,)}
+    return MaterialValues(name, values, multi_ggx=True, flavour="v2")
+
+
+def principled_of(material: bpy.types.Material) -> tuple[bpy.types.Node, Groups] | str:
+    """The Principled BSDF that Cycles renders and the groups around it, or why there is none."""
+    output = material.node_tree.get_output_node("CYCLES")
+    if output is None:
+        return "has no Material Output node for Cycles"
+    source = nodes.source_of(output.inputs["Surface"])
+    if source.node is None:
+        return "has nothing linked to the Surface of its Material Output"
+    if source.node.bl_idname != PRINCIPLED:
+        return f"is made of {nodes.describe(source.node)}, not of a Principled BSDF"
+    return source.node, source.groups
+
+
+def _has_volume(material: bpy.types.Material) -> bool:
+    """Whether Cycles takes it for a volume; then its transparent shadows cannot be switched off."""
+    output = material.node_tree.get_output_node("CYCLES")
+    return output is not None and nodes.source_of(output.inputs["Volume"]).node is not None
+
+
+def _is_volume_alone(material: bpy.types.Material) -> bool:
+    output = material.node_tree.get_output_node("CYCLES")
+    return _has_volume(material) and nodes.source_of(output.inputs["Surface"]).node is None
+
+
+def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Source | None, str]:
+    """Where the value of `parameter` sits, and why it cannot be written ("" if it can)."""
+    if not material.use_nodes or material.node_tree is None:
+        return None, "the material does not use nodes: switch on Use Nodes"
+    found = principled_of(material)
+    if isinstance(found, str):
+        return None, f"the material {found}"
+    return _source(material, *found, parameter)
+
+
+def read_material(material: bpy.types.Material, name: str, room: TextureRoom) -> MaterialRead:
+    """Reads one original (not evaluated) material. Units are those of the sockets."""
+    library = material.library.filepath if material.library is not None else ""
+    table = parameters.of("material")
+    title = f"Material '{material.name}'"
+    if not material.use_nodes or material.node_tree is None:
+        reason = "the material does not use nodes: switch on Use Nodes"
+        values = grey_material(name, tuple(material.diffuse_color[:3]))
+        fixed = {parameter.name: reason for parameter in table}
+        owner = Owner(name, "material", material.name, library, values.values, fixed)
+        return MaterialRead(values, owner, [], [], room)
+
+    if _is_volume_alone(material):
+        fixed = {
+            parameter.name: "the material has no surface"
+            for parameter in table
+            if parameter.name not in volumes.PARAMETERS
+        }
+        owner = Owner(name, "material", material.name, library, {}, fixed)
+        values = MaterialValues(name, {"alpha": (0.0,)}, multi_ggx=True, flavour="v2")
+        read = MaterialRead(values, owner, _other_outputs(material, title), [], room)
+        _read_volume(material, title, read)
+        read.values.values.update(owner.values)
+        return read
+
+    found = principled_of(material)
+    if isinstance(found, str):
+        fixed = {parameter.name: f"the material {found}" for parameter in table}
+        problem = Problem(title, found, "connect a Principled BSDF to the Surface of the output")
+        owner = Owner(name, "material", material.name, library, {}, fixed)
+        return MaterialRead(grey_material(name), owner, [problem], [], room)
+
+    node, groups = found
+    read = MaterialRead(
+        MaterialValues(
+            name,
+            {},
+            multi_ggx=node.distribution == "MULTI_GGX",
+            flavour=hosts.flavour(),
+            subsurface=hosts.subsurface_method(node),
+            transparent_shadows=_has_volume(material) or hosts.transparent_shadows(material),
+        ),
+        Owner(name, "material", material.name, library, {}, {}),
+        _other_outputs(material, title),
+        [],
+        room,
+    )
+    for parameter in table:
+        if parameter.name not in volumes.PARAMETERS:
+            _read_parameter(material, node, groups, parameter, title, read)
+    _read_volume(material, title, read)
+    read.values.values.update(read.owner.values)
+    return read
+
+
+def _source(
+    material: bpy.types.Material, node: bpy.types.Node, groups: Groups, parameter: Parameter
+) -> tuple[Source | None, str]:
+    socket = parameter.find(node)
+    if socket is None:
+        return None, "this Blender's Principled BSDF has no such input"
+    if hosts.flavour() not in parameter.versions:
+        return None, "it is not modelled for this Blender's Principled BSDF"
+    source = nodes.source_of(socket, groups)
+    width = 3 if socket.type in {"RGBA", "VECTOR"} else 1
+    if width != parameter.width:
+        # Blender 3's Specular Tint, a number: rendered, though not fitted. It is 0 unless set.
+        reason = f"the input '{socket.name}' of this Blender is of another kind"
+        return (source if nodes.constant(source) is not None else None), reason
+    reason = nodes.why_not_writable(source, material)
+    if parameter.name == "base_color" and isinstance(source.node, bpy.types.ShaderNodeTexImage):
+        reason += ", or fit base_color_texture"
+    return source, reason
+
+
+def _read_parameter(
+    material: bpy.types.Material,
+    node: bpy.types.Node,
+    groups: Groups,
+    parameter: Parameter,
+    title: str,
+    read: MaterialRead,
+) -> None:
+    source, reason = _source(material, node, groups, parameter)
+    if reason:
+        read.owner.fixed[parameter.name] = reason
+    if source is None:
+        socket = parameter.find(node) if hosts.flavour() in parameter.versions else None
+        if socket is not None:  # linked
+            read.warnings.append(f"{title}: input '{socket.name}' is left out: {reason}")
+            read.owner.values[parameter.name] = (0.0,) * parameter.width
+        return
+    label = parameter.find(node).name
+    value = nodes.constant(source)
+    if value is None:
+        _read_map(source, parameter, label, title, read)
+        return
+    value = nodes.broadcast(value, parameter.width)
+    complaint = parameter.complaint(value)
+    if complaint:
+        problem = Problem(title, f"input '{label}': {complaint}", "set a value inside the range")
+        read.problems.append(problem)
+        return
+    read.owner.values[parameter.name] = value
+
+
+def _read_map(
+    source: Source, parameter: Parameter, label: str, title: str, read: MaterialRead
+) -> None:
+    """A linked input: a texture, a colour attribute, or a problem that names the node."""
+    try:
+        found = read.room.read_map(source, title)
+    except Unreadable as error:
+        problem = error.problem
+        place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
+        cause = f"{problem.cause} (for {place})"
+        read.problems.append(Problem(problem.object, cause, problem.cure))
+        return
+    if found is None:
+        cause = f"input '{label}' is linked to {nodes.describe(source.node)}"
+        if source.node is not None and source.node.bl_idname in textures.NODES:
+            cause += f", output '{source.socket.name}'"
+        cure = (
+            "unlink it, give it a constant value, or link it straight to the Color of an Image "
+            "Texture or Color Attribute node"
+        )
+        read.problems.append(Problem(title, f"{cause}, which cannot be evaluated", cure))
+        return
+    read.values.maps[parameter.name] = found
+    read.values.values[parameter.name] = textures.typical_value(parameter, found)
+    excess = textures.excess(parameter, found)
+    if excess:
+        read.warnings.append(f"{title}: input '{label}': {excess}")
+
+
+def _read_volume(material: bpy.types.Material, title: str, read: MaterialRead) -> None:
+    _, reason = volumes.find_node(material)
+    if reason:
+        read.owner.fixed.update(dict.fromkeys(volumes.PARAMETERS, reason))
+    source = nodes.source_of(material.node_tree.get_output_node("CYCLES").inputs["Volume"])
+    if source.node is None and source.socket.type == "SHADER":
+        return
+    try:
+        found = volumes.read(source, title)
+    except Unreadable as error:
+        read.problems.append(error.problem)
+        return
+    read.owner.values.update(found)
+
+
+def _other_outputs(material: bpy.types.Material, title: str) -> list[Problem]:
+    output = material.node_tree.get_output_node("CYCLES")
+    source = nodes.source_of(output.inputs["Displacement"])
+    if source.node is None:
+        return []
+    cause = (
+        f"its Displacement is linked to {nodes.describe(source.node)}, "
+        "which this version does not render"
+    )
+    return [Problem(title, cause, "unlink the Displacement of the Material Output")]
