@@ -18,6 +18,7 @@ from .terminal import bar, say
 if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
     from ..importers.reconstruction import PackedPicture
+    from ..importers.to_blender import Created
 
 _FILE = "give a file of a reconstruction; see selenite import --help"
 
@@ -55,7 +56,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         set_for_fit(scene)
         to_blender.relative_paths(scene, save.parent)
         _save(save)
-    report = _report(plan, save, made.captures)
+    report = _report(plan, save, made)
     _say(report, args.undistort)
     return report
 
@@ -123,7 +124,7 @@ def _save(path: Path) -> None:
         raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
 
 
-def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
+def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
     return {
         "saved": str(save),
         "name": plan.name,
@@ -139,7 +140,7 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
             }
             for item in plan.cameras
         ],
-        "captures": captures,
+        "captures": made.captures,
         "cameras_without_photo": list(plan.without_photo),
         "photos_without_camera": list(plan.without_camera),
         "meshes": [
@@ -147,9 +148,12 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
                 "name": item.name,
                 "vertices": len(item.positions),
                 "triangles": len(item.triangles),
-                "texture": _texture(item.texture),
+                "materials": [
+                    {"name": material.name, "texture": _texture(one.texture)}
+                    for one, material in zip(item.materials, materials, strict=True)
+                ],
             }
-            for item in plan.meshes
+            for item, materials in zip(plan.meshes, made.materials, strict=True)
         ],
         "points": len(plan.points),
         "size_m": [float(value) for value in plan.size],
@@ -171,9 +175,10 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
     cameras = len(report["cameras"])
     say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
     for mesh in report["meshes"]:
-        texture = f"; texture {mesh['texture']}" if mesh["texture"] else ""
         counts = f"{mesh['vertices']} vertices, {mesh['triangles']} triangles"
-        say(f"mesh '{mesh['name']}': {counts}{texture}")
+        textures = [one["texture"] for one in mesh["materials"] if one["texture"]]
+        shown = "".join(f"; texture {texture}" for texture in textures)
+        say(f"mesh '{mesh['name']}': {counts}{shown}")
     if any(item["distorted"] for item in report["cameras"]) and not undistort:
         say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
     for text in report["warnings"]:
