@@ -11,20 +11,23 @@ from pathlib import Path, PurePosixPath
 
 from ..problems import Problem, listed
 from .readers.files import inside, is_file
-from .readers.pictures import MASK_ENDINGS, SUFFIXES, is_picture
+from .readers.pictures import MASK_ENDINGS, OTHER_SUFFIXES, SUFFIXES, is_picture
 from .reconstruction import ReconstructedCamera
 
 _MOST_FILES = 200_000
+#: Endings that a label may have: its photo may have been converted.
+_ENDINGS = (*SUFFIXES, *OTHER_SUFFIXES)
 
 
 @dataclass(frozen=True)
 class FolderMatch:
     """files: by the camera's label. without: labels of cameras that have none. left: files that
-    belong to no camera, relative to the folder."""
+    belong to no camera, relative to the folder. unread: those of kinds that are not read."""
 
     files: dict[str, Path]
     without: tuple[str, ...]
     left: tuple[str, ...]
+    unread: tuple[str, ...]
 
 
 def match_photos(
@@ -70,7 +73,7 @@ def short_name(label: str) -> str:
     """What a camera's object is called: the label without folders and a picture's ending."""
     name = PurePosixPath(label.replace("\\", "/")).name or label
     stem, dot, ending = name.rpartition(".")
-    return stem if dot and stem and f".{ending.lower()}" in SUFFIXES else name
+    return stem if dot and stem and f".{ending.lower()}" in _ENDINGS else name
 
 
 def _match(
@@ -82,7 +85,7 @@ def _match(
     *,
     is_mask: bool,
 ) -> FolderMatch:
-    files = _pictures(folder, argument, problems)
+    files, unread = _pictures(folder, argument, problems)
     by_name: dict[str, list[str]] = {}
     for file in files:
         for name in _answers_to(file, is_mask):
@@ -103,7 +106,8 @@ def _match(
             owner[hits[0]] = label
             found[label] = folder / hits[0]
     left = tuple(file for file in files if file not in owner)
-    return FolderMatch(found, tuple(label for label in wanted if label not in found), left)
+    without = tuple(label for label in wanted if label not in found)
+    return FolderMatch(found, without, left, tuple(unread))
 
 
 def _best(names: Sequence[str], by_name: dict[str, list[str]]) -> list[str]:
@@ -143,7 +147,7 @@ def _answers_to(file: str, is_mask: bool) -> set[str]:
 
 def _without_ending(path: str) -> str:
     stem, dot, ending = path.rpartition(".")
-    return stem if dot and f".{ending}" in SUFFIXES and not stem.endswith("/") and stem else path
+    return stem if dot and f".{ending}" in _ENDINGS and not stem.endswith("/") and stem else path
 
 
 def _folded(text: str) -> str:
@@ -152,14 +156,14 @@ def _folded(text: str) -> str:
     return plain.removeprefix("./")
 
 
-def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]:
-    """Paths of pictures relative to the folder, sorted."""
-    found: list[str] = []
+def _pictures(folder: Path, argument: str, problems: list[Problem]) -> tuple[list[str], list[str]]:
+    """Paths of pictures relative to the folder, sorted; and of those of kinds that are not read."""
+    found, unread = list[str](), list[str]()
     seen = 0
     if not folder.is_dir():
         cure = "give the folder that holds the photos"
         problems.append(Problem(f"Argument {argument} '{folder}'", "it is no folder", cure))
-        return found
+        return found, unread
     for base, folders, names in os.walk(folder):
         folders.sort()
         seen += len(names)
@@ -167,7 +171,9 @@ def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]
             cause = f"it holds more than {_MOST_FILES} files"
             cure = "give the folder of the photos alone"
             problems.append(Problem(f"Argument {argument} '{folder}'", cause, cure))
-            return []
+            return [], []
         place = Path(base).relative_to(folder)
         found += [(place / name).as_posix() for name in names if is_picture(name)]
-    return sorted(found)
+        others = (name for name in names if PurePosixPath(name).suffix.lower() in OTHER_SUFFIXES)
+        unread += [(place / name).as_posix() for name in others]
+    return sorted(found), sorted(unread)

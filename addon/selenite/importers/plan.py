@@ -162,11 +162,14 @@ def _pair(
     if request.photos is not None:
         match = match_photos(found.cameras, request.photos, problems)
         photos, left = match.files, match.left
+        if match.unread and len(photos) < len(found.cameras):
+            warnings.append(f"not read, so convert them to PNG or TIFF: {_some(match.unread)}")
     else:
         photos = files_by_path({item.label: item.photo for item in found.cameras}, folder)
     without = [item.label for item in found.cameras if item.label not in photos]
     if without:
-        warnings.append(f"cameras without a photo: {_some(without)}")
+        cure = "; give the folder of the photos" if request.photos is None else ""
+        warnings.append(f"cameras without a photo: {_some(without)}{cure}")
     if left:
         warnings.append(f"photos without a camera: {_some(left)}")
     if request.masks is None:
@@ -286,7 +289,7 @@ def _file_size(
     if known is not None and not same_aspect(size, (known.width, known.height)):
         cause = f"it is {pixels(size)}, the calibration is of {known.width} x {known.height}"
         if same_aspect(size, (known.height, known.width)):
-            cause += ", which lies on its side"
+            cause += f", which lies on its side; its Exif orientation is {info['orientation']}"
         cure = "give the photos that the reconstruction was made of, as they were"
         problems.append(Problem(title, cause, cure))
     return size

@@ -62,6 +62,16 @@ def read_ply(file: Path) -> tuple[ReconstructedMesh, tuple[str, ...]]:
     return mesh, tuple(remarks)
 
 
+def read_points(file: Path) -> np.ndarray:
+    """(n, 3) of a file that holds points alone, or of a mesh its vertices. Raises
+    ReconstructionError."""
+    place = Place(file, "vertex")
+    found = _numbers(read_tables(file).elements.get("vertex", {}), ("x", "y", "z"), place)
+    if found is None:
+        raise place.error("it has no x, y and z")
+    return found
+
+
 def _numbers(columns: dict[str, Column], names: tuple[str, ...], place: Place) -> np.ndarray | None:
     """(rows, names) of single values; None where one is missing."""
     found = [columns[name] for name in names if name in columns]
