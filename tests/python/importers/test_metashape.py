@@ -116,6 +116,19 @@ def test_cameras_in_groups_are_read_and_those_without_pose_are_named(tmp_path: P
     )
 
 
+def test_equal_labels_are_told_apart_by_their_groups(tmp_path: Path) -> None:
+    first, second = known(2)
+    second = replace(second, label=first.label)
+    inner = "".join(
+        f'<group id="{number}" label="{name}">{camera(one, number)}</group>'
+        for number, (name, one) in enumerate((("day 1", first), ("day 2", second)))
+    )
+    found = read_reconstruction(written(tmp_path, document(sensor(calibration()), inner)))
+    cameras = [replace(first, label="day 1/" + first.label),
+               replace(second, label="day 2/" + first.label)]  # fmt: skip
+    assert worst(found, cameras) < MOST and found.cameras[0].photo == cameras[0].label
+
+
 def test_the_adjusted_calibration_comes_before_the_initial_one(tmp_path: Path) -> None:
     both = calibration(Lens(400.0, 400.0), "initial") + calibration()
     path = written(tmp_path, document(sensor(both), all_of(known())))

@@ -17,6 +17,7 @@ cameras; myndms, which makes metres of Sensor.location by ChunkTransform.scale.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -81,16 +82,20 @@ class _Chunk:
         self.loose: set[str] = set()
         self.components = self._components()
         self.placed: set[str] = set()
-        self.cameras = list(child(chunk, "cameras", Place(file, "chunk")).iter("camera"))
+        holder = child(chunk, "cameras", Place(file, "chunk"))
+        self.cameras = list(holder.iter("camera"))
+        self.labels = _labels(holder)
         self.by_id = {camera.get("id", ""): camera for camera in self.cameras}
 
     def read(self) -> Reconstruction:
         labels, left_out = Labels(), LeftOut()
-        masters = {one.get("label") for one in self.cameras if one.find("transform") is not None}
+        masters = {
+            self.labels.get(one) for one in self.cameras if one.find("transform") is not None
+        }
         used: set[str] = set()
         found = []
         for element in self.cameras:
-            label = element.get("label")
+            label = self.labels.get(element)
             if label is None:
                 left_out.add(f"id {element.get('id', '')}", NO_PHOTO)
                 continue
@@ -238,6 +243,23 @@ class _Chunk:
                 "the chunk has geographic coordinates: cameras are in geocentric ones, and a mesh"
                 " fits them only if it was exported in local or geocentric coordinates too"
             )
+
+
+def _labels(holder: Element) -> dict[Element, str]:
+    """Of cameras. Those that come twice have the names of their groups before them, as photos in
+    folders are grouped."""
+    count = Counter(one.get("label") for one in holder.iter("camera"))
+    found: dict[Element, str] = {}
+
+    def walk(parent: Element, groups: tuple[str, ...]) -> None:
+        for one in parent:
+            label = one.get("label")
+            if one.tag == "camera" and label is not None:
+                found[one] = "/".join((*groups, label)) if count[label] > 1 else label
+            walk(one, (*groups, label) if one.tag == "group" and label else groups)
+
+    walk(holder, ())
+    return found
 
 
 def _similarity(element: Element, place: Place) -> Similarity:
