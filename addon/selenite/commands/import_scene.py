@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -185,6 +187,20 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
     say(f"wrote {report['saved']}")
+    if report["captures"] and report["meshes"]:
+        file = shlex.quote(report["saved"])
+        say(f"next: selenite check {file}")
+        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}")
+
+
+def _first_of(meshes: Sequence[Mapping[str, Any]]) -> str:
+    """What is usually fitted first, as a word of the command line."""
+    material = meshes[0]["materials"][0]
+    name = material["name"]
+    if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
+        name = json.dumps(name, ensure_ascii=False)
+    parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
+    return shlex.quote(f"{name}:{parameters}")
 
 
 def _lengths(size: Sequence[float]) -> str:
