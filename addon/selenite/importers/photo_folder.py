@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
@@ -44,11 +44,28 @@ def match_photos(
 
 
 def match_masks(
-    cameras: Sequence[ReconstructedCamera], folder: Path, problems: list[Problem]
+    cameras: Sequence[ReconstructedCamera],
+    folder: Path,
+    problems: list[Problem],
+    photos: Collection[Path] = (),
 ) -> FolderMatch:
-    """The same of masks, which are called as the photo is, or as photo.jpg.png or photo_mask."""
+    """The same of masks, which are called as the photo is, or as photo.jpg.png or photo_mask.
+    photos: files that are no masks."""
     wanted = {item.label: [item.mask, item.photo, item.label] for item in cameras}
-    return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True)
+    return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True, others=photos)
+
+
+def masks_among(cameras: Sequence[ReconstructedCamera], files: Sequence[str]) -> list[str]:
+    """Those of the files that are called as masks of photos, or lie in a folder that is."""
+    wanted = {_stem(_folded(name)) for item in cameras for name in (item.photo, item.label)}
+    return [file for file in files if _is_called_mask(file) and wanted & _answers_to(file, True)]
+
+
+def _is_called_mask(file: str) -> bool:
+    *folders, name = _folded(file).split("/")
+    stem = _without_ending(name)
+    is_double = _without_ending(stem) != stem  # photo.jpg.png
+    return is_double or stem.endswith(MASK_ENDINGS) or any("mask" in one for one in folders)
 
 
 def files_by_path(names: dict[str, str], folder: Path) -> dict[str, Path]:
@@ -84,8 +101,11 @@ def _match(
     problems: list[Problem],
     *,
     is_mask: bool,
+    others: Collection[Path] = (),
 ) -> FolderMatch:
     files, unread = _pictures(folder, argument, problems)
+    taken = {path.resolve() for path in others}
+    files = [file for file in files if not taken or (folder / file).resolve() not in taken]
     by_name: dict[str, list[str]] = {}
     for file in files:
         for name in _answers_to(file, is_mask):
@@ -96,7 +116,7 @@ def _match(
         hits = _best([name for name in names if name], by_name)
         if len(hits) > 1:
             cause = f"the files {listed(sorted(hits)[:4])} match it equally well"
-            cure = "keep one of them in the folder"
+            cure = "keep one of them, or give the folder that holds one of them alone"
             problems.append(Problem(f"{kind} of camera '{label}'", cause, cure))
         elif hits and hits[0] in owner:
             cause = f"file '{hits[0]}' is that of camera '{owner[hits[0]]}' too"
@@ -112,11 +132,14 @@ def _match(
 
 def _best(names: Sequence[str], by_name: dict[str, list[str]]) -> list[str]:
     """The files that match the first of the names that any file matches: those that share most
-    folders with it, then its ending."""
+    folders with it, then its ending, then its case."""
     for name in names:
-        path = _folded(name)
-        files = by_name.get(_without_ending(path).rpartition("/")[2], ())
-        scores = {file: _common_path(path, _folded(file)) for file in files}
+        path, last = _folded(name), name.replace("\\", "/").rpartition("/")[2]
+        files = by_name.get(_stem(path), ())
+        scores = {
+            file: (*_common_path(path, _folded(file)), file.rpartition("/")[2] == last)
+            for file in files
+        }
         if scores:
             most = max(scores.values())
             return [file for file, score in scores.items() if score == most]
@@ -137,12 +160,17 @@ def _common_path(wanted: str, file: str) -> tuple[int, bool, bool]:
 
 def _answers_to(file: str, is_mask: bool) -> set[str]:
     """Names without ending that a camera may have for the file."""
-    name = _without_ending(_folded(file)).rpartition("/")[2]
+    name = _stem(_folded(file))
     names = {name}
     if is_mask:
         names.add(_without_ending(name))  # photo.jpg.png
         names |= {name.removesuffix(ending) for ending in MASK_ENDINGS}
     return names
+
+
+def _stem(path: str) -> str:
+    """The last part of a path without ending."""
+    return _without_ending(path).rpartition("/")[2]
 
 
 def _without_ending(path: str) -> str:
@@ -173,6 +201,7 @@ def _pictures(folder: Path, argument: str, problems: list[Problem]) -> tuple[lis
             problems.append(Problem(f"Argument {argument} '{folder}'", cause, cure))
             return [], []
         place = Path(base).relative_to(folder)
+        names = [name for name in names if not name.startswith(".")]  # as macOS has beside files
         found += [(place / name).as_posix() for name in names if is_picture(name)]
         others = (name for name in names if PurePosixPath(name).suffix.lower() in OTHER_SUFFIXES)
         unread += [(place / name).as_posix() for name in others]

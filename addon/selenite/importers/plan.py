@@ -16,7 +16,7 @@ from ..scene_read.capture_request import CaptureRequest
 from . import placement as places
 from .agreement import remarks_on
 from .lens import BlenderLens, blender_lens, distortion_of, intrinsics_of
-from .photo_folder import files_by_path, match_masks, match_photos, short_name
+from .photo_folder import files_by_path, masks_among, match_masks, match_photos, short_name
 from .placement import Placement
 from .reconstruction import (
     Intrinsics,
@@ -170,8 +170,6 @@ def _pair(
     if without:
         cure = "; give the folder of the photos" if request.photos is None else ""
         warnings.append(f"cameras without a photo: {_some(without)}{cure}")
-    if left:
-        warnings.append(f"photos without a camera: {_some(left)}")
     if request.masks is None:
         named = {item.label: item.mask for item in found.cameras if item.label in photos}
         masks = files_by_path(named, folder)
@@ -179,7 +177,9 @@ def _pair(
         if gone:
             warnings.append(f"masks that the file names, but are not there: {_some(gone)}")
     else:
-        match = match_masks(found.cameras, request.masks, problems)
+        match = match_masks(found.cameras, request.masks, problems, photos.values())
+        used = {file.resolve() for file in match.files.values()}
+        left = tuple(name for name in left if (request.photos / name).resolve() not in used)
         masks = {label: file for label, file in match.files.items() if label in photos}
         missing = [label for label in photos if label not in masks]
         unused = [*match.left, *(str(f.name) for k, f in match.files.items() if k not in photos)]
@@ -187,7 +187,21 @@ def _pair(
             warnings.append(f"photos without a mask: {_some(missing)}")
         if unused:
             warnings.append(f"masks without a photo: {_some(unused)}")
+    if left:
+        warnings += _remarks_on_left(left, found, request.masks is None)
     return photos, masks, without, left
+
+
+def _remarks_on_left(left: Sequence[str], found: Reconstruction, no_masks: bool) -> list[str]:
+    """On photos of no camera, among which masks may be."""
+    masks = masks_among(found.cameras, left) if no_masks else []
+    rest = [name for name in left if name not in masks]
+    remarks = [f"photos without a camera: {_some(rest)}"] if rest else []
+    if masks:
+        remarks.append(
+            f"masks among the photos: {_some(masks)}; give their folder as that of masks"
+        )
+    return remarks
 
 
 def _scale(

@@ -21,12 +21,16 @@ from colmap_files import LENSES, write_binary  # noqa: E402
 from known import HEIGHT, WIDTH, known, picture  # noqa: E402
 
 
-def planned(folder: Path, labels: list[str], photos: str | None = "photos") -> ImportPlan:
+def planned(
+    folder: Path, labels: list[str], photos: str | None = "photos", masks: str | None = None
+) -> ImportPlan:
     """Of a model in `folder` whose cameras have these labels."""
     cameras = known(len(labels), LENSES["OPENCV"])
     named = [replace(one, label=label) for one, label in zip(cameras, labels, strict=True)]
     write_binary(folder / "model", named, "OPENCV")
-    request = ImportRequest(folder / "model", photos=folder / photos if photos else None)
+    places = {"photos": photos, "masks": masks}
+    given = {name: folder / place if place else None for name, place in places.items()}
+    request = ImportRequest(folder / "model", **given)
     return make_plan(request, read_reconstruction)
 
 
@@ -109,3 +113,35 @@ def test_photos_that_are_not_read_are_told(tmp_path: Path) -> None:
 def test_without_photos_the_folder_is_asked_for(tmp_path: Path) -> None:
     plan = planned(tmp_path, ["a.jpg"], photos=None)
     assert "cameras without a photo: 'a.jpg'; give the folder of the photos" in plan.warnings
+
+
+@pytest.mark.parametrize(
+    ("name", "masks"),
+    [("{}_mask.png", "photos"), ("{}.jpg.png", "photos"), ("masks/{}.png", "photos/masks")],
+)
+def test_masks_may_lie_among_the_photos(tmp_path: Path, name: str, masks: str) -> None:
+    """No photo is taken for its own mask. Without their folder, they are told."""
+    labels = ["a.jpg", "b.jpg"]
+    for label in labels:
+        picture(tmp_path / "photos" / label)
+        picture(tmp_path / "photos" / name.format(label[0]))
+    plan = planned(tmp_path, labels, masks=masks)
+    found = [item.capture and item.capture.mask for item in plan.cameras]
+    assert found == [str(tmp_path / "photos" / name.format(label[0])) for label in labels]
+    assert plan.without_camera == () and not [one for one in plan.warnings if "photo" in one]
+    plan = planned(tmp_path, labels)
+    files = "', '".join(name.format(label[0]) for label in labels)
+    remark = f"masks among the photos: '{files}'; give their folder as that of masks"
+    assert [one for one in plan.warnings if "photo" in one] == [remark]
+
+
+def test_the_case_decides_between_equal_names_and_hidden_files_are_passed_over(
+    tmp_path: Path,
+) -> None:
+    labels = ["IMG_1.JPG", "img_1.jpg"]
+    for label in labels:
+        picture(tmp_path / "photos" / label)
+    (tmp_path / "photos" / "._IMG_1.JPG").write_bytes(b"?")
+    plan = planned(tmp_path, labels)
+    assert photos_of(plan, tmp_path) == {label: label for label in labels}
+    assert plan.without_camera == ()
