@@ -190,7 +190,9 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
     if report["captures"] and report["meshes"]:
         file = shlex.quote(report["saved"])
         say(f"next: selenite check {file}")
-        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}")
+        masked = any(camera["mask"] for camera in report["cameras"])
+        within = "" if masked else " --silhouette 1"
+        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}{within}")
 
 
 def _first_of(meshes: Sequence[Mapping[str, Any]]) -> str:

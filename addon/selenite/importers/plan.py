@@ -189,6 +189,11 @@ def _pair(
             warnings.append(f"masks without a photo: {_some(unused)}")
     if left:
         warnings += _remarks_on_left(left, found, request.masks is None)
+    if photos and found.meshes and not masks:
+        warnings.append(
+            "no photo has a mask, so what is behind the mesh counts too: where the scene has no "
+            "such background, give masks, or fit within the silhouette"
+        )
     return photos, masks, without, left
 
 
