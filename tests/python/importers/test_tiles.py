@@ -76,6 +76,15 @@ def test_what_only_looks_like_tiles_stays(
     assert found is before and remarks == []
 
 
+def test_places_far_outside_are_no_tiles(tmp_path: Path) -> None:
+    picture(tmp_path / "a.1001.png")
+    far = np.array([(0, 0), (1e30, 0), (0, -1e30), (np.nan, 0)])
+    found, remarks = tiles.split(mesh(tmp_path / "a.<UDIM>.png", far))
+    assert found.material_of is not None and len(remarks) == 1
+    textures = [found.materials[index].texture for index in found.material_of]
+    assert textures == [tmp_path / "a.1001.png", None, None, None]
+
+
 def test_no_tile_is_read_through_a_link_out_of_the_folder(tmp_path: Path) -> None:
     (tmp_path / "in").mkdir()
     picture(tmp_path / "a.1002.png")

@@ -41,7 +41,8 @@ def split(mesh: ReconstructedMesh) -> tuple[ReconstructedMesh, list[str]]:
         if uvs is None or not match or not isinstance(material.texture, Path):
             continue
         chosen = np.flatnonzero(which == index)
-        squares = np.floor(uvs[chosen].mean(axis=1)).astype(np.int64)
+        middle = np.nan_to_num(uvs[chosen].mean(axis=1), nan=-1.0)
+        squares = np.clip(np.floor(middle), -1, _ROWS).astype(np.int64)
         files = _files(material.texture, match)
         if match[2] != ANY and (not squares.any() or len(files) < 2):
             continue
