@@ -60,7 +60,8 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "import": (
         (
             "cameras and mesh of Metashape, with photos",
-            "import head.x3d --cameras cameras.xml --photos photos --save head.blend",
+            "import head.x3d --cameras cameras.xml --photos photos --silhouette 1 "
+            "--save head.blend",
         ),
         (
             "cameras of COLMAP and a mesh from it",

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
-from ..scene_read.capture_request import PACKED
+from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
 from .terminal import bar, say
 
@@ -72,6 +72,9 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         distance = (first, second, _length("--scale-points", text, problems))
     if args.scale is not None:
         _length("--scale", args.scale, problems)
+    if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
+        cure = f"give a number of pixels from 0 to {MOST_ERODED}"
+        problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
     given: dict[str, Any] = {
         "cameras": _source(args.cameras, problems) if args.cameras is not None else None,
         "photos": _folder("--photos", args.photos, problems),
@@ -80,6 +83,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         "known_distance": distance,
         "ground": tuple(args.ground) if args.ground is not None else None,
         "up": args.up,
+        "silhouette": args.silhouette,
     }
     return ImportRequest(_source(args.file, problems), **given)
 
@@ -190,9 +194,7 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
     if report["captures"] and report["meshes"]:
         file = shlex.quote(report["saved"])
         say(f"next: selenite check {file}")
-        masked = any(camera["mask"] for camera in report["cameras"])
-        within = "" if masked else " --silhouette 1"
-        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}{within}")
+        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}")
 
 
 def _first_of(meshes: Sequence[Mapping[str, Any]]) -> str:

@@ -41,7 +41,8 @@ class ImportRequest:
     masks: folders. meters: in one unit of the file; None: as it says. known_distance: two points,
     each "X,Y,Z" in coordinates of the file or a camera's label, and the metres between them.
     ground: three such points whose plane becomes z = 0. up: "Z" or "Y", the file's upward axis.
-    unit_length: metres in one Blender unit."""
+    unit_length: metres in one Blender unit. silhouette: pixels off the rim of what a camera sees of
+    the fitted objects, which alone counts then; of captures without a mask."""
 
     file: Path
     cameras: Path | None = None
@@ -52,6 +53,7 @@ class ImportRequest:
     ground: tuple[str, str, str] | None = None
     up: str = "Z"
     unit_length: float = 1.0
+    silhouette: int | None = None
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,8 @@ def make_plan(
         warnings.append(f"the origin is moved to {text} of the file, which the collection keeps")
     note("measuring photos", 0.5)
     cameras = _cameras(found, placement, photos, masks, problems, note)
+    if request.silhouette is not None:
+        cameras = [_within(item, request.silhouette) for item in cameras]
     for mesh in found.meshes:
         _check_mesh(mesh, problems)
     if problems:
@@ -189,10 +193,10 @@ def _pair(
             warnings.append(f"masks without a photo: {_some(unused)}")
     if left:
         warnings += _remarks_on_left(left, found, request.masks is None)
-    if photos and found.meshes and not masks:
+    if photos and found.meshes and not masks and request.silhouette is None:
         warnings.append(
             "no photo has a mask, so what is behind the mesh counts too: where the scene has no "
-            "such background, give masks, or fit within the silhouette"
+            "such background, give masks, or let the silhouette alone count"
         )
     return photos, masks, without, left
 
@@ -282,6 +286,13 @@ def _cameras(
         matrix = placement.camera(camera.camera_to_world)
         planned.append(PlannedCamera(name, camera.label, matrix, intrinsics, lens, capture))
     return planned
+
+
+def _within(camera: PlannedCamera, silhouette: int) -> PlannedCamera:
+    capture = camera.capture
+    if capture is None or capture.mask:
+        return camera
+    return replace(camera, capture=replace(capture, silhouette=silhouette))
 
 
 def _free_name(name: str, taken: set[str]) -> str:

@@ -227,4 +227,6 @@ def _add_row(
         how.use_distortion = True
         for name in LensDistortion.__dataclass_fields__:
             setattr(how, name, getattr(capture.distortion, name))
+    if capture.silhouette is not None:
+        how.use_silhouette, how.silhouette = True, capture.silhouette
     settings.active_capture = len(settings.captures) - 1
