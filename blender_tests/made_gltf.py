@@ -10,10 +10,13 @@ import numpy as np
 UNLIT = "KHR_materials_unlit"
 
 
-def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True, glows=False) -> None:
+def write(
+    path: Path, positions, triangles, uvs, picture: Path, is_lit=True, glows=False, other=None
+) -> None:
     """One textured mesh, in the axes of the file, with v downward. In a .glb the picture and the
     numbers are inside; beside a .gltf they are in files of their own. is_lit: whether light falls
-    on it still, or is in its colours. glows: whether the picture is its light, not its colour."""
+    on it still, or is in its colours. glows: whether the picture is its light, not its colour.
+    other: (triangles, picture) of a second material, beside a .gltf; a second mesh has it too."""
     inside = path.suffix == ".glb"
     parts = [np.asarray(positions, "<f4"), np.asarray(uvs, "<f4"), np.asarray(triangles, "<u4")]
     blobs = [part.tobytes() for part in parts] + ([picture.read_bytes()] if inside else [])
@@ -53,6 +56,8 @@ def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True, glo
         "bufferViews": views,
         "buffers": [{"byteLength": starts[-1]} | ({} if inside else {"uri": f"{path.stem}.bin"})],
     }
+    if other is not None:
+        _add_other(content, blobs, *other)
     text, data = json.dumps(content).encode(), b"".join(blobs)
     if not inside:
         path.write_bytes(text)
@@ -62,3 +67,22 @@ def write(path: Path, positions, triangles, uvs, picture: Path, is_lit=True, glo
     chunks = struct.pack("<II", len(text), 0x4E4F534A) + text
     chunks += struct.pack("<II", len(data), 0x004E4942) + data
     path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks)
+
+
+def _add_other(content: dict, blobs: list, triangles, picture: Path) -> None:
+    blob, start = np.asarray(triangles, "<u4").tobytes(), sum(map(len, blobs))
+    blobs.append(blob)
+    content["bufferViews"].append({"buffer": 0, "byteOffset": start, "byteLength": len(blob)})
+    content["buffers"][0]["byteLength"] += len(blob)
+    number = {"componentType": 5125, "count": len(blob) // 4, "type": "SCALAR"}
+    content["accessors"].append({"bufferView": len(content["bufferViews"]) - 1} | number)
+    content["images"].append({"uri": picture.name})
+    content["textures"].append({"source": 1})
+    skin = {"name": "Other", "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}}
+    content["materials"].append(skin)
+    part = {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 1}
+    part["indices"] = len(content["accessors"]) - 1
+    content["meshes"][0]["primitives"].append(part)
+    content["meshes"].append({"primitives": [part]})
+    content["nodes"].append({"mesh": 1, "name": "Part"})
+    content["scenes"][0]["nodes"].append(1)

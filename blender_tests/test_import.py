@@ -327,6 +327,28 @@ def test_poses_and_masks_alone_make_cameras_and_say_what_is_missing(tmp_path, ca
     assert status == 2 and "nothing with faces" in json.dumps(found["problems"])
 
 
+def test_the_silhouette_counts_where_no_mask_is_given(tmp_path, capsys, request):
+    _, words = reconstructed.written(tmp_path)
+    (tmp_path / "masks").mkdir()
+    made.photo(tmp_path / "masks" / "IMG_0002.png", reconstructed.pebble.SIZE, 1.0)
+    about = "no photo has a mask"
+    report = imported(capsys, words["metashape"], tmp_path / "all.blend")
+    assert any(text.startswith(about) for text in report["warnings"])
+    words = [*words["metashape"], "--silhouette", "2", "--masks", str(tmp_path / "masks")]
+    report = imported(capsys, words, tmp_path / "out.blend")
+    assert not any(text.startswith(about) for text in report["warnings"])
+    words[words.index("2")] = "-1"
+    status, report, _ = command(capsys, "import", *words, "--save", str(tmp_path / "no.blend"))
+    assert status == 2 and report["problems"][0]["object"] == "Argument --silhouette"
+    request.getfixturevalue("addon")
+    found = captures_of(reconstructed.opened(tmp_path / "out.blend"))
+    assert [one.silhouette for one in found] == [2, None, 2, 2]
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert operator(words, silhouette=True) == {"FINISHED"}
+    found = captures_of(bpy.context.scene)
+    assert [one.silhouette for one in found] == [1, 1, 1, 1]  # `operator` gives no masks
+
+
 def test_what_has_no_partner_is_named_both_ways(tmp_path, capsys):
     _, words = reconstructed.written(tmp_path)
     photos = tmp_path / "photos"

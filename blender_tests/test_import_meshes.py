@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes of a reconstruction in a file of their own: axes, UVs and textures of each format."""
+"""Meshes of a reconstruction in a file of their own: axes, UVs, textures and materials of each
+format."""
 
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def test_a_picture_of_light_is_no_base_colour(tmp_path, capsys):
     made_gltf.write(file, CORNERS, TRIANGLES, UVS, skin, glows=True)
     words = [str(file), "--cameras", str(tmp_path / "binary")]
     (mesh,) = imported(capsys, words, tmp_path / "out.blend")["meshes"]
-    assert mesh["texture"] is None
+    assert mesh["materials"] == [{"name": mesh["name"], "texture": None}]
 
 
 @pytest.mark.parametrize("name", ["box.obj", "box.ply", "box.gltf", "box.glb", "unlit.glb"])
@@ -101,12 +102,14 @@ def test_meshes_have_the_axes_of_the_file_and_its_texture(name, tmp_path, capsys
         capsys, [*words, "--photos", str(tmp_path / "photos")], tmp_path / "out.blend"
     )
     (mesh,) = report["meshes"]
+    ((of_name, texture),) = (one.values() for one in mesh["materials"])
+    assert of_name == mesh["name"]
     if file.suffix == ".glb":
-        assert mesh["texture"] == "packed:skin" and not [*tmp_path.glob("*/skin*")]
+        assert texture == "packed:skin" and not [*tmp_path.glob("*/skin*")]
         (tmp_path / "skin.png").unlink()
         file.unlink()
     else:
-        assert Path(mesh["texture"]) == tmp_path / "skin.png"
+        assert Path(texture) == tmp_path / "skin.png"
     assert not [text for text in report["warnings"] if "texture" in text]
     status, found, said = command(capsys, "check", str(tmp_path / "out.blend"))
     assert status == 0, said
@@ -156,17 +159,117 @@ def test_vertex_colours_are_kept_beside_a_white_base_colour(ending, tmp_path, ca
     assert np.abs(colors.reshape(-1, 4) - expected).max() < 1e-3
 
 
-def test_a_second_texture_is_told(tmp_path, capsys):
+def written_with_two(file):
+    """The box, whose second triangle has the material Other with other.png."""
+    written_box(file)
+    made.photo(file.parent / "other.png", (8, 8), 0.7)
+    text = "" if file.suffix == ".gltf" else file.read_text()
+    if file.suffix == ".ply":
+        comment = "comment TextureFile other.png\nelement vertex"
+        text = text.replace("element vertex", comment)
+        text = text.replace("end_header", "property int texnumber\nend_header")
+        *head, first, second, third = text.splitlines()
+        file.write_text("\n".join([*head, f"{first} 0", f"{second} 1", f"{third} 0"]) + "\n")
+    elif file.suffix == ".obj":
+        (first, second, third) = [line for line in text.splitlines() if line.startswith("f ")]
+        faces = "\n".join([first, third, "usemtl Other", second])
+        file.write_text(text[: text.index("f ")] + faces + "\n")
+        library = file.with_suffix(".mtl")
+        library.write_text(library.read_text() + "newmtl Other\nmap_Kd other.png\n")
+    elif file.suffix == ".x3d":
+        points = " ".join(map(str, CORNERS.ravel()))
+        uvs = " ".join(map(str, UVS.ravel()))
+        shapes = ""
+        for index, skin in ((TRIANGLES[::2], "skin"), (TRIANGLES[1:2], "other")):
+            corners = " ".join(str(corner) for triangle in index for corner in triangle)
+            shapes += (
+                f'<Shape><Appearance DEF="{skin.title()}"><ImageTexture url="{skin}.png"/>'
+                f'</Appearance><IndexedTriangleSet index="{corners}">'
+                + ('<Coordinate USE="c"/>' if "c" in shapes else "")
+                + ("" if "c" in shapes else f'<Coordinate DEF="c" point="{points}"/>')
+                + f'<TextureCoordinate point="{uvs}"/></IndexedTriangleSet></Shape>'
+            )
+        file.write_text(f"<X3D><Scene>{shapes}</Scene></X3D>")
+    else:
+        y_up = CORNERS[:, [0, 2, 1]] * (1, 1, -1)
+        skin, other = (file.parent / f"{name}.png" for name in ("skin", "other"))
+        uvs = (0, 1) + UVS * (1, -1)
+        made_gltf.write(file, y_up, TRIANGLES[::2], uvs, skin, other=(TRIANGLES[1:2], other))
+
+
+@pytest.mark.parametrize("ending", ["obj", "ply", "x3d", "gltf"])
+def test_each_texture_is_a_material_of_its_own(ending, tmp_path, capsys, request):
+    reconstructed.written(tmp_path)
+    file = tmp_path / f"box.{ending}"
+    written_with_two(file)
+    words = [str(file), "--cameras", str(tmp_path / "cameras.xml")]
+    words += ["--photos", str(tmp_path / "photos")]
+    report = imported(capsys, words, tmp_path / "out.blend")
+    assert not [text for text in report["warnings"] if "texture" in text]
+    whole = next(mesh for mesh in report["meshes"] if mesh["triangles"] == 3)
+    textures = [Path(one["texture"]).name for one in whole["materials"]]
+    assert sorted(textures) == ["other.png", "skin.png"]
+    status, found, said = command(capsys, "check", str(tmp_path / "out.blend"))
+    assert status == 0, said
+    request.getfixturevalue("addon")
+    reconstructed.opened(tmp_path / "out.blend")
+    item = bpy.data.objects[whole["name"]]
+    names = [slot.material.name for slot in item.material_slots]
+    assert names == [one["name"] for one in whole["materials"]]
+    assert "Other" in names or ending == "ply" and "other" in names
+    for polygon in item.data.polygons:
+        material = item.material_slots[polygon.material_index].material
+        assert made.principled(material).inputs["Metallic"].default_value == 0
+        (link,) = made.socket(material, "base_color").links
+        # The second triangle alone has the corner 7.
+        wanted = "other.png" if 7 in polygon.vertices else "skin.png"
+        assert Path(link.from_node.image.filepath).name == wanted
+    if ending == "gltf":
+        part = bpy.data.objects["Part"]
+        assert [slot.material.name for slot in part.material_slots] == ["Other"]
+        assert len(bpy.data.materials) == 2
+
+
+def test_a_texture_that_is_not_there_is_told(tmp_path, capsys):
     reconstructed.written(tmp_path)
     file = tmp_path / "box.obj"
-    written_box(file)
-    made.photo(tmp_path / "other.png", (8, 8), 0.7)
-    file.write_text(file.read_text() + "usemtl Other\nf 1/1 2/2 6/6\n")
-    materials = file.with_suffix(".mtl")
-    materials.write_text(materials.read_text() + "newmtl Other\nmap_Kd other.png\n")
+    written_with_two(file)
+    (tmp_path / "other.png").unlink()
     words = [str(file), "--cameras", str(tmp_path / "binary")]
     report = imported(capsys, words, tmp_path / "out.blend")
     (mesh,) = report["meshes"]
-    assert Path(mesh["texture"]).name == "skin.png" and mesh["triangles"] == 4
-    warning = "mesh 'box': of its textures only the first is used; export it with one"
-    assert warning in report["warnings"]
+    textures = {one["name"]: one["texture"] for one in mesh["materials"]}
+    assert textures["Other"] is None and Path(textures["Skin"]).name == "skin.png"
+    assert any(
+        text.startswith("the texture 'other.png' of material 'Other' is not there")
+        for text in report["warnings"]
+    )
+
+
+@pytest.mark.parametrize("named", ["skin.<UDIM>.png", "skin.1001.png"])
+@pytest.mark.parametrize("ending", ["obj", "ply"])
+def test_tiles_of_a_texture_are_materials(ending, named, tmp_path, capsys):
+    """UVs of the second triangle lie in the second tile."""
+    reconstructed.written(tmp_path)
+    file = tmp_path / f"box.{ending}"
+    for tile in ("1001", "1002"):
+        made.photo(tmp_path / f"skin.{tile}.png", (8, 8), 0.2)
+    corners, uvs = CORNERS[np.ravel(TRIANGLES)], UVS[np.ravel(TRIANGLES)]
+    uvs[3:6, 0] += 1
+    if ending == "ply":
+        rows = np.hstack([corners, uvs])
+        names = [f"float {name}" for name in "xyzst"]
+        text = ply(rows, names, f"comment TextureFile {named}\n")
+        *head, _, _, _ = text.splitlines()
+        file.write_text("\n".join([*head, "3 0 1 2", "3 3 4 5", "3 6 7 8"]) + "\n")
+    else:
+        rows = ["mtllib box.mtl", "usemtl Skin"]
+        rows += ["v " + " ".join(map(str, corner)) for corner in corners]
+        rows += ["vt " + " ".join(map(str, uv)) for uv in uvs]
+        rows += [f"f {n}/{n} {n + 1}/{n + 1} {n + 2}/{n + 2}" for n in (1, 4, 7)]
+        file.write_text("\n".join(rows) + "\n")
+        file.with_suffix(".mtl").write_text(f"newmtl Skin\nmap_Kd {named}\n")
+    words = [str(file), "--cameras", str(tmp_path / "binary")]
+    (mesh,) = imported(capsys, words, tmp_path / "out.blend")["meshes"]
+    textures = [Path(one["texture"]).name for one in mesh["materials"]]
+    assert textures == ["skin.1001.png", "skin.1002.png"]

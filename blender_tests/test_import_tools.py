@@ -199,6 +199,24 @@ def test_a_remesh_is_closed_and_keeps_the_volume():
     undo_steps.undo()
 
 
+def test_repairs_of_several_materials():
+    """A filled hole has the material around it; a remesh has one, which is told."""
+    item = ball()
+    item.data.materials.append(made.material("Skin"))
+    for polygon in item.data.polygons:
+        polygon.material_index = int(polygon.center.z < 0.7)
+    without_face(item, 3)
+    before = len(item.data.polygons)
+    assert bpy.ops.selenite.fill_holes() == {"FINISHED"}
+    heights = [polygon.center.z < 0.7 for polygon in item.data.polygons]
+    slots = [polygon.material_index for polygon in item.data.polygons]
+    assert slots[before:] == [int(low) for low in heights[before:]] and len(slots) > before
+    assert bpy.ops.selenite.remesh(voxels=20) == {"FINISHED"}
+    assert {polygon.material_index for polygon in item.data.polygons} == {0}
+    lines = import_tools.FOUND[bpy.context.scene.name]
+    assert lines[-1] == "all its faces have the material 'Wax' now"
+
+
 def test_thickness_and_mean_free_path():
     item = ball(64)
     material = item.data.materials[0]

@@ -29,13 +29,16 @@ METASHAPE = f"""<?xml version="1.0" encoding="UTF-8"?>
 <f>10.5</f><cx>.5</cx><cy>-1</cy><b1>1e-1</b1><b2>.01</b2><k1>-.1</k1><k4>.01</k4><p1>.001</p1>
 </calibration></sensor><sensor id="1" type="frame">{SIZE}
 <property name="pixel_width" value="0.1"/><property name="focal_length" value="5"/></sensor>
-<sensor id="2" type="fisheye">{SIZE}</sensor></sensors>
+<sensor id="2" type="fisheye">{SIZE}</sensor><sensor id="3" master_id="0" type="frame">{SIZE}
+<property name="pixel_width" value="0.1"/><property name="focal_length" value="5"/>
+<rotation>1 0 0 0 1 0 0 0 1</rotation><location fixed="true"/></sensor></sensors>
 <components active_id="0"><component id="0"><transform><rotation>1 0 0 0 1 0 0 0 1</rotation>
 <translation>1e6 2 3</translation><scale>0.5</scale></transform><region><center>0 0 0</center>
 <size>1 2 3</size><R>1 0 0 0 1 0 0 0 1</R></region></component></components>
 <cameras><camera id="0" sensor_id="0" component_id="0" label="a"><transform>{IDENTITY}</transform>
 </camera><group id="0"><camera id="1" sensor_id="1" component_id="0" label="b">
-<transform>{IDENTITY}</transform></camera></group><camera id="2" sensor_id="2" label="c"/></cameras>
+<transform>{IDENTITY}</transform></camera></group><group id="1" label="g"><camera id="3"
+sensor_id="3" master_id="0" label="a"/></group><camera id="2" sensor_id="2" label="c"/></cameras>
 <transform>{IDENTITY}</transform><reference>GEOGCS["WGS 84"]</reference></chunk></document>
 """
 X3D = """<X3D version="3.3"><head><unit category="length" conversionFactor="0.01"/></head><Scene>
@@ -61,7 +64,8 @@ COLMAP = {
     "frames.txt": "1 1 1 0 0 0 0 0 4 2 CAMERA 1 1 CAMERA 2 3\n",
 }
 NERF = """{"camera_model": "OPENCV", "w": 12, "h": 12, "fl_x": 10.5, "fl_y": 11, "cx": 6, "k1": 0.1,
-"k4": 0.01, "p1": 0.001, "frames": [{"file_path": "photo.png", "transform_matrix":
+"k4": 0.01, "p1": 0.001, "ply_file_path": "points.ply",
+"frames": [{"file_path": "photo.png", "transform_matrix":
 [[1,0,0,1],[0,1,0,2],[0,0,1,3],[0,0,0,1]]}, {"file_path": "b", "mask_path": "m.png", "w": 9, "h": 9,
 "camera_angle_x": 0.7, "fl_x": null, "transform_matrix": [[1,0,0,1e6],[0,1,0,2],[0,0,1,3]]}]}
 """
@@ -79,7 +83,10 @@ photo.png,1,2,3,10,20,30,35,0.01,-0.02,.1,.2,.3,.4,.01,.02
 """
 BUNDLER = "# Bundle file v0.3\n2 1\n10 -.1 .2\n1 0 0\n0 1 0\n0 0 1\n1 2 3\n" + "0 0 0\n" * 5
 BUNDLER += "1 2 3\n255 0 0\n1 0 5 1.5 2.5\n"
+POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+POINTS += "property float z\nend_header\n1 2 3\n"
 PLY = """comment TextureFile photo.png
+comment TextureFile skin.<UDIM>.png
 element camera 1
 property list uchar float k
 element vertex 4
@@ -97,6 +104,7 @@ property float t
 element face 2
 property list uchar int vertex_indices
 property list uchar float texcoord
+property char texnumber
 end_header
 """
 
@@ -113,7 +121,7 @@ def make(folder: Path) -> None:
         "metashape": {"cameras.xml": METASHAPE},
         "x3d": {"scene.x3d": X3D},
         "colmap_text": COLMAP,
-        "nerf": {"transforms.json": NERF},
+        "nerf": {"transforms.json": NERF, "points.ply": POINTS},
         "xmp": {"photo.xmp": XMP},
         "csv": {"cameras.csv": CSV},
         "ply_text": {"scan.ply": _ply_text(), "cameras.xml": METASHAPE},
@@ -137,7 +145,7 @@ def make(folder: Path) -> None:
 def _ply_text() -> str:
     vertex = "{0} 1 0 0 0 1 255 0 9 0.5 1\n"
     rows = ["1 0.5\n", *(vertex.format(n) for n in range(4))]
-    rows += ["4 0 1 2 3 8 0 0 1 0 1 1 0 1\n", "3 0 1 2 0\n"]
+    rows += ["4 0 1 2 3 8 0 0 1 0 1 1 0 1 1\n", "3 0 1 2 0 -1\n"]
     return "ply\nformat ascii 1.0\n" + PLY + "".join(rows)
 
 
@@ -147,7 +155,7 @@ def _ply_binary() -> bytes:
     for number in range(4):
         body += struct.pack(">fd4f3B2f", number, 1, 0, 0, 0, 1, 255, 0, 9, 0.5, 1)
     for _ in range(2):
-        body += struct.pack(">B3iB6f", 3, 0, 1, 2, 6, 0, 0, 1, 0, 1, 1)
+        body += struct.pack(">B3iB6fb", 3, 0, 1, 2, 6, 0, 0, 1, 0, 1, 1, 1)
     return head + body
 
 

@@ -135,6 +135,9 @@ def _say(report: dict[str, Any], values: SceneValues) -> None:
         say(f"paths are traced {report['paths']}")
     for camera in report["cameras"]:
         say(f"camera '{camera['name']}': {camera['width']} x {camera['height']}")
+    if report["captures"]:
+        masked = sum(bool(item["mask"]) for item in report["captures"])
+        say(f"captures with a photo: {len(report['captures'])}, with a mask: {masked}")
     for light in report["lights"]:
         say(f"light '{light['name']}' ({light['kind'].lower()})")
     for owner in values.owners.values():

@@ -60,9 +60,13 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     "import": (
         (
             "cameras and mesh of Metashape, with photos",
-            "import head.x3d --cameras cameras.xml --photos photos --save head.blend",
+            "import head.x3d --cameras cameras.xml --photos photos --silhouette 1 "
+            "--save head.blend",
         ),
-        ("a folder of COLMAP's", "import sparse/0 --photos images --save scene.blend"),
+        (
+            "cameras of COLMAP and a mesh from it",
+            "import mesh.ply --cameras sparse/0 --photos images --save scene.blend",
+        ),
     ),
     "demo": (("everything into a folder", "demo --out my-demo"),),
 }  # fmt: skip

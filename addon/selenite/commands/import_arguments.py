@@ -22,6 +22,11 @@ def add_import(parser: argparse.ArgumentParser) -> None:
     photos = "folder of the photos, which are found by the label of their camera"
     add("--photos", metavar="DIR", help=photos)
     add("--masks", metavar="DIR", help="the same of masks, whose black pixels do not count")
+    silhouette = (
+        "of photos without a mask only what the camera sees of the fitted objects counts, N pixels "
+        "off its rim"
+    )
+    add("--silhouette", type=int, metavar="N", help=silhouette)
     place = parser.add_argument_group("how it is placed")
     unit = place.add_mutually_exclusive_group()
     unit.add_argument(

@@ -4,20 +4,23 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
-from collections.abc import Sequence
+import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
-from ..scene_read.capture_request import PACKED
+from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
 from .terminal import bar, say
 
 if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
     from ..importers.reconstruction import PackedPicture
+    from ..importers.to_blender import Created
 
 _FILE = "give a file of a reconstruction; see selenite import --help"
 
@@ -55,7 +58,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         set_for_fit(scene)
         to_blender.relative_paths(scene, save.parent)
         _save(save)
-    report = _report(plan, save, made.captures)
+    report = _report(plan, save, made)
     _say(report, args.undistort)
     return report
 
@@ -69,6 +72,9 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         distance = (first, second, _length("--scale-points", text, problems))
     if args.scale is not None:
         _length("--scale", args.scale, problems)
+    if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
+        cure = f"give a number of pixels from 0 to {MOST_ERODED}"
+        problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
     given: dict[str, Any] = {
         "cameras": _source(args.cameras, problems) if args.cameras is not None else None,
         "photos": _folder("--photos", args.photos, problems),
@@ -77,6 +83,7 @@ def _request(args: argparse.Namespace, problems: list[Problem]) -> ImportRequest
         "known_distance": distance,
         "ground": tuple(args.ground) if args.ground is not None else None,
         "up": args.up,
+        "silhouette": args.silhouette,
     }
     return ImportRequest(_source(args.file, problems), **given)
 
@@ -123,7 +130,7 @@ def _save(path: Path) -> None:
         raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
 
 
-def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
+def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
     return {
         "saved": str(save),
         "name": plan.name,
@@ -139,7 +146,7 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
             }
             for item in plan.cameras
         ],
-        "captures": captures,
+        "captures": made.captures,
         "cameras_without_photo": list(plan.without_photo),
         "photos_without_camera": list(plan.without_camera),
         "meshes": [
@@ -147,9 +154,12 @@ def _report(plan: ImportPlan, save: Path, captures: int) -> dict[str, Any]:
                 "name": item.name,
                 "vertices": len(item.positions),
                 "triangles": len(item.triangles),
-                "texture": _texture(item.texture),
+                "materials": [
+                    {"name": material.name, "texture": _texture(one.texture)}
+                    for one, material in zip(item.materials, materials, strict=True)
+                ],
             }
-            for item in plan.meshes
+            for item, materials in zip(plan.meshes, made.materials, strict=True)
         ],
         "points": len(plan.points),
         "size_m": [float(value) for value in plan.size],
@@ -171,15 +181,30 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
     cameras = len(report["cameras"])
     say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
     for mesh in report["meshes"]:
-        texture = f"; texture {mesh['texture']}" if mesh["texture"] else ""
         counts = f"{mesh['vertices']} vertices, {mesh['triangles']} triangles"
-        say(f"mesh '{mesh['name']}': {counts}{texture}")
+        textures = [one["texture"] for one in mesh["materials"] if one["texture"]]
+        shown = "".join(f"; texture {texture}" for texture in textures)
+        say(f"mesh '{mesh['name']}': {counts}{shown}")
     if any(item["distorted"] for item in report["cameras"]) and not undistort:
         say("the lens distorts the photos; a fit undoes it, Blender's background images do not")
     for text in report["warnings"]:
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
     say(f"wrote {report['saved']}")
+    if report["captures"] and report["meshes"]:
+        file = shlex.quote(report["saved"])
+        say(f"next: selenite check {file}")
+        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}")
+
+
+def _first_of(meshes: Sequence[Mapping[str, Any]]) -> str:
+    """What is usually fitted first, as a word of the command line."""
+    material = meshes[0]["materials"][0]
+    name = material["name"]
+    if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
+        name = json.dumps(name, ensure_ascii=False)
+    parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
+    return shlex.quote(f"{name}:{parameters}")
 
 
 def _lengths(size: Sequence[float]) -> str:

@@ -34,7 +34,7 @@ def remarks_on(found: Reconstruction) -> list[str]:
         f"mesh '{mesh.name}' has vertex colours: they are its attribute 'Color'; its base colour "
         "is white, so that it can be fitted"
         for mesh in found.meshes
-        if mesh.colors is not None and mesh.texture is None
+        if mesh.colors is not None and not mesh.textured
     ]
     points = _sample([mesh.positions for mesh in found.meshes])
     blind = sum(not _seen(camera, points).any() for camera in found.cameras)

@@ -14,9 +14,11 @@ import mathutils
 import numpy as np
 
 from ..scene_read import hosts
+from .obj_materials import pictures_of
 from .obj_offset import near_origin
+from .readers import tiles
 from .readers.files import shortened
-from .reconstruction import PackedPicture, ReconstructedMesh, ReconstructionError
+from .reconstruction import MeshMaterial, PackedPicture, ReconstructedMesh, ReconstructionError
 
 #: Blender's importers keep single precision, 6e-8 of the largest coordinate.
 _COARSE = 1000.0
@@ -41,6 +43,9 @@ def new_mesh(mesh: ReconstructedMesh, made: list[bpy.types.ID]) -> bpy.types.Mes
         data.polygons.foreach_set("loop_total", np.full(len(corners), 3, np.int32))
     smooth = np.full(len(corners), mesh.normals is not None)
     data.polygons.foreach_set("use_smooth", smooth)
+    if mesh.material_of is not None:
+        slots = np.asarray(mesh.material_of[real], np.int32)
+        data.polygons.foreach_set("material_index", slots)
     data.update(calc_edges=True)
     if mesh.uvs is not None:
         layer = data.uv_layers.new(name="UVMap")
@@ -69,7 +74,7 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
                 graph = bpy.context.evaluated_depsgraph_get()
                 made = [item for item in scene.objects if item.type == "MESH"]
                 found = [_neutral(item.evaluated_get(graph), file) for item in made]
-                several = [item.name for item in made if len(set(_base_images(item))) > 1]
+                several = [name for item in made for name in _mixed(item)]
             meshes = tuple(replace(one, positions=one.positions + offset) for one in found)
         except (RuntimeError, AttributeError, ImportError, OSError) as error:
             cure = "export the mesh again, as OBJ or X3D"
@@ -84,8 +89,16 @@ def read_with_blender(file: Path) -> tuple[tuple[ReconstructedMesh, ...], tuple[
     far = 0.0 if offset.any() else max(float(np.abs(mesh.positions).max()) for mesh in meshes)
     size = float(np.ptp(np.concatenate([mesh.positions for mesh in meshes]), axis=0).max())
     remarks: tuple[str, ...] = tuple(
-        f"mesh '{name}': of its textures only the first is used; export it with one"
-        for name in several
+        f"material '{name}': of its textures of colour only the first is used"
+        for name in dict.fromkeys(several)
+    )
+    lost = {one.name for mesh in meshes for one in mesh.materials if one.texture is None}
+    lost |= {name.rpartition(".")[0] for name in lost}  # the open file had one of the name
+    remarks += tuple(
+        f"the texture '{shortened(picture)}' of material '{name}' is not there, below the folder of"
+        " the mesh: its faces are white"
+        for name, picture in pictures_of(file).items()
+        if name in lost
     )
     if far > _COARSE * size:
         remarks += (
@@ -169,6 +182,7 @@ def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
         )
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         normals = (normals / np.where(lengths > 0, lengths, 1)).reshape(-1, 3, 3)
+    materials, material_of = _materials(item, file)
     return ReconstructedMesh(
         name=item.name,
         positions=positions,
@@ -176,7 +190,8 @@ def _neutral(item: bpy.types.Object, file: Path) -> ReconstructedMesh:
         uvs=uvs[0][1].reshape(-1, 3, 2) if uvs else None,
         normals=normals,
         colors=_colors(mesh),
-        texture=_texture(item, file),
+        materials=materials,
+        material_of=material_of,
     )
 
 
@@ -193,31 +208,57 @@ def _colors(mesh: bpy.types.Mesh) -> np.ndarray | None:
     return found
 
 
-def _texture(item: bpy.types.Object, file: Path) -> Path | PackedPicture | None:
+def _materials(
+    item: bpy.types.Object, file: Path
+) -> tuple[tuple[MeshMaterial, ...], np.ndarray | None]:
+    """Those that faces have, and which each of `loop_triangles` has."""
+    mesh = cast(bpy.types.Mesh, item.data)
+    last = max(len(item.material_slots) - 1, 0)  # Blender shows it for what is beyond
+    slots = np.minimum(hosts.whole_numbers(mesh.loop_triangles, "material_index", 1), last)
+    used, which = np.unique(slots, return_inverse=True)
+    found = []
+    for index in used:
+        slot = item.material_slots[index] if len(item.material_slots) else None
+        material = slot.material if slot is not None else None
+        name = "" if material is None else material.name
+        found.append(MeshMaterial(name, _texture(material, file)))
+    if len(found) < 2:
+        return tuple(found) or (MeshMaterial(),), None
+    return tuple(found), which.reshape(-1)
+
+
+def _texture(material: bpy.types.Material | None, file: Path) -> Path | PackedPicture | None:
     """Behind the base colour: a file in the folder of `file` or inside, or what `file` holds."""
-    for image in _base_images(item):
+    for image in _base_images(material):
         path = Path(bpy.path.abspath(image.filepath)).resolve() if image.filepath else file
-        if path != file and path.is_file() and path.is_relative_to(file.resolve().parent):
+        is_there = path.is_file() or bool(tiles.of(path))
+        if path != file and is_there and path.is_relative_to(file.resolve().parent):
             return path
         if image.packed_file is not None:
             return PackedPicture(image.name, bytes(image.packed_file.data))
     return None
 
 
-def _base_images(item: bpy.types.Object) -> Iterator[bpy.types.Image]:
-    """Images behind the base colours of its materials; of a material whose shader has none, as glTF
-    has for what is lit already, all that hold colours."""
+def _mixed(item: bpy.types.Object) -> Iterator[str]:
+    """Materials in which several pictures make the base colour."""
     for slot in item.material_slots:
-        tree = slot.material.node_tree if slot.material is not None else None
-        if tree is None:
-            continue
-        bases = [node.inputs["Base Color"] for node in tree.nodes if "Base Color" in node.inputs]
-        links = [link for base in bases for link in base.links]
-        nodes = [node for link in links for node in _upstream(link.from_node)]
-        for node in nodes if bases else tree.nodes:
-            image = getattr(node, "image", None)
-            if image is not None and not hosts.is_data(image):
-                yield image
+        if slot.material is not None and len(set(_base_images(slot.material))) > 1:
+            yield slot.material.name
+
+
+def _base_images(material: bpy.types.Material | None) -> Iterator[bpy.types.Image]:
+    """Images behind the base colour of a material; where its shader has none, as glTF has for what
+    is lit already, all that hold colours."""
+    tree = material.node_tree if material is not None else None
+    if tree is None:
+        return
+    bases = [node.inputs["Base Color"] for node in tree.nodes if "Base Color" in node.inputs]
+    links = [link for base in bases for link in base.links]
+    nodes = [node for link in links for node in _upstream(link.from_node)]
+    for node in nodes if bases else tree.nodes:
+        image = getattr(node, "image", None)
+        if image is not None and not hosts.is_data(image):
+            yield image
 
 
 def _upstream(node: bpy.types.Node) -> Iterator[bpy.types.Node]:

@@ -5,26 +5,29 @@ from __future__ import annotations
 
 import os
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from ..problems import Problem, listed
 from .readers.files import inside, is_file
-from .readers.pictures import MASK_ENDINGS, SUFFIXES, is_picture
+from .readers.pictures import MASK_ENDINGS, OTHER_SUFFIXES, SUFFIXES, is_picture
 from .reconstruction import ReconstructedCamera
 
 _MOST_FILES = 200_000
+#: Endings that a label may have: its photo may have been converted.
+_ENDINGS = (*SUFFIXES, *OTHER_SUFFIXES)
 
 
 @dataclass(frozen=True)
 class FolderMatch:
     """files: by the camera's label. without: labels of cameras that have none. left: files that
-    belong to no camera, relative to the folder."""
+    belong to no camera, relative to the folder. unread: those of kinds that are not read."""
 
     files: dict[str, Path]
     without: tuple[str, ...]
     left: tuple[str, ...]
+    unread: tuple[str, ...]
 
 
 def match_photos(
@@ -41,11 +44,28 @@ def match_photos(
 
 
 def match_masks(
-    cameras: Sequence[ReconstructedCamera], folder: Path, problems: list[Problem]
+    cameras: Sequence[ReconstructedCamera],
+    folder: Path,
+    problems: list[Problem],
+    photos: Collection[Path] = (),
 ) -> FolderMatch:
-    """The same of masks, which are called as the photo is, or as photo.jpg.png or photo_mask."""
+    """The same of masks, which are called as the photo is, or as photo.jpg.png or photo_mask.
+    photos: files that are no masks."""
     wanted = {item.label: [item.mask, item.photo, item.label] for item in cameras}
-    return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True)
+    return _match(wanted, folder, "Mask", "--masks", problems, is_mask=True, others=photos)
+
+
+def masks_among(cameras: Sequence[ReconstructedCamera], files: Sequence[str]) -> list[str]:
+    """Those of the files that are called as masks of photos, or lie in a folder that is."""
+    wanted = {_stem(_folded(name)) for item in cameras for name in (item.photo, item.label)}
+    return [file for file in files if _is_called_mask(file) and wanted & _answers_to(file, True)]
+
+
+def _is_called_mask(file: str) -> bool:
+    *folders, name = _folded(file).split("/")
+    stem = _without_ending(name)
+    is_double = _without_ending(stem) != stem  # photo.jpg.png
+    return is_double or stem.endswith(MASK_ENDINGS) or any("mask" in one for one in folders)
 
 
 def files_by_path(names: dict[str, str], folder: Path) -> dict[str, Path]:
@@ -70,7 +90,7 @@ def short_name(label: str) -> str:
     """What a camera's object is called: the label without folders and a picture's ending."""
     name = PurePosixPath(label.replace("\\", "/")).name or label
     stem, dot, ending = name.rpartition(".")
-    return stem if dot and stem and f".{ending.lower()}" in SUFFIXES else name
+    return stem if dot and stem and f".{ending.lower()}" in _ENDINGS else name
 
 
 def _match(
@@ -81,8 +101,11 @@ def _match(
     problems: list[Problem],
     *,
     is_mask: bool,
+    others: Collection[Path] = (),
 ) -> FolderMatch:
-    files = _pictures(folder, argument, problems)
+    files, unread = _pictures(folder, argument, problems)
+    taken = {path.resolve() for path in others}
+    files = [file for file in files if not taken or (folder / file).resolve() not in taken]
     by_name: dict[str, list[str]] = {}
     for file in files:
         for name in _answers_to(file, is_mask):
@@ -93,7 +116,7 @@ def _match(
         hits = _best([name for name in names if name], by_name)
         if len(hits) > 1:
             cause = f"the files {listed(sorted(hits)[:4])} match it equally well"
-            cure = "keep one of them in the folder"
+            cure = "keep one of them, or give the folder that holds one of them alone"
             problems.append(Problem(f"{kind} of camera '{label}'", cause, cure))
         elif hits and hits[0] in owner:
             cause = f"file '{hits[0]}' is that of camera '{owner[hits[0]]}' too"
@@ -103,16 +126,20 @@ def _match(
             owner[hits[0]] = label
             found[label] = folder / hits[0]
     left = tuple(file for file in files if file not in owner)
-    return FolderMatch(found, tuple(label for label in wanted if label not in found), left)
+    without = tuple(label for label in wanted if label not in found)
+    return FolderMatch(found, without, left, tuple(unread))
 
 
 def _best(names: Sequence[str], by_name: dict[str, list[str]]) -> list[str]:
     """The files that match the first of the names that any file matches: those that share most
-    folders with it, then its ending."""
+    folders with it, then its ending, then its case."""
     for name in names:
-        path = _folded(name)
-        files = by_name.get(_without_ending(path).rpartition("/")[2], ())
-        scores = {file: _common_path(path, _folded(file)) for file in files}
+        path, last = _folded(name), name.replace("\\", "/").rpartition("/")[2]
+        files = by_name.get(_stem(path), ())
+        scores = {
+            file: (*_common_path(path, _folded(file)), file.rpartition("/")[2] == last)
+            for file in files
+        }
         if scores:
             most = max(scores.values())
             return [file for file, score in scores.items() if score == most]
@@ -133,7 +160,7 @@ def _common_path(wanted: str, file: str) -> tuple[int, bool, bool]:
 
 def _answers_to(file: str, is_mask: bool) -> set[str]:
     """Names without ending that a camera may have for the file."""
-    name = _without_ending(_folded(file)).rpartition("/")[2]
+    name = _stem(_folded(file))
     names = {name}
     if is_mask:
         names.add(_without_ending(name))  # photo.jpg.png
@@ -141,9 +168,14 @@ def _answers_to(file: str, is_mask: bool) -> set[str]:
     return names
 
 
+def _stem(path: str) -> str:
+    """The last part of a path without ending."""
+    return _without_ending(path).rpartition("/")[2]
+
+
 def _without_ending(path: str) -> str:
     stem, dot, ending = path.rpartition(".")
-    return stem if dot and f".{ending}" in SUFFIXES and not stem.endswith("/") and stem else path
+    return stem if dot and f".{ending}" in _ENDINGS and not stem.endswith("/") and stem else path
 
 
 def _folded(text: str) -> str:
@@ -152,14 +184,14 @@ def _folded(text: str) -> str:
     return plain.removeprefix("./")
 
 
-def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]:
-    """Paths of pictures relative to the folder, sorted."""
-    found: list[str] = []
+def _pictures(folder: Path, argument: str, problems: list[Problem]) -> tuple[list[str], list[str]]:
+    """Paths of pictures relative to the folder, sorted; and of those of kinds that are not read."""
+    found, unread = list[str](), list[str]()
     seen = 0
     if not folder.is_dir():
         cure = "give the folder that holds the photos"
         problems.append(Problem(f"Argument {argument} '{folder}'", "it is no folder", cure))
-        return found
+        return found, unread
     for base, folders, names in os.walk(folder):
         folders.sort()
         seen += len(names)
@@ -167,7 +199,10 @@ def _pictures(folder: Path, argument: str, problems: list[Problem]) -> list[str]
             cause = f"it holds more than {_MOST_FILES} files"
             cure = "give the folder of the photos alone"
             problems.append(Problem(f"Argument {argument} '{folder}'", cause, cure))
-            return []
+            return [], []
         place = Path(base).relative_to(folder)
+        names = [name for name in names if not name.startswith(".")]  # as macOS has beside files
         found += [(place / name).as_posix() for name in names if is_picture(name)]
-    return sorted(found)
+        others = (name for name in names if PurePosixPath(name).suffix.lower() in OTHER_SUFFIXES)
+        unread += [(place / name).as_posix() for name in others]
+    return sorted(found), sorted(unread)

@@ -11,12 +11,13 @@ from pathlib import Path
 import numpy as np
 
 from ..fit_run.photos.files import header, pixels, same_aspect
-from ..problems import BadInput, Problem, listed
+from ..problems import BadInput, Problem
 from ..scene_read.capture_request import CaptureRequest
 from . import placement as places
 from .agreement import remarks_on
 from .lens import BlenderLens, blender_lens, distortion_of, intrinsics_of
-from .photo_folder import files_by_path, match_masks, match_photos, short_name
+from .pairing import Pairs, pair
+from .photo_folder import short_name
 from .placement import Placement
 from .reconstruction import (
     Intrinsics,
@@ -30,7 +31,10 @@ from .reconstruction import (
 Reader = Callable[[Path, Path | None, tuple[Path, ...]], Reconstruction]
 #: Size of a camera that has neither calibration nor photo.
 _USUAL_SIZE = (1920, 1080)
-_MOST_LISTED = 12
+_BACKGROUND = (
+    "no photo has a mask, so what is behind the mesh counts too: where the scene has no such "
+    "background, give masks, or let the silhouette alone count"
+)
 #: What readers call a mesh that the file does not name.
 _NAMELESS = ("", "mesh")
 
@@ -41,7 +45,8 @@ class ImportRequest:
     masks: folders. meters: in one unit of the file; None: as it says. known_distance: two points,
     each "X,Y,Z" in coordinates of the file or a camera's label, and the metres between them.
     ground: three such points whose plane becomes z = 0. up: "Z" or "Y", the file's upward axis.
-    unit_length: metres in one Blender unit."""
+    unit_length: metres in one Blender unit. silhouette: pixels off the rim of what a camera sees of
+    the fitted objects, which alone counts then; of captures without a mask."""
 
     file: Path
     cameras: Path | None = None
@@ -52,6 +57,7 @@ class ImportRequest:
     ground: tuple[str, str, str] | None = None
     up: str = "Z"
     unit_length: float = 1.0
+    silhouette: int | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,11 @@ def make_plan(
     found = _read(request, read)
     note("pairing photos", 0.4)
     warnings = [*found.remarks, *remarks_on(found)]
-    photos, masks, without, left = _pair(request, found, problems, warnings)
+    source = request.cameras or request.file
+    pairs = pair(found, source, request.photos, request.masks, problems)
+    warnings += pairs.remarks
+    if pairs.photos and found.meshes and not pairs.masks and request.silhouette is None:
+        warnings.append(_BACKGROUND)
     scale = _scale(request, found, problems, warnings)
     ground = None
     if request.ground is not None:
@@ -110,7 +120,9 @@ def make_plan(
         text = ", ".join(f"{value:.12g}" for value in placement.offset)
         warnings.append(f"the origin is moved to {text} of the file, which the collection keeps")
     note("measuring photos", 0.5)
-    cameras = _cameras(found, placement, photos, masks, problems, note)
+    cameras = _cameras(found, placement, pairs, problems, note)
+    if request.silhouette is not None:
+        cameras = [_within(item, request.silhouette) for item in cameras]
     for mesh in found.meshes:
         _check_mesh(mesh, problems)
     if problems:
@@ -128,8 +140,8 @@ def make_plan(
         clip=_clip(cameras, meshes, points),
         size=_size([mesh.positions for mesh in meshes] or [points]),
         warnings=tuple(warnings),
-        without_photo=tuple(without),
-        without_camera=left,
+        without_photo=pairs.without,
+        without_camera=pairs.left,
     )
 
 
@@ -148,45 +160,6 @@ def _read(request: ImportRequest, read: Reader) -> Reconstruction:
     return found
 
 
-def _pair(
-    request: ImportRequest,
-    found: Reconstruction,
-    problems: list[Problem],
-    warnings: list[str],
-) -> tuple[dict[str, Path], dict[str, Path], list[str], tuple[str, ...]]:
-    """Photos and masks by label, the labels without a photo and the photos that are left; what has
-    no counterpart is named."""
-    left: tuple[str, ...] = ()
-    source = request.cameras or request.file
-    folder = source if source.is_dir() else source.parent
-    if request.photos is not None:
-        match = match_photos(found.cameras, request.photos, problems)
-        photos, left = match.files, match.left
-    else:
-        photos = files_by_path({item.label: item.photo for item in found.cameras}, folder)
-    without = [item.label for item in found.cameras if item.label not in photos]
-    if without:
-        warnings.append(f"cameras without a photo: {_some(without)}")
-    if left:
-        warnings.append(f"photos without a camera: {_some(left)}")
-    if request.masks is None:
-        named = {item.label: item.mask for item in found.cameras if item.label in photos}
-        masks = files_by_path(named, folder)
-        gone = [label for label, name in named.items() if name and label not in masks]
-        if gone:
-            warnings.append(f"masks that the file names, but are not there: {_some(gone)}")
-    else:
-        match = match_masks(found.cameras, request.masks, problems)
-        masks = {label: file for label, file in match.files.items() if label in photos}
-        missing = [label for label in photos if label not in masks]
-        unused = [*match.left, *(str(f.name) for k, f in match.files.items() if k not in photos)]
-        if missing:
-            warnings.append(f"photos without a mask: {_some(missing)}")
-        if unused:
-            warnings.append(f"masks without a photo: {_some(unused)}")
-    return photos, masks, without, left
-
-
 def _scale(
     request: ImportRequest, found: Reconstruction, problems: list[Problem], warnings: list[str]
 ) -> float:
@@ -199,11 +172,6 @@ def _scale(
     ends = _points((first, second), found, "Scale", problems)
     meters = places.distance_scale(ends, length, problems) if ends else None
     return (meters or 1.0) / request.unit_length
-
-
-def _some(names: Sequence[str]) -> str:
-    more = len(names) - _MOST_LISTED
-    return listed(names[:_MOST_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _points(
@@ -232,8 +200,7 @@ def _points(
 def _cameras(
     found: Reconstruction,
     placement: Placement,
-    photos: dict[str, Path],
-    masks: dict[str, Path],
+    pairs: Pairs,
     problems: list[Problem],
     note: Callable[[str, float], None],
 ) -> list[PlannedCamera]:
@@ -241,14 +208,14 @@ def _cameras(
     taken: set[str] = set()
     for number, camera in enumerate(found.cameras):
         note(f"photo {number + 1} of {len(found.cameras)}", 0.5 + 0.3 * number / len(found.cameras))
-        photo = photos.get(camera.label)
+        photo = pairs.photos.get(camera.label)
         size = _file_size(camera, photo, problems) if photo is not None else None
         intrinsics = intrinsics_of(camera, size or _USUAL_SIZE)
         lens = blender_lens(intrinsics)
         name = _free_name(short_name(camera.label), taken)
         capture = None
         if photo is not None:
-            mask = masks.get(camera.label)
+            mask = pairs.masks.get(camera.label)
             capture = CaptureRequest(
                 name,
                 str(photo),
@@ -260,6 +227,13 @@ def _cameras(
         matrix = placement.camera(camera.camera_to_world)
         planned.append(PlannedCamera(name, camera.label, matrix, intrinsics, lens, capture))
     return planned
+
+
+def _within(camera: PlannedCamera, silhouette: int) -> PlannedCamera:
+    capture = camera.capture
+    if capture is None or capture.mask:
+        return camera
+    return replace(camera, capture=replace(capture, silhouette=silhouette))
 
 
 def _free_name(name: str, taken: set[str]) -> str:
@@ -286,7 +260,7 @@ def _file_size(
     if known is not None and not same_aspect(size, (known.width, known.height)):
         cause = f"it is {pixels(size)}, the calibration is of {known.width} x {known.height}"
         if same_aspect(size, (known.height, known.width)):
-            cause += ", which lies on its side"
+            cause += f", which lies on its side; its Exif orientation is {info['orientation']}"
         cure = "give the photos that the reconstruction was made of, as they were"
         problems.append(Problem(title, cause, cure))
     return size

@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from fnmatch import fnmatch
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
 from ..paths import is_folder
-from .readers import bundler, metashape, nerf, ply, realitycapture, x3d
+from .readers import bundler, foreign, metashape, nerf, ply, realitycapture, x3d
 from .readers.colmap import model_folder as colmap
 from .readers.files import GZIP, MOST_BINARY, Place, shortened, size_of
 from .readers.xml_tree import read_tree
@@ -18,6 +19,7 @@ from .reconstruction import ReconstructedCamera, Reconstruction, ReconstructionE
 
 #: Meshes without cameras; PLY has a reader here, the others are left to Blender's importers.
 PLY, GLTF = ".ply", (".glb", ".gltf")
+TRANSFORMS = "transforms.json"
 MESHES = (PLY, ".obj", *GLTF)
 KNOWN = (
     "Metashape's cameras as XML, X3D, a COLMAP folder, transforms.json, XMP files and CSV of"
@@ -75,6 +77,9 @@ def _read(file: Path, pictures: tuple[Path, ...]) -> Reconstruction:
     start = _start(file)
     if start.startswith(b"#VRML") or start.startswith(b"#X3D"):
         raise Place(file, "file").error("it is VRML or X3D in classic text", "export it as .x3d")
+    other = foreign.error_of(file, start)
+    if other is not None:
+        raise other
     if start.startswith(bundler.HEADER):
         return bundler.read_bundler(file, pictures)
     if start.startswith(b"{"):
@@ -120,7 +125,10 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
     except OSError as error:
         raise Place(folder, "folder").unreadable(error) from error
     sidecars = [path for path in entries if path.suffix.lower() == ".xmp"]
-    single = [path for path in entries if path.name in ("transforms.json", "bundle.out")]
+    single = [path for path in entries if path.name in (TRANSFORMS, "bundle.out")]
+    # Of data sets that are parted into those of training, of test and others.
+    parted = [path for path in entries if fnmatch(path.name, "transforms_*.json")]
+    single += parted if folder / TRANSFORMS not in single else []
     kinds = [*(["a COLMAP model"] if model else []), *(["XMP files"] if sidecars else [])]
     kinds += [path.name for path in single]
     if len(kinds) > 1:
@@ -131,7 +139,9 @@ def _of_folder(folder: Path, pictures: tuple[Path, ...]) -> Reconstruction:
         return realitycapture.read_xmp(sidecars, name, pictures)
     if single:
         return replace(_read(single[0], pictures), name=name)
-    raise Place(folder, "folder").error("no reconstruction is in it", f"give {KNOWN}")
+    raise foreign.error_of_folder(folder, entries) or Place(folder, "folder").error(
+        "no reconstruction is in it", f"give {KNOWN}"
+    )
 
 
 def _is_part_of_colmap(file: Path) -> bool:

@@ -71,10 +71,20 @@ class PackedPicture:
 
 
 @dataclass(frozen=True)
+class MeshMaterial:
+    """What faces look like. name: as in the file, "" for none; the same one in several meshes is
+    one material. texture: a picture's path, or the picture; None: white."""
+
+    name: str = ""
+    texture: Path | PackedPicture | None = None
+
+
+@dataclass(frozen=True)
 class ReconstructedMesh:
     """Triangles. positions: (vertices, 3). triangles: (triangles, 3) indices into positions.
     uvs: (triangles, 3, 2) with v up, or None. normals: (triangles, 3, 3) or None.
-    colors: (vertices, 3) linear, or None. texture: a picture's path, or the picture, or None."""
+    colors: (vertices, 3) linear, or None. materials: one at least. material_of: (triangles,)
+    indices into materials; None: all have the first."""
 
     name: str
     positions: np.ndarray
@@ -82,7 +92,13 @@ class ReconstructedMesh:
     uvs: np.ndarray | None = None
     normals: np.ndarray | None = None
     colors: np.ndarray | None = None
-    texture: Path | PackedPicture | None = None
+    materials: tuple[MeshMaterial, ...] = (MeshMaterial(),)
+    material_of: np.ndarray | None = None
+
+    @property
+    def textured(self) -> bool:
+        """Whether any face has a picture."""
+        return any(material.texture is not None for material in self.materials)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from .agreement import with_axes_of_cameras
 from .blender_mesh import read_with_blender
 from .read import GLTF, read_reconstruction
+from .readers import tiles
 from .reconstruction import Reconstruction
 
 
@@ -22,4 +23,7 @@ def read_any(file: Path, cameras: Path | None, pictures: tuple[Path, ...] = ()) 
             meshes, remark = with_axes_of_cameras(meshes, found, mesh_file.name)
             remarks = (*remarks, remark)
         found = replace(found, meshes=(*found.meshes, *meshes), remarks=(*found.remarks, *remarks))
-    return found
+    split = [tiles.split(mesh) for mesh in found.meshes]
+    missing = [remark for _, remarks in split for remark in remarks]
+    meshes = tuple(mesh for mesh, _ in split)
+    return replace(found, meshes=meshes, remarks=(*found.remarks, *missing))

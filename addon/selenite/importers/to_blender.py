@@ -8,7 +8,7 @@ camera, where it had none. The caller makes it one undo step.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,30 +16,30 @@ import bpy
 import mathutils
 import numpy as np
 
-from ..problems import BadInput, Problem
 from ..scene_read.capture_request import LensDistortion
+from .blender_material import WHITE, Images, Materials
 from .blender_mesh import new_mesh
 from .lens import SENSOR
 from .plan import ImportPlan, PlannedCamera
-from .reconstruction import PackedPicture, ReconstructedMesh
+from .reconstruction import ReconstructedMesh
 
 #: Custom properties of the collection: the file; what was subtracted from its coordinates, 3
 #: numbers; the matrix from Blender's world to them, 16 numbers row by row.
 SOURCE, OFFSET, TO_FILE = "selenite_source", "selenite_offset", "selenite_world_to_file"
 #: Of a camera: its label in the file.
 LABEL = "selenite_label"
-_SPECULAR = ("Specular IOR Level", "Specular")  # 4.0 on, before
-_WHITE = (1.0, 1.0, 1.0, 1.0)
 _SMALLEST_CLIP = 1e-6  # Blender's
 
 
 @dataclass
 class Created:
-    """What an import has made. cameras: objects by label. captures: how many."""
+    """What an import has made. cameras: objects by label. materials: of each mesh. captures: how
+    many."""
 
     collection: bpy.types.Collection
     cameras: dict[str, bpy.types.Object] = field(default_factory=dict)
     meshes: list[bpy.types.Object] = field(default_factory=list)
+    materials: list[list[bpy.types.Material]] = field(default_factory=list)
     captures: int = 0
 
 
@@ -77,10 +77,12 @@ def _create(
     collection[OFFSET] = [float(value) for value in plan.placement.offset]
     collection[TO_FILE] = [float(value) for value in plan.placement.to_file().ravel()]
     created = Created(collection)
-    images = _Images(made)
+    images = Images(made)
+    materials = Materials(plan.meshes, images, made)
     for number, mesh in enumerate(plan.meshes):
         note(f"mesh '{mesh.name}'", 0.8 + 0.1 * number / len(plan.meshes))
-        created.meshes.append(_add_mesh(mesh, collection, images, made))
+        created.materials.append(materials.of(mesh))
+        created.meshes.append(_add_mesh(mesh, created.materials[-1], collection, made))
     if len(plan.points):
         _add_points(plan, collection, made)
     if plan.region is not None:
@@ -118,7 +120,7 @@ def add_white_world(scene: bpy.types.Scene) -> None:
     world = bpy.data.worlds.new("World")
     world.use_nodes = True
     node = next(n for n in world.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
-    node.inputs["Color"].default_value = _WHITE
+    node.inputs["Color"].default_value = WHITE
     node.inputs["Strength"].default_value = 1.0
     scene.world = world
 
@@ -138,41 +140,6 @@ def relative_paths(scene: bpy.types.Scene, folder: Path) -> None:
         row.mask_path = named(row.mask_path)
 
 
-class _Images:
-    """Image datablocks by path; one that the file has already is used, not changed."""
-
-    def __init__(self, made: list[bpy.types.ID]) -> None:
-        self._made = made
-        self._known = set(bpy.data.images)
-        self._packed: dict[PackedPicture, bpy.types.Image] = {}
-
-    def pack(self, picture: PackedPicture) -> bpy.types.Image:
-        """As a part of the .blend. Raises BadInput."""
-        if picture not in self._packed:
-            image = bpy.data.images.new(picture.name, 1, 1)
-            self._made.append(image)
-            image.pack(data=picture.data, data_len=len(picture.data))
-            image.source = "FILE"
-            if not image.size[0]:
-                title, cause = f"Picture '{picture.name}' of the mesh", "Blender cannot read it"
-                raise BadInput(Problem(title, cause, "export the mesh with a PNG or JPEG"))
-            self._packed[picture] = image
-        return self._packed[picture]
-
-    def load(self, path: Path) -> bpy.types.Image:
-        """Raises BadInput."""
-        title, cure = f"Picture '{path}'", "give a picture that Blender can read"
-        try:
-            image = bpy.data.images.load(str(path), check_existing=True)
-        except RuntimeError as error:
-            cause = str(error).removeprefix("Error: ").strip()
-            raise BadInput(Problem(title, f"cannot be read ({cause})", cure)) from error
-        if image not in self._known:
-            self._known.add(image)
-            self._made.append(image)
-        return image
-
-
 def _add_object(
     name: str, data: bpy.types.ID | None, collection: bpy.types.Collection, made: list[bpy.types.ID]
 ) -> bpy.types.Object:
@@ -184,37 +151,14 @@ def _add_object(
 
 def _add_mesh(
     mesh: ReconstructedMesh,
+    materials: Sequence[bpy.types.Material],
     collection: bpy.types.Collection,
-    images: _Images,
     made: list[bpy.types.ID],
 ) -> bpy.types.Object:
     data = new_mesh(mesh, made)
-    data.materials.append(_material(mesh, images, made))
+    for material in materials:
+        data.materials.append(material)
     return _add_object(mesh.name, data, collection, made)
-
-
-def _material(
-    mesh: ReconstructedMesh, images: _Images, made: list[bpy.types.ID]
-) -> bpy.types.Material:
-    """A Principled BSDF that is no metal, with the usual specular level, and the texture for its
-    base colour; white without one."""
-    material = bpy.data.materials.new(mesh.name)
-    made.append(material)
-    material.use_nodes = True
-    tree = material.node_tree
-    node = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
-    node.inputs["Metallic"].default_value = 0.0
-    next(node.inputs[name] for name in _SPECULAR if name in node.inputs).default_value = 0.5
-    node.inputs["Base Color"].default_value = _WHITE
-    if mesh.texture is not None and mesh.uvs is not None:
-        texture = tree.nodes.new("ShaderNodeTexImage")
-        if isinstance(mesh.texture, PackedPicture):
-            texture.image = images.pack(mesh.texture)
-        else:
-            texture.image = images.load(mesh.texture)
-        texture.location = (node.location.x - 320, node.location.y)
-        tree.links.new(texture.outputs["Color"], node.inputs["Base Color"])
-    return material
 
 
 def _add_points(
@@ -264,7 +208,7 @@ def _add_camera(
 
 
 def _add_row(
-    camera: PlannedCamera, item: bpy.types.Object, scene: bpy.types.Scene, images: _Images
+    camera: PlannedCamera, item: bpy.types.Object, scene: bpy.types.Scene, images: Images
 ) -> None:
     """The capture, whose photo becomes the camera's background image; see interface.properties."""
     capture = camera.capture
@@ -283,4 +227,6 @@ def _add_row(
         how.use_distortion = True
         for name in LensDistortion.__dataclass_fields__:
             setattr(how, name, getattr(capture.distortion, name))
+    if capture.silhouette is not None:
+        how.use_silhouette, how.silhouette = True, capture.silhouette
     settings.active_capture = len(settings.captures) - 1

@@ -12,6 +12,7 @@ import numpy as np
 from selenite.importers.agreement import remarks_on, with_axes_of_cameras
 from selenite.importers.reconstruction import (
     Intrinsics,
+    MeshMaterial,
     ReconstructedCamera,
     ReconstructedMesh,
     Reconstruction,
@@ -63,7 +64,7 @@ def test_no_mesh_and_colours_that_no_fit_reads_are_told() -> None:
     colored = replace(found.meshes[0], colors=np.ones_like(POINTS))
     (remark,) = remarks_on(replace(found, meshes=(colored,)))
     assert remark.startswith("mesh 'Body' has vertex colours")
-    textured = replace(colored, texture=Path("skin.png"))
+    textured = replace(colored, materials=(MeshMaterial("", Path("skin.png")),))
     assert remarks_on(replace(found, meshes=(textured,))) == []
 
 

@@ -116,6 +116,19 @@ def test_cameras_in_groups_are_read_and_those_without_pose_are_named(tmp_path: P
     )
 
 
+def test_equal_labels_are_told_apart_by_their_groups(tmp_path: Path) -> None:
+    first, second = known(2)
+    second = replace(second, label=first.label)
+    inner = "".join(
+        f'<group id="{number}" label="{name}">{camera(one, number)}</group>'
+        for number, (name, one) in enumerate((("day 1", first), ("day 2", second)))
+    )
+    found = read_reconstruction(written(tmp_path, document(sensor(calibration()), inner)))
+    cameras = [replace(first, label="day 1/" + first.label),
+               replace(second, label="day 2/" + first.label)]  # fmt: skip
+    assert worst(found, cameras) < MOST and found.cameras[0].photo == cameras[0].label
+
+
 def test_the_adjusted_calibration_comes_before_the_initial_one(tmp_path: Path) -> None:
     both = calibration(Lens(400.0, 400.0), "initial") + calibration()
     path = written(tmp_path, document(sensor(both), all_of(known())))
@@ -159,7 +172,7 @@ def rig(second: str, placed: int = 1) -> tuple[str, list[Known]]:
     ).replace("<sensor ", '<sensor master_id="0" ')
     inner = camera(first, 0)
     inner += f'<camera id="1" sensor_id="1" component_id="0" master_id="0" label="{second}"/>'
-    # x_world = SCALE TURN x_chunk + MOVED, so that OFFSET is that much shorter there.
+    # OFFSET is in units of the chunk, so that it is SCALE times as long in the world.
     centre = first.centre + SCALE * first.rotation.T @ OFFSET
     other = Known(second, ASIDE.T @ first.rotation, centre, lens)
     return document(sensors, inner), [first, other]
@@ -176,6 +189,20 @@ def test_a_camera_of_a_rig_is_beside_its_master(tmp_path: Path, placed: int) -> 
         assert read.intrinsics.lens.fx == one.lens.fx
         np.testing.assert_allclose(read.camera_to_world[:3, :3], one.rotation.T, atol=1e-9)
         np.testing.assert_allclose(read.camera_to_world[:3, 3], one.centre, atol=1e-9)
+
+
+def test_an_empty_place_in_a_rig_is_that_of_the_master(tmp_path: Path) -> None:
+    """As Metashape 1.5 writes it for each sensor that is no part of a rig."""
+    inner = calibration() + '<rotation fixed="true"/><location fixed="true"/>'
+    path = written(tmp_path, document(sensor(inner), all_of(known())))
+    assert worst(read_reconstruction(path), known()) < MOST
+
+
+def test_what_has_no_label_is_no_photo(tmp_path: Path) -> None:
+    inner = all_of(known()) + '<camera id="7" sensor_id="0"><orientation>1</orientation></camera>'
+    found = read_reconstruction(written(tmp_path, document(sensor(calibration()), inner)))
+    assert worst(found, known()) < MOST
+    assert found.remarks == ("camera 'id 7': it has no label, as only what is no photo has",)
 
 
 def test_cameras_of_a_rig_that_cannot_be_used_are_told(tmp_path: Path) -> None:

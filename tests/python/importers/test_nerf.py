@@ -77,6 +77,38 @@ def test_an_angle_of_view_and_the_photos_will_do(tmp_path: Path) -> None:
     assert worst(read_reconstruction(written(tmp_path, content)), cameras) < MOST
 
 
+def test_data_sets_are_parted_into_files(tmp_path: Path) -> None:
+    """As those of NeRF: no ending of photos, one angle of view, several files in a folder."""
+    cameras = [replace(one, label=f"./train/r_{number}", lens=Lens(520.0, 520.0))
+               for number, one in enumerate(known())]  # fmt: skip
+    for one in cameras:
+        picture(tmp_path / f"{one.label}.png")
+    content = document(cameras, camera_angle_x=2 * math.atan(WIDTH / 2 / 520))
+    path = tmp_path / "transforms_train.json"
+    path.write_text(json.dumps(content))
+    for source in (path, tmp_path):
+        assert worst(read_reconstruction(source), cameras) < MOST
+    path.with_name("transforms_test.json").write_text(json.dumps(content))
+    with pytest.raises(ReconstructionError, match="transforms_test.json and transforms_train.json"):
+        read_reconstruction(tmp_path)
+    written(tmp_path, content)  # which comes before its parts
+    assert worst(read_reconstruction(tmp_path), cameras) < MOST
+
+
+def test_points_of_nerfstudio_are_read(tmp_path: Path) -> None:
+    content = document(known(), ply_file_path="points.ply", **lens_of(FULL))
+    path = written(tmp_path, content)
+    assert len(read_reconstruction(path).points) == 0
+    head = "ply\nformat ascii 1.0\nelement vertex 2\n"
+    head += "".join(f"property float {name}\n" for name in "xyz")
+    (tmp_path / "points.ply").write_text(head + "end_header\n1 2 3\n4 5 6\n")
+    found = read_reconstruction(path)
+    assert found.points.tolist() == [[1, 2, 3], [4, 5, 6]] and found.remarks == ()
+    content["ply_file_path"] = "../points.ply"
+    (tmp_path / "in").mkdir()
+    assert len(read_reconstruction(written(tmp_path / "in", content)).points) == 0
+
+
 def test_photos_may_lie_in_another_folder(tmp_path: Path) -> None:
     (tmp_path / "poses").mkdir()
     picture(tmp_path / "photos" / "IMG_0000.jpg")
@@ -150,7 +182,7 @@ def broken(**changes: Any) -> dict[str, Any]:
         ({"frames": []}, "frames", "missing or empty"),
         ({"frames": [3]}, "frame 0", "no object"),
         (broken(file_path=3), "frame 0", "file_path is no text"),
-        (broken(file_path=""), "frame 0", "no label"),
+        (broken(file_path=""), "frame 0", "no file_path"),
         (broken(file_path="a\x00b"), "frame 0", "control characters"),
         (broken(file_path="\ud800"), "frame 0", "control characters"),
         (broken(file_path="IMG_0001.JPG"), "frame 1", "comes twice"),

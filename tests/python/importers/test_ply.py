@@ -126,7 +126,7 @@ def test_a_texture_at_the_corners_or_at_the_vertices(tmp_path: Path, form: str, 
     mesh, found = read(write(tmp_path / "scan.ply", form, points, shapes, comment=comment))
     np.testing.assert_array_equal(mesh.triangles, TRIANGLES)
     np.testing.assert_array_equal(mesh.uvs, np.array(uvs)[np.array(TRIANGLES)])
-    assert mesh.texture == tmp_path / "skin 1.png" and found.remarks == ()
+    assert mesh.materials[0].texture == tmp_path / "skin 1.png" and found.remarks == ()
 
 
 def test_a_texture_that_is_not_there_and_a_second_one_are_told(tmp_path: Path) -> None:
@@ -136,11 +136,30 @@ def test_a_texture_that_is_not_there_and_a_second_one_are_told(tmp_path: Path) -
     comment = "comment TextureFile a.png\ncomment TextureFile b.png\n"
     path = write(tmp_path / "scan.ply", "ascii", vertices("ascii"), shapes, comment=comment)
     mesh, found = read(path)
-    assert mesh.texture is None and mesh.uvs is not None
+    assert not mesh.textured and mesh.uvs is not None
     assert found.remarks == (
-        "of its 2 textures only the first is used; export one",
-        "the texture 'a.png' is not there: the mesh has none",
+        "of its 2 textures only the first is used, as no texnumber says which face has which",
+        "the texture 'a.png' is not there: its faces are white",
     )
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_each_face_has_the_texture_of_its_number(tmp_path: Path, form: str) -> None:
+    """-1, as MeshLab writes it, is none."""
+    for name in ("a.png", "b.png"):
+        picture(tmp_path / name)
+    comment = "comment TextureFile a.png\ncomment TextureFile b.png\n"
+    properties = ["list uchar int vertex_indices", "list uchar float texcoord", "int texnumber"]
+    for numbers, of_faces, count in (((1, 0), [1, 1, 0], 2), ((-1, 1), [2, 2, 1], 3)):
+        rows = [[corners, (0.0, 0.0) * len(corners), number]
+                for corners, number in zip(FACES, numbers, strict=True)]  # fmt: skip
+        shapes = element(form, "face", properties, rows)
+        path = write(tmp_path / "scan.ply", form, vertices(form), shapes, comment=comment)
+        mesh, found = read(path)
+        assert found.remarks == () and mesh.material_of is not None
+        assert mesh.material_of.tolist() == of_faces
+        textures = [material.texture for material in mesh.materials]
+        assert textures == [tmp_path / "a.png", tmp_path / "b.png", None][:count]
 
 
 def test_a_face_may_be_without_texture(tmp_path: Path) -> None:

@@ -220,7 +220,9 @@ def test_a_real_capture_is_read_to_a_hundredth_of_a_pixel() -> None:
     found = read_reconstruction(folder / "buddha.x3d", folder / "cameras.xml")
     (mesh,) = found.meshes
     assert mesh.positions.shape == (10010, 3) and mesh.triangles.shape == (20000, 3)
-    assert mesh.uvs is not None and mesh.texture == (folder / "buddha_tex.jpg").resolve()
+    assert (
+        mesh.uvs is not None and mesh.materials[0].texture == (folder / "buddha_tex.jpg").resolve()
+    )
     assert [remark for remark in found.remarks if "not_aligned" not in remark] == []
     poses = {
         Path(frame["file"]).stem: np.array(frame["camera_to_world"]) for frame in truth["frames"]

@@ -139,6 +139,31 @@ def test_cameras_without_pose_and_other_models_are_told(tmp_path: Path) -> None:
     )
 
 
+def test_the_cure_of_other_models_is_one_of_browns(tmp_path: Path) -> None:
+    picture(tmp_path / "IMG_0000.JPG")
+    (tmp_path / "IMG_0000.xmp").write_text(xmp(CAMERAS[0], "division"))
+    with pytest.raises(ReconstructionError, match=r"division is not Brown's\); choose .+Brown3"):
+        read_reconstruction(tmp_path)
+    (tmp_path / "IMG_0000.xmp").write_text(xmp(CAMERAS[0], pose=False))
+    with pytest.raises(ReconstructionError, match="did not align it\\); align the photos"):
+        read_reconstruction(tmp_path)
+
+
+@pytest.mark.parametrize("model", ["brown3", "Brown4", "brown3t2", "brown4t2"])
+@pytest.mark.parametrize("count", [3, 4, 6])
+def test_every_model_of_browns_is_read(tmp_path: Path, model: str, count: int) -> None:
+    """With the coefficients that it has, or zeros after them."""
+    lens = FULL if count == 6 else replace(FULL, p1=0.0, p2=0.0)
+    cameras = [replace(one, lens=lens) for one in named(CAMERAS)]
+    for one in cameras:
+        picture(tmp_path / f"{one.label}.JPG")
+        listed = [lens.k1, lens.k2, lens.k3, 0, lens.p2, lens.p1]
+        content = xmp(one, model).replace(text(np.array(listed)), text(np.array(listed[:count])))
+        (tmp_path / f"{one.label}.xmp").write_text(content)
+    found = read_reconstruction(tmp_path)
+    assert worst(found, cameras) < MOST and found.remarks == ()
+
+
 def test_skew_is_told(tmp_path: Path) -> None:
     picture(tmp_path / "IMG_0000.JPG")
     content = xmp(CAMERAS[0]).replace('Skew="0"', 'Skew="0.1"')

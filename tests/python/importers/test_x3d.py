@@ -161,6 +161,37 @@ def test_what_is_defined_can_be_used_again(tmp_path: Path) -> None:
     )
 
 
+def test_shapes_with_the_same_coordinates_are_one_mesh(tmp_path: Path) -> None:
+    """As Blender and others write a mesh of several materials."""
+    for name in ("a.png", "b.png"):
+        picture(tmp_path / name)
+    shared = COORDINATES.replace("<Coordinate", '<Coordinate DEF="c"')
+    uvs = '<TextureCoordinate point="0 0 1 0 1 1 0 1 .5 .5 .25 .25"/>'
+    parts = (
+        ('<Appearance DEF="skin"><ImageTexture url="a.png"/></Appearance>', "0 1 2 -1",
+         shared + uvs),
+        ('<Appearance><ImageTexture url="b.png"/></Appearance>', "0 2 3 -1",
+         '<Coordinate USE="c"/>' + uvs),
+        ("<Appearance/>", "0 1 4 -1 4 1 5 -1", '<Coordinate USE="c"/>'),
+        ('<Appearance USE="skin"/>', "0 4 5 -1", '<Coordinate USE="c"/>' + uvs),
+    )  # fmt: skip
+    content = "".join(
+        f'<Shape>{appearance}<IndexedFaceSet coordIndex="{index}">{inner}</IndexedFaceSet></Shape>'
+        for appearance, index, inner in parts
+    )
+    apart = f'<Transform translation="5 0 0"><Group DEF="g">{content}</Group></Transform>'
+    found = read(tmp_path, apart + '<Group USE="g"/>')
+    assert len(found.meshes) == 2
+    for mesh in found.meshes:
+        assert mesh.triangles.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 4], [4, 1, 5], [0, 4, 5]]
+        assert [(one.name, one.texture and one.texture.name) for one in mesh.materials] == [
+            ("skin", "a.png"), ("", "b.png"), ("", None)]  # fmt: skip
+        assert mesh.material_of is not None and mesh.material_of.tolist() == [0, 1, 2, 2, 0]
+        assert mesh.uvs is not None
+        assert mesh.uvs[1].tolist() == [[0, 0], [1, 1], [0, 1]] and not mesh.uvs[2:4].any()
+    assert found.meshes[0].positions[0, 0] == found.meshes[1].positions[0, 0] + 5
+
+
 @pytest.mark.parametrize(
     "url",
     ["a b.png", '"a b.png"', "'a b.png'", '"gone.png" "a b.png"', '"gone.png","a b.png"',
@@ -172,14 +203,14 @@ def test_a_picture_is_found_in_whatever_quotes(tmp_path: Path, url: str) -> None
     picture(tmp_path / "a b.png")
     image = f'<ImageTexture url="{escape(url, quote=True)}"/>'
     (mesh,) = read(tmp_path, shape(FACES + "</IndexedFaceSet>", image)).meshes
-    assert mesh.texture == tmp_path.resolve() / "a b.png"
+    assert mesh.materials[0].texture == tmp_path.resolve() / "a b.png"
 
 
 def test_a_picture_that_is_not_there_is_told(tmp_path: Path) -> None:
     image = '<ImageTexture url="gone.png"/>'
     found = read(tmp_path, shape(FACES + "</IndexedFaceSet>", image))
-    assert found.meshes[0].texture is None
-    assert found.remarks == ("the texture 'gone.png' is not there: the mesh has none",)
+    assert not found.meshes[0].textured
+    assert found.remarks == ("the texture 'gone.png' is not there: its faces are white",)
 
 
 @pytest.mark.parametrize(

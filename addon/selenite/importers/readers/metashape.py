@@ -3,13 +3,21 @@
 
 A camera's <transform> takes its own axes (x right, y down, z forward) to those of the chunk; the
 <transform> of its component, or of the chunk in older files, takes these to the world by a
-rotation, a translation and a scale. In a rig the master camera has the <transform>, and the sensors
-of the others their pose in the master's axes. Source: Metashape Python Reference, Camera.transform,
-ChunkTransform, Sensor.rotation and Sensor.location.
+rotation, a translation and a scale. Source: Metashape Python Reference, Camera.transform and
+ChunkTransform.
+
+In a rig the master camera has the <transform>, and the sensors of the others their pose in the
+master's axes, in units of the chunk: <rotation> and <location> of a sensor follow the master's
+<transform> before the chunk's scale does. (The dialog of Metashape shows metres.) Source:
+Metashape Expert Manual of PhotogrammetryCommunity, "The slave-sensor transform", whose rule
+slave = master @ [R t] was found with Metashape 2.2; Meta's converter of the rigs of EyefulTower,
+metashape_to_krt.py, which scales after that product and is tested with real files of 9 and 22
+cameras; myndms, which makes metres of Sensor.location by ChunkTransform.scale.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -25,6 +33,7 @@ from .xml_tree import attribute, child
 
 UNDISTORT = "undistort the photos in Metashape and export the cameras of those"
 NOT_ALIGNED = "it has no pose: Metashape did not align it"
+NO_PHOTO = "it has no label, as only what is no photo has"
 NAMESAKE = "its label is that of another camera in its rig: rename its photo"
 
 
@@ -73,16 +82,23 @@ class _Chunk:
         self.loose: set[str] = set()
         self.components = self._components()
         self.placed: set[str] = set()
-        self.cameras = list(child(chunk, "cameras", Place(file, "chunk")).iter("camera"))
+        holder = child(chunk, "cameras", Place(file, "chunk"))
+        self.cameras = list(holder.iter("camera"))
+        self.labels = _labels(holder)
         self.by_id = {camera.get("id", ""): camera for camera in self.cameras}
 
     def read(self) -> Reconstruction:
         labels, left_out = Labels(), LeftOut()
-        masters = {one.get("label") for one in self.cameras if one.find("transform") is not None}
+        masters = {
+            self.labels.get(one) for one in self.cameras if one.find("transform") is not None
+        }
         used: set[str] = set()
         found = []
         for element in self.cameras:
-            label = element.get("label", "")
+            label = self.labels.get(element)
+            if label is None:
+                left_out.add(f"id {element.get('id', '')}", NO_PHOTO)
+                continue
             place = Place(self.file, f"camera '{label}'")
             if element.get("enabled", "true") in ("false", "0"):
                 left_out.add(label, "it is disabled in Metashape")
@@ -227,6 +243,23 @@ class _Chunk:
                 "the chunk has geographic coordinates: cameras are in geocentric ones, and a mesh"
                 " fits them only if it was exported in local or geocentric coordinates too"
             )
+
+
+def _labels(holder: Element) -> dict[Element, str]:
+    """Of cameras. Those that come twice have the names of their groups before them, as photos in
+    folders are grouped."""
+    count = Counter(one.get("label") for one in holder.iter("camera"))
+    found: dict[Element, str] = {}
+
+    def walk(parent: Element, groups: tuple[str, ...]) -> None:
+        for one in parent:
+            label = one.get("label")
+            if one.tag == "camera" and label is not None:
+                found[one] = "/".join((*groups, label)) if count[label] > 1 else label
+            walk(one, (*groups, label) if one.tag == "group" and label else groups)
+
+    walk(holder, ())
+    return found
 
 
 def _similarity(element: Element, place: Place) -> Similarity:

@@ -64,15 +64,13 @@ def _is_rolling(entry: Element) -> bool:
 
 
 def turn_and_move(element: Element, move: str, place: Place) -> tuple[np.ndarray, np.ndarray]:
-    """3 x 3 of <rotation>, and (3,) of the child with the name `move`. What is absent is neutral.
-    Raises ReconstructionError."""
+    """3 x 3 of <rotation>, and (3,) of the child with the name `move`. What is absent, or empty as
+    in <rotation fixed="true"/>, is neutral. Raises ReconstructionError."""
     turn, moved = np.eye(3), np.zeros(3)
-    if element.find("rotation") is not None:
-        inner = place.at(f"{place.element}, <rotation>")
-        turn = numbers.rotation(element.findtext("rotation"), inner)
-    if element.find(move) is not None:
-        inner = place.at(f"{place.element}, <{move}>")
-        moved = numbers.numbers(element.findtext(move), inner, 3)
+    if text := (element.findtext("rotation") or "").strip():
+        turn = numbers.rotation(text, place.at(f"{place.element}, <rotation>"))
+    if text := (element.findtext(move) or "").strip():
+        moved = numbers.numbers(text, place.at(f"{place.element}, <{move}>"), 3)
     return turn, moved
 
 

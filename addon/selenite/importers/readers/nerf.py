@@ -23,10 +23,11 @@ from ..reconstruction import (
     ReconstructionError,
 )
 from . import numbers
-from .files import Place, read_bytes, shortened
+from .files import Place, inside, is_file, read_bytes, shortened
 from .labels import Labels, LeftOut, usable_text
 from .lenses import left_out, opencv_intrinsics
 from .pictures import Pictures
+from .ply import read_points
 
 MOST_BYTES = 64 << 20
 #: Numbers and texts of a file, and its lists and objects: ten thousand cameras have a fifth.
@@ -53,6 +54,8 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
         if not isinstance(frame, dict):
             raise where.error("it is no object with transform_matrix")
         photo, mask = _text(frame, "file_path", where), _text(frame, "mask_path", where)
+        if not photo and not mask:
+            raise where.error("it has no file_path", "write the path of its photo there")
         label = labels.add(photo or mask, where)
         where = where.at(f"frame {count} '{label}'")
         values = _Values(frame, shared, where)
@@ -72,7 +75,16 @@ def read_nerf(file: Path, pictures: tuple[Path, ...] = ()) -> Reconstruction:
             "its cameras were moved after the reconstruction (applied_transform): a mesh from "
             "before does not fit them"
         )
-    return Reconstruction(file.stem, tuple(found), remarks=tuple(remarks))
+    points = _points(shared, file)
+    return Reconstruction(file.stem, tuple(found), points=points, remarks=tuple(remarks))
+
+
+def _points(shared: dict[str, Any], file: Path) -> np.ndarray:
+    """(n, 3) that Nerfstudio writes in a file of their own, moved as the cameras are; none if it is
+    not there. Raises ReconstructionError."""
+    name = _text(shared, "ply_file_path", Place(file, "ply_file_path"))
+    path = inside(file.parent, name) if name else None
+    return read_points(path) if path is not None and is_file(path) else np.zeros((0, 3))
 
 
 def _parsed(file: Path) -> dict[str, Any]:

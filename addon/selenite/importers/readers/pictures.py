@@ -10,6 +10,11 @@ from .files import Place, inside, is_file
 
 #: Of photos and masks; in this order where a file is named without one.
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".hdr")
+#: Of photos that are not read: raw ones, and of formats that few other programs read either.
+OTHER_SUFFIXES = (
+    ".arw", ".avif", ".bmp", ".cr2", ".cr3", ".dng", ".heic", ".heif", ".jp2", ".jxl", ".nef",
+    ".orf", ".raf", ".rw2", ".tga", ".webp",
+)  # fmt: skip
 #: What programs put behind a photo's name to call its mask.
 MASK_ENDINGS = ("_mask", "-mask", ".mask")
 CURE = "put the photos beside the file, or give their folder (--photos)"

@@ -2,7 +2,8 @@
 """A mesh out of a PLY file, in double precision where the file has it.
 
 The format names no texture. MeshLab, Metashape and OpenMVS write the comment `TextureFile` and
-places in it, with v upward, at the corners of the faces (`texcoord`) or at the vertices.
+places in it, with v upward, at the corners of the faces (`texcoord`) or at the vertices; of several
+such comments, each face has the number of one (`texnumber`, from 0).
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..reconstruction import ReconstructedMesh
+from ..reconstruction import MeshMaterial, ReconstructedMesh
 from . import numbers
 from .files import Place
 from .meshes import fans, in_range, linear_of_srgb, of_unit_length
@@ -21,7 +22,7 @@ from .texture import picture
 _CORNERS = ("vertex_indices", "vertex_index")
 #: Of vertices, as programs call them.
 _UVS = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))
-_TEXTURE = "TextureFile "
+_TEXTURE, _WHICH = "TextureFile ", "texnumber"
 
 
 def read_ply(file: Path) -> tuple[ReconstructedMesh, tuple[str, ...]]:
@@ -37,7 +38,7 @@ def read_ply(file: Path) -> tuple[ReconstructedMesh, tuple[str, ...]]:
     if listed is None or not len(listed.values):
         raise faces.error("there is none: it holds points or strips alone", "export a mesh")
     ends = np.cumsum(listed.lengths)
-    corners, _ = fans(ends - listed.lengths, listed.lengths, faces)
+    corners, face = fans(ends - listed.lengths, listed.lengths, faces)
     index = numbers.indices(listed.values.astype(np.float64), faces)
     triangles = index[corners]
     in_range(triangles, len(positions), faces)
@@ -50,13 +51,25 @@ def read_ply(file: Path) -> tuple[ReconstructedMesh, tuple[str, ...]]:
     elif at_vertices is not None:
         uvs = at_vertices[triangles]
     remarks: list[str] = []
+    comments = tables.comments if uvs is not None else ()
+    materials, which = _materials(comments, columns, file, remarks)
     mesh = ReconstructedMesh(
         file.stem, positions, triangles, uvs,
         normals=_normals(vertices, triangles, place),
         colors=_colors(vertices, place),
-        texture=_texture(tables.comments, file, remarks) if uvs is not None else None,
+        materials=materials, material_of=None if which is None else which[face],
     )  # fmt: skip
     return mesh, tuple(remarks)
+
+
+def read_points(file: Path) -> np.ndarray:
+    """(n, 3) of a file that holds points alone, or of a mesh its vertices. Raises
+    ReconstructionError."""
+    place = Place(file, "vertex")
+    found = _numbers(read_tables(file).elements.get("vertex", {}), ("x", "y", "z"), place)
+    if found is None:
+        raise place.error("it has no x, y and z")
+    return found
 
 
 def _numbers(columns: dict[str, Column], names: tuple[str, ...], place: Place) -> np.ndarray | None:
@@ -99,10 +112,27 @@ def _colors(vertices: dict[str, Column], place: Place) -> np.ndarray | None:
     return linear_of_srgb(found / largest, place.at("vertex, red, green and blue"))
 
 
-def _texture(comments: tuple[str, ...], file: Path, remarks: list[str]) -> Path | None:
+def _materials(
+    comments: tuple[str, ...], faces: dict[str, Column], file: Path, remarks: list[str]
+) -> tuple[tuple[MeshMaterial, ...], np.ndarray | None]:
+    """A material for each texture, and which of them each face has; one more for faces without."""
     names = [text.removeprefix(_TEXTURE) for text in comments if text.startswith(_TEXTURE)]
+    place = Place(file, "comment TextureFile")
     if not names:
-        return None
-    if len(names) > 1:
-        remarks.append(f"of its {len(names)} textures only the first is used; export one")
-    return picture(names[0], Place(file, "comment TextureFile"), remarks)
+        return (MeshMaterial(),), None
+    if len(names) > 1 and _WHICH not in faces:
+        remarks.append(
+            f"of its {len(names)} textures only the first is used, as no {_WHICH} says which face "
+            "has which"
+        )
+        names = names[:1]
+    found = [MeshMaterial("", picture(name, place, remarks)) for name in names]
+    if len(found) == 1:
+        return tuple(found), None
+    numbered = _numbers(faces, (_WHICH,), Place(file, "face"))
+    assert numbered is not None  # noqa: S101 - see above
+    which = numbers.indices(numbered[:, 0], Place(file, f"face, {_WHICH}"))
+    known = (which >= 0) & (which < len(found))
+    if known.all():
+        return tuple(found), which
+    return (*found, MeshMaterial()), np.where(known, which, len(found))

@@ -29,6 +29,11 @@ from .xml_tree import read_tree
 FILM = 36.0
 MODELS = ("perspective", "brown3", "brown4", "brown3t2", "brown4t2")
 COEFFICIENTS = ("k1", "k2", "k3", "k4", "p1", "p2")
+ALIGN = "align the photos and export"
+OTHER_MODEL = (
+    "choose a Distortion model of Brown's (Brown3 or Brown4) in the settings of the alignment, and "
+    "export again"
+)
 NOT_ALIGNED = "it has no pose: RealityCapture did not align it"
 MOST_FILES = 100_000
 #: Of a CSV with cameras, and the names that versions have for the same.
@@ -44,13 +49,14 @@ class _Cameras:
         self.labels = Labels()
         self.found: list[ReconstructedCamera] = []
         self.skipped = LeftOut()
+        self.cure = ALIGN
         self.dropped: dict[str, None] = {}
 
     def reconstruction(self, name: str, place: Place) -> Reconstruction:
         """Raises ReconstructionError where none is left."""
         if not self.found:
             causes = self.skipped.causes() or "there are none"
-            raise place.error(f"no camera can be used ({causes})", "align the photos and export")
+            raise place.error(f"no camera can be used ({causes})", self.cure)
         return Reconstruction(
             name, tuple(self.found), remarks=(*self.skipped.remarks(), *self.dropped)
         )
@@ -108,9 +114,10 @@ def _read_xmp(file: Path, cameras: _Cameras, pictures: Pictures) -> None:
         return
     # Coefficients without a model are Brown's, as those of the other models are named.
     usual = "brown4t2" if "DistortionCoeficients" in fields else "perspective"
-    model = fields.get("DistortionModel", usual)
+    model = fields.get("DistortionModel", usual).strip().lower()
     if model not in MODELS:
         cameras.skipped.add(label, f"its model {shortened(model)} is not Brown's")
+        cameras.cure = OTHER_MODEL
         return
     rotation = numbers.rotation(fields["Rotation"], place.at("Rotation"))
     centre = numbers.numbers(fields["Position"], place.at("Position"), 3)
@@ -135,8 +142,10 @@ def _xmp_values(fields: Mapping[str, str], model: str, place: Place) -> dict[str
         raise place.error("it has no FocalLength35mm")
     if model != "perspective":
         inner = place.at("DistortionCoeficients")
-        listed = numbers.numbers(fields.get("DistortionCoeficients"), inner, 6)
-        found.update(zip(COEFFICIENTS, (float(value) for value in listed), strict=True))
+        listed = numbers.numbers(fields.get("DistortionCoeficients"), inner)
+        if not 3 <= len(listed) <= len(COEFFICIENTS):
+            raise inner.error(f"it has {len(listed)} numbers instead of {len(COEFFICIENTS)}")
+        found.update(zip(COEFFICIENTS, (float(value) for value in listed), strict=False))
     return found
 
 

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 from urllib.parse import unquote
 
+from . import tiles
 from .files import Place, inside, is_file, shortened
 
 #: Of an address; one letter is a drive of Windows.
@@ -36,8 +37,9 @@ def addresses(text: str, place: Place) -> list[str]:
 
 
 def picture(text: str, place: Place, remarks: list[str]) -> Path | None:
-    """The first address that is a file below the folder of the mesh's; None, with a remark, if none
-    of them is there. Raises ReconstructionError if there is none and one lies elsewhere."""
+    """The first address that is a file below the folder of the mesh's, or stands for several such
+    (`tiles`); None, with a remark, if none of them is there. Raises ReconstructionError if there is
+    none and one lies elsewhere."""
     elsewhere = ""
     for address in addresses(text, place):
         if _SCHEME.match(address):
@@ -48,12 +50,12 @@ def picture(text: str, place: Place, remarks: list[str]) -> Path | None:
             path = inside(place.file.parent, name.replace("\\", "/"))
             if path is None:
                 elsewhere = elsewhere or address
-            elif is_file(path):
+            elif is_file(path) or (path is not None and tiles.of(path)):
                 return path
     if elsewhere:
         raise place.error(
             f"'{shortened(elsewhere)}' is not a picture below the folder of the file",
             "put the picture beside the file and write its name alone",
         )
-    remarks.append(f"the texture '{shortened(text)}' is not there: the mesh has none")
+    remarks.append(f"the texture '{shortened(text)}' is not there: its faces are white")
     return None

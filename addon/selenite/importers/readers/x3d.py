@@ -8,12 +8,20 @@ fieldOfView is the smaller of both angles (23.3.1).
 from __future__ import annotations
 
 import math
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from ..reconstruction import FLIP, ReconstructedCamera, ReconstructedMesh, Reconstruction
+from ..reconstruction import (
+    FLIP,
+    MeshMaterial,
+    ReconstructedCamera,
+    ReconstructedMesh,
+    Reconstruction,
+)
 from . import numbers
 from .files import Place, shortened
 from .labels import Labels
@@ -74,8 +82,8 @@ def _cameras(nodes: Nodes) -> list[ReconstructedCamera]:
         label = labels.add(named or f"Viewpoint {count}", place)
         angle = float(nodes.vector(element, "fieldOfView", (math.pi / 4,))[0])
         if not 1e-4 < angle < math.pi:
-            field = nodes.place(element, "fieldOfView")
-            raise field.error(f"{angle:g} is not between 0.0001 and pi radians")
+            at = nodes.place(element, "fieldOfView")
+            raise at.error(f"{angle:g} is not between 0.0001 and pi radians")
         turn = _turn(matrix[:3, :3], place) @ nodes.rotation(element, "orientation") @ FLIP
         centre = matrix[:3, :3] @ nodes.vector(element, "position", (0, 0, 10)) + matrix[:3, 3]
         pose = numbers.pose(turn, numbers.finite(centre, place))
@@ -96,8 +104,20 @@ def _turn(matrix: np.ndarray, place: Place) -> np.ndarray:
     return numbers.nearest_rotation(matrix / scale, place)
 
 
+@dataclass
+class _Parts:
+    """Shapes that share coordinates: faces of one mesh, parted by their Appearance."""
+
+    name: str
+    matrix: np.ndarray
+    place: Place
+    geometries: list[Geometry] = field(default_factory=list)
+    appearances: list[Element | None] = field(default_factory=list)
+
+
 def _meshes(nodes: Nodes, remarks: list[str]) -> list[ReconstructedMesh]:
-    found: list[ReconstructedMesh] = []
+    found: dict[tuple[int, bytes, int], _Parts] = {}
+    used = Counter[tuple[int, bytes]]()
     names: set[str] = set()
     corners = 0
     read: dict[int, Geometry] = {}
@@ -115,10 +135,17 @@ def _meshes(nodes: Nodes, remarks: list[str]) -> list[ReconstructedMesh]:
             raise nodes.place(shape).error(
                 f"the meshes have more than {MOST_CORNERS // 3} triangles", "reduce the mesh"
             )
-        name = _name(shape.get("DEF") or element.get("DEF") or "", names)
-        texture = _texture(shape, nodes, remarks)
-        found.append(_mesh(name, geometry, matrix, texture, nodes.place(shape)))
-    return found
+        where = matrix.tobytes()
+        # What is used again at the same place is another mesh, which lies on the first.
+        again = used[id(element), where]
+        used[id(element), where] += 1
+        key = id(nodes.child(element, "Coordinate")), where, again
+        if key not in found:
+            name = _name(shape.get("DEF") or element.get("DEF") or "", names)
+            found[key] = _Parts(name, matrix, nodes.place(shape))
+        found[key].geometries.append(geometry)
+        found[key].appearances.append(nodes.child(shape, "Appearance"))
+    return [_mesh(parts, nodes, remarks) for parts in found.values()]
 
 
 def _geometry(shape: Element, nodes: Nodes) -> Element | None:
@@ -139,31 +166,32 @@ def _name(wanted: str, names: set[str]) -> str:
     return name
 
 
-def _texture(shape: Element, nodes: Nodes, remarks: list[str]) -> Path | None:
-    """Of the colours of a shape: the first picture that its Appearance has."""
-    appearance = nodes.child(shape, "Appearance")
+def _material(appearance: Element | None, nodes: Nodes, remarks: list[str]) -> MeshMaterial:
+    """With the first picture of colours that an Appearance has."""
     if appearance is None:
-        return None
+        return MeshMaterial()
+    name = appearance.get("DEF", "")
     image = nodes.child(appearance, "ImageTexture", "MultiTexture")
     if image is not None and image.tag == "MultiTexture":
         image = nodes.child(image, "ImageTexture")
     for slot in ("Material", "PhysicalMaterial", "UnlitMaterial"):
-        holder = None if image is not None else nodes.child(appearance, slot)
+        holder = nodes.child(appearance, slot)
         if holder is not None:
-            image = nodes.child(holder, "ImageTexture")
+            name = name or holder.get("DEF", "")
+            image = image if image is not None else nodes.child(holder, "ImageTexture")
     if image is None:
-        return None
-    return picture(image.get("url", ""), nodes.place(image, "url"), remarks)
+        return MeshMaterial(shortened(name))
+    texture = picture(image.get("url", ""), nodes.place(image, "url"), remarks)
+    return MeshMaterial(shortened(name), texture)
 
 
-def _mesh(
-    name: str, geometry: Geometry, matrix: np.ndarray, texture: Path | None, place: Place
-) -> ReconstructedMesh:
+def _mesh(parts: _Parts, nodes: Nodes, remarks: list[str]) -> ReconstructedMesh:
     """In the world; a mirror turns the triangles over."""
+    geometry, matrix = _joined(parts.geometries), parts.matrix
     triangles, uvs, normals = geometry.triangles, geometry.uvs, geometry.normals
     volume = float(np.linalg.det(matrix[:3, :3]))
     if not abs(volume) > SMALLEST:
-        raise place.error("the Transforms around it leave nothing of its size")
+        raise parts.place.error("the Transforms around it leave nothing of its size")
     if normals is not None:
         # The transposed inverse, up to the length, which is made 1.
         normals = of_unit_length(normals @ np.linalg.inv(matrix[:3, :3]))
@@ -173,7 +201,33 @@ def _mesh(
         normals = None if normals is None else normals[:, ::-1]
     positions = geometry.positions
     if (matrix != np.eye(4)).any():
-        positions = numbers.finite(positions @ matrix[:3, :3].T + matrix[:3, 3], place)
+        positions = numbers.finite(positions @ matrix[:3, :3].T + matrix[:3, 3], parts.place)
+    slots = list({id(one): one for one in parts.appearances}.values())
+    materials = tuple(_material(one, nodes, remarks) for one in slots)
+    which = None
+    if len(slots) > 1:
+        lengths = [len(one.triangles) for one in parts.geometries]
+        which = np.repeat([slots.index(one) for one in parts.appearances], lengths)
     return ReconstructedMesh(
-        name, positions, np.ascontiguousarray(triangles), uvs, normals, geometry.colors, texture
+        parts.name, positions, np.ascontiguousarray(triangles), uvs, normals, geometry.colors,
+        materials, which,
+    )  # fmt: skip
+
+
+def _joined(parts: list[Geometry]) -> Geometry:
+    """Of shapes with the same positions. UVs where a part has none are 0; normals need all."""
+    if len(parts) == 1:
+        return parts[0]
+    counts = [len(part.triangles) for part in parts]
+    uvs, normals = [part.uvs for part in parts], [part.normals for part in parts]
+    whole = [one for one in normals if one is not None]
+    some = any(one is not None for one in uvs)
+    blank = (np.zeros((count, 3, 2)) for count in counts)
+    filled = [none if one is None else one for one, none in zip(uvs, blank, strict=True)]
+    return Geometry(
+        parts[0].positions,
+        np.concatenate([part.triangles for part in parts]),
+        np.concatenate(filled) if some else None,
+        np.concatenate(whole) if len(whole) == len(parts) else None,
+        next((part.colors for part in parts if part.colors is not None), None),
     )

@@ -43,6 +43,9 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
         "the file says",
     )
     masks: StringProperty(name="Masks", description="Folder of masks, whose black does not count")
+    silhouette: BoolProperty(
+        name="Silhouette", description="Only what the camera sees of the fitted objects counts"
+    )
     use_scale: BoolProperty(
         name="Own Scale", description="Otherwise as the file says, or 1 m in a unit"
     )
@@ -105,6 +108,7 @@ class SELENITE_OT_import_reconstruction(bpy.types.Operator):
             meters=self.meters if self.use_scale else None,
             up=self.up,
             unit_length=meters_in_unit(scene),
+            silhouette=1 if self.silhouette else None,
         )
 
 

@@ -164,6 +164,7 @@ class SELENITE_OT_remesh(_MeshTool):
     def _done(self, context: bpy.types.Context) -> list[str]:
         item, unit = context.active_object, meters_in_unit(context.scene)
         before, maps = mesh_repair.state_of(item), len(item.data.uv_layers)
+        slots = {polygon.material_index for polygon in item.data.polygons}
         voxel = float(mesh_repair.sides(item).max()) / self.voxels
         mesh_repair.remesh(item, voxel)
         _sync(item)
@@ -174,6 +175,8 @@ class SELENITE_OT_remesh(_MeshTool):
         ]
         if maps:
             lines.append("its UV map is lost: unwrap it again before a texture is fitted")
+        if len(slots) > 1:
+            lines.append(f"all its faces have the material '{item.material_slots[0].name}' now")
         return lines
 
 
