@@ -18,10 +18,6 @@ namespace {
 constexpr int kSize = 8;
 constexpr int kPixels = kSize * kSize;
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 class Container : public TemporaryFolder {
  protected:
   std::string tiff(const std::vector<TiffPage>& pages) {
@@ -57,6 +53,27 @@ TEST_F(Container, CameraRawFilesAreRefusedByName) {
                     "camera raw file"));
   EXPECT_TRUE(
       holds(refusal(write_bytes("a.heic", std::string("\0\0\0\x18", 4) + "ftypheic    ")), "HEIF"));
+}
+
+// As most of them are built: a preview first, and the sensor's data in a directory below it.
+TEST_F(Container, ACameraRawFileIsKnownBehindItsPreview) {
+  std::string file = tiff_bytes(
+      {page(kSize, {{330, 4, {0}}}), {tiff_tags(4, 4, 1, 16, 32803), samples(16, {500})}});
+  // The second page becomes a directory below the first one.
+  const auto number_at = [&](std::size_t at, int size) {
+    std::size_t value = 0;
+    for (int i = 0; i < size; ++i)
+      value |= std::size_t{static_cast<unsigned char>(file[at + static_cast<std::size_t>(i)])}
+               << 8 * i;
+    return value;
+  };
+  const std::size_t first = number_at(4, 4), entries = number_at(first, 2);
+  const std::size_t link = first + 2 + 12 * entries;
+  for (std::size_t i = 0; i < entries; ++i)
+    if (const std::size_t at = first + 2 + 12 * i; number_at(at, 2) == 330)
+      file.replace(at + 8, 4, file.substr(link, 4));
+  file.replace(link, 4, std::string(4, '\0'));
+  EXPECT_TRUE(holds(refusal(write_bytes("a.nef", file)), "camera raw file (sensor data)"));
 }
 
 TEST_F(Container, AThumbnailInFrontOfThePhotoIsRefused) {
@@ -235,6 +252,9 @@ TEST_F(Container, HugeHeadersAreRefusedBeforeMemoryIsAskedFor) {
   const std::string progressive = std::string("\xff\xd8\xff\xc2\0\x11\x08\xff\xff\xff\xff\3", 12) +
                                   std::string("\1\x11\0\2\x11\0\3\x11\0", 9) + "\xff\xda";
   EXPECT_TRUE(holds(refusal(write_bytes("a.jpg", progressive)), "65535 x 65535"));
+  // Few enough pixels, and too many bytes.
+  EXPECT_TRUE(
+      holds(refusal(tiff({{tiff_tags(13000, 13000, 3, 32, 2, 3), "abc"}})), "2028 megabytes"));
 }
 
 }  // namespace

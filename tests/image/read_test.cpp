@@ -64,10 +64,6 @@ std::vector<std::uint8_t> busy() {  // compresses badly, so that half a file is 
 /// IEC 61966-2-1, written down here.
 double decoded(double x) { return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4); }
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(ReadPhoto, EightAndSixteenBitsAgree) {
   const std::vector<std::uint8_t> eight = gradient<std::uint8_t>(3);
   std::vector<std::uint16_t> sixteen;

@@ -121,8 +121,13 @@ def alignments_of(
     return {name: one for name, one in found.items() if one != UNALIGNED}
 
 
+def rendered(picture: np.ndarray, gain: Gain) -> np.ndarray:
+    """(h, w, 3) float32: the render that a photo would show as `picture`."""
+    return np.ascontiguousarray(picture / np.asarray(gain), np.float32)
+
+
 def shown(film_image: np.ndarray, gain: Gain) -> np.ndarray:
-    """A rendered picture as the photo shows it."""
+    """A rendered picture as the photo shows it; with `rendered` all that is known of how."""
     if gain == (1.0, 1.0, 1.0):
         return film_image
     return np.asarray(film_image, np.float32) * np.asarray(gain, np.float32)
