@@ -211,6 +211,34 @@ TEST_F(ExrContainer, FurtherChannelsAreNamed) {
   EXPECT_TRUE(holds(photo.info.warnings[0], "not read: Z"));
 }
 
+// OpenEXR reads a value by its type alone. What it takes for the next one may ask for any memory.
+TEST_F(ExrContainer, AValueOfAnotherSizeThanItsTypeIsDamage) {
+  const std::string whole = (parts({{"", {"R", "G", "B"}}}), read_bytes("a.exr"));
+  const auto with_size = [&](const std::string& attribute, int size) {
+    std::string bytes = whole;
+    bytes.replace(bytes.find(attribute) + attribute.size(), 4,
+                  number(static_cast<std::uint64_t>(size), 4, false));
+    return refusal(write_bytes("b.exr", bytes));
+  };
+  using namespace std::string_literals;
+  const std::string order = "lineOrder\0lineOrder\0"s, channels = "channels\0chlist\0"s;
+  EXPECT_EQ(with_size(order, 1), "");
+  EXPECT_TRUE(holds(with_size(order, 0), "damaged OpenEXR header"));
+  EXPECT_EQ(with_size(channels, 3 * 18 + 1), "");
+  EXPECT_TRUE(holds(with_size(channels, 3 * 18), "damaged OpenEXR header"));
+  // A thumbnail, which takes four bytes a pixel.
+  const auto with_preview = [&](int width, int bytes) {
+    std::string file = whole;
+    file.insert(file.find(order), "preview\0preview\0"s + number(8 + bytes, 4, false) +
+                                      number(width, 4, false) + number(2, 4, false) +
+                                      std::string(bytes, 'p'));
+    write_bytes("b.exr", file);  // its pixels stand elsewhere now
+    return message_of<FileError>([&] { probe_photo(path("b.exr")); });
+  };
+  EXPECT_EQ(with_preview(2, 16), "");
+  EXPECT_TRUE(holds(with_preview(20000, 16), "damaged OpenEXR header"));
+}
+
 TEST_F(ExrContainer, TheFrameIsTheDisplayWindow) {
   OIIO::ImageSpec spec(4, 4, 3, OIIO::TypeDesc::FLOAT);
   spec.x = 2;
