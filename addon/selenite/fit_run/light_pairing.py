@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
-from .capture_render import Gain, gain_of, shown
+from .capture_render import as_found, shown
 from .captures import Capture
 from .job import scene_at
 from .light_states import described, is_as_in_scene, key_of
@@ -148,7 +148,6 @@ class _View:
     scenes: Sequence[Any]
     picture: np.ndarray
     weight: np.ndarray
-    gain: Gain
     free_gain: bool  # the fit would have found another one under other lights
     settings: Any
 
@@ -162,10 +161,11 @@ class _View:
         small = native.image().resize(np.ascontiguousarray(planes), *size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        gain = gain_of(capture, result)
         kinds = {item.id: item.gain for item in plan.request.captures}
         free = kinds.get(capture.id, "") not in ("", "none")
-        return _View(capture, scenes, picture, weight, gain, free, plan.request.settings)
+        return _View(
+            as_found(capture, result), scenes, picture, weight, free, plan.request.settings
+        )
 
     def error(self, lights: Lights, number: int, spp: int = _SPP) -> _Error:
         """Under some lights, in the scene that explains the photo better. Errors of another
@@ -182,7 +182,9 @@ class _View:
             seed=_SEED + 8 * self.settings.seed + number, depth=self.settings.depth,
             threads=self.settings.threads, frame=self.capture.frame,
         )  # fmt: skip
-        halves = [shown(half, self.gain).astype(np.float64) for half in (film.half_a, film.half_b)]
+        halves = [
+            shown(half, self.capture).astype(np.float64) for half in (film.half_a, film.half_b)
+        ]
         if self.free_gain:
             halves = self._scaled(halves)
         a, b = (self.picture - half for half in halves)

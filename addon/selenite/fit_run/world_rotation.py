@@ -131,7 +131,7 @@ def _misfit(
             under_its_lights(scene, item), item.camera, width, height, settings.spp,
             seed=settings.seed, depth=settings.depth, threads=settings.threads, frame=item.frame,
         )  # fmt: skip
-        render = shown(film.image, item.gain).astype(np.float64)
+        render = shown(film.image, item).astype(np.float64)
         weight = item.weight[..., None]
         both += float((weight * render * item.reference).sum())
         squares += float((weight * render**2).sum())

@@ -136,7 +136,7 @@ class PhotoInformation:
         small = native.image().resize(np.ascontiguousarray(planes), *size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        picture = rendered(picture, capture.gain)
+        picture = rendered(picture, capture)
         scene = under_its_lights(self._scene, capture)
         seen = self._at(scene, capture.camera, size, capture.frame, spp, number)
         return Seen(seen, picture if capture.photo else None, weight)
@@ -171,7 +171,7 @@ class PhotoInformation:
         if not capture.photo:
             return low**2
         settings = self.plan.request.settings
-        reference = rendered(capture.reference, capture.gain)
+        reference = rendered(capture.reference, capture)
         found = native.core().photo_misfit(
             under_its_lights(self._scene, capture), capture.camera, reference, capture.weight,
             _RESIDUAL_SPP, seed=_SEED + 8 * settings.seed, depth=settings.depth,
