@@ -91,6 +91,7 @@ TEST(UnknownEnvironment, ASavedPriorComesBack) {
   prior.members(writing);
   SavedState reading(writing.sealed());
   resumed.members(reading);
+  ASSERT_EQ(resumed.precision().size(), prior.precision().size());
   EXPECT_EQ(resumed.mean(), prior.mean());
   EXPECT_EQ(resumed.precision(), prior.precision());
   EXPECT_EQ(resumed.longest_steps(prior.mean()), prior.longest_steps(prior.mean()));
