@@ -128,11 +128,11 @@ def alignments_of(
 
 
 def shown(picture: np.ndarray, capture: Capture) -> np.ndarray:
-    """A rendered picture as the photo shows it: with `shown_noise` and `rendered` all that is known
-    of how."""
+    """A rendered picture as the photo shows it, in numbers of its kind: with `shown_noise` and
+    `rendered` all that is known of how."""
     if capture.gain == (1.0, 1.0, 1.0):
         return picture
-    return np.asarray(picture, np.float32) * np.asarray(capture.gain, np.float32)
+    return picture * np.asarray(capture.gain, picture.dtype)
 
 
 def shown_noise(deviation: np.ndarray, capture: Capture) -> np.ndarray:
