@@ -59,6 +59,32 @@ TEST_P(SmoothHalfSpace, ScattersTheSunOnceAsSolvedOnPaper) {
   EXPECT_NEAR(found.mean, want, 4 * found.error + 2e-3 * want);
   EXPECT_LT(found.error, 0.02 * want);
 }
+// Most of it has come from deep inside: the sun stands behind.
+TEST(SmoothSlab, ScattersTheSunOnceAsSolvedOnPaper) {
+  const double ior = 1.3, albedo = 0.6, g = 0.4, strength = 3, extinction = 1.5;
+  SceneBuilder builder;
+  place(builder, box_mesh(8, 1, 8),  // wide: the sun shines on its sides too
+        builder.add_material(filled_glass(0, ior, extinction, albedo, g)));
+  const Vec3d to_sun = normalize(Vec3d{0.4, 1, 0.3});
+  Light sun = lamp_at(to_sun, LightKind::kSun, strength);
+  sun.angle = 0.02;
+  builder.add_light(sun);
+  add_view(builder, {0, -4, 0}, {0, 0, 0}, 500);
+  const Film film = render_view(builder.build(), settings_of(16, 256, 3, 3));
+  ASSERT_TRUE(complete(film));
+
+  const double cosine = to_sun.y, bent = std::sqrt(1 - (1 - square(cosine)) / square(ior));
+  const double irradiance = strength * (1 - fresnel(cosine, ior)) * cosine / (bent * square(ior));
+  const double thickness = 2 * extinction;
+  const double depths =
+      (std::exp(-thickness) - std::exp(-thickness / bent)) / (1 / bent - 1);  // of scattering
+  const double want =
+      (1 - fresnel(1, ior)) * irradiance * albedo * henyey_greenstein(g, bent) * depths;
+  const Estimate found = mean_of(film);
+  EXPECT_NEAR(found.mean, want, 4 * found.error + 2e-3 * want);
+  EXPECT_LT(found.error, 0.015 * want);
+}
+
 INSTANTIATE_TEST_SUITE_P(Indices, SmoothHalfSpace, testing::Values(1.05, 1.33, 1.5, 2.4));
 
 struct Body {

@@ -19,7 +19,7 @@ from .. import native
 from .capture_render import as_found, shown
 from .captures import Capture
 from .job import scene_at
-from .light_states import described, is_as_in_scene, key_of
+from .light_states import AS_IN_SCENE, described, is_as_in_scene, key_of
 from .plan import FitPlan
 
 Lights = Mapping[str, Any]
@@ -232,7 +232,7 @@ def _others(
     if own["lamps"] is None or len(own["lamps"]) != 1:
         return
     for lamp in dict.fromkeys(lamps):
-        alone = {"lamps": [lamp], "world": own["world"], "places": {}}
+        alone = {**AS_IN_SCENE, "lamps": [lamp], "world": own["world"]}
         if key_of(alone) not in known:
             known.add(key_of(alone))
             yield alone, ""
