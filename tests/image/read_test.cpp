@@ -143,6 +143,17 @@ TEST_F(ReadPhoto, AlphaIsNotMultipliedIn) {
   }
 }
 
+// Many pictures are white where they are transparent.
+TEST_F(ReadPhoto, WhatIsTransparentIsNotCalledClipped) {
+  std::vector<std::uint8_t> pixels;
+  for (int i = 0; i < kSize * kSize; ++i)
+    pixels.insert(pixels.end(), {255, 255, 255, static_cast<std::uint8_t>(i % 4 ? 0 : 255)});
+  const Photo photo = read_photo(save("a.png", 4, pixels));
+  EXPECT_EQ(photo.counts[PixelUse::kClipped], kSize * kSize / 4);
+  ASSERT_EQ(photo.info.warnings.size(), 1u);
+  EXPECT_TRUE(holds(photo.info.warnings[0], "25.0% of its pixels are clipped"));
+}
+
 TEST_F(ReadPhoto, ExrColourIsDividedByAlpha) {
   const std::vector<float> pixels{0.25f, 0.5f, 0.f, 0.5f, 2.f, 0.f, 0.f, 0.f};
   write_exr(path("a.exr"), pixels.data(), 2, 1, 4);
