@@ -176,6 +176,8 @@ Estimate lit_under(const std::vector<Light>& lamps, double sky, bool blocked = f
   for (const Light& lamp : lamps) builder.add_light(lamp);
   add_view(builder, {0, -5, 0}, {0, 0, 0}, 60);
   set_sky(builder, sky);
+  if (sky > 0)  // an image is sampled beside the lamps
+    builder.appearance.world.map = std::make_shared<EnvironmentMap>(4, 2, Picture(8, Colorf(1)));
   return mean_of(render_view(builder.build(), settings_of(24, 256)));
 }
 
