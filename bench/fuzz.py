@@ -6,8 +6,8 @@ are made, mutated (bits, bytes, numbers, pieces left out, doubled or taken from 
 checksums of PNG mended every other time) and read in a process of its own, with the native modules
 built with the address and undefined-behaviour sanitizers, and with 1 GiB of memory. A case is read,
 refused (a message for the user), or crashed: any other exception, a report of a sanitizer, too much
-memory, or no end within a minute. Files that crash are kept in build/fuzz-cases. Status 1 if there
-are any.
+memory, or no end within a minute. The table tells the most memory that a kind took. Files that
+crash are kept in build/fuzz-cases. Status 1 if there are any.
 
 The state of a native fit is read by `_core`. It is built with sanitizers only with `--core`, which
 takes long; without, the released one reads it.
@@ -77,6 +77,7 @@ class Tally:
         (self.folder / "seeds").mkdir(parents=True)
         seeds.make(kind, self.folder / "seeds")
         self.read = self.refused = self.crashed = 0
+        self.most_megabytes = 0
         self.next = 0
 
     def progress(self) -> tuple[int, int, int]:
@@ -90,7 +91,7 @@ class Tally:
         total = self.read + self.refused + self.crashed
         return (
             f"{self.kind:<12} {total:>8} cases: {self.read} read, {self.refused} refused, "
-            f"{self.crashed} crashed"
+            f"{self.crashed} crashed, at most {self.most_megabytes} MiB"
         )
 
 
@@ -107,6 +108,7 @@ def child(tally: Tally, modules: list[Path], until: float) -> None:
         )
         last, since = tally.progress()[0], time.time()
         while process.poll() is None:
+            tally.most_megabytes = max(tally.most_megabytes, _peak(process.pid))
             time.sleep(0.2)
             case = tally.progress()[0]
             if case != last:
@@ -125,6 +127,15 @@ def child(tally: Tally, modules: list[Path], until: float) -> None:
         shutil.copytree(tally.folder / "case", kept, dirs_exist_ok=True)
         shutil.copy2(log, kept / "log.txt")
         print(f"{tally.kind}: case {case} crashed: {_cause(log)}", flush=True)
+
+
+def _peak(process: int) -> int:
+    """Most memory that a process has held so far, in MiB; 0 once it is gone."""
+    try:
+        status = Path(f"/proc/{process}/status").read_text()
+    except OSError:
+        return 0
+    return sum(int(line.split()[1]) for line in status.splitlines() if "VmHWM" in line) // 1024
 
 
 def _cause(log: Path) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import recording_fit
 import undo_steps
-from pressed_buttons import ESCAPE, TIMER, Pressed
+from pressed_buttons import ESCAPE, TIMER, Pressed, until_over
 
 from selenite import native
 from selenite.fit_run.request import read_run
@@ -221,7 +221,7 @@ def test_esc_stops_the_fit_and_keeps_its_best_values(settings, monkeypatch):
     start, fit = begun(monkeypatch)
     assert start.modal(bpy.context, ESCAPE) == {"RUNNING_MODAL"}
     assert fit.calls.count("cancel") == 1
-    assert start.modal(bpy.context, TIMER) == {"FINISHED"}
+    assert until_over(start, bpy.context) == {"FINISHED"}
     assert_best(fit)
     assert "you stopped it" in state.RUN.message and state.RUN.job is None
 
@@ -241,7 +241,7 @@ def test_stop_keeps_and_cancel_forgets(settings, monkeypatch, keep):
     start, fit = begun(monkeypatch)
     assert (bpy.ops.selenite.stop if keep else bpy.ops.selenite.cancel)() == {"FINISHED"}
     assert "cancel" in fit.calls
-    ended = start.modal(bpy.context, TIMER)
+    ended = until_over(start, bpy.context)
     assert ended == ({"FINISHED"} if keep else {"CANCELLED"})
     assert bool(results()) == keep
     assert colour() == pytest.approx([0.8, 0.4, 0.2]) and state.RUN.job is None

@@ -108,7 +108,10 @@ void PhotoRows::convert_values(const std::vector<T>& values, int y, float* rgb, 
       const PixelUse finished = finish(out);
       if (found == PixelUse::kCounts || finished == PixelUse::kNotFinite) found = finished;
     }
-    if (found == PixelUse::kNotFinite) out[0] = out[1] = out[2] = 0;
+    if (found == PixelUse::kNotFinite)
+      out[0] = out[1] = out[2] = 0;
+    else if (alpha[x] == 0)
+      found = PixelUse::kCounts;  // with no weight: what is hidden there is nothing to tell
     use[x] = found;
   }
 }

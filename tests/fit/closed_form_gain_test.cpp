@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -176,6 +177,72 @@ TEST(FreeGain, CountsResidualsOnlyAsFarAsTheyAreIndependent) {
   // A sum of 100 squares is within 40 % of its mean but once in 5000.
   EXPECT_NEAR(independent_count(s.photo, s.weights, apart), 4800, 0.5 * 4800);
   EXPECT_NEAR(independent_count(s.photo, s.weights, together), 100, 0.7 * 100);
+}
+
+/// A grey film, and one photo value for all pixels; all of them weigh alike.
+struct Even {
+  Photo photo = grey_capture(32);
+  Film film{32, 32, 4};
+  Eigen::VectorXf weights = Eigen::VectorXf::Ones(3 * 32 * 32) / (3 * 32 * 32);
+
+  Even(GainFreedom freedom, const Colorf& render, const Colorf& value) {
+    photo.gain_freedom = freedom;
+    check_photo(photo);
+    std::ranges::fill(film.mean, render);
+    std::ranges::fill(photo.reference, value);
+  }
+  /// As `by` says of the pixels with even numbers, and with the other sign of those with odd ones.
+  static float alternating(std::size_t i, float by) { return i % 2 == 0 ? by : -by; }
+};
+
+TEST(FreeGain, IsNotMadeSmallerByNoise) {
+  Even s(GainFreedom::kRgb, Colorf(0.25f), Colorf(0.5f));
+  const float noise = 0.2f;
+  for (std::size_t i = 0; i < s.film.size(); ++i) {
+    s.film.mean[i] += Colorf(Even::alternating(i, noise));
+    s.film.variance[i] = Colorf(noise * noise);
+  }
+  EXPECT_NEAR(closed_form_gain(s.film, s.photo, s.weights, 0).g, 2, 1e-3);
+}
+
+// By hand: (1 + 2 + 6) / 3 for all channels together.
+TEST(FreeGain, OfAnExposureIsThatOfAllChannels) {
+  const Colorf render(0.25f), value(0.25f, 0.5f, 1.5f);
+  const Even scalar(GainFreedom::kScalar, render, value), rgb(GainFreedom::kRgb, render, value);
+  const Colorf one = closed_form_gain(scalar.film, scalar.photo, scalar.weights, 0);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(one[c], 3, 1e-3);
+  EXPECT_NEAR(closed_form_gain(rgb.film, rgb.photo, rgb.weights, 0).b, 6, 1e-3);
+}
+
+// Red is off by as much as blue, the other way: an exposure is sure all the same.
+TEST(FreeGain, ErrorOfAnExposureIsThatOfAllChannels) {
+  const auto error_of = [](GainFreedom freedom) {
+    Even s(freedom, Colorf(0.5f), Colorf(0.5f));
+    for (std::size_t i = 0; i < s.film.size(); ++i) {
+      const float off = i % 32 / 4 % 2 == 0 ? 0.1f : -0.1f;  // in stripes
+      s.photo.reference[i] += Colorf(off, 0, -off);
+    }
+    return gain_error(s.film, Colorf(1), s.photo, s.weights);
+  };
+  EXPECT_LT(error_of(GainFreedom::kScalar).r, 1e-5f);
+  EXPECT_GT(error_of(GainFreedom::kRgb).r, 1e-3f);
+}
+
+// Picture 0.5, derivative 0.3: nothing is left of it beside a gain, whatever noise both share.
+TEST(FreeGain, TakesWhatADerivativeHasInCommonBesidesNoise) {
+  const Even s(GainFreedom::kRgb, Colorf(0.5f), Colorf(0.5f));
+  const Eigen::Index size = s.weights.size();
+  const float of_picture = 0.2f, of_slope = 0.1f;
+  Eigen::VectorXf picture(size), slope(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const auto pixel = static_cast<std::size_t>(i / 3);
+    picture[i] = 0.5f + Even::alternating(pixel, of_picture);
+    slope[i] = 0.3f + Even::alternating(pixel, of_slope);
+  }
+  const EliminatedGain gain(s.film, s.photo, s.weights, 0);
+  gain.eliminate(picture, Eigen::VectorXf::Constant(size, of_picture * of_picture),
+                 Eigen::VectorXf::Constant(size, of_picture * of_slope), -1, slope);
+  EXPECT_NEAR(slope.mean(), 0, 2e-3);  // but for the least size of a prior
 }
 
 TEST(FreeGain, OfABlackRenderIsOne) {

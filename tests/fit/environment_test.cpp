@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "fit/phases/light_start.h"
+#include "fit/problem/saved_state.h"
 #include "fit/problem/uniform_fields.h"
 #include "fit/run/fit.h"
+#include "fit/solver/field_prior.h"
 #include "fit/taken_photos.h"
 #include "scene/small_scenes.h"
 
@@ -61,6 +63,38 @@ FitSettings settings_for(int iterations) {
   settings.spp = 8;
   settings.refinement_spp = 256;
   return settings;
+}
+
+// A sky has no first column.
+TEST(UnknownEnvironment, LooksAlikeToItsPriorHoweverItIsTurned) {
+  const Scene scene = stage(0.4, even(1));
+  const Fields fields(scene, {kWanted[1]});
+  FieldPrior prior(fields);
+  prior.begin(fields.start()[0]);
+  const Eigen::MatrixXd& precision = prior.precision();
+  const auto between = [&](int y, int x, int other_y, int other_x) {
+    return precision(y * kWidth + x % kWidth, other_y * kWidth + other_x % kWidth);
+  };
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      EXPECT_NEAR(between(y, x, y, x + 1), between(y, 0, y, 1), 1e-9 * precision(0, 0)) << x;
+      EXPECT_NEAR(between(y, x, y, x), between(y, 0, y, 0), 1e-9 * precision(0, 0)) << x;
+    }
+}
+
+TEST(UnknownEnvironment, ASavedPriorComesBack) {
+  const Scene scene = stage(0.4, even(1));
+  const Fields fields(scene, {kWanted[1]});
+  FieldPrior prior(fields), resumed(fields);
+  prior.begin(fields.start()[0]);
+  SavedState writing;
+  prior.members(writing);
+  SavedState reading(writing.sealed());
+  resumed.members(reading);
+  ASSERT_EQ(resumed.precision().size(), prior.precision().size());
+  EXPECT_EQ(resumed.mean(), prior.mean());
+  EXPECT_EQ(resumed.precision(), prior.precision());
+  EXPECT_EQ(resumed.longest_steps(prior.mean()), prior.longest_steps(prior.mean()));
 }
 
 /// The ground is known, so that light and albedo are both found from one even sky of another level.

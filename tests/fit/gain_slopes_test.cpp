@@ -10,6 +10,7 @@
 #include "fit/objective/photo_weights.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/synthetic_renderer.h"
+#include "math/scalar.h"
 
 namespace selenite {
 namespace {
@@ -82,6 +83,25 @@ TEST(GainSlopes, OfAPhotoWithoutAFreeGainAreNone) {
   const Colorf error = joint_gain_error(Colorf(1), Colorf(0.1f), sums.slopes()[0],
                                         Eigen::MatrixXd::Constant(1, 1, 4));
   EXPECT_EQ(error, Colorf(0.1f));
+}
+
+// The equations are a mean over photos: beside another photo the prior is half of them.
+TEST(GainSlopes, APriorCountsByItsShareOfThePhotos) {
+  const auto covariance_of = [](int further_photos) {
+    OneNumber one;
+    for (int i = 0; i < further_photos; ++i) {
+      one.photos.push_back(OneNumber::photo());
+      one.photos.back().gain_freedom = GainFreedom::kNone;
+    }
+    GainSlopes sums(one.problem);
+    sums.add(one.problem, one.seen(), Vector::Constant(1, 2), 3);
+    const double slope = sums.slopes()[0](0, 0);
+    return sums.prior_covariance()(0, 0) / square(slope);
+  };
+  const OneNumber one;
+  const double alone = square(gain_prior(one.problem, one.photos[0]) * kGainPrior.log_deviation);
+  EXPECT_NEAR(covariance_of(0), alone, 1e-6 * alone);
+  EXPECT_NEAR(covariance_of(1), alone / 4, 1e-6 * alone);
 }
 
 // Nothing holds the brightness but the prior of the gain: a factor of two either way.

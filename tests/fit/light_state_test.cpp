@@ -149,6 +149,26 @@ TEST(LightState, ALampThatWasMovedIsAsIfItStoodThere) {
     EXPECT_EQ(picture_of(moved, lanes), picture_of(stage({"Key", "Fill"}, 0.05, elsewhere), lanes));
 }
 
+TEST(LightState, ALampThatDoesNotRenderStaysOff) {
+  Scene scene = stage();
+  scene.appearance.lights[0].on = false;
+  for (const LightState& state : {LightState{}, LightState{Names{"Key", "Fill"}}}) {
+    const Scene applied = state.applied_to(scene);
+    EXPECT_FALSE(applied.appearance.lights[0].on);
+    EXPECT_TRUE(applied.appearance.lights[1].on);
+  }
+}
+
+// Of a lamp whose radiance is fixed: it is twice as bright where it has half the area.
+TEST(LightState, ALampThatWasMovedMayHaveAnotherRadiance) {
+  LightState state;
+  state.places.push_back({"Fill", looking_at(kFillFrom, {0, 0, 0}), 2});
+  const Scene still = stage(), other = state.applied_to(still);
+  EXPECT_EQ(other.appearance.lights[1].radiance_scale, 2);
+  EXPECT_EQ(other.appearance.lights[0].radiance_scale, still.appearance.lights[0].radiance_scale);
+  EXPECT_NE(picture_of(other, 0), picture_of(still, 0));
+}
+
 TEST(LightState, ALampThatWasOffHasTheDerivativeZero) {
   UnknownParameter colour{"Fill", "color", {0.5, 0.5, 0.5}, 0.001, 1, 0.03};
   const FitProblem problem(stage(), photos_under({{"Key"}, {"Key", "Fill"}}, 4),

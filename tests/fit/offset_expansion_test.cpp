@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "fit/synthetic_renderer.h"
+
 namespace selenite {
 namespace {
 
@@ -25,6 +27,18 @@ TEST(OffsetExpansion, WhatLiesAtItsBoundStaysWithinAStandardErrorOfIt) {
   EXPECT_EQ(known(0.03).confidence.at_bound, AtBound::kNo);
   at_x.at_bound = AtBound::kNo;
   EXPECT_EQ(known(0.018).value, 0.018);
+}
+
+// The square of a transmission shows; a metallic of 0 has a slope of its own.
+TEST(OffsetExpansion, MovesOnlyWhatShowsByItsSquare) {
+  const Unknowns unknowns(synthetic_scene(), {{"Body", "transmission", {0.5}, 0, 1, 0.03},
+                                              {"Body", "metallic", {0.5}, 0, 1, 0.03}});
+  const OffsetExpansionOptions options;
+  const auto there = offset_point(unknowns, Vector::Zero(2), options);
+  ASSERT_TRUE(there);
+  EXPECT_EQ((*there)[0], options.offset);
+  EXPECT_EQ((*there)[1], 0);
+  EXPECT_FALSE(offset_point(unknowns, Vector{{0.5, 0.0}}, options));
 }
 
 }  // namespace

@@ -40,6 +40,15 @@ TEST(Weights, DoNotKnowThePixelThatTheyWeigh) {
       << "that of others counts";
 }
 
+TEST(Weights, DoNotKnowWhatAMaskHides) {
+  std::vector<Photo> photo{grey_capture(8)};
+  photo[0].weight.assign(64, 1);
+  for (std::size_t i = 0; i < 64; i += 2) photo[0].weight[i] = 0;
+  check_photos(synthetic_scene(), photo);
+  const Eigen::VectorXf level = brightness(photo[0]);
+  for (Eigen::Index i = 1; i < 64; i += 2) EXPECT_NEAR(level[3 * i], 1.3 * 0.5, 1e-5) << i;
+}
+
 TEST(Weights, OfASinglePixelAreItsOwn) {
   std::vector<Photo> photo{grey_capture(1)};
   check_photos(synthetic_scene(), photo);

@@ -65,6 +65,13 @@ TEST(ResidualModel, FindsEachPartOfTheErrorByItsPattern) {
   EXPECT_LT(shift.relative, 0.02);
 }
 
+TEST(ResidualModel, AShiftOfMoreThanAPixelIsNoMisalignment) {
+  const Photo photo = ramp();
+  const Eigen::VectorXf far =
+      3 * normal_numbers(1).cwiseProduct(ErrorScales(photo).shift.cwiseSqrt());
+  EXPECT_NEAR(found(residuals(photo, far)).shift, 1, 1e-6);
+}
+
 TEST(ResidualModel, IsNothingWhereTheModelExplainsThePhotos) {
   const Photo photo = ramp();
   const Eigen::VectorXf none = Eigen::VectorXf::Zero(3 * kSide * kSide);
@@ -162,6 +169,41 @@ TEST(PhotoWeights, APlainModelErrorJoinsAtOnce) {
   PhotoWeights weights(photos);
   learn(weights, photos[0], 3, 0.02, [](std::size_t) { return 0.5; });
   EXPECT_GT(weights.model_error().relative, 0.2);
+}
+
+// Half a render and the other half share no noise, however strong it is.
+TEST(PhotoWeights, NoiseOfRendersIsNoModelError) {
+  const std::vector<Photo> photos{ramp()};
+  PhotoWeights weights(photos);
+  learn(weights, photos[0], 3, 1, [](std::size_t) { return 0; });
+  EXPECT_EQ(weights.version(), 1);
+  EXPECT_EQ(weights.model_error().relative, 0);
+}
+
+TEST(PhotoWeights, AreLearnedEverLessOftenAndLeaveLossesTheirUnit) {
+  const std::vector<Photo> photos{ramp()};
+  PhotoWeights weights(photos);
+  const Eigen::VectorXf squares = brightness(photos[0]).cwiseAbs2();
+  EXPECT_NEAR(weights.of_loss(0).dot(squares), 1, 1e-3);
+  learn(weights, photos[0], 14, 0.2, [](std::size_t) { return 0; });
+  EXPECT_EQ(weights.version(), 3) << "at 3, 6 and 12";
+  EXPECT_NEAR(weights.of_loss(0).dot(squares), 1, 1e-3);
+}
+
+// Of n pixels whose channels vary together, by hand.
+TEST(PhotoWeights, TellTheNoiseOfALoss) {
+  const std::vector<Photo> photos{ramp()};
+  const PhotoWeights weights(photos, false);
+  constexpr double kResidual = 0.3, kVariance = 0.04;
+  constexpr Eigen::Index kPixels = kSide * kSide;
+  Halves halves;
+  halves.residual_a = halves.residual_b = Eigen::VectorXf::Constant(3 * kPixels, kResidual);
+  halves.variance = Eigen::VectorXf::Constant(3 * kPixels, kVariance);
+  const Observation seen{0, {}, {}};
+  const NoisyLoss loss = weights.loss(std::span(&seen, 1), {halves});
+  EXPECT_NEAR(loss.value, square(kResidual), 1e-6);
+  const double of_pixel = 2 * square(kResidual) * kVariance + square(kVariance);
+  EXPECT_NEAR(loss.variance, of_pixel / kPixels, 1e-3 * of_pixel / kPixels);
 }
 
 TEST(PhotoWeights, OfALossThatIsNotWeightedStayAlike) {

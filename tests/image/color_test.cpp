@@ -64,6 +64,10 @@ std::vector<IccTag> matrix_profile(const Rows& colorants, const std::string& cur
           {"bTRC", curve}};
 }
 
+Color in_adobe_rgb(const Color& v) {
+  return each(times(kToAdobe, v), [](double x) { return std::pow(x, 256. / 563); });
+}
+
 std::string profile_chunk(const std::string& profile) {
   return png_chunk("iCCP", std::string("icc\0\0", 5) + stored(profile));
 }
@@ -90,6 +94,20 @@ class PhotoColor : public TemporaryFolder {
                            const std::string& profile) {
     return png(name, encoded, profile_chunk(profile));
   }
+  /// `segments`: what stands in front of the encoder's own.
+  std::string jpeg(const char* name, const Color& encoded, const std::string& segments) {
+    OIIO::ImageSpec spec(16, 16, 3, OIIO::TypeDesc::UINT8);
+    spec.attribute("Compression", "jpeg:100");
+    std::vector<std::uint8_t> pixels;
+    for (int i = 0; i < 256; ++i)
+      for (const double x : encoded) pixels.push_back(static_cast<std::uint8_t>(x * 255 + 0.5));
+    const auto out = OIIO::ImageOutput::create(name);
+    EXPECT_TRUE(out->open(path(name), spec) &&
+                out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+    out->close();
+    const std::string bytes = read_bytes(name);
+    return write_bytes(name, bytes.substr(0, 2) + segments + bytes.substr(2));
+  }
   std::string refusal(const std::string& file) {
     return message_of<FileError>([&] { read_photo(file); });
   }
@@ -106,15 +124,11 @@ class PhotoColor : public TemporaryFolder {
   }
 };
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 // ---- ICC
 
 TEST_F(PhotoColor, ProfilesOfMatrixAndCurveAreConverted) {
   expect(with_profile(
-      "adobe.png", each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 256. / 563); }),
+      "adobe.png", in_adobe_rgb(kTruth),
       icc_bytes("RGB ", "XYZ ", matrix_profile(kAdobeColorants, icc_gamma(563. / 256)))));
   expect(with_profile(
       "p3.png", each(times(kToP3, kTruth), to_srgb),
@@ -125,6 +139,23 @@ TEST_F(PhotoColor, ProfilesOfMatrixAndCurveAreConverted) {
   for (int i = 0; i < 1024; ++i) table.push_back(std::pow(i / 1023., 1.8));
   expect(with_profile("table.png", each(kTruth, [](double x) { return std::pow(x, 1 / 1.8); }),
                       icc_bytes("RGB ", "XYZ ", matrix_profile(kSrgbColorants, icc_table(table)))));
+}
+
+// As a segment holds 64 kB.
+TEST_F(PhotoColor, AProfileInPiecesIsJoined) {
+  const std::string profile =
+      icc_bytes("RGB ", "XYZ ", matrix_profile(kAdobeColorants, icc_gamma(563. / 256)));
+  const auto segments = [&](const std::vector<std::size_t>& order) {
+    std::string text;
+    for (const std::size_t i : order)  // 200 bytes each, the last one what is left
+      text += jpeg_segment('\xe2', std::string("ICC_PROFILE\0", 12) + number(i + 1, 1, true) +
+                                       number(3, 1, true) +
+                                       profile.substr(200 * i, i < 2 ? 200 : std::string::npos));
+    return text;
+  };
+  expect(jpeg("pieces.jpg", in_adobe_rgb(kTruth), segments({0, 1, 2})), kTruth, 0.02);
+  expect(jpeg("mixed.jpg", in_adobe_rgb(kTruth), segments({2, 0, 1})), kTruth, 0.02);
+  EXPECT_TRUE(holds(refusal(jpeg("lost.jpg", in_adobe_rgb(kTruth), segments({0, 2}))), "damaged"));
 }
 
 TEST_F(PhotoColor, WhiteStaysWhiteInEveryProfile) {
@@ -281,23 +312,9 @@ std::string exif_block(int color_space, const std::string& interoperability) {
 
 TEST_F(PhotoColor, ExifSaysAdobeRgb) {
   const auto with_exif = [&](const char* name, const Color& encoded, const std::string& block) {
-    OIIO::ImageSpec spec(16, 16, 3, OIIO::TypeDesc::UINT8);
-    spec.attribute("Compression", "jpeg:100");
-    std::vector<std::uint8_t> pixels;
-    for (int i = 0; i < 256; ++i)
-      for (const double x : encoded) pixels.push_back(static_cast<std::uint8_t>(x * 255 + 0.5));
-    const auto out = OIIO::ImageOutput::create(name);
-    EXPECT_TRUE(out->open(path(name), spec) &&
-                out->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
-    out->close();
-    const std::string data = std::string("Exif\0\0", 6) + block;
-    const std::string bytes = read_bytes(name);
-    return write_bytes(name, bytes.substr(0, 2) + "\xff\xe1" + number(data.size() + 2, 2, true) +
-                                 data + bytes.substr(2));
+    return jpeg(name, encoded, jpeg_segment('\xe1', std::string("Exif\0\0", 6) + block));
   };
-  const Color adobe =
-      each(times(kToAdobe, kTruth), [](double x) { return std::pow(x, 256. / 563); });
-  expect(with_exif("adobe.jpg", adobe, exif_block(65535, "R03")), kTruth, 0.02);
+  expect(with_exif("adobe.jpg", in_adobe_rgb(kTruth), exif_block(65535, "R03")), kTruth, 0.02);
   const Color srgb = each(kTruth, to_srgb);
   expect(with_exif("srgb.jpg", srgb, exif_block(1, "R98")), kTruth, 0.02);
   const std::string unknown = with_exif("unknown.jpg", srgb, exif_block(65535, "THM"));

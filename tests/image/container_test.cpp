@@ -18,10 +18,6 @@ namespace {
 constexpr int kSize = 8;
 constexpr int kPixels = kSize * kSize;
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 class Container : public TemporaryFolder {
  protected:
   std::string tiff(const std::vector<TiffPage>& pages) {
@@ -57,6 +53,27 @@ TEST_F(Container, CameraRawFilesAreRefusedByName) {
                     "camera raw file"));
   EXPECT_TRUE(
       holds(refusal(write_bytes("a.heic", std::string("\0\0\0\x18", 4) + "ftypheic    ")), "HEIF"));
+}
+
+// As most of them are built: a preview first, and the sensor's data in a directory below it.
+TEST_F(Container, ACameraRawFileIsKnownBehindItsPreview) {
+  std::string file = tiff_bytes(
+      {page(kSize, {{330, 4, {0}}}), {tiff_tags(4, 4, 1, 16, 32803), samples(16, {500})}});
+  // The second page becomes a directory below the first one.
+  const auto number_at = [&](std::size_t at, int size) {
+    std::size_t value = 0;
+    for (int i = 0; i < size; ++i)
+      value |= std::size_t{static_cast<unsigned char>(file[at + static_cast<std::size_t>(i)])}
+               << 8 * i;
+    return value;
+  };
+  const std::size_t first = number_at(4, 4), entries = number_at(first, 2);
+  const std::size_t link = first + 2 + 12 * entries;
+  for (std::size_t i = 0; i < entries; ++i)
+    if (const std::size_t at = first + 2 + 12 * i; number_at(at, 2) == 330)
+      file.replace(at + 8, 4, file.substr(link, 4));
+  file.replace(link, 4, std::string(4, '\0'));
+  EXPECT_TRUE(holds(refusal(write_bytes("a.nef", file)), "camera raw file (sensor data)"));
 }
 
 TEST_F(Container, AThumbnailInFrontOfThePhotoIsRefused) {
@@ -194,6 +211,34 @@ TEST_F(ExrContainer, FurtherChannelsAreNamed) {
   EXPECT_TRUE(holds(photo.info.warnings[0], "not read: Z"));
 }
 
+// OpenEXR reads a value by its type alone. What it takes for the next one may ask for any memory.
+TEST_F(ExrContainer, AValueOfAnotherSizeThanItsTypeIsDamage) {
+  const std::string whole = (parts({{"", {"R", "G", "B"}}}), read_bytes("a.exr"));
+  const auto with_size = [&](const std::string& attribute, int size) {
+    std::string bytes = whole;
+    bytes.replace(bytes.find(attribute) + attribute.size(), 4,
+                  number(static_cast<std::uint64_t>(size), 4, false));
+    return refusal(write_bytes("b.exr", bytes));
+  };
+  using namespace std::string_literals;
+  const std::string order = "lineOrder\0lineOrder\0"s, channels = "channels\0chlist\0"s;
+  EXPECT_EQ(with_size(order, 1), "");
+  EXPECT_TRUE(holds(with_size(order, 0), "damaged OpenEXR header"));
+  EXPECT_EQ(with_size(channels, 3 * 18 + 1), "");
+  EXPECT_TRUE(holds(with_size(channels, 3 * 18), "damaged OpenEXR header"));
+  // A thumbnail, which takes four bytes a pixel.
+  const auto with_preview = [&](int width, int bytes) {
+    std::string file = whole;
+    file.insert(file.find(order), "preview\0preview\0"s + number(8 + bytes, 4, false) +
+                                      number(width, 4, false) + number(2, 4, false) +
+                                      std::string(bytes, 'p'));
+    write_bytes("b.exr", file);  // its pixels stand elsewhere now
+    return message_of<FileError>([&] { probe_photo(path("b.exr")); });
+  };
+  EXPECT_EQ(with_preview(2, 16), "");
+  EXPECT_TRUE(holds(with_preview(20000, 16), "damaged OpenEXR header"));
+}
+
 TEST_F(ExrContainer, TheFrameIsTheDisplayWindow) {
   OIIO::ImageSpec spec(4, 4, 3, OIIO::TypeDesc::FLOAT);
   spec.x = 2;
@@ -235,6 +280,9 @@ TEST_F(Container, HugeHeadersAreRefusedBeforeMemoryIsAskedFor) {
   const std::string progressive = std::string("\xff\xd8\xff\xc2\0\x11\x08\xff\xff\xff\xff\3", 12) +
                                   std::string("\1\x11\0\2\x11\0\3\x11\0", 9) + "\xff\xda";
   EXPECT_TRUE(holds(refusal(write_bytes("a.jpg", progressive)), "65535 x 65535"));
+  // Few enough pixels, and too many bytes.
+  EXPECT_TRUE(
+      holds(refusal(tiff({{tiff_tags(13000, 13000, 3, 32, 2, 3), "abc"}})), "2028 megabytes"));
 }
 
 }  // namespace

@@ -150,6 +150,12 @@ inline std::string png_bytes(int width, int height, const std::array<double, 3>&
          chunks + png_chunk("IDAT", stored(rows)) + png_chunk("IEND", "");
 }
 
+// ---- JPEG
+
+inline std::string jpeg_segment(char marker, const std::string& data) {
+  return std::string("\xff") + marker + number(data.size() + 2, 2, true) + data;
+}
+
 // ---- ICC profile, version 2 or 4
 
 /// Numbers of 16 bits after the point.

@@ -64,10 +64,6 @@ std::vector<std::uint8_t> busy() {  // compresses badly, so that half a file is 
 /// IEC 61966-2-1, written down here.
 double decoded(double x) { return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4); }
 
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 TEST_F(ReadPhoto, EightAndSixteenBitsAgree) {
   const std::vector<std::uint8_t> eight = gradient<std::uint8_t>(3);
   std::vector<std::uint16_t> sixteen;
@@ -145,6 +141,17 @@ TEST_F(ReadPhoto, AlphaIsNotMultipliedIn) {
     EXPECT_EQ(photo.pixels[0], 1.f) << name;
     EXPECT_EQ(photo.pixels[3], 1.f) << "colour under alpha 0 is kept: " << name;
   }
+}
+
+// Many pictures are white where they are transparent.
+TEST_F(ReadPhoto, WhatIsTransparentIsNotCalledClipped) {
+  std::vector<std::uint8_t> pixels;
+  for (int i = 0; i < kSize * kSize; ++i)
+    pixels.insert(pixels.end(), {255, 255, 255, static_cast<std::uint8_t>(i % 4 ? 0 : 255)});
+  const Photo photo = read_photo(save("a.png", 4, pixels));
+  EXPECT_EQ(photo.counts[PixelUse::kClipped], kSize * kSize / 4);
+  ASSERT_EQ(photo.info.warnings.size(), 1u);
+  EXPECT_TRUE(holds(photo.info.warnings[0], "25.0% of its pixels are clipped"));
 }
 
 TEST_F(ReadPhoto, ExrColourIsDividedByAlpha) {

@@ -45,6 +45,10 @@ class TemporaryFolder : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
+inline bool holds(std::string_view text, std::string_view part) {
+  return text.find(part) != std::string_view::npos;
+}
+
 /// Message of the exception of type Error that `action` throws; "" when it throws none.
 template <class Error, class Action>
 std::string message_of(Action&& action) {

@@ -59,6 +59,32 @@ TEST_P(SmoothHalfSpace, ScattersTheSunOnceAsSolvedOnPaper) {
   EXPECT_NEAR(found.mean, want, 4 * found.error + 2e-3 * want);
   EXPECT_LT(found.error, 0.02 * want);
 }
+// Most of it has come from deep inside: the sun stands behind.
+TEST(SmoothSlab, ScattersTheSunOnceAsSolvedOnPaper) {
+  const double ior = 1.3, albedo = 0.6, g = 0.4, strength = 3, extinction = 1.5;
+  SceneBuilder builder;
+  place(builder, box_mesh(8, 1, 8),  // wide: the sun shines on its sides too
+        builder.add_material(filled_glass(0, ior, extinction, albedo, g)));
+  const Vec3d to_sun = normalize(Vec3d{0.4, 1, 0.3});
+  Light sun = lamp_at(to_sun, LightKind::kSun, strength);
+  sun.angle = 0.02;
+  builder.add_light(sun);
+  add_view(builder, {0, -4, 0}, {0, 0, 0}, 500);
+  const Film film = render_view(builder.build(), settings_of(16, 256, 3, 3));
+  ASSERT_TRUE(complete(film));
+
+  const double cosine = to_sun.y, bent = std::sqrt(1 - (1 - square(cosine)) / square(ior));
+  const double irradiance = strength * (1 - fresnel(cosine, ior)) * cosine / (bent * square(ior));
+  const double thickness = 2 * extinction;
+  const double depths =
+      (std::exp(-thickness) - std::exp(-thickness / bent)) / (1 / bent - 1);  // of scattering
+  const double want =
+      (1 - fresnel(1, ior)) * irradiance * albedo * henyey_greenstein(g, bent) * depths;
+  const Estimate found = mean_of(film);
+  EXPECT_NEAR(found.mean, want, 4 * found.error + 2e-3 * want);
+  EXPECT_LT(found.error, 0.015 * want);
+}
+
 INSTANTIATE_TEST_SUITE_P(Indices, SmoothHalfSpace, testing::Values(1.05, 1.33, 1.5, 2.4));
 
 struct Body {
@@ -141,6 +167,43 @@ TEST(LampThroughASurface, MayStandBesideTheBody) {
   EXPECT_LT(std::abs(e.z(tenth)), 4) << e.mean << " and " << tenth.mean;
 }
 
+Estimate lit_under(const std::vector<Light>& lamps, double sky, bool blocked = false) {
+  SceneBuilder builder;
+  place(builder, sphere_mesh(1, 16), builder.add_material(filled_glass(0.3, 1.4, 1.5, 0.9, 0.3)));
+  if (blocked)  // black, on the way from {1, -2, 3}
+    place(builder, quad_mesh(0.6), builder.add_material(emitter("Blocker", 0)),
+          translation({0.6, -1.2, 1.8}));
+  for (const Light& lamp : lamps) builder.add_light(lamp);
+  add_view(builder, {0, -5, 0}, {0, 0, 0}, 60);
+  set_sky(builder, sky);
+  if (sky > 0)  // an image is sampled beside the lamps
+    builder.appearance.world.map = std::make_shared<EnvironmentMap>(4, 2, Picture(8, Colorf(1)));
+  return mean_of(render_view(builder.build(), settings_of(24, 256)));
+}
+
+TEST(LampThroughASurface, AddsUpWithOtherLight) {
+  Light left = lamp_at({1, -2, 3}, LightKind::kPoint, 400), right = left;
+  right.name = "Right";
+  right.to_world = looking_at({-2, -2, 1}, {0, 0, 0});
+  right.values.power = 100;
+  constexpr double kSky = 0.3;
+  const Estimate a = lit_under({left}, 0), b = lit_under({right}, 0), c = lit_under({}, kSky);
+  const Estimate all = lit_under({left, right}, kSky);
+  const double sum = a.mean + b.mean + c.mean;
+  const double error = std::hypot(std::hypot(a.error, b.error), std::hypot(c.error, all.error));
+  EXPECT_LT(std::abs(all.mean - sum), 4 * error) << all.mean << " and " << sum;
+  EXPECT_LT(error, 0.03 * sum);
+}
+
+TEST(LampThroughASurface, PassesABlockerWhereTheLampCastsNoShadows) {
+  Light lamp = lamp_at({1, -2, 3}, LightKind::kPoint, 400);
+  const Estimate shadow = lit_under({lamp}, 0, true);
+  lamp.casts_shadows = false;
+  const Estimate plain = lit_under({lamp}, 0), blocked = lit_under({lamp}, 0, true);
+  EXPECT_LT(std::abs(plain.z(blocked)), 4) << plain.mean << " and " << blocked.mean;
+  EXPECT_LT(shadow.mean, 0.5 * plain.mean) << "else nothing is shown";
+}
+
 Scene glass_ball(int rings) {
   SceneBuilder builder;
   place(builder, sphere_mesh(1, rings), builder.add_material(glass("Glass")));
@@ -167,6 +230,18 @@ TEST(RefractedExit, BendsRaysAtASphereAsSnellSays) {
     EXPECT_NEAR(there->micronormal.x, 0, 2e-6);
     EXPECT_NEAR(there->micronormal.y, 0, 2e-6);
   }
+}
+
+// A body may have several places through which a lamp shines on one inside.
+TEST(RefractedExit, IsSoughtBesideTheStraightLineToo) {
+  const Scene scene = glass_ball(16);
+  const RefractedExit exits(*scene.geometry, 0, {0.3f, 0.2f, -0.1f}, {{1, -2, 3}, false});
+  for (int i = 0; i < RefractedExit::kStarts; ++i)
+    for (int k = 0; k < i; ++k) {
+      const auto one = exits.start(i), other = exits.start(k);
+      ASSERT_TRUE(one && other);
+      EXPECT_LT(dot(one->direction, other->direction), 0.9f) << i << k;
+    }
 }
 
 TEST(RefractedExit, ChangesAsDifferencesOfItsMicronormals) {

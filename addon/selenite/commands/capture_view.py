@@ -12,7 +12,7 @@ from .. import native
 from ..fit_run.answer.fitted_scene import RESULT
 from ..fit_run.captures.files import read_captures_file
 from ..fit_run.captures.prepared import Capture, read_captures
-from ..fit_run.captures.render import Alignment, Gain, alignment_in_file, gain_of
+from ..fit_run.captures.render import Alignment, alignment_in_file, as_found
 from ..fit_run.request import read_run
 from ..json_text import read_json
 from ..paths import absolute, is_folder
@@ -23,10 +23,10 @@ from ..scene_read.values import SceneValues
 
 def capture_view(
     args: argparse.Namespace, values: SceneValues, problems: list[Problem]
-) -> tuple[Capture, Gain, Alignment] | None:
-    """--capture of --captures, at --height or the photo's own size, its gain and alignment.
-    --captures may also be the folder of a fit, or its run.json: then both are those that the fit
-    has found, as they are with --result."""
+) -> tuple[Capture, Alignment] | None:
+    """--capture of --captures, at --height or the photo's own size, and its alignment. --captures
+    may also be the folder of a fit, or its run.json: then gain and alignment are those that the
+    fit has found, as they are with --result."""
     for name in ("camera", "width"):
         if getattr(args, name) is not None:
             cause = "the photo of --capture has its own"
@@ -58,12 +58,11 @@ def capture_view(
         fitted = absolute(args.result) / "run.json"
     try:
         result = _result_of(fitted)
-        gain, alignment = gain_of(found[0], result), alignment_in_file(found[0], result)
+        return as_found(found[0], result), alignment_in_file(found[0], result)
     except ValueError as error:
         cure = "give the folder of a fit that has ended"
         problems.append(Problem(f"File '{fitted.with_name(RESULT)}'", str(error), cure))
         return None
-    return found[0], gain, alignment
 
 
 def _captures_of(path: Path) -> tuple[CaptureRequest, ...]:

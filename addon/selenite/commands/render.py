@@ -12,7 +12,8 @@ from typing import Any
 from .. import native
 from ..fit_run.answer.fitted_scene import at_result
 from ..fit_run.captures.light_states import AS_IN_SCENE, described
-from ..fit_run.captures.render import UNALIGNED, Alignment, Gain, shown, under_lights
+from ..fit_run.captures.prepared import Capture
+from ..fit_run.captures.render import UNALIGNED, Alignment, shown, shown_noise, under_lights
 from ..parameters import Values
 from ..paths import absolute
 from ..problems import BadInput, Problem, refused
@@ -33,15 +34,14 @@ from .terminal import say
 
 @dataclass(frozen=True)
 class View:
-    """What is rendered. capture: the id of a photo, "" for a plain camera."""
+    """What is rendered. capture: the photo that shows it, None for a plain camera."""
 
     camera: str
     size: tuple[int, int]
     frame: tuple[float, int, int]
     lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
-    gain: Gain = (1.0, 1.0, 1.0)
     alignment: Alignment = UNALIGNED
-    capture: str = ""
+    capture: Capture | None = None
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -62,11 +62,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.captures is not None or args.capture is not None:
         found = capture_view(args, values, problems)
         if found is not None:
-            capture, gain, alignment = found
+            capture, alignment = found
             height, width = capture.reference.shape[:2]
             view = View(
-                capture.camera, (width, height), capture.frame, capture.lights, gain, alignment,
-                capture.id,
+                capture.camera, (width, height), capture.frame, capture.lights, alignment,
+                capture,
             )  # fmt: skip
     else:
         active = active_camera(scene_in_blender)
@@ -79,10 +79,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         raise BadInput(problems)
     width, height = view.size
     say(f"rendering {width} x {height}, {args.spp} samples per pixel")
-    if view.capture:
+    if view.capture is not None:
         say(
-            f"photo {view.capture}: camera '{view.camera}', {described(view.lights)}, "
-            f"{_gain(view)}{_shift(view)}"
+            f"photo {view.capture.id}: camera '{view.camera}', {described(view.lights)}, "
+            f"{_gain(view.capture)}{_shift(view)}"
         )
     with refused(*RENDER):
         film = native.core().render(
@@ -98,11 +98,13 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
             frame=view.frame,
             alignment=view.alignment,
         )
-    picture = shown(film.image, view.gain)
+    picture, deviation = film.image, film.standard_error
+    if view.capture is not None:
+        picture, deviation = shown(picture, view.capture), shown_noise(deviation, view.capture)
     image = native.image()
     (image.write_exr if out.suffix.lower() == ".exr" else image.write_png)(str(out), picture)
     if sem is not None:
-        image.write_exr(str(sem), shown(film.standard_error, view.gain))
+        image.write_exr(str(sem), deviation)
     say(f"wrote {out} in {film.seconds:.1f} s")
     report = {
         "camera": view.camera,
@@ -117,10 +119,10 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "seconds": film.seconds,
         "cpu_seconds": film.cpu_seconds,
     }
-    if view.capture:
+    if view.capture is not None:
         report |= {
-            "capture": view.capture, "gain": list(view.gain), "lights": described(view.lights),
-            "alignment": list(view.alignment),
+            "capture": view.capture.id, "gain": list(view.capture.gain),
+            "lights": described(view.lights), "alignment": list(view.alignment),
         }  # fmt: skip
     return report
 
@@ -143,9 +145,9 @@ def _at_result(
     return values, fitted | dict(changes)
 
 
-def _gain(view: View) -> str:
-    numbers = ", ".join(f"{number:.4g}" for number in dict.fromkeys(view.gain))
-    return f"gain {numbers}" if len(set(view.gain)) == 1 else f"gain {view.gain}"
+def _gain(capture: Capture) -> str:
+    numbers = ", ".join(f"{number:.4g}" for number in dict.fromkeys(capture.gain))
+    return f"gain {numbers}" if len(set(capture.gain)) == 1 else f"gain {capture.gain}"
 
 
 def _shift(view: View) -> str:

@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ..fit_run.capture_render import shown, shown_noise
+from ..fit_run.captures import Capture
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -29,10 +32,10 @@ class Estimate:
         error = np.asarray(film.standard_error, np.float64)
         return Estimate(np.asarray(film.image, np.float64), error**2)
 
-    def times(self, gain: Sequence[float]) -> Estimate:
-        """By channel: as a photo of this gain shows it."""
-        factor = np.asarray(gain, np.float64)
-        return Estimate(self.mean * factor, self.variance * factor**2)
+    def shown(self, capture: Capture) -> Estimate:
+        """As a photo shows it."""
+        deviation = shown_noise(np.sqrt(self.variance), capture)
+        return Estimate(shown(self.mean, capture), deviation**2)
 
     @staticmethod
     def exact(picture: np.ndarray) -> Estimate:

@@ -189,7 +189,7 @@ def _check(
             lambda fraction: note("Cycles' picture", 0.2 + 0.8 * fraction),
             pixel_aspect,
         )
-    ours, cycles = (one.times(capture.gain) for one in (ours, cycles))
+    ours, cycles = (one.shown(capture) for one in (ours, cycles))
     counted = (capture.weight > 0)[..., None]
     against_ours = cycles.mean - ours.mean
     against_photo = (cycles.mean - photo.mean) * counted

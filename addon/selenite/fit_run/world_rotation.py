@@ -19,7 +19,7 @@ from ..environments import sphere
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from .captures.prepared import Capture
-from .captures.render import under_its_lights
+from .captures.render import shown, under_its_lights
 from .plan import build_scene
 from .settings import FitSettings
 
@@ -131,7 +131,7 @@ def _misfit(
             under_its_lights(scene, item), item.camera, width, height, settings.spp,
             seed=settings.seed, depth=settings.depth, threads=settings.threads, frame=item.frame,
         )  # fmt: skip
-        render = film.image.astype(np.float64) * np.asarray(item.gain)
+        render = shown(film.image, item).astype(np.float64)
         weight = item.weight[..., None]
         both += float((weight * render * item.reference).sum())
         squares += float((weight * render**2).sum())

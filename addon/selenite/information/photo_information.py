@@ -14,7 +14,7 @@ from .. import native
 from ..fit_run import cost
 from ..fit_run.captures.light_states import most_common
 from ..fit_run.captures.prepared import Capture
-from ..fit_run.captures.render import under_its_lights, under_lights
+from ..fit_run.captures.render import rendered, under_its_lights, under_lights
 from ..fit_run.photos.window import WHOLE
 from ..fit_run.plan import FitPlan
 from ..fit_run.settings import FitSettings
@@ -136,7 +136,7 @@ class PhotoInformation:
         small = native.image().resize(np.ascontiguousarray(planes), *size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        picture = np.ascontiguousarray(picture / np.array(capture.gain), np.float32)
+        picture = rendered(picture, capture)
         scene = under_its_lights(self._scene, capture)
         seen = self._at(scene, capture.camera, size, capture.frame, spp, number)
         return Seen(seen, picture if capture.photo else None, weight)
@@ -171,7 +171,7 @@ class PhotoInformation:
         if not capture.photo:
             return low**2
         settings = self.plan.request.settings
-        reference = np.ascontiguousarray(capture.reference / np.array(capture.gain), np.float32)
+        reference = rendered(capture.reference, capture)
         found = native.core().photo_misfit(
             under_its_lights(self._scene, capture), capture.camera, reference, capture.weight,
             _RESIDUAL_SPP, seed=_SEED + 8 * settings.seed, depth=settings.depth,

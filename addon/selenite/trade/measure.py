@@ -149,7 +149,7 @@ class Trade:
                     frame=capture.frame_of_render,
                 )  # fmt: skip
                 before = sums[index]
-                image = shown(film.image, capture.gain).astype(np.float64)
+                image = shown(film.image, capture).astype(np.float64)
                 sums[index] = image if before is None else before + image
                 yield Step(0.0, f"photo {capture.id}")
             self.photo_spp += _PHOTO_CHUNK

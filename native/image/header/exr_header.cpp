@@ -2,7 +2,9 @@
 #include "image/header/exr_header.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <string_view>
 
 namespace selenite {
 namespace {
@@ -35,8 +37,50 @@ ExrWindow window(const std::string& data) {
           signed_int(data.data() + 12)};
 }
 
+constexpr std::size_t kAfterName = 16;  // of a channel: type, linearity and padding, two samplings
+
+/// Types whose values all take as many bytes. Source: openexr.com, "OpenEXR File Layout", "Predefined
+/// Attribute Types".
+struct FixedType {
+  std::string_view name;
+  std::uint64_t size;
+};
+constexpr std::array kFixedTypes{
+    FixedType{"box2i", 16}, FixedType{"box2f", 16},      FixedType{"chromaticities", 32},
+    FixedType{"double", 8}, FixedType{"compression", 1}, FixedType{"deepImageState", 1},
+    FixedType{"envmap", 1}, FixedType{"float", 4},       FixedType{"int", 4},
+    FixedType{"m33f", 36},  FixedType{"keycode", 28},    FixedType{"lineOrder", 1},
+    FixedType{"m33d", 72},  FixedType{"m44f", 64},       FixedType{"m44d", 128},
+    FixedType{"v2i", 8},    FixedType{"rational", 8},    FixedType{"tiledesc", 9},
+    FixedType{"v2f", 8},    FixedType{"timecode", 8},    FixedType{"v2d", 16},
+    FixedType{"v3i", 12},   FixedType{"v3f", 12},        FixedType{"v3d", 24},
+};
+
+/// Whether a channel list ends where its value does.
+bool is_whole_list(const std::string& data) {
+  std::size_t at = 0;
+  while (at < data.size() && data[at] != '\0') {
+    const std::size_t end = data.find('\0', at);
+    if (end == std::string::npos) return false;
+    at = end + 1 + kAfterName;
+  }
+  return at + 1 == data.size();
+}
+
+/// Whether a value takes the bytes that its type does. OpenEXR reads as many as the type says, whatever
+/// stands in front of them: all that follows would be another header than the one that is checked here,
+/// and ask for any memory.
+bool has_its_size(const std::string& type, const FileView& value) {
+  if (type == "chlist") return is_whole_list(value.bytes(0, kLongestValue));
+  if (type == "preview") {
+    const auto width = value.number(0, 4, false), height = value.number(4, 4, false);
+    return width && height && (value.size() - 8) / 4 == *width * *height;
+  }
+  const auto fixed = std::ranges::find(kFixedTypes, std::string_view(type), &FixedType::name);
+  return fixed == kFixedTypes.end() || fixed->size == value.size();
+}
+
 void read_channels(const std::string& data, ExrPart& part) {
-  constexpr std::size_t kAfterName = 16;  // type, linearity and padding, two samplings
   for (std::size_t at = 0; at < data.size() && data[at] != '\0';) {
     const std::size_t end = data.find('\0', at);
     if (end == std::string::npos || end + 1 + kAfterName > data.size()) return;
@@ -97,7 +141,9 @@ std::vector<ExrPart> exr_parts(const FileView& view) {
       const auto type = text_at(view, at);
       const auto size = view.number(at, 4, false);
       if (!type || !size || *size > view.size()) return {};
-      read_attribute(*name, view.bytes(at + 4, std::min(*size, kLongestValue)), part);
+      const FileView value = view.part(at + 4, *size);
+      if (!has_its_size(*type, value)) return {};
+      read_attribute(*name, value.bytes(0, kLongestValue), part);
       at += 4 + *size;
     }
     parts.push_back(std::move(part));

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from ... import native
-from ..captures.light_states import described, is_as_in_scene, key_of
+from ..captures.light_states import AS_IN_SCENE, described, is_as_in_scene, key_of
 from ..captures.prepared import Capture
-from ..captures.render import gain_of
+from ..captures.render import as_found, shown
 from ..job import scene_at
 from ..plan import FitPlan
 
@@ -148,7 +148,6 @@ class _View:
     scenes: Sequence[Any]
     picture: np.ndarray
     weight: np.ndarray
-    gain: np.ndarray
     free_gain: bool  # the fit would have found another one under other lights
     settings: Any
 
@@ -162,10 +161,11 @@ class _View:
         small = native.image().resize(np.ascontiguousarray(planes), *size)
         weight = np.maximum(small[..., 3], 0.0)
         picture = small[..., :3] / np.maximum(weight, 1e-6)[..., None]
-        gain = np.asarray(gain_of(capture, result))
         kinds = {item.id: item.gain for item in plan.request.captures}
         free = kinds.get(capture.id, "") not in ("", "none")
-        return _View(capture, scenes, picture, weight, gain, free, plan.request.settings)
+        return _View(
+            as_found(capture, result), scenes, picture, weight, free, plan.request.settings
+        )
 
     def error(self, lights: Lights, number: int, spp: int = _SPP) -> _Error:
         """Under some lights, in the scene that explains the photo better. Errors of another
@@ -182,7 +182,9 @@ class _View:
             seed=_SEED + 8 * self.settings.seed + number, depth=self.settings.depth,
             threads=self.settings.threads, frame=self.capture.frame,
         )  # fmt: skip
-        halves = [np.asarray(half, np.float64) * self.gain for half in (film.half_a, film.half_b)]
+        halves = [
+            shown(half, self.capture).astype(np.float64) for half in (film.half_a, film.half_b)
+        ]
         if self.free_gain:
             halves = self._scaled(halves)
         a, b = (self.picture - half for half in halves)
@@ -230,7 +232,7 @@ def _others(
     if own["lamps"] is None or len(own["lamps"]) != 1:
         return
     for lamp in dict.fromkeys(lamps):
-        alone = {"lamps": [lamp], "world": own["world"], "places": {}}
+        alone = {**AS_IN_SCENE, "lamps": [lamp], "world": own["world"]}
         if key_of(alone) not in known:
             known.add(key_of(alone))
             yield alone, ""

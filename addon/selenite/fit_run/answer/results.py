@@ -21,7 +21,7 @@ from ...parameters import Values
 from ...paths import file_stems
 from .. import trust
 from ..captures.prepared import Capture
-from ..captures.render import alignment_of, gain_of, render_capture
+from ..captures.render import alignment_of, as_found, render_capture
 from ..fields import FieldUnknown, images
 from ..gauge import gauges
 from ..job import fitted_values, scene_at
@@ -249,18 +249,17 @@ def _write_pictures(
     steps = 2 * len(plan.captures)
     rows = {}
     for index, capture in enumerate(plan.captures):
-        stem = stems[capture.id]
+        stem, found = stems[capture.id], as_found(capture, result)
         options = {
             "seed": settings.seed,
             "depth": settings.depth,
             "threads": settings.threads,
-            "gain": gain_of(capture, result),
             "alignment": alignment_of(capture, result),
         }
         progress(f"initial picture of {capture.id}", 2 * index / steps)
-        initial = render_capture(plan.scene, capture, settings.picture_spp, **options)
+        initial = render_capture(plan.scene, found, settings.picture_spp, **options)
         progress(f"optimised picture of {capture.id}", (2 * index + 1) / steps)
-        final = render_capture(optimised, capture, settings.picture_spp, **options)
+        final = render_capture(optimised, found, settings.picture_spp, **options)
         error = np.abs(final - capture.reference)
         counts = (capture.weight > 0)[..., None]
         for name, pixels in (

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,12 @@ def under_its_lights(scene: Any, capture: Capture) -> Any:  # noqa: ANN401 - a n
 def under_lights(scene: Any, lights: Mapping[str, Any]) -> Any:  # noqa: ANN401 - a native Scene
     """The native scene in a light state."""
     return scene if is_as_in_scene(lights) else scene.with_lights(lights)
+
+
+def as_found(capture: Capture, result: Mapping[str, Any] | None) -> Capture:
+    """The capture with what a fit has found of it (`result`: its own or result.json), so that
+    `shown` shows its photo as the fit does. Raises ValueError as `gain_of`."""
+    return replace(capture, gain=gain_of(capture, result))
 
 
 def gain_of(capture: Capture, result: Mapping[str, Any] | None = None) -> Gain:
@@ -86,7 +93,6 @@ def render_capture(
     seed: int = 0,
     depth: int = 0,
     threads: int = 0,
-    gain: Gain = (1.0, 1.0, 1.0),
     alignment: Alignment = UNALIGNED,
     progress: Any = None,  # noqa: ANN401 - a native ProgressToken
 ) -> np.ndarray:
@@ -105,7 +111,7 @@ def render_capture(
         alignment=alignment,
         progress=progress,
     )
-    return shown(film.image, gain)
+    return shown(film.image, capture)
 
 
 def gains_of(captures: Sequence[Capture], result: Mapping[str, Any] | None) -> dict[str, Gain]:
@@ -121,8 +127,19 @@ def alignments_of(
     return {name: one for name, one in found.items() if one != UNALIGNED}
 
 
-def shown(film_image: np.ndarray, gain: Gain) -> np.ndarray:
-    """A rendered picture as the photo shows it."""
-    if gain == (1.0, 1.0, 1.0):
-        return film_image
-    return np.asarray(film_image, np.float32) * np.asarray(gain, np.float32)
+def shown(picture: np.ndarray, capture: Capture) -> np.ndarray:
+    """A rendered picture as the photo shows it, in numbers of its kind: with `shown_noise` and
+    `rendered` all that is known of how."""
+    if capture.gain == (1.0, 1.0, 1.0):
+        return picture
+    return picture * np.asarray(capture.gain, picture.dtype)
+
+
+def shown_noise(deviation: np.ndarray, capture: Capture) -> np.ndarray:
+    """Standard deviations of a rendered picture, as the photo shows it."""
+    return shown(deviation, capture)
+
+
+def rendered(picture: np.ndarray, capture: Capture) -> np.ndarray:
+    """(h, w, 3) float32: the render that the photo would show as `picture`."""
+    return np.ascontiguousarray(picture / np.asarray(capture.gain), np.float32)

@@ -55,7 +55,7 @@ def remark(
         frame=frame,
     )  # fmt: skip
     photo = float(np.median(capture.reference[behind].mean(axis=-1)))
-    picture = shown(film.image, capture.gain)
+    picture = shown(film.image, capture)
     render = float(np.median(picture[small].mean(axis=-1)))
     if photo < _BLACK:
         differs = render > _BLACK and render > _BRIGHTER * photo

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..captures.render import alignment_of, gain_of, render_capture
+from ..captures.render import alignment_of, as_found, render_capture
 from ..job import scene_at
 from ..plan import FitPlan
 from ..staging.plan import constants
@@ -83,16 +83,16 @@ class Moments:
         settings = self.plan.request.settings
         passes = 1 if moment.row >= 0 else -(-settings.picture_spp // _SPP)
         scene = self.scene(moment.row)
+        found = as_found(capture, self.result)
         total = np.zeros(capture.reference.shape, np.float64)
         for number in range(passes):
             total += render_capture(
                 scene,
-                capture,
+                found,
                 min(_SPP, settings.picture_spp),
                 seed=settings.seed + number,
                 depth=settings.depth,
                 threads=settings.threads,
-                gain=gain_of(capture, self.result),
                 alignment=alignment_of(capture, self.result),
                 progress=progress,
             )
