@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..fit_run.capture_render import shown, shown_noise
-from ..fit_run.captures import Capture
+from ..fit_run.captures.render import shown, shown_noise
+from ..fit_run.captures.prepared import Capture
 
 
 @dataclass(frozen=True)
