@@ -22,7 +22,7 @@ from .request import FIT_SETTINGS
 from .result.panel import SELENITE_PT_result
 from .rows.lists import SELENITE_UL_owners, SELENITE_UL_rows
 from .rows.panel import SELENITE_PT_material, SELENITE_PT_parameters
-from .texts import paragraph, translated
+from .texts import field, paragraph, translated
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 #: Settings of a fit by what they are about.
@@ -131,9 +131,8 @@ class SELENITE_PT_fit(bpy.types.Panel):
             _draw_running(layout, context)
             return
         column = layout.column()
-        column.use_property_split = True
-        column.prop(settings, "preset")
-        column.prop(settings, "stage_mode")
+        field(column, settings, "preset")
+        field(column, settings, "stage_mode")
         start = layout.row()
         start.scale_y = 1.4
         start.operator("selenite.start", icon="PLAY")
@@ -162,17 +161,13 @@ class SELENITE_PT_advanced(bpy.types.Panel):
         for title, names in _GROUPS:
             layout.label(text=title)
             column = layout.column(align=True)
-            column.use_property_split = True
-            column.use_property_decorate = False
             for name in names:
-                column.prop(context.scene.selenite, name)
+                field(column, context.scene.selenite, name)
         layout.operator("selenite.resume", icon="RECOVER_LAST")
         if not len(context.scene.selenite.results):  # else it stands below them
             draw_next_camera(layout, context)
         column = layout.column(align=True)
-        column.use_property_split = True
-        column.use_property_decorate = False
-        column.prop(context.scene.selenite, "trade_budget")
+        field(column, context.scene.selenite, "trade_budget")
         layout.operator("selenite.trade", icon="GRAPH")
         if state.TRADE.step is not None:
             draw_bar(layout, state.TRADE.step.fraction, state.TRADE.step.text)

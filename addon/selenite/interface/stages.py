@@ -15,7 +15,7 @@ from ..problems import BadInput, Problem
 from . import state
 from .chosen import chosen
 from .problem_reports import report_problems
-from .texts import announce
+from .texts import announce, field
 
 
 def row_name(row: bpy.types.PropertyGroup) -> str:
@@ -227,9 +227,8 @@ class SELENITE_PT_stages(bpy.types.Panel):
             layout.label(text=name)
         layout.operator("selenite.take_ticked", icon="CHECKMARK")
         column = layout.column()
-        column.use_property_split = True
         for name in ("iterations", "spp", "height"):
-            column.prop(item, name)
+            field(column, item, name)
 
 
 def _ticked(settings: bpy.types.PropertyGroup) -> list[str]:

@@ -7,6 +7,7 @@ import json
 import re
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -21,6 +22,7 @@ _FEWEST = 18
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 #: Letters of a line in a pop-up, see result.panel.
 _POP_UP = 62
+_LABEL = 0.45  # of the width
 
 
 def translated(text: str) -> str:
@@ -83,6 +85,18 @@ def wrapped(text: str, width: int) -> list[str]:
             lines.append("")
         lines[-1] = f"{lines[-1]} {word}".strip()
     return lines
+
+
+def field(layout: bpy.types.UILayout, data: Any, name: str) -> None:  # noqa: ANN401
+    """A property so that the sidebar at its usual width cuts no label: switches and numbers have
+    theirs inside, others have it to the left."""
+    kind = data.bl_rna.properties[name]
+    if kind.type in {"ENUM", "STRING", "POINTER"} or getattr(kind, "subtype", "") == "COLOR":
+        parts = layout.split(factor=_LABEL, align=True)
+        parts.label(text=kind.name)
+        parts.prop(data, name, text="")
+    else:
+        layout.prop(data, name)
 
 
 def paragraph(

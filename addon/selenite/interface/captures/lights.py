@@ -6,6 +6,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty, PointerProperty
 
 from ...scene_read.capture_request import FRAMES
+from ..texts import field
 
 LIGHT_ITEMS = (
     ("ALL", "All Lamps", "As the scene renders them", 0),
@@ -50,14 +51,13 @@ class SeleniteCaptureLights(bpy.types.PropertyGroup):
 def draw(layout: bpy.types.UILayout, lights: bpy.types.PropertyGroup) -> None:
     """What the state needs, and no more."""
     column = layout.column()
-    column.use_property_split = True
-    column.prop(lights, "mode")
+    field(column, lights, "mode")
     if lights.mode == "LAMP":
-        column.prop(lights, "lamp")
+        field(column, lights, "lamp")
     elif lights.mode == "COLLECTION":
-        column.prop(lights, "collection")
-    column.prop(lights, "world")
-    column.prop(lights, "use_frame")
+        field(column, lights, "collection")
+    field(column, lights, "world")
+    field(column, lights, "use_frame")
     part = column.row(align=True)
     part.enabled = lights.use_frame
     part.prop(lights, "frame")

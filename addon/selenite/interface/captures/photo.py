@@ -15,6 +15,7 @@ from bpy.props import (
 
 from ...fit_run.photos.background import TOLERANCE
 from ...scene_read.capture_request import MOST_ERODED
+from ..texts import field
 
 BACKGROUND_ITEMS = (
     ("NONE", "Counts", "Nothing is taken for background", 0),
@@ -22,7 +23,7 @@ BACKGROUND_ITEMS = (
     ("COLOR", "By Colour", "What has a colour does not count", 2),
 )
 RESPONSE_ITEMS = (
-    ("AUTO", "As the File Says", "Colour profile and format of the file", 0),
+    ("AUTO", "By File", "Colour profile and format of the file", 0),
     ("SRGB", "sRGB", "The sRGB curve", 1),
     ("LINEAR", "Linear", "Code values are proportional to light", 2),
     ("GAMMA", "Power", "Light is a power of the code value", 3),
@@ -38,8 +39,8 @@ LENS = ("fx", "fy", "cx", "cy", "k1", "k2", "k3", "p1", "p2")
 _MOST_PIXELS = 100_000
 
 
-def _lens(name: str, default: float, text: str) -> FloatProperty:
-    return FloatProperty(name=name, default=default, precision=5, description=text)
+def _lens(name: str, default: float, text: str, digits: int = 5) -> FloatProperty:
+    return FloatProperty(name=name, default=default, precision=digits, description=text)
 
 
 class SeleniteCapturePhoto(bpy.types.PropertyGroup):
@@ -128,10 +129,10 @@ class SeleniteCapturePhoto(bpy.types.PropertyGroup):
         name="Width / Height", default=1.0, min=0.01, max=100.0, description="Of a pixel"
     )
     use_distortion: BoolProperty(name="Distortion", description="The lens distorts the photo")
-    fx: _lens("Focal Length X", 1000.0, "In pixels of the whole photo")
-    fy: _lens("Focal Length Y", 1000.0, "In pixels of the whole photo")
-    cx: _lens("Centre X", 960.0, "Principal point in pixels from the left")
-    cy: _lens("Centre Y", 540.0, "Principal point in pixels from the top")
+    fx: _lens("Focal Length X", 1000.0, "In pixels of the whole photo", 1)
+    fy: _lens("Focal Length Y", 1000.0, "In pixels of the whole photo", 1)
+    cx: _lens("Centre X", 960.0, "Principal point in pixels from the left", 1)
+    cy: _lens("Centre Y", 540.0, "Principal point in pixels from the top", 1)
     k1: _lens("K1", 0.0, "Radial")
     k2: _lens("K2", 0.0, "Radial")
     k3: _lens("K3", 0.0, "Radial")
@@ -146,23 +147,21 @@ def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
     if not photo.expanded:
         return
     column = box.column()
-    column.use_property_split = True
-    column.prop(photo, "exclude_path")
+    field(column, photo, "exclude_path")
     _switched(column, photo, "use_silhouette", "silhouette")
-    column.prop(photo, "background")
+    field(column, photo, "background")
     if photo.background == "COLOR":
-        column.prop(photo, "background_color")
+        field(column, photo, "background_color")
     if photo.background != "NONE":
-        column.prop(photo, "tolerance")
+        field(column, photo, "tolerance")
     box.operator("selenite.preview_mask", icon="IMAGE_ALPHA")
     column = box.column()
-    column.use_property_split = True
-    column.prop(photo, "response")
+    field(column, photo, "response")
     if photo.response in {"GAMMA", "TABLE"}:
-        column.prop(photo, "gamma" if photo.response == "GAMMA" else "response_path")
+        field(column, photo, "gamma" if photo.response == "GAMMA" else "response_path")
     _switched(column, photo, "use_clip", "clip")
-    column.prop(photo, "gain")
-    column.prop(photo, "align")
+    field(column, photo, "gain")
+    field(column, photo, "align")
     _switched(column, photo, "use_size", "size")
     if photo.use_size:
         _switched(column, photo, "use_crop", "crop")
@@ -173,9 +172,9 @@ def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
 def _switched(
     column: bpy.types.UILayout, photo: bpy.types.PropertyGroup, switch: str, *names: str
 ) -> None:
-    column.prop(photo, switch)
+    field(column, photo, switch)
     for name in names if getattr(photo, switch) else ():
-        column.prop(photo, name)
+        field(column, photo, name)
 
 
 CLASSES = (SeleniteCapturePhoto,)

@@ -96,7 +96,9 @@ def _draw_problems(layout: bpy.types.UILayout, context: bpy.types.Context) -> No
         line = box.row()
         line.label(text=shown(problem.object), translate=False)
         if thing_of(problem.object) is not None:
-            line.operator("selenite.select_problem", text="Select").thing = problem.object
+            # A word beside it would cut the name.
+            button = line.operator("selenite.select_problem", text="", icon="RESTRICT_SELECT_OFF")
+            button.thing = problem.object
         cause = shown(in_panel_words(problem.cause))
         paragraph(box, context, f"{cause[:1].upper()}{cause[1:]}.")
         paragraph(box, context, in_panel_words(problem.cure), "FORWARD")

@@ -7,7 +7,7 @@ import bpy
 
 from .. import state
 from ..progress.background import draw_next_camera, draw_work
-from ..texts import paragraph
+from ..texts import field, paragraph
 from . import drawing
 
 _WIDTH = 420  # of the pop-up, in pixels at a scale of 1
@@ -36,8 +36,7 @@ class SELENITE_PT_result(bpy.types.Panel):
         drawing.draw_report(layout, context, settings)
         draw_next_camera(layout, context)
         column = layout.column()
-        column.use_property_split = True
-        column.prop(settings, "output")
+        field(column, settings, "output")
         if not draw_work(layout, state.SAVE, "selenite.cancel_saving"):
             layout.operator("selenite.save_result", icon="FILE_TICK")
             for line in state.SAVE.lines:

@@ -25,8 +25,8 @@ class SELENITE_PT_parameters(bpy.types.Panel):
         """Owners, the parameters of the active one, and the active parameter."""
         settings, layout = context.scene.selenite, self.layout
         row = layout.row(align=True)
-        row.operator("selenite.refresh_rows", text="Refresh", icon="FILE_REFRESH")
-        row.operator("selenite.reset_rows", text="Reset", icon="LOOP_BACK")
+        row.operator("selenite.refresh_rows", text="Refresh")
+        row.operator("selenite.reset_rows", text="Reset")
         for text in state.SHAPES.get(context.scene.name, ()):
             paragraph(layout.box(), context, text, "ERROR")
         if not len(settings.rows):
