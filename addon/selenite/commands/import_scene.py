@@ -194,17 +194,19 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
     if report["captures"] and report["meshes"]:
         file = shlex.quote(report["saved"])
         say(f"next: selenite check {file}")
-        say(f"then: selenite fit {file} --fit {_first_of(report['meshes'])}")
+        say(f"then: selenite fit {file} {' '.join(_usual(report['meshes']))}")
 
 
-def _first_of(meshes: Sequence[Mapping[str, Any]]) -> str:
-    """What is usually fitted first, as a word of the command line."""
-    material = meshes[0]["materials"][0]
-    name = material["name"]
-    if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
-        name = json.dumps(name, ensure_ascii=False)
-    parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
-    return shlex.quote(f"{name}:{parameters}")
+def _usual(meshes: Sequence[Mapping[str, Any]]) -> list[str]:
+    """What of each material is usually fitted first, as words of the command line."""
+    found: dict[str, None] = {}
+    for material in (one for mesh in meshes for one in mesh["materials"]):
+        name = material["name"]
+        if any(letter in name for letter in '=:,"\n') or name.startswith("-"):
+            name = json.dumps(name, ensure_ascii=False)
+        parameters = "base_color_texture" if material["texture"] else "base_color,roughness"
+        found[f"--fit {shlex.quote(f'{name}:{parameters}')}"] = None
+    return list(found)
 
 
 def _lengths(size: Sequence[float]) -> str:
