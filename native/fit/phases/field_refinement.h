@@ -50,6 +50,7 @@ class FieldRefinement {
   void accept(const Vector& x) { point_.accept(x); }
   const TrustReport& report() const { return point_.report; }
   bool roughness_known() const { return options_.roughness_known; }
+  const GaussNewton& gauss_newton() const { return point_.gauss_newton; }
   const FieldGaussNewton& fields() const { return fields_; }
   void members(SavedState& state);
 

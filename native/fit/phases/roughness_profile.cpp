@@ -21,17 +21,18 @@ std::unique_ptr<RoughnessProfile> RoughnessProfile::of(const FitRun& run,
         !run.result.report.components[static_cast<std::size_t>(k)].determined)
       components.push_back(k);
   if (components.empty()) return nullptr;
-  return std::unique_ptr<RoughnessProfile>(
-      new RoughnessProfile(run, refinement.fields(), std::move(components)));
+  return std::unique_ptr<RoughnessProfile>(new RoughnessProfile(
+      run, refinement.fields(), refinement.gauss_newton(), std::move(components)));
 }
 
 RoughnessProfile::RoughnessProfile(const FitRun& run)
-    : RoughnessProfile(run, *FieldGaussNewton::of(run.problem.fields(), run.problem.photos()), {}) {
-}
+    : RoughnessProfile(run, *FieldGaussNewton::of(run.problem.fields(), run.problem.photos()),
+                       GaussNewton(run.problem.scalars()), {}) {}
 
 RoughnessProfile::RoughnessProfile(const FitRun& run, const FieldGaussNewton& fields,
-                                   std::vector<int> components)
+                                   GaussNewton instruments, std::vector<int> components)
     : problem_(&run.problem),
+      instruments_(std::move(instruments)),
       components_(std::move(components)),
       chosen_{run.result.best, fields},
       tried_(chosen_) {
@@ -39,18 +40,24 @@ RoughnessProfile::RoughnessProfile(const FitRun& run, const FieldGaussNewton& fi
 }
 
 bool RoughnessProfile::begin_next() {
-  for (; which_ < components_.size(); ++which_) {
+  for (; which_ < components_.size(); ++which_, tried_ = chosen_) {
     const int k = components_[which_];
     const double highest = problem_->unknowns().maximum()[k];
-    if (!(chosen_.scalars[k] < highest)) continue;
-    tried_ = chosen_;
     double& roughness = tried_.scalars[k];
+    if (!(roughness < highest)) continue;
     roughness = std::min(std::max(roughness * options_.factor, options_.least), highest);
-    tried_.fields.set_values(chosen_.fields.values());  // no residual has been seen there
+    tried_.fields.set_values(tried_.fields.values());  // no residual has been seen there
     pass_ = 0;
     return true;
   }
   return false;
+}
+
+/// Noise of the light may hide a better roughness beyond one that is only a little worse.
+bool RoughnessProfile::is_clearly_worse(const Validation& found) const {
+  const double deviation = std::sqrt(found.variance + smallest_.variance);
+  return found.unbiased > smallest_.unbiased + options_.sigmas * deviation &&
+         is_worse(found, smallest_, 1);
 }
 
 void RoughnessProfile::solve_light(FitRun& run) {
@@ -82,13 +89,14 @@ bool RoughnessProfile::step(FitRun& run) {
       run.validate({tried_.scalars, tried_.fields.values()},
                    problem_->settings().chosen_validation_spp() * options_.samples);
   if (run.stop_if_dropped()) return false;
-  if (tries_ > 0 && !explains_as_well(found, smallest_)) {
-    ++which_;
-  } else {
+  if (tries_ == 0 || found.unbiased < smallest_.unbiased) smallest_ = found;
+  if (explains_as_well(found, smallest_)) {
     chosen_ = tried_;
     validation_ = found;
     moved_ = tries_ > 0;
-    if (tries_ == 0 || found.unbiased < smallest_.unbiased) smallest_ = found;
+  } else if (is_clearly_worse(found)) {
+    ++which_;
+    tried_ = chosen_;
   }
   ++tries_;
   if (begin_next()) return true;
@@ -110,7 +118,8 @@ double RoughnessProfile::fraction() const {
 }
 
 void RoughnessProfile::members(SavedState& state) {
-  state(components_, which_, chosen_, tried_, smallest_, validation_, pass_, tries_, moved_);
+  state(instruments_, components_, which_, chosen_, tried_, smallest_, validation_, pass_, tries_,
+        moved_);
 }
 
 }  // namespace selenite

@@ -17,6 +17,8 @@ struct RoughnessProfileOptions {
   int light_samples = 2;
   double kept = 0.8;  ///< share of the residuals that a pass keeps: the light has moved since
   int samples = 4;    ///< by which they are compared, in units of a validation's
+  double sigmas =
+      kCertainSigmas;  ///< by which a roughness must explain the photos worse to be the last
 };
 
 /// Where the world's image is unknown and a refinement has not determined a roughness: the largest one that
@@ -42,6 +44,7 @@ class RoughnessProfile final : public Phase {
 
   /// Whether a larger roughness has been chosen.
   bool moved() const { return moved_; }
+  const GaussNewton& instruments() const { return instruments_; }
   /// The solver of the light beside the values that have been chosen.
   const FieldGaussNewton& fields() const { return chosen_.fields; }
 
@@ -51,13 +54,16 @@ class RoughnessProfile final : public Phase {
     FieldGaussNewton fields;
     void members(SavedState& state) { state(scalars, fields); }
   };
-  RoughnessProfile(const FitRun& run, const FieldGaussNewton& fields, std::vector<int> components);
+  RoughnessProfile(const FitRun& run, const FieldGaussNewton& fields, GaussNewton instruments,
+                   std::vector<int> components);
+  bool is_clearly_worse(const Validation& found) const;
   /// Begins the next roughness of the present component, or of the next one; false after the last.
   bool begin_next();
   void solve_light(FitRun& run);
 
   RoughnessProfileOptions options_;
   const FitProblem* problem_;
+  GaussNewton instruments_;      ///< of the refinement, for the next one
   std::vector<int> components_;  ///< the roughnesses among the scalars
   std::size_t which_ = 0;        ///< of them
   Candidate chosen_, tried_;

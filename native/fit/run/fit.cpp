@@ -62,7 +62,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
     case PhaseKind::kRoughnessProfile: {
       const auto& profile = dynamic_cast<const RoughnessProfile&>(*phase_);
       if (!profile.moved()) return nullptr;
-      return std::make_unique<FieldRefinementPhase>(run_, profile.fields(), nullptr, true);
+      return std::make_unique<FieldRefinementPhase>(run_, profile.fields(), &profile.instruments(),
+                                                    true);
     }
     case PhaseKind::kComparison:
       // At the bottom of its basin an alternative may win or lose. The instruments of other values say
