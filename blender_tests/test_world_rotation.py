@@ -7,6 +7,7 @@ import bpy
 import made_scenes as made
 import numpy as np
 import pytest
+import undo_steps
 from command_line import command
 
 from selenite import native
@@ -71,6 +72,33 @@ def test_rotation_and_strength_are_found_and_saved(photo, tmp_path, capsys):
     scene(TURN, STRENGTH)
     wanted = made.read().world.to_map
     np.testing.assert_allclose(values.world.to_map, wanted, atol=math.radians(3))
+
+
+@pytest.mark.usefixtures("addon")
+def test_the_button_sets_them_in_one_undo_step(photo):
+    from test_interface import draw
+
+    from selenite.interface import environment_panel, state
+
+    scene(20.0, 1.0)
+    settings = bpy.context.scene.selenite
+    row = settings.captures.add()
+    row.camera = bpy.context.scene.camera
+    row.photo = bpy.data.images.load(photo.partition("=")[2])
+    assert "selenite.rotate_environment" in draw(environment_panel.SELENITE_PT_environment)
+    undo_steps.prepare()
+    assert bpy.ops.selenite.rotate_environment("EXEC_DEFAULT", True) == {"FINISHED"}
+    strength = made.read().world.strength
+    assert strength == pytest.approx(STRENGTH, rel=0.03)
+    assert any("degrees about Z" in line for line in state.ROTATION.lines)
+    undo_steps.undo()
+    assert made.read().world.strength == pytest.approx(1.0)
+    for node in list(bpy.context.scene.world.node_tree.nodes):
+        if node.type == "TEX_ENVIRONMENT":
+            bpy.context.scene.world.node_tree.nodes.remove(node)
+    with pytest.raises(RuntimeError, match="Environment Texture with a panorama"):
+        bpy.ops.selenite.rotate_environment()
+    assert state.ROTATION.job is None
 
 
 def test_what_cannot_be_rotated_is_refused(photo, tmp_path, capsys):

@@ -7,9 +7,8 @@ import argparse
 import math
 from typing import Any
 
-from ..fit_run.captures.prepared import read_captures
 from ..fit_run.settings import FitSettings, with_overrides
-from ..fit_run.world_rotation import found
+from ..fit_run.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
 from .fit import captures_from
@@ -34,26 +33,19 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
     requests = captures_from(args, captures_of(scene), values, problems)
     arguments.stop_if([*values.problems, *problems])
-    warnings: list[str] = []
-    captures = read_captures(
-        values, requests, settings.height, problems, warnings, packed_photos(), set()
-    )
-    arguments.stop_if(problems)
-    for text in warnings:
-        say(f"warning: {text}")
     values.physical_refraction = settings.physical_refraction
+    search = RotationSearch(values, requests, settings, packed_photos())
     with bar("rotating") as shown:
-        result = found(values, captures, settings, lambda fraction: shown.update(fraction))
-    strength = values.world.strength * result.factor
-    say(
-        f"rotation {math.degrees(result.angle):.1f} degrees about Z, strength {strength:.4g}: "
-        f"{100 * math.sqrt(max(result.misfit, 0)):.1f} % of the photos' brightness is left"
-    )
-    if result.other is not None:
-        say(
-            f"warning: {math.degrees(result.other):.0f} degrees explain the photos nearly as well; "
-            "compare both by eye"
-        )
+        for step in search.steps():
+            shown.update(step.fraction)
+    for text in search.warnings:
+        say(f"warning: {text}")
+    first, *more = said(search)
+    say(first)
+    for text in more:
+        say(f"warning: {text}")
+    result, strength = search.result, search.strength
+    assert result is not None
     report: dict[str, Any] = {
         "degrees": math.degrees(result.angle),
         "strength": strength,

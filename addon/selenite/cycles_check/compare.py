@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..fit_run.captures.render import shown, shown_noise
 from ..fit_run.captures.prepared import Capture
+from ..fit_run.captures.render import shown, shown_noise
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ columns, so that one native scene serves all angles.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import threading
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,9 +17,11 @@ import numpy as np
 
 from .. import native
 from ..environments import sphere
+from ..information.job import Step
 from ..problems import BadInput, Problem
+from ..scene_read.capture_request import CaptureRequest
 from ..scene_read.values import SceneValues
-from .captures.prepared import Capture
+from .captures.prepared import Capture, read_captures
 from .captures.render import shown, under_its_lights
 from .plan import build_scene
 from .settings import FitSettings
@@ -46,50 +49,113 @@ class Rotation:
     misfits: tuple[float, ...]
 
 
-def found(
-    values: SceneValues,
-    captures: Sequence[Capture],
-    settings: FitSettings,
-    progress: Callable[[float], None] = lambda _fraction: None,
-) -> Rotation:
+class RotationSearch:
     """Tries all angles in steps of 11 degrees, and those of 3 degrees around the best.
 
-    captures: that the scene is compared with; their gains are not free. Raises BadInput where the
-    world has no image or is black.
+    Driven from outside: `for step in search.steps(): ...`; then `result`. warnings: of the photos,
+    once they have been read. strength: of the world, at the angle found.
     """
-    world = values.world
-    if world.image is None or not world.strength > 0:
-        cause = "it has no image that gives light, whose rotation could be found"
-        raise BadInput(Problem("World", cause, "give it an Environment Texture with a panorama"))
-    rows = _COLUMNS // 2
-    image = sphere.resampled(np.maximum(world.image, 0), np.eye(3), rows, _COLUMNS)
-    scene = build_scene(replace(values, world=replace(world, image=image)))
-    tried: dict[int, tuple[float, float]] = {}
-    first = range(0, _COLUMNS, _STEP)
-    steps = len(first) + len(_NEAR)
 
-    def attempt(column: int) -> None:
-        column %= _COLUMNS
-        if column not in tried:
-            rolled = np.ascontiguousarray(np.roll(image, column, axis=1))
-            tried[column] = _misfit(scene.with_environment(rolled), captures, settings)
-            progress(min(1.0, len(tried) / steps))
+    def __init__(
+        self,
+        values: SceneValues,
+        requests: Sequence[CaptureRequest],
+        settings: FitSettings,
+        packed: Mapping[str, bytes],
+    ) -> None:
+        """requests: the captures that the scene is compared with. packed: photos in the file.
 
-    for column in first:
-        attempt(column)
-    coarse = min(tried, key=lambda item: tried[item][0])
-    for away in _NEAR:
-        attempt(coarse + away)
-    best = min(tried, key=lambda item: tried[item][0])
-    order = sorted(tried)
-    return Rotation(
-        angle=_angle(best + _lowest(tried, best)),
-        factor=tried[best][1],
-        misfit=tried[best][0],
-        other=_other(tried, best),
-        angles=tuple(_angle(item) for item in order),
-        misfits=tuple(tried[item][0] for item in order),
-    )
+        Raises BadInput where the world has no image or is black.
+        """
+        world = values.world
+        if world.image is None or not world.strength > 0:
+            cause = "it has no image that gives light, whose rotation could be found"
+            raise BadInput(
+                Problem("World", cause, "give it an Environment Texture with a panorama")
+            )
+        self.values, self._requests, self._settings = values, requests, settings
+        self._packed = packed
+        self._image = sphere.resampled(
+            np.maximum(world.image, 0), np.eye(3), _COLUMNS // 2, _COLUMNS
+        )
+        self._tried: dict[int, tuple[float, float]] = {}
+        self._stop = threading.Event()
+        self.warnings: list[str] = []
+        self.result: Rotation | None = None
+
+    @property
+    def strength(self) -> float:
+        """Needs `result`."""
+        assert self.result is not None
+        return float(self.values.world.strength * self.result.factor)
+
+    def cancel(self) -> None:
+        """From any thread: ends after the angle that is tried."""
+        self._stop.set()
+
+    def steps(self) -> Iterator[Step]:
+        """The photos, then one for each angle. Raises BadInput with all that is wrong in them."""
+        yield Step(0.0, "reading the photos")
+        problems: list[Problem] = []
+        captures = read_captures(
+            self.values, self._requests, self._settings.height, problems, self.warnings,
+            self._packed,
+        )  # fmt: skip
+        if problems:
+            raise BadInput(problems)
+        world = replace(self.values.world, image=self._image)
+        scene = build_scene(replace(self.values, world=world))
+        first = range(0, _COLUMNS, _STEP)
+        count = len(first) + len(_NEAR)
+
+        def attempts(columns: Iterable[int]) -> Iterator[Step]:
+            for column in columns:
+                if self._stop.is_set():
+                    return
+                done = len(self._tried)
+                yield Step(0.05 + 0.95 * min(done / count, 1), f"angle {done + 1} of {count}")
+                rolled = np.ascontiguousarray(np.roll(self._image, column % _COLUMNS, axis=1))
+                self._tried[column % _COLUMNS] = _misfit(
+                    scene.with_environment(rolled), captures, self._settings
+                )
+
+        yield from attempts(first)
+        if self._stop.is_set():
+            return
+        coarse = self._best()
+        yield from attempts(coarse + away for away in _NEAR)
+        self.result = self._found()
+
+    def _best(self) -> int:
+        return min(self._tried, key=lambda item: self._tried[item][0])
+
+    def _found(self) -> Rotation:
+        best, tried, order = self._best(), self._tried, sorted(self._tried)
+        return Rotation(
+            angle=_angle(best + _lowest(tried, best)),
+            factor=tried[best][1],
+            misfit=tried[best][0],
+            other=_other(tried, best),
+            angles=tuple(_angle(item) for item in order),
+            misfits=tuple(tried[item][0] for item in order),
+        )
+
+
+def said(search: RotationSearch) -> list[str]:
+    """The result in words; a second line where another angle is nearly as good."""
+    found = search.result
+    assert found is not None
+    left = 100 * math.sqrt(max(found.misfit, 0))
+    lines = [
+        f"rotation {math.degrees(found.angle):.1f} degrees about Z, strength "
+        f"{search.strength:.4g}: {left:.1f} % of the photos' brightness is left"
+    ]
+    if found.other is not None:
+        lines.append(
+            f"{math.degrees(found.other):.0f} degrees explain the photos nearly as well; "
+            "compare both by eye"
+        )
+    return lines
 
 
 def _angle(column: float) -> float:

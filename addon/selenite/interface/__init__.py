@@ -16,7 +16,7 @@ from .operators import apply as apply_operators
 from .operators import check as check_operators
 from .operators import fit as fit_operators
 from .operators import next_camera as camera_operators
-from .operators import presets
+from .operators import presets, rotate_environment
 from .operators import rows as row_operators
 from .operators import stop as stop_operators
 from .operators import time as time_operators
@@ -45,6 +45,7 @@ _MODULES = (
     check_operators,
     time_operators,
     camera_operators,
+    rotate_environment,
     result_panel,
     picture_properties,
     picture_operators,
@@ -86,6 +87,7 @@ def unregister() -> None:
     state.ESTIMATE.stop()
     state.STAGES.stop()
     state.SAVE.stop()
+    state.ROTATION.stop()
     state.READING.stop()
     state.RUN.stop(keep=False)
     if _command is not None:

@@ -18,6 +18,7 @@ from ..fit_run.job import FitFailed
 from ..problems import BadInput
 from ..scene_read.scene import read_scene
 from ..write_back import suns
+from .operators import rotate_environment
 from .pictures import images
 from .problem_reports import report_problems
 from .state import RUN, is_idle
@@ -87,8 +88,9 @@ class SELENITE_PT_environment(bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
 
-    def draw(self, _context: bpy.types.Context) -> None:
-        """The newest picture and its size, where the image of the world is fitted; lamps of it."""
+    def draw(self, context: bpy.types.Context) -> None:
+        """The newest picture and its size, where the image of the world is fitted; what else can be
+        done with the world's image."""
         unknown = field()
         if unknown is not None:
             rows, columns = unknown.values.shape[:2]
@@ -97,6 +99,7 @@ class SELENITE_PT_environment(bpy.types.Panel):
             image: Any = bpy.data.images.get(IMAGE)
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
+        rotate_environment.draw(self.layout, context)
         self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
 
 

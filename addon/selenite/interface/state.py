@@ -258,6 +258,7 @@ NEXT = Background()
 ESTIMATE = Background()
 STAGES = Background()
 SAVE = Background()
+ROTATION = Background()
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -268,7 +269,7 @@ PROBLEMS: dict[str, list[Problem]] = {}
 
 def is_idle() -> bool:
     """Nothing runs: no fit, no reading, no check, no measurement, no other job."""
-    jobs = (CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job, SAVE.job)
+    jobs = (CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job, SAVE.job, ROTATION.job)
     return not RUN.is_active and READING.job is None and all(item is None for item in jobs)
 
 
