@@ -69,6 +69,15 @@ TEST_F(WorkingSize, MaskAndAlphaAreWeights) {
   EXPECT_NEAR(both.weight[3], 0.25, 1e-5);
 }
 
+// A render of such a pixel shows background too.
+TEST_F(WorkingSize, APixelWithBackgroundBelowItDoesNotCount) {
+  const std::vector<float> pixels{0.1f, 0.2f, 0.3f, 1, 0.1f, 0.2f, 0.3f, 0,
+                                  0.1f, 0.2f, 0.3f, 1, 0.1f, 0.2f, 0.3f, 1};
+  const WorkingPhoto small = read_at_size(exr("a.exr", 4, 1, pixels, 4), 2, 1, {});
+  EXPECT_EQ(small.weight[0], 0.f);
+  EXPECT_EQ(small.weight[1], 1.f);
+}
+
 TEST_F(WorkingSize, AMaskThatIsNotFiniteIsCountedAndDoesNotCount) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const std::string photo = exr("a.exr", 4, 1, std::vector<float>(12, 0.5f));

@@ -169,7 +169,7 @@ TEST(LampThroughASurface, MayStandBesideTheBody) {
 
 Estimate lit_under(const std::vector<Light>& lamps, double sky, bool blocked = false) {
   SceneBuilder builder;
-  place(builder, sphere_mesh(1, 16), builder.add_material(filled_glass(0.3, 1.4, 1.5, 0.9, 0.3)));
+  place(builder, sphere_mesh(1, 16), builder.add_material(filled_glass(0.1, 1.4, 1.5, 0.9, 0.3)));
   if (blocked)  // black, on the way from {1, -2, 3}
     place(builder, quad_mesh(0.6), builder.add_material(emitter("Blocker", 0)),
           translation({0.6, -1.2, 1.8}));
