@@ -186,3 +186,9 @@ def test_a_result_says_how_sure_it_is(tmp_path):
     assert "Body: base_color" not in drawn  # the whole report is behind a triangle
     settings.show_report = True
     assert "Body: base_color" in draw(panels.SELENITE_PT_result)
+
+
+def test_another_blender_can_import_the_add_on_for_the_sample():
+    from selenite.interface.furniture import links
+
+    assert (links._importable() / "selenite" / "__init__.py").is_file()

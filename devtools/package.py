@@ -152,6 +152,11 @@ def _sources(target: Path) -> None:
     for name in package_checks.DEMO:
         (target / "demo_scene" / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / "scenes" / name, target / "demo_scene" / name)
+    # The guide's pages name their pictures as ../pictures.
+    shutil.copytree(ROOT / "docs" / "guide", target / "manual")
+    shutil.copytree(
+        ROOT / "docs" / "pictures", target / "pictures", ignore=shutil.ignore_patterns(".*")
+    )
     shutil.copy2(ROOT / "LICENSE", target / "LICENSE")
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import platform
 import shutil
 import subprocess
@@ -92,7 +93,7 @@ def made_sample() -> Path:
     (folder / "photos").mkdir(parents=True, exist_ok=True)
     path = folder / _SAMPLE
     words = (
-        f"import sys; sys.path.insert(0, {str(scenes())!r}); import jade_pendant; "
+        f"import sys; sys.path[:0] = {[str(scenes()), str(_importable())]!r}; import jade_pendant; "
         f"jade_pendant.EXAMPLE.save_start(__import__('pathlib').Path({str(path)!r}))"
     )
     command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-exit-code", "1"]
@@ -100,6 +101,14 @@ def made_sample() -> Path:
     for photo in (scenes() / "jade_pendant").glob("*.png"):
         shutil.copy(photo, folder / "photos")
     return path
+
+
+def _importable() -> Path:
+    """The folder in which `selenite` is: of a checkout, of an add-on, or of an extension's wheel,
+    which a Blender of factory settings does not search."""
+    found = importlib.util.find_spec("selenite")
+    assert found is not None and found.origin is not None  # the add-on's native modules are there
+    return Path(found.origin).parents[1]
 
 
 def bug_report() -> str:
