@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "fit/image_scenes.h"
 #include "fit/phases/light_start.h"
 #include "fit/problem/uniform_fields.h"
 #include "fit/run/fit.h"
-#include "fit/state/block_schedule.h"
 #include "fit/taken_photos.h"
 #include "scene/small_scenes.h"
 
@@ -144,75 +142,6 @@ TEST(UnknownEnvironment, ResumesAmidTheFirstPasses) {
   const Vector whole = run(0);
   EXPECT_EQ(run(3), whole);
   EXPECT_EQ(run(8), whole);
-}
-
-/// The same stage with an image on the ball.
-Scene stage_with_image(float grey, const std::vector<Colorf>& pixels) {
-  Scene scene = stage(grey, pixels);
-  scene.appearance.materials[static_cast<std::size_t>(scene.material("Ball"))].maps.push_back(
-      image_of({grey, grey, grey, grey}, false, {}));
-  return scene;
-}
-
-const std::vector<UnknownParameter> kWithImage = {{"Ball", "roughness", {0.5}, 0.02, 1, 0.03},
-                                                  {"Ball", kBaseColorTexture, {}, 0, 1, 0.03},
-                                                  {kWorldName, kEnvironment, {}, 0, 1e4, 0.03}};
-
-/// Before its texels move, light explains what light can.
-TEST(UnknownEnvironment, IsFoundBesideAnImage) {
-  Fit fit(stage_with_image(0.4f, even(1)), photos(), kWithImage, settings_for(20));
-  while (fit.step()) {
-  }
-  const FitResult& result = fit.result();
-  const Vector& light = result.fields_best->at(1);
-  const auto pixel = [&](int x, int y) { return light[3 * (y * kWidth + x)]; };
-  EXPECT_GE(light.minCoeff(), 0);
-  EXPECT_GT(pixel(2, 1), 3);
-  EXPECT_LT(pixel(6, 1), 0.7);
-}
-
-/// Without a multi-start likewise.
-TEST(UnknownEnvironment, IsFoundBesideAnImageThatIsKnownAtFirst) {
-  FitSettings settings = settings_for(20);
-  settings.search = "off";
-  Fit fit(stage_with_image(0.7f, even(1)), photos(), kWithImage, settings);
-  while (fit.step()) {
-  }
-  const Vector& light = fit.result().fields_best->at(1);
-  EXPECT_GT(light[3 * (kWidth + 2)], 3);
-  EXPECT_LT(light[3 * (kWidth + 6)], 0.7);
-}
-
-TEST(UnknownEnvironment, ResumesAmidStepsOfTheLightBesideAnImage) {
-  FitSettings settings = settings_for(10);
-  settings.search = "off";
-  Fit whole(stage_with_image(0.4f, even(1)), photos(), kWithImage, settings);
-  std::string state;
-  for (int i = 0; whole.step(); ++i)
-    if (i == 0) state = whole.saved();
-  Fit other(stage_with_image(0.4f, even(1)), photos(), kWithImage, settings);
-  other.restore(state);
-  while (other.step()) {
-  }
-  EXPECT_EQ(other.result().best, whole.result().best);
-  EXPECT_EQ(*other.result().fields_best, *whole.result().fields_best);
-}
-
-TEST(BlockSchedule, TheLightComesFirstAndStays) {
-  for (const bool after_multi_start : {false, true}) {
-    BlockSchedule::Kind kind{true, true, after_multi_start, false, true};
-    const BlockSchedule without(kind, 32);
-    kind.lights = true;
-    const BlockSchedule blocks(kind, 40);
-    for (int i = 0; i < 40; ++i) {
-      const Block block = blocks.block(i);
-      EXPECT_EQ(block.lights, i < 8) << i;
-      EXPECT_EQ(block.scalars + block.fields + block.lights, 1) << i;
-      EXPECT_EQ(block.first, i < 8 ? i == 0 : without.block(i - 8).first) << i;
-      EXPECT_EQ(block.scalars, i >= 8 && without.block(i - 8).scalars) << i;
-    }
-    EXPECT_EQ(BlockSchedule(kind, 4).count(&Block::lights, 4), 0);
-  }
 }
 
 }  // namespace

@@ -15,7 +15,6 @@ struct Descent::Next {
   Point point;
   FieldAdam field_adam;
   std::unique_ptr<JointGaussNewton> joint;
-  std::unique_ptr<LightSteps> lights;
   /// A copy where the optimiser steps between renders: a cancelled iteration leaves no trace.
   std::unique_ptr<Optimiser> optimiser;
   std::vector<FieldStep> how;
@@ -35,7 +34,6 @@ Descent::Descent(const FitRun& run, DescentOptions options)
                                                 run.point.fields);
   else
     optimiser_ = strategy_->optimiser.make(problem_->scalars());
-  if (strategy_->lights) lights_ = LightSteps::of(problem_->fields(), problem_->photos());
 }
 
 const GaussNewton* Descent::gauss_newton() const {
@@ -69,14 +67,9 @@ bool Descent::iterate(FitRun& run) {
   if (reverted) validation = run.best.validation();
   const Point from = reverted ? Point{result.best, *result.fields_best} : run.point;
   HistoryRow row = run.row(from);
-  Next next{from,
-            field_adam_,
-            joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
-            lights_ ? std::make_unique<LightSteps>(*lights_) : nullptr,
-            problem_->settings().accumulate ? nullptr : optimiser_->clone(),
-            field_steps(run)};
+  Next next{from, field_adam_, joint_ ? std::make_unique<JointGaussNewton>(*joint_) : nullptr,
+            problem_->settings().accumulate ? nullptr : optimiser_->clone(), field_steps(run)};
   if (next.joint && reverted) next.joint->set_fields(from.fields);
-  if (block.lights && block.first) next.lights->begin(from.fields);
   observe_photos(run, block, row, next);
   const double keep = kept();
   watch(run.evaluator.progress(), next);
@@ -94,7 +87,6 @@ bool Descent::iterate(FitRun& run) {
   run.point.fields = std::move(next.point.fields);
   field_adam_ = std::move(next.field_adam);
   joint_ = std::move(next.joint);
-  lights_ = std::move(next.lights);
   if (block.fields && strategy_->after_multi_start() && !joint_) smooth_images(run, block);
   if (!problem_->fields().empty())
     result.fields_last = std::make_shared<FieldValues>(run.point.fields);
@@ -111,9 +103,6 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
                                                  run.result.iterations, static_cast<int>(index))};
   Observation seen;
   seen.photo = static_cast<int>(index);
-  if (block.lights)
-    seen.film = next.lights->observe(run.evaluator, next.point, photo, index, how,
-                                     gauss_newton()->weights()[index], options_.light_kept);
   if (block.fields && next.joint) {
     FieldJacobian found = run.evaluator.field_jacobian(next.point, photo, problem_->fields(),
                                                        next.joint->field_solver().shares(index),
@@ -173,7 +162,6 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
     return;
   }
   Vector& x = next.point.scalars;
-  if (block.lights) next.lights->step(fraction(), next.point.fields);
   if (next.joint) {
     if (reverted) next.joint->reset_equations();
     x = block.scalars ? next.joint->step(x, next.seen)
@@ -243,10 +231,7 @@ bool Descent::within_tolerance(const FitRun& run) const {
 std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   const Fields& fields = problem_->fields();
   std::vector<FieldStep> steps(fields.refs().size());
-  if (!strategy_->after_multi_start()) {
-    if (lights_) steps[*fields.environment()].rate = 0;
-    return steps;
-  }
+  if (!strategy_->after_multi_start()) return steps;
   const double done = static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
                       blocks_.count(&Block::fields, problem_->settings().iterations);
   const auto between = [done](double first, double last) { return first + (last - first) * done; };
@@ -264,7 +249,6 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   for (std::size_t f = 0; f < steps.size(); ++f)
     steps[f] = {share * between(options_.first_rate, fields.image(f) ? options_.last_rate : 1),
                 spread};
-  if (lights_) steps[*fields.environment()].rate = 0;
   return steps;
 }
 
@@ -273,7 +257,7 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
 void Descent::smooth_images(FitRun& run, const Block& block) {
   FieldValues& values = run.point.fields;
   if (block.first) field_means_ = values;
-  const bool ends = !blocks_.block(run.result.iterations + 1).fields;
+  const bool ends = blocks_.block(run.result.iterations + 1).scalars;
   for (std::size_t f = 0; f < values.size(); ++f) {
     if (!problem_->fields().image(f)) continue;
     field_means_[f] += options_.newest * (values[f] - field_means_[f]);
@@ -290,7 +274,6 @@ void Descent::members(SavedState& state) {
     state(*joint_);
   else
     optimiser_->members(state);
-  if (lights_) state(*lights_);
   state(field_adam_, field_means_, restart_, done_, weighed_);
 }
 

@@ -4,7 +4,6 @@
 #include <memory>
 #include <vector>
 
-#include "fit/phases/light_steps.h"
 #include "fit/phases/low_roughness_restart.h"
 #include "fit/solver/field_adam.h"
 #include "fit/solver/joint_gauss_newton.h"
@@ -23,8 +22,7 @@ struct DescentOptions {
   double first_spread = 800, last_spread = 8, largest_spread = 1.0 / 80;
   /// Share that an iteration of Adam keeps of earlier residuals and noise.
   double kept = 0.8;
-  double newest = 0.3;      ///< share of the last step in the mean that ends a block of an image
-  double light_kept = 0.5;  ///< share of the residuals that a step of the light alone keeps
+  double newest = 0.3;  ///< share of the last step in the mean that ends a block of an image
 };
 
 /// The iterations of a fit: each renders the photos, steps scalars, fields or both, and validates where it
@@ -67,7 +65,6 @@ class Descent final : public Phase {
   std::unique_ptr<Optimiser> optimiser_;  ///< of the scalars; null: `joint_`
   FieldAdam field_adam_;
   std::unique_ptr<JointGaussNewton> joint_;  ///< of voxels together with scalars
-  std::unique_ptr<LightSteps> lights_;       ///< of the world's image alone
   FieldValues field_means_;                  ///< of a block so far
   LowRoughnessRestart restart_;
   int done_ = 0;

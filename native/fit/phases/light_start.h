@@ -5,7 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "fit/phases/light_steps.h"
+#include "fit/evaluate/photo_evaluator.h"
+#include "fit/solver/field_gauss_newton.h"
 
 namespace selenite {
 
@@ -21,7 +22,7 @@ struct LightStartOptions {
 /// and highlights would be explained by the materials.
 class LightStart {
  public:
-  /// Null where the world's image is not unknown, or is not stepped by `LightSteps`. `problem` must
+  /// Null where the world's image is not unknown, or is not stepped by `FieldGaussNewton`. `problem` must
   /// outlive it.
   static std::unique_ptr<LightStart> of(const FitProblem& problem, std::uint64_t seed);
 
@@ -29,20 +30,17 @@ class LightStart {
   bool step(PhotoEvaluator& evaluator);
   bool over() const { return done_ >= options_.passes; }
   double fraction() const { return static_cast<double>(done_) / options_.passes; }
-  /// All fields, the world's image as it is found.
-  const FieldValues& fields() const { return fields_; }
-  void members(SavedState& state) { state(*steps_, fields_, done_); }
+  const FieldValues& fields() const { return solver_->values(); }
+  void members(SavedState& state) { state(*solver_, done_); }
 
  private:
-  LightStart(const FitProblem& problem, std::vector<Photo> photos,
-             std::unique_ptr<LightSteps> steps, std::uint64_t seed);
+  LightStart(const FitProblem& problem, std::vector<Photo> photos, std::uint64_t seed);
 
   LightStartOptions options_;
   const FitProblem* problem_;
   std::vector<Photo> photos_;  ///< small
   std::vector<Eigen::VectorXf> weights_;
-  std::unique_ptr<LightSteps> steps_;
-  FieldValues fields_;
+  std::unique_ptr<FieldGaussNewton> solver_;
   std::uint64_t seed_;
   int done_ = 0;
 };

@@ -139,17 +139,6 @@ Fields::Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted) 
   problems.raise();
 }
 
-Fields Fields::only(std::size_t field) const {
-  Fields one;
-  one.refs_ = {refs_[field]};
-  one.names_ = {names_[field]};
-  one.wanted_ = {wanted_[field]};
-  one.shapes_ = {shapes_[field]};
-  one.images_ = {images_[field]};
-  one.start_ = {start_[field]};
-  return one;
-}
-
 void Fields::add(const Scene& scene, const UnknownParameter& one) {
   const std::string name = one.owner + ":" + one.parameter;
   const FieldRef ref =

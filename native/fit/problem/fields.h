@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,9 +31,6 @@ class Fields {
   /// InvalidArgument, or UnknownName when names that do not exist are the only problem.
   Fields(const Scene& scene, const std::vector<UnknownParameter>& wanted);
 
-  /// One of these alone.
-  Fields only(std::size_t field) const;
-
   bool empty() const { return refs_.empty(); }
   /// "Body:albedo_grid", one a field.
   const std::vector<std::string>& names() const { return names_; }
@@ -44,13 +40,11 @@ class Fields {
   bool is_environment(std::size_t field) const {
     return std::holds_alternative<EnvironmentRef>(refs_[field]);
   }
-  /// Which one is the world's image.
-  std::optional<std::size_t> environment() const {
+  bool has_environment() const {
     for (std::size_t f = 0; f < refs_.size(); ++f)
-      if (is_environment(f)) return f;
-    return {};
+      if (is_environment(f)) return true;
+    return false;
   }
-  bool has_environment() const { return environment().has_value(); }
   /// (nz, ny, nx, channels) of a grid, (height, width, 3) of an image.
   const std::vector<std::ptrdiff_t>& shape(std::size_t field) const { return shapes_[field]; }
   int channels(std::size_t field) const { return static_cast<int>(shapes_[field].back()); }
@@ -65,7 +59,6 @@ class Fields {
   std::vector<Color<double>> means(const FieldValues& values) const;
 
  private:
-  Fields() = default;
   /// Throws InvalidArgument, UnknownName.
   void add(const Scene& scene, const UnknownParameter& one);
 

@@ -135,8 +135,6 @@ class Planner {
         const int renders = strategy_.joint || problem_.loss().per_pixel ? 1 : 2;
         add(PhaseKind::kDescent, pixels_, settings.spp, renders, Carried::kFieldDerivatives);
       }
-      if (block.lights)
-        add(PhaseKind::kDescent, pixels_, settings.spp, 1, Carried::kFieldDerivatives);
       if (!block.scalars) continue;
       if (problem_.fields().empty() || problem_.unknowns().size() > 0) {
         Differences which = differences_of(strategy_.optimiser.purpose, scalar_iterations);

@@ -6,13 +6,8 @@
 
 namespace selenite {
 
-int BlockSchedule::first_lights() const {
-  return kind_.lights ? std::min(options_.first_lights, iterations_ / 5) : 0;
-}
-
 bool BlockSchedule::is_scalar_block(int iteration) const {
-  iteration -= first_lights();
-  const std::int64_t all = iterations_ - first_lights();
+  const std::int64_t all = iterations_;
   if (!kind_.after_multi_start && !kind_.joint) {
     const std::int64_t scalars = std::clamp<std::int64_t>(all / 2, 1, options_.scalars);
     return iteration % (scalars + std::clamp<std::int64_t>(all - scalars, 1, options_.fields)) <
@@ -33,18 +28,10 @@ bool BlockSchedule::is_scalar_block(int iteration) const {
          end - std::max<std::int64_t>(1, (options_.scalar_tenths * (end - begin) + 5) / 10);
 }
 
-/// Without `first`.
-Block BlockSchedule::moved(int iteration) const {
-  if (!kind_.alternates) return {true, kind_.has_fields, false, false};
-  if (iteration < first_lights()) return {false, false, true, false};
-  const bool scalars = is_scalar_block(iteration);
-  return {scalars, !scalars, false, false};
-}
-
 Block BlockSchedule::block(int iteration) const {
-  Block block = moved(iteration);
-  block.first = kind_.alternates && (iteration == 0 || !block.moves_as(moved(iteration - 1)));
-  return block;
+  if (!kind_.alternates) return {true, kind_.has_fields, false};
+  const bool scalars = is_scalar_block(iteration);
+  return {scalars, !scalars, iteration == 0 || is_scalar_block(iteration - 1) != scalars};
 }
 
 int BlockSchedule::count(bool Block::*member, int iterations) const {

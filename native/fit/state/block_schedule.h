@@ -15,12 +15,7 @@ struct BlockOptions {
 /// What an iteration moves: scalars and fields together, or one of them (block coordinate descent).
 struct Block {
   bool scalars, fields;
-  bool lights;  ///< the world's image alone
-  bool first;   ///< of its kind since the others moved
-
-  bool moves_as(const Block& other) const {
-    return scalars == other.scalars && fields == other.fields && lights == other.lights;
-  }
+  bool first;  ///< of its kind since the others moved
 };
 
 /// Which block an iteration belongs to.
@@ -29,13 +24,11 @@ struct Block {
 /// object. After one they are as good as they get while the voxels are alike: the fields come first,
 /// and the scalars have the last block, as they are fitted to the voxels that are found. Where both are
 /// stepped together, scalars that are still wrong lead voxels astray: theirs is the first whole block.
-/// Where the world's image is stepped alone, it comes before all others and stays: texels, which no prior
-/// holds, would be fitted to the shading of a light that is not there, and then would keep it.
 class BlockSchedule {
  public:
   /// after_multi_start: with one colour for each field. joint: voxels are stepped together with scalars.
   struct Kind {
-    bool alternates, has_fields, after_multi_start, joint, has_environment = false, lights = false;
+    bool alternates, has_fields, after_multi_start, joint, has_environment = false;
   };
   BlockSchedule(Kind kind, int iterations, BlockOptions options = {})
       : kind_(kind), iterations_(iterations), options_(options) {}
@@ -46,10 +39,7 @@ class BlockSchedule {
   int count(bool Block::*member, int iterations) const;
 
  private:
-  /// Iterations of the world's image alone that come first.
-  int first_lights() const;
   bool is_scalar_block(int iteration) const;
-  Block moved(int iteration) const;
 
   Kind kind_;
   int iterations_;

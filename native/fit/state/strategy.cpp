@@ -53,9 +53,6 @@ Strategy::Strategy(FitProblem& problem)
   multi_start = wants_multi_start(problem, optimiser, uniform != nullptr);
   joint = alternates && (after_multi_start() || has_environment) && settings.accumulate &&
           JointGaussNewton::applies(problem.fields(), problem.photos());
-  lights = alternates && !joint && has_environment && settings.accumulate &&
-           FieldGaussNewton::applies(problem.fields().only(*problem.fields().environment()),
-                                     problem.photos());
   refines = wants_refinement(problem, joint);
   PixelWeightsOptions weights;
   if (!problem.fields().empty() && !joint) {
@@ -72,9 +69,8 @@ Strategy::Strategy(FitProblem& problem)
 
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
-  return {
-      {alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment, lights},
-      joint && refines && !has_environment ? (all + 1) / 2 : all};
+  return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment},
+          joint && refines && !has_environment ? (all + 1) / 2 : all};
 }
 
 }  // namespace selenite

@@ -22,7 +22,6 @@ struct Strategy {
   /// What a multi-start varies where fields are fitted; null: the scalars.
   std::unique_ptr<UniformFields> uniform;
   bool joint;    ///< voxels are stepped together with the scalars, see `JointGaussNewton`
-  bool lights;   ///< the world's image is stepped alone, see `LightSteps`
   bool refines;  ///< a refinement follows the descent
 
   bool has_images;       ///< among the fields
