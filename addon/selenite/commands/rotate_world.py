@@ -8,7 +8,7 @@ import math
 from typing import Any
 
 from ..fit_run.settings import FitSettings, with_overrides
-from ..fit_run.world_rotation import RotationSearch, said
+from ..information.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
 from .fit import captures_from

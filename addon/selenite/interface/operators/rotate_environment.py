@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import bpy
 
-from ...fit_run.world_rotation import RotationSearch, said
+from ...information.world_rotation import RotationSearch, said
 from ...problems import BadInput
 from ...scene_read.photos import captures_of, packed_photos
 from ...scene_read.reading.render_depsgraph import Reading

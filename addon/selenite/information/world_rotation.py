@@ -17,14 +17,14 @@ import numpy as np
 
 from .. import native
 from ..environments import sphere
-from ..information.job import Step
+from ..fit_run.captures.prepared import Capture, read_captures
+from ..fit_run.captures.render import shown, under_its_lights
+from ..fit_run.plan import build_scene
+from ..fit_run.settings import FitSettings
 from ..problems import BadInput, Problem
 from ..scene_read.capture_request import CaptureRequest
 from ..scene_read.values import SceneValues
-from .captures.prepared import Capture, read_captures
-from .captures.render import shown, under_its_lights
-from .plan import build_scene
-from .settings import FitSettings
+from .job import Step
 
 #: Columns of the image that is rotated: 2.8 degrees each; and between two of the first angles.
 _COLUMNS, _STEP = 128, 4
