@@ -74,6 +74,16 @@ def test_colours_first_leaves_an_albedo_to_the_stage_before_its_grid():
     assert last.parameters == ("Jade:extinction", "Jade:albedo_grid", "Key:color", "Key:power")
 
 
+def test_light_first_leaves_the_light_as_it_was_found_beside_one_colour():
+    names = ["Head:base_color", "Head:roughness", "Head:base_color_texture", "World:environment"]
+    problems = []
+    first, last = stages_by_name("light-first", names, 40, problems)
+    assert first.parameters == ("Head:base_color", "Head:roughness", "World:environment")
+    assert last.parameters == ("Head:roughness", "Head:base_color_texture")
+    assert (first.iterations, last.iterations) == (20, 40)
+    assert not problems
+
+
 @pytest.mark.parametrize(
     ("text", "names", "cause"),
     [
@@ -81,6 +91,8 @@ def test_colours_first_leaves_an_albedo_to_the_stage_before_its_grid():
         ("ior-last", ["Body:ior"], "only indices of refraction are fitted"),
         ("colours-first", ["Body:ior"], "no colour is fitted"),
         ("colours-first", ["Body:base_color"], "only colours are fitted"),
+        ("light-first", ["Body:base_color_texture"], "World:environment is not fitted"),
+        ("light-first", ["Body:ior", "World:environment"], "no image or grid is fitted"),
         ("ior-first", ["Body:ior"], "not known"),
     ],
 )
@@ -88,4 +100,4 @@ def test_stages_that_split_nothing_are_refused(text, names, cause):
     problems = []
     assert stages_by_name(text, names, 40, problems) == ()
     assert cause in problems[0].line()
-    assert set(PRESETS) == {"ior-last", "colours-first"}
+    assert set(PRESETS) == {"ior-last", "colours-first", "light-first"}

@@ -57,6 +57,12 @@ STAGE_ITEMS = (
         "Colours first, then everything; an albedo before its grid",
         2,
     ),
+    (
+        "light-first",
+        "Light First",
+        "The world's image with one colour first, then images and grids under that light",
+        5,
+    ),
     ("own", "Own List", "What the stages below name; ticks do not count", 3),
     (
         "auto",

@@ -11,13 +11,14 @@ from typing import Any
 from ... import parameters
 from ...json_text import read_json
 from ...problems import BadInput, Problem, listed
-from ..field_kinds import IN_PLACE_OF
+from ..field_kinds import IN_PLACE_OF, KINDS
 
 SCHEMA = 1
 #: What `--stages` and the panel offer by name.
 PRESETS = {
     "ior-last": "everything but indices of refraction first, then everything",
     "colours-first": "colours first, then everything",
+    "light-first": "the world's image with one colour first, then images and grids",
 }
 #: Stages by what the photos determine: `information.conditioning`.
 AUTO = "auto"
@@ -123,8 +124,9 @@ def stages_by_name(
 
     The last stage has everything and the run's iterations, the one before it half of them. A colour
     whose material has a grid or image of it too is left to the first stage: that starts at it.
+    After "light-first" the light stays as it was found.
     """
-    title = f"Stages '{text}'"
+    title, later = f"Stages '{text}'", list(names)
     if text == "ior-last":
         first, label = [name for name in names if not _is_ior(name)], "without IOR"
         one, many = "no index of refraction is fitted", "only indices of refraction are fitted"
@@ -132,6 +134,13 @@ def stages_by_name(
     elif text == "colours-first":
         first, label = [name for name in names if _is_colour(name)], "colours"
         cause = "no colour is fitted" if not first else "only colours are fitted"
+    elif text == "light-first":
+        label, first = "light", [name for name in names if not _is_inside_or_on_a_body(name)]
+        later = [name for name in names if not _is_environment(name)]
+        if len(later) == len(names):
+            first, cause = [], "World:environment is not fitted"
+        else:
+            cause = "no image or grid is fitted"
     else:
         cure = f"use one of {listed(PRESETS)}, or the path of a file"
         problems.append(Problem(title, "they are not known", cure))
@@ -140,7 +149,7 @@ def stages_by_name(
         cure = "fit more parameters, or leave the stages out"
         problems.append(Problem(title, cause, cure))
         return ()
-    return first_then_all(label, first, names, iterations)
+    return first_then_all(label, first, later, iterations)
 
 
 def first_then_all(
@@ -159,6 +168,15 @@ def first_then_all(
         StageRequest(label, tuple(first), few),
         StageRequest("everything", tuple(last), iterations),
     )
+
+
+def _is_environment(name: str) -> bool:
+    kind = KINDS.get(parameters.split_name(name)[1])
+    return kind is not None and kind.is_environment
+
+
+def _is_inside_or_on_a_body(name: str) -> bool:
+    return parameters.split_name(name)[1] in KINDS and not _is_environment(name)
 
 
 def _is_ior(name: str) -> bool:
