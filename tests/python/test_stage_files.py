@@ -75,11 +75,11 @@ def test_colours_first_leaves_an_albedo_to_the_stage_before_its_grid():
 
 
 def test_light_first_leaves_the_light_as_it_was_found_beside_one_colour():
-    names = ["Head:base_color", "Head:roughness", "Head:base_color_texture", "World:environment"]
+    names = ["Head:base_color", "Head:roughness", "Head:base_color_texture", "Key:power"]
     problems = []
-    first, last = stages_by_name("light-first", names, 40, problems)
-    assert first.parameters == ("Head:base_color", "Head:roughness", "World:environment")
-    assert last.parameters == ("Head:roughness", "Head:base_color_texture")
+    first, last = stages_by_name("light-first", [*names, "World:environment"], 40, problems)
+    assert first.parameters == ("Head:base_color", "Key:power", "World:environment")
+    assert last.parameters == ("Head:roughness", "Head:base_color_texture", "Key:power")
     assert (first.iterations, last.iterations) == (20, 40)
     assert not problems
 

@@ -135,12 +135,13 @@ def stages_by_name(
         first, label = [name for name in names if _is_colour(name)], "colours"
         cause = "no colour is fitted" if not first else "only colours are fitted"
     elif text == "light-first":
-        label, first = "light", [name for name in names if not _is_inside_or_on_a_body(name)]
+        label, first = "light", [name for name in names if _is_light(name) or _is_colour(name)]
         later = [name for name in names if not _is_environment(name)]
+        cause = "no image or grid is fitted"
         if len(later) == len(names):
             first, cause = [], "World:environment is not fitted"
-        else:
-            cause = "no image or grid is fitted"
+        elif not any(_is_of_a_body(name) for name in names):
+            first = []
     else:
         cure = f"use one of {listed(PRESETS)}, or the path of a file"
         problems.append(Problem(title, "they are not known", cure))
@@ -175,8 +176,12 @@ def _is_environment(name: str) -> bool:
     return kind is not None and kind.is_environment
 
 
-def _is_inside_or_on_a_body(name: str) -> bool:
+def _is_of_a_body(name: str) -> bool:
     return parameters.split_name(name)[1] in KINDS and not _is_environment(name)
+
+
+def _is_light(name: str) -> bool:
+    return _is_environment(name) or any(row.effect == "emission" for row in _rows(name))
 
 
 def _is_ior(name: str) -> bool:
@@ -186,6 +191,10 @@ def _is_ior(name: str) -> bool:
 
 def _is_colour(name: str) -> bool:
     """By the parameter table: three numbers without a unit."""
+    return any(row.width == 3 and row.unit == "1" for row in _rows(name))
+
+
+def _rows(name: str) -> list[parameters.Parameter]:
+    """Of the parameter table, whatever the owner is."""
     parameter = parameters.split_name(name)[1]
-    rows = [row for (_, found), row in parameters.table().items() if found == parameter]
-    return any(row.width == 3 and row.unit == "1" for row in rows)
+    return [row for (_, found), row in parameters.table().items() if found == parameter]
