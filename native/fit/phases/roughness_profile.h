@@ -11,14 +11,14 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "RoughnessProfileOptions".
 struct RoughnessProfileOptions {
-  double factor = 1.2;  ///< from one roughness to the next
-  double least = 0.1;   ///< the first one at least: lower ones look alike
-  int passes = 8;       ///< of the light at each
-  int light_samples = 2;
-  double kept = 0.8;  ///< share of the residuals that a pass keeps: the light has moved since
-  int samples = 4;    ///< by which they are compared, in units of a validation's
-  double sigmas =
-      kCertainSigmas;  ///< by which a roughness must explain the photos worse to be the last
+  double factor = 1.2;    ///< from one roughness to the next
+  double least = 0.1;     ///< the first one at least: lower ones look alike
+  int passes = 8;         ///< of the light at each
+  int light_samples = 2;  ///< of a pass, in units of an iteration's
+  double kept = 0.8;      ///< share of the residuals that a pass keeps: the light has moved since
+  int samples = 4;        ///< by which they are compared, in units of a validation's
+  /// By which a roughness must explain the photos worse to be the last.
+  double sigmas = kCertainSigmas;
 };
 
 /// Where the world's image is unknown and a refinement has not determined a roughness: the largest one that

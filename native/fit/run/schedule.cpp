@@ -170,15 +170,15 @@ class Planner {
         candidates * searched_iors() * kExpected.line_search_renders, Carried::kNothing);
   }
 
-  /// From the middle of the range until a roughness explains the photos worse.
+  /// The refined values come first. Where a roughness is determined there is nothing to render.
   void plan_roughness_profile() {
     constexpr RoughnessProfileOptions kOptions;
-    const double tries = kExpected.profiled_roughnesses * count_of(Scale::kRoughness);
-    add(PhaseKind::kRoughnessProfile, pixels_, problem_.settings().spp, tries * kOptions.passes,
-        Carried::kFieldDerivatives);
+    const double found = count_of(Scale::kRoughness);
+    const double tries = found > 0 ? 1 + kExpected.profiled_roughnesses * found : 0;
+    add(PhaseKind::kRoughnessProfile, pixels_, problem_.settings().spp * kOptions.light_samples,
+        tries * kOptions.passes, Carried::kFieldDerivatives);
     add(PhaseKind::kRoughnessProfile, pixels_,
-        problem_.settings().chosen_validation_spp() * kOptions.samples, 1 + tries,
-        Carried::kNothing);
+        problem_.settings().chosen_validation_spp() * kOptions.samples, tries, Carried::kNothing);
   }
 
   void plan_refinement() {

@@ -83,18 +83,22 @@ class SELENITE_OT_reset_rows(_Refreshes):
         return {"FINISHED"}
 
 
-class SELENITE_OT_tick_usual(bpy.types.Operator):
+class _Ticks(bpy.types.Operator):
+    """Base of what acts on the rows of the active owner."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Something is listed."""
+        return active_owner(context.scene.selenite) is not None
+
+
+class SELENITE_OT_tick_usual(_Ticks):
     """Tick what is usually unknown: of a material base colour, roughness, transmission and IOR, of
     a lamp its power, of the world its strength. Locked ones are left out"""
 
     bl_idname = "selenite.tick_usual"
     bl_label = "Usual"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Something is listed."""
-        return active_owner(context.scene.selenite) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Of the active owner; the ticks of others stay."""
@@ -108,17 +112,12 @@ class SELENITE_OT_tick_usual(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class SELENITE_OT_untick(bpy.types.Operator):
+class SELENITE_OT_untick(_Ticks):
     """Untick every parameter of the chosen material, lamp or world"""
 
     bl_idname = "selenite.untick"
     bl_label = "None"
     bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Something is listed."""
-        return active_owner(context.scene.selenite) is not None
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """The ticks of others stay."""
