@@ -6,23 +6,11 @@
 #include <cmath>
 #include <vector>
 
+#include "fit/objective/pixel_blocks.h"
 #include "math/scalar.h"
 
 namespace selenite {
 namespace {
-
-/// The block of each pixel, and how many there are.
-struct Blocks {
-  int side, columns, count;
-  Blocks(int width, int height)
-      : side(std::max((std::max(width, height) + kGainPrior.blocks - 1) / kGainPrior.blocks, 1)),
-        columns((width + side - 1) / side),
-        count(columns * ((height + side - 1) / side)) {}
-  std::size_t of(int x, int y) const {
-    return static_cast<std::size_t>(y / side) * static_cast<std::size_t>(columns) +
-           static_cast<std::size_t>(x / side);
-  }
-};
 
 /// Minimises a g^2 / 2 - b g + prior (log g)^2 / 2.
 double gain_of(double a, double b, double prior) {
@@ -49,7 +37,7 @@ double count_of(const Photo& photo) {
 
 double independent_count(const Photo& photo, const Eigen::VectorXf& weights,
                          const Eigen::VectorXf& residual) {
-  const Blocks blocks(photo.width, photo.height);
+  const PixelBlocks blocks(photo.width, photo.height, kGainPrior.blocks);
   std::vector<double> scores(static_cast<std::size_t>(blocks.count));
   double strength = 0;
   for (std::size_t i = 0; i < photo.size(); ++i) {
@@ -89,7 +77,7 @@ Colorf closed_form_gain(const Film& film, const Photo& photo, const Eigen::Vecto
 Colorf gain_error(const Film& film, const Colorf& gain, const Photo& photo,
                   const Eigen::VectorXf& weights) {
   const bool together = photo.gain_freedom == GainFreedom::kScalar;
-  const Blocks blocks(film.width, film.height);
+  const PixelBlocks blocks(film.width, film.height, kGainPrior.blocks);
   std::vector<Color<double>> scores(static_cast<std::size_t>(blocks.count));
   Color<double> strength;
   for (std::size_t i = 0; i < film.size(); ++i) {

@@ -11,6 +11,18 @@
 
 namespace selenite {
 
+namespace {
+
+double counted_pixels(const std::vector<Photo>& photos) {
+  double pixels = 0;
+  for (const Photo& photo : photos)
+    pixels +=
+        static_cast<double>(std::ranges::count_if(photo.weight, [](float w) { return w > 0; }));
+  return pixels;
+}
+
+}  // namespace
+
 struct Descent::Next {
   Point point;
   FieldAdam field_adam;
@@ -20,6 +32,7 @@ struct Descent::Next {
   std::vector<FieldStep> how;
   std::vector<Observation> seen{};
   std::vector<std::vector<double>> gradients{};
+  double misfit = 0;  ///< sum of the losses behind them
 };
 
 Descent::Descent(const FitRun& run, DescentOptions options)
@@ -129,6 +142,7 @@ void Descent::observe(FitRun& run, std::size_t index, const Block& block, Next& 
     seen.film = run.evaluator.evaluate(next.point, photo, {how.spp, how.seed, which, purpose});
   }
   seen.loss = evaluate_loss(problem_->scalars(), index, seen.film);
+  next.misfit += std::max(0.0, seen.loss.unbiased);
   run.previews[index] = std::make_shared<const Picture>(seen.film.mean);
   next.seen.push_back(std::move(seen));
 }
@@ -142,8 +156,7 @@ void Descent::observe_photos(FitRun& run, const Block& block, HistoryRow& row, N
     row.loss += share * next.seen.back().loss.value;
     row.mean_bias += mean_bias(next.seen.back().film, photos[i]) * share;
     if (block.fields && !next.joint && (strategy_->after_multi_start() || !accumulate)) {
-      next.field_adam.step(next.point.fields, next.gradients, next.how);
-      next.gradients.clear();
+      step_fields(next);
     }
     if (accumulate) continue;
     next.point.scalars = next.optimiser->step(next.point.scalars, std::span(next.seen).last<1>());
@@ -173,8 +186,16 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
   if (block.scalars) x = optimiser_->step(x, next.seen);
   if (block.fields && strategy_->after_multi_start())
     x = dynamic_cast<ResidualOptimiser&>(*optimiser_).step_by_residuals(x, next.seen);
-  if (block.fields && !strategy_->after_multi_start())
-    next.field_adam.step(next.point.fields, next.gradients, next.how);
+  if (block.fields && !strategy_->after_multi_start()) step_fields(next);
+}
+
+/// By the gradients of the photos since the last step.
+void Descent::step_fields(Next& next) const {
+  for (FieldStep& how : next.how)
+    how.prior = {next.misfit, counted_pixels(problem_->photos())};
+  next.field_adam.step(next.point.fields, next.gradients, next.how);
+  next.gradients.clear();
+  next.misfit = 0;
 }
 
 /// Share of earlier residuals that still counts: the values have moved since.
@@ -235,10 +256,7 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   const double done = static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
                       blocks_.count(&Block::fields, problem_->settings().iterations);
   const auto between = [done](double first, double last) { return first + (last - first) * done; };
-  double pixels = 0;
-  for (const Photo& photo : problem_->photos())
-    pixels +=
-        static_cast<double>(std::ranges::count_if(photo.weight, [](float w) { return w > 0; }));
+  const double pixels = counted_pixels(problem_->photos());
   const auto side = [&](double share) {
     return std::sqrt(std::min(share / pixels, options_.largest_spread));
   };

@@ -51,6 +51,7 @@ class Descent final : public Phase {
   double kept() const;
   void watch(const Progress* progress, const Next& next);
   void step_all(const Block& block, bool reverted, Next& next);
+  void step_fields(Next& next) const;
   bool begin_restart(const FitRun& run);
   bool is_over(const FitRun& run) const;
   bool finish(FitRun& run);

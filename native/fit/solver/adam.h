@@ -23,6 +23,8 @@ class AdamMoments {
   /// The next values, inside the bounds; `rate` is the length of a step of each unknown.
   Vector update(const Vector& x, const Vector& gradient, const Vector& rate, const Vector& minimum,
                 const Vector& maximum);
+  /// 1 for unknowns that have had a gradient, 0 for the others.
+  Vector moving() const { return (second_.array() > 0).cast<double>(); }
   void members(SavedState& state);
 
  private:

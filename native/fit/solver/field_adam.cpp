@@ -29,7 +29,11 @@ void FieldAdam::step(FieldValues& values, const std::vector<std::vector<double>>
                                  " of " + fields_->names()[f] +
                                  " is not finite; report this scene");
     std::vector<double> slopes = gradients[f];
-    if (const Texture* image = fields_->image(f); image && how[f].spread > 0) {
+    const Texture* const image = fields_->image(f);
+    if (image)
+      add_image_prior(*image, fields_->start()[f], values[f], moments_[f].moving(), how[f].prior,
+                      slopes);
+    if (image && how[f].spread > 0) {
       const double texels = how[f].spread * image->width() * image->height();
       slopes = gaussian_blur(std::move(slopes), image->height(), image->width(), 3,
                              std::sqrt(texels / (4 * kPi<double>)),

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "fit/objective/image_prior.h"
 #include "fit/problem/fields.h"
 #include "fit/solver/adam.h"
 
@@ -14,6 +15,7 @@ struct FieldStep {
   /// Share of an image over which its gradient is smoothed: the area of a Gaussian, 4 pi sigma^2.
   /// Neighbours are alike more often than not, and one photo shows little but noise of few texels.
   double spread = 0;
+  PriorScale prior{};  ///< behind the gradient: by it the prior of an image counts
 };
 
 /// Adam over all fields; a copy is its whole state.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "fit/objective/pixel_blocks.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/problem/saved_state.h"
 #include "math/scalar.h"
@@ -201,11 +202,7 @@ void FieldGaussNewton::solve(double done) {
       // What no light explains is not noise: a residual that stays counts as well.
       if (has_environment())
         channel.variance =
-            std::max(channel.variance,
-                     static_cast<double>((channel.jacobian.rowwise().squaredNorm().array() *
-                                          residual.array().square())
-                                             .sum()) /
-                         all);
+            std::max(channel.variance, variance_of_blocks(channel.jacobian, residual) / all);
       damping = normal.diagonal().squaredNorm() / all *
                 (has_environment() ? options_.environment_damping
                                    : std::exp(std::log(options_.first_damping) * (1 - done) +
@@ -220,6 +217,23 @@ void FieldGaussNewton::solve(double done) {
           channel.variance *
               (prior_.precision() * (of_channel(values, c) - of_channel(prior_.mean(), c))));
   }
+}
+
+/// Neighbouring cells share what no light explains, and each block of them says it once.
+double FieldGaussNewton::variance_of_blocks(const Eigen::MatrixXf& jacobian,
+                                            const Eigen::VectorXf& residual) const {
+  double sum = 0;
+  Eigen::Index row = 0;
+  for (const View& view : views_) {
+    const int columns = cells_along(view.width, cell_), rows = cells_along(view.height, cell_);
+    const PixelBlocks blocks(columns, rows, options_.blocks);
+    Eigen::MatrixXf scores = Eigen::MatrixXf::Zero(blocks.count, jacobian.cols());
+    for (int y = 0; y < rows; ++y)
+      for (int x = 0; x < columns; ++x, ++row)
+        scores.row(static_cast<Eigen::Index>(blocks.of(x, y))) += jacobian.row(row) * residual[row];
+    sum += scores.cast<double>().squaredNorm();
+  }
+  return sum;
 }
 
 Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>& z) {

@@ -32,6 +32,7 @@ struct FieldGaussNewtonOptions {
   FieldPriorOptions prior{};
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
+  int blocks = 10;  ///< along a photo's longer side, as of `GainPriorOptions`
   double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
   int active_set_rounds = 8;
 };
@@ -130,6 +131,8 @@ class FieldGaussNewton {
                                       InstrumentalVariables::Half InstrumentalVariables::Set::*half,
                                       int c, const std::vector<Eigen::MatrixXf>& sums,
                                       const Eigen::LLT<Eigen::MatrixXd>& solver) const;
+  /// Of J^T r for residuals of weight 1, times ||J||^2: the trace of its covariance.
+  double variance_of_blocks(const Eigen::MatrixXf& jacobian, const Eigen::VectorXf& residual) const;
   Eigen::Index cell_of(const View& view, std::size_t pixel) const;
   /// The step of a channel's numbers along `right`, from `low` to `high`.
   Eigen::VectorXd bounded_step(const Channel& channel, const Eigen::VectorXd& right,

@@ -29,6 +29,7 @@ class BlockSchedule {
   /// after_multi_start: with one colour for each field. joint: voxels are stepped together with scalars.
   struct Kind {
     bool alternates, has_fields, after_multi_start, joint, has_environment = false;
+    bool has_scalars = true;
   };
   BlockSchedule(Kind kind, int iterations, BlockOptions options = {})
       : kind_(kind), iterations_(iterations), options_(options) {}

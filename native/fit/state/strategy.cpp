@@ -33,6 +33,7 @@ bool wants_refinement(const FitProblem& problem, bool joint) {
   const FitSettings& settings = problem.settings();
   if (settings.refinement != "auto") return settings.refinement == "on";
   const int scalars = problem.unknowns().size();
+  if (joint && scalars == 0) return false;
   return (problem.fields().empty() || joint) && scalars <= kFewUnknowns &&
          problem.loss().least_squares &&
          choose_optimiser("auto", scalars, problem.loss(), settings.spp, settings.accumulate)
@@ -69,7 +70,8 @@ Strategy::Strategy(FitProblem& problem)
 
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
-  return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment},
+  return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment,
+           problem.unknowns().size() > 0},
           joint && refines && !has_environment ? (all + 1) / 2 : all};
 }
 

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fit/objective/image_prior.h"
+
+#include <algorithm>
+
+namespace selenite {
+namespace {
+
+/// Of the curve from held to linear values, on a logarithmic scale.
+constexpr double kSrgbExponent = 2.2;
+
+}  // namespace
+
+void add_image_prior(const Texture& image, const Vector& start, const Vector& values,
+                     const Vector& moving, const PriorScale& scale, std::vector<double>& gradient,
+                     const ImagePriorOptions& options) {
+  if (scale.loss <= 0) return;
+  for (int c = 0; c < 3; ++c) {
+    const auto channel = [c, n = values.size() / 3](const Vector& all) {
+      return all(Eigen::seqN(c, n, Eigen::fix<3>));
+    };
+    const double shown = channel(moving).sum();
+    const double before = channel(start).dot(channel(moving));
+    if (before <= 0) continue;
+    const double sum = channel(values).dot(channel(moving));
+    const double factor = sum / before, mean = sum / shown;
+    if (mean <= 0) continue;
+    const double grain = std::min(1.0, scale.pixels / shown);  // pixels a texel
+    const double sigma = options.deviation * mean / (image.encoded() ? kSrgbExponent : 1);
+    const double strength = 2 * scale.loss / (3 * scale.pixels) * grain / (sigma * sigma);
+    for (Eigen::Index i = c; i < values.size(); i += 3)
+      gradient[static_cast<std::size_t>(i)] +=
+          strength * moving[i] * (values[i] - factor * start[i]);
+  }
+}
+
+}  // namespace selenite
