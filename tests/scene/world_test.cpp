@@ -84,6 +84,7 @@ class Map : public testing::TestWithParam<Sky> {
     const Vec3f z = normalize(Vec3f{1, 2, 3});
     const Frame<float> frame = Frame<float>::from_normal(z);
     w.to_map = {frame.s, frame.t, frame.n};
+    w.values.rotation = 0.7;
     return w;
   }
 };
@@ -105,6 +106,29 @@ double over_the_sphere(const World& world, F&& f) {
     }
   }
   return sum * kPi<double> / kRows * 2 * kPi<double> / kColumns;
+}
+
+/// As a Mapping node of type Point rotates the direction in which the image is looked up.
+TEST_P(Map, RotationRotatesTheLookup) {
+  World w = world(), at_0 = w;
+  at_0.values.rotation = 0;
+  const auto& t = w.to_map;
+  const double c = std::cos(w.values.rotation), s = std::sin(w.values.rotation);
+  for (const Vec3f& d : {normalize(Vec3f{1, 2, 0.3f}), normalize(Vec3f{-2, 0.4f, -1})}) {
+    const Vec3d m{dot(t[0], d), dot(t[1], d), dot(t[2], d)};
+    const Vec3d there{c * m.x - s * m.y, s * m.x + c * m.y, m.z};
+    const Vec3f same(Vec3d(t[0]) * there.x + Vec3d(t[1]) * there.y + Vec3d(t[2]) * there.z);
+    constexpr double kStep = 1e-3;
+    World up = w, down = w;
+    up.values.rotation += kStep;
+    down.values.rotation -= kStep;
+    for (int k = 0; k < 3; ++k) {
+      const float size = w.factor(d)[k];
+      EXPECT_NEAR(size, at_0.factor(same)[k], 1e-3f * size + 1e-3f);
+      const double slope = (up.factor(d)[k] - down.factor(d)[k]) / (2 * kStep);
+      EXPECT_NEAR(w.rotation_slope(d)[k], slope, 0.02 * std::abs(slope) + 0.05 * size + 1e-3);
+    }
+  }
 }
 
 TEST_P(Map, DensityIntegratesToOne) {
