@@ -153,7 +153,7 @@ def rotated_row(folder: Path, room: Path, options: argparse.Namespace) -> str:
     apart = math.degrees(math.remainder(found["World:rotation"] - math.radians(_ANGLE), math.tau))
     low, high = (math.degrees(x) for x in result["parameters"]["World:rotation"]["interval_90"])
     return (
-        f"| {room.stem} | {options.seed} | {apart:+.2f} | {(high - low) / 2:.2f} "
+        f"| {room.stem} | {options.seed} | {apart:+.3f} | {(high - low) / 2:.3f} "
         f"| {found['World:strength']:.3f} | {colour} | {found['Body:roughness']:.3f} "
         f"| {result['cpu_seconds']:.0f} |"
     )

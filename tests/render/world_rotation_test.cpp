@@ -56,7 +56,7 @@ TEST_P(UnderRotatedSky, DerivativeIsThatOfThePicture) {
   const Scene scene = under_sky(GetParam().material);
   const std::vector<ParameterRef> ticked{
       scene.find(kWorldName, "strength"), scene.find(kWorldName, "rotation"),
-      scene.find(kWorldName, "color"), scene.find("Body", "base_color")};
+      scene.find(kWorldName, "color"), scene.find(GetParam().material.name, "base_color")};
   const SlotLayout layout(scene, ticked);
   const auto slot = static_cast<std::size_t>(layout.rows[1].slot);
   constexpr double kStep = 0.02;
@@ -84,7 +84,9 @@ TEST_P(UnderRotatedSky, DerivativeIsThatOfThePicture) {
           4 * std::hypot(carried.estimate().error, difference.estimate().error) + 0.01 * size)
           << half << c;
       // It is known well enough for that to say something.
-      if (c == 0) EXPECT_LT(carried.estimate().error, 0.1 * size) << half;
+      if (c == 0) {
+        EXPECT_LT(carried.estimate().error, 0.1 * size) << half;
+      }
     }
 }
 

@@ -117,7 +117,7 @@ TEST_P(Map, RotationRotatesTheLookup) {
   for (const Vec3f& d : {normalize(Vec3f{1, 2, 0.3f}), normalize(Vec3f{-2, 0.4f, -1})}) {
     const Vec3d m{dot(t[0], d), dot(t[1], d), dot(t[2], d)};
     const Vec3d there{c * m.x - s * m.y, s * m.x + c * m.y, m.z};
-    const Vec3f same(Vec3d(t[0]) * there.x + Vec3d(t[1]) * there.y + Vec3d(t[2]) * there.z);
+    const auto same = Vec3f(Vec3d(t[0]) * there.x + Vec3d(t[1]) * there.y + Vec3d(t[2]) * there.z);
     constexpr double kStep = 1e-3;
     World up = w, down = w;
     up.values.rotation += kStep;
@@ -148,7 +148,8 @@ TEST_P(Map, SamplesFollowTheDensityAndCoverAllRadiance) {
     const Vec3f d = w.sample(random.uniform(0), random.uniform(1), density);
     ASSERT_NEAR(dot(d, d), 1, 1e-5);
     ASSERT_GT(density, 0);
-    EXPECT_NEAR(w.density(d), density, 0.02 * density + 1e-3);
+    // Next to a pole the sine is 1 / (20 density), and a direction has rounded to 1e-7.
+    EXPECT_NEAR(w.density(d), density, 0.02 * density + 1e-3 + 4e-6 * density * density);
     for (int c = 0; c < 3; ++c) light[c].add(w.factor(d)[c] / density);
     above.add(dot(d, up) > 0);
   }
