@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -89,11 +90,11 @@ class Trade:
         self._photos: list[np.ndarray] = []
         self._captures: dict[int, list[Capture]] = {}
         self._job: FitJob | None = None
-        self._cancelled = False
+        self._stop = threading.Event()
 
     def cancel(self) -> None:
         """From any thread: `steps` ends soon, and the row of the running fit stays without it."""
-        self._cancelled = True
+        self._stop.set()
         if self._job is not None:
             self._job.cancel()
 
@@ -104,10 +105,10 @@ class Trade:
         begin = time.monotonic()
         settings = choices.choices(self.plan.request.settings, self._tallest)
         yield from self._render_photos(begin)
-        if self._cancelled:
+        if self._stop.is_set():
             return
         per_path = self._time()
-        if self._cancelled:
+        if self._stop.is_set():
             return
         for choice in settings:
             self.rows.append(Row(choice, cost.expected(self.plan, choice.settings, per_path)))
@@ -116,7 +117,7 @@ class Trade:
                 left = self.budget - (time.monotonic() - begin)
                 if row.expected_seconds > left or len(row.runs) < run or row.failure:
                     continue
-                if self._cancelled:
+                if self._stop.is_set():
                     break
                 try:
                     for _ in self._fit(row, run, left):
@@ -158,7 +159,7 @@ class Trade:
                 image = shown(film.image, capture).astype(np.float64)
                 sums[index] = image if before is None else before + image
                 yield Step(0.0, f"photo {capture.id}")
-                if self._cancelled:
+                if self._stop.is_set():
                     return
             self.photo_spp += _PHOTO_CHUNK
             used = time.monotonic() - begin
@@ -178,7 +179,7 @@ class Trade:
 
     def _begun(self, job: FitJob) -> None:
         self._job = job
-        if self._cancelled:
+        if self._stop.is_set():
             job.cancel()
 
     def _plan_of(self, settings: FitSettings) -> FitPlan:
