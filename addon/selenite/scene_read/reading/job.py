@@ -7,7 +7,6 @@ a reading does between two graphs is done by who calls `step`, on the main threa
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 import bpy
@@ -36,16 +35,10 @@ class ReadingJob(Generic[T]):
     def step(self) -> bool:
         """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`.
 
-        Blender draws all its windows after a render is prepared, after it is closed, and after what
-        the reading does then: these are steps of their own.
+        Blender draws all its windows after a graph is closed, and after what its reader does with
+        it: so these are two steps.
         """
         if self._render is not None:
-            if self._stopped and not self._render.started:
-                self._close()
-                raise Stopped
-            if not self._render.started:
-                self._guarded(lambda render: render.start(waits=bpy.app.background))
-                return True
             self._render.entry.let_in()
             if not self._render.is_running():
                 self._answer = self._close().outcome()
@@ -62,7 +55,11 @@ class ReadingJob(Generic[T]):
             return False
         for handlers in _before_undo():
             handlers.append(self._put_back)
-        self._guarded(GraphRender.prepare)
+        try:
+            self._render.start(waits=bpy.app.background)
+        except BaseException:
+            self._close()
+            raise
         return True
 
     def cancel(self) -> None:
@@ -79,7 +76,7 @@ class ReadingJob(Generic[T]):
         def poll() -> float | None:
             if self._render is None:
                 return None
-            if self._render.started and self._render.is_running():
+            if self._render.is_running():
                 return _POLL
             self._close()
             return None
@@ -92,15 +89,6 @@ class ReadingJob(Generic[T]):
         is gone, and whoever touches it ends the process."""
         self._stopped = True
         self._close()
-
-    def _guarded(self, step: Callable[[GraphRender], None]) -> None:
-        """What fails leaves nothing behind."""
-        assert self._render is not None
-        try:
-            step(self._render)
-        except BaseException:
-            self._close()
-            raise
 
     def _close(self) -> GraphRender:
         render, self._render = self._render, None

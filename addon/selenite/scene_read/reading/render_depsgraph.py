@@ -83,20 +83,16 @@ def at_once(reading: Reading[T]) -> T:
             found: T = end.value
             return found
         with closing(GraphRender(asked)) as render:
-            render.prepare()
             render.start(waits=True)
         answer = render.outcome()
 
 
 class GraphRender:
     """A render by an engine of our own, which reads the graph in place of rendering it. The user's
-    handlers do not run; `close` puts everything back. `prepare`, `start`, `close`: Blender draws
-    its windows after each, so who has a window lets it come between them."""
+    handlers do not run; `close` puts everything back."""
 
     def __init__(self, asked: GraphRead) -> None:
         self.stopped = False  # set from any thread: the reading ends soon
-        self.started = False
-        self._prepared: bpy.types.Scene | None = None
         self._asked = asked
         self._called = False
         self._failure: Exception | None = None
@@ -105,8 +101,10 @@ class GraphRender:
         self._stack = ExitStack()
         self.entry = Entry()
 
-    def prepare(self) -> None:
-        """Makes what is rendered, unless Blender is busy."""
+    def start(self, *, waits: bool) -> None:
+        """waits: returns at the end. Else at once: Blender then evaluates and reads in a thread of
+        its own, and `is_running` says how long. A scene that is rendered itself is waited for, as
+        nobody must touch it meanwhile."""
         scene = self._asked.scene
         running = next(
             (job for job in ("RENDER", "OBJECT_BAKE") if bpy.app.is_job_running(job)), ""
@@ -123,16 +121,7 @@ class GraphRender:
         reader = _engine_of(self)
         bpy.utils.register_class(reader)
         stack.callback(bpy.utils.unregister_class, reader)
-        self._prepared = stack.enter_context(_prepared(scene, layer.name, self._asked.cameras))
-
-    def start(self, *, waits: bool) -> None:
-        """waits: returns at the end. Else at once: Blender then evaluates and reads in a thread of
-        its own, and `is_running` says how long. A scene that is rendered itself is waited for, as
-        nobody must touch it meanwhile."""
-        self.started = True
-        if self._prepared is None:
-            return
-        scene, layer = self._asked.scene, view_layer_of(self._asked.scene)
+        prepared = stack.enter_context(_prepared(scene, layer.name, self._asked.cameras))
         with ExitStack() as call:
             # The operator takes the frame from the context's scene.
             call.enter_context(bpy.context.temp_override(scene=scene, view_layer=layer))
@@ -142,10 +131,10 @@ class GraphRender:
             else:
                 how = "INVOKE_DEFAULT"
                 self.entry.arm()
-                self._stack.callback(self.entry.disarm)
+                stack.callback(self.entry.disarm)
                 call.enter_context(_set(bpy.context.preferences.view, _NO_WINDOW))
             try:
-                bpy.ops.render.render(how, scene=self._prepared.name)
+                bpy.ops.render.render(how, scene=prepared.name)
             except RuntimeError as error:
                 self._reason = str(error).removeprefix("Error: ").strip()
 
@@ -185,6 +174,7 @@ class GraphRender:
             else:
                 with _at_frame(engine, scene, frame):
                     self._asked.read(depsgraph, check)
+            check()  # Blender's own handler may have had the Esc
         except Exception as error:  # Blender would print and forget it
             self._failure = error
 
