@@ -203,7 +203,8 @@ class SELENITE_PT_cycles(bpy.types.Panel):
             layout.operator("selenite.set_cycles", icon="SCENE")
         for item in found:
             box = layout.box().column(align=True)
-            box.label(text=f"{item.name}: {item.value}", icon="ERROR" if item.spoils else "INFO")
+            icon = "ERROR" if item.spoils else "INFO"
+            paragraph(box, context, f"{item.name}: {item.value}", icon)
             paragraph(box, context, item.cost)
 
 
