@@ -21,7 +21,7 @@ from ..texts import announce
 from ..ticking import ReadsScene, built
 
 
-class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):
+class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
     """Write the fitted values to materials, lights and world"""
 
     bl_idname = "selenite.apply"

@@ -15,7 +15,7 @@ from ..ticking import ReadsScene, built
 from .filling import fill, tick_usual, tick_usual_of_first
 
 
-class _Refreshes(ReadsScene, bpy.types.Operator):
+class _Refreshes(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
     """Base of what lists the parameters: in a window Blender reads the scene in a thread."""
 
     usual: BoolProperty(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -37,7 +38,7 @@ class Measuring:
         self.trouble = self.remark = ""
         self._asked = values, request, packed, budget
         self._parent = parent
-        self._cancelled = False
+        self._stop = threading.Event()
 
     def steps(self) -> Iterator[Step]:
         """Many times a second, once the photos are read."""
@@ -46,12 +47,12 @@ class Measuring:
         values.bodies = judge_bodies(values)
         yield Step(0.0, "reading the photos")
         trade = trade_of(values, request, packed, budget)
-        if self._cancelled:
+        if self._stop.is_set():
             return
         self.trade = trade
         for step in trade.steps():
             yield Step(step.fraction, step.text)
-            if self._cancelled:
+            if self._stop.is_set():
                 trade.cancel()
         yield Step(1.0, "writing the table")
         content = report.report(trade)
@@ -65,6 +66,6 @@ class Measuring:
 
     def cancel(self) -> None:
         """From any thread: `steps` ends soon."""
-        self._cancelled = True
+        self._stop.set()
         if self.trade is not None:
             self.trade.cancel()
