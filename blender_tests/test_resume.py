@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -24,6 +25,8 @@ from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.fit_run.settings import FitSettings
 from selenite.fit_run.staging.job import make_job
 from selenite.fit_run.staging.request import StageRequest
+from selenite.interface.running.recorder import BackgroundRecorder
+from selenite.interface.running.work import Finishing
 from selenite.problems import BadInput
 from selenite.scene_read.capture_request import CaptureRequest
 
@@ -130,6 +133,29 @@ def test_without_the_state_of_the_optimiser_it_goes_on_from_the_best_values(
     second = [row for row in rows if row["stage"] == "2"]
     assert [float(row["loss"]) for row in first] == part["history"]["loss"]
     assert [float(second[0][f"Body:base_color.{c}"]) for c in "rgb"] == best
+
+
+def test_who_stops_a_fit_does_not_wait_for_a_busy_disk(tmp_path, monkeypatch):
+    made.studio()
+    photo = made.photo(tmp_path / "photo.exr", value=0.3)
+    unknowns = (UnknownRequest("Body", "base_color"),)
+    captures = (CaptureRequest("Camera", str(photo)),)
+    job = make_job(
+        prepare(made.read(), RunRequest("", unknowns, captures, FitSettings(height=12, spp=2)))
+    )
+    written = threading.Event()
+    monkeypatch.setattr(checkpoint.Recorder, "_update", lambda *_: written.wait(60.0))
+    recorder = BackgroundRecorder(tmp_path / "run", job.plan.request, None)
+    job.start()
+    recorder.update(job)
+    job.cancel()
+    job.join()
+    work = Finishing(job, tmp_path, "", recorder)
+    list(work.steps())
+    assert work.open_record is recorder and recorder.folder.is_dir()
+    assert work.result["values_best"], "the result is there while the disk works"
+    written.set()
+    assert recorder.close() == () and not recorder.folder.exists()
 
 
 def test_a_stage_of_a_grid_goes_on_to_the_same_bits(tmp_path):

@@ -254,7 +254,7 @@ def test_the_panel_measures_the_ticked_parameters(tmp_path):
     assert {"trade.csv", "trade.json"} <= {item.name for item in folder.iterdir()}
     drawn = draw(panels.SELENITE_PT_advanced)
     assert "Draft: " in drawn and "error" in drawn
-    assert state.TRADE.trade is None
+    assert state.TRADE.job is None
     for row in settings.rows:
         row.enabled = False
     with pytest.raises(RuntimeError, match="no parameter is ticked"):

@@ -32,6 +32,7 @@ STEPS = {
     "log_excess": "log(value - 1)",
     "roughness": "log(value³ + 0.15³) / 3",
     "reflectance": "reflectance of a half-space",
+    "angle": "value",
 }
 
 

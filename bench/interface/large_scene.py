@@ -156,6 +156,11 @@ def steps():
     TICKS.enter("without a fit")
     bpy.app.timers.register(TICKS, first_interval=TICK)
     yield 10.0
+    TICKS.enter("a redraw of the window")  # Blender's own; without a graphics card it takes long
+    for _ in range(5):
+        for area in window()[0].screen.areas:
+            area.tag_redraw()
+        yield 0.5
     yield from pressed("Refresh", bpy.ops.selenite.refresh_rows)
     yield from start()
     while state.RUN.job is not None and state.RUN.finishing is None:

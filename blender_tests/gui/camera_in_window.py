@@ -29,12 +29,12 @@ def steps():
     in_window(bpy.ops.selenite.suggest_camera, "INVOKE_DEFAULT")
     assert not bpy.ops.selenite.start.poll(), "nothing else starts meanwhile"
     press_escape()
-    yield lambda: state.NEXT.job is None
+    yield state.is_idle
     assert "Next photo" not in bpy.data.objects, "Esc changes nothing"
     in_window(bpy.ops.selenite.suggest_camera, "INVOKE_DEFAULT")
     yield running
     picture("running")
-    yield lambda: state.NEXT.job is None
+    yield state.is_idle
     yield 0.5
     picture("found")
     assert bpy.context.view_layer.objects.active == bpy.data.objects["Next photo"]

@@ -24,10 +24,10 @@ def steps():
     in_window(bpy.ops.selenite.estimate, "INVOKE_DEFAULT")
     assert not bpy.ops.selenite.start.poll(), "nothing else starts meanwhile"
     press_escape()
-    yield lambda: state.ESTIMATE.job is None
+    yield state.is_idle
     assert not state.EXPECTED, "Esc tells nothing"
     in_window(bpy.ops.selenite.estimate, "INVOKE_DEFAULT")
-    yield lambda: state.ESTIMATE.job is None
+    yield state.is_idle
     yield 0.5
     picture("estimated")
     (lines,) = state.EXPECTED.values()
@@ -38,7 +38,7 @@ def steps():
     yield lambda: state.STAGES.job is not None
     assert state.RUN.job is None
     press_escape()
-    yield lambda: state.STAGES.job is None
+    yield state.is_idle
     assert state.RUN.job is None, "Esc starts no fit"
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     yield lambda: state.RUN.result is not None and not state.RUN.is_active

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scene is read as it renders in a real window: nothing of the user's is touched."""
 
+import sys
+
 import bpy
-from _driving import FOLDER, geometry, in_window, made, picture, press_escape, run
+from _driving import FOLDER, geometry, in_window, made, photographed, picture, press_escape, run
 
 from selenite.interface import panels
-from selenite.interface.state import READING, RUN, is_idle
+from selenite.interface.state import READING, RUN, TRADE, is_idle
 from selenite.scene_read.scene import read_scene
 
 
@@ -85,6 +87,31 @@ def steps():
     press_escape()
     yield is_idle
     assert state() == before
+
+    # Other buttons read in the same way, and Esc leaves all as it was.
+    settings = photographed(0.4)
+    settings.rows[0].enabled = True
+    before = state()
+    for button in ("preview_mask", "lamps_from_environment", "trade", "estimate"):
+        in_window(getattr(bpy.ops.selenite, button), "INVOKE_DEFAULT")
+        assert READING.job is not None, button
+        press_escape()
+        yield is_idle
+        assert state() == before, button
+    in_window(bpy.ops.selenite.preview_mask, "INVOKE_DEFAULT")
+    yield is_idle
+    assert "Selenite Mask" in bpy.data.images
+    sys.modules["matplotlib"] = None  # that of .venv is of another numpy than this Blender's
+    settings.trade_budget, settings.output = 3000.0, str(FOLDER / "fits")
+    in_window(bpy.ops.selenite.trade, "INVOKE_DEFAULT")
+    yield lambda: TRADE.job is not None and TRADE.step is not None and TRADE.step.fraction > 0
+    press_escape()
+    yield is_idle
+    assert list((FOLDER / "fits").glob("*-trade/trade.json")), "what has been measured is kept"
+    bpy.data.images.remove(bpy.data.images["Selenite Mask"])
+    settings.captures.clear()
+    bpy.context.scene.camera.data.background_images.clear()
+    before = state()
 
     in_window(bpy.ops.selenite.start, "INVOKE_DEFAULT")
     assert RUN.reading is not None, "Blender's thread reads the scene"

@@ -18,6 +18,7 @@ enum class Scale {
   kLogExcess,    ///< log(x - 1), for an index of refraction
   kRoughness,    ///< log(x^3 + 0.15^3) / 3, for a roughness: low ones hardly show
   kReflectance,  ///< what a half-space of that single-scattering albedo reflects
+  kAngle,        ///< a rotation: pictures are close to linear over few degrees only
 };
 
 /// The one description of a parameter. It stands beside the member that a lobe computes with

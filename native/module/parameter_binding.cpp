@@ -25,8 +25,8 @@ py::list parameters() {
         sockets.append(std::string(rest.substr(0, bar)));
         rest = bar == std::string_view::npos ? std::string_view{} : rest.substr(bar + 1);
       }
-      static constexpr const char* kScales[] = {"linear", "log", "log_excess", "roughness",
-                                                "reflectance"};
+      static constexpr const char* kScales[] = {"linear",    "log",         "log_excess",
+                                                "roughness", "reflectance", "angle"};
       static const std::vector<std::string> kVersions[] = {{"v1", "v2"}, {"v1"}, {"v2"}};
       static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
       out.append(py::dict("owner"_a = owner, "name"_a = std::string(p.name), "sockets"_a = sockets,

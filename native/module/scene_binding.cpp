@@ -176,10 +176,10 @@ Light lamp(LightKind kind, const std::string& name, const Array<double>& matrix,
 }
 
 void set_world(SceneBuilder& b, const Array<double>& color, double strength,
-               const std::optional<Array<float>>& image, const Array<double>& to_map) {
+               const std::optional<Array<float>>& image, const Array<double>& to_map,
+               double rotation) {
   World world;
-  world.values.color = color_of(color, "World: colour");
-  world.values.strength = strength;
+  world.values = {color_of(color, "World: colour"), strength, rotation};
   require_shape(to_map, "World: to_map", {3, 3});
   for (int i = 0; i < 3; ++i)
     world.to_map[i] = Vec3f(Vec3d{to_map.at(i, 0), to_map.at(i, 1), to_map.at(i, 2)});
@@ -321,8 +321,10 @@ void bind_builder(py::module_& m) {
           py::kw_only(), "light_units"_a = "v4", "radiance_scale"_a = 1.0)
       .def("set_world", &set_world, "color"_a, "strength"_a, "image"_a = py::none(),
            "to_map"_a = std::vector<std::vector<double>>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+           "rotation"_a = 0.0,
            "Constant background, or an equirectangular (h,w,3) float32 image, row 0 at the top, "
-           "times the colour; map direction = to_map @ world direction.")
+           "times the colour; map direction = to_map @ world direction, rotated by so many radians "
+           "about Z.")
       .def("add_camera", &add_camera, "name"_a, "matrix"_a, "kind"_a, "lens_mm"_a, "sensor_width"_a,
            "sensor_height"_a, "sensor_fit"_a, "shift_x"_a, "shift_y"_a, "ortho_scale"_a,
            "clip_start"_a, "clip_end"_a, "pixel_aspect_x"_a = 1.0, "pixel_aspect_y"_a = 1.0)

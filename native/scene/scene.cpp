@@ -138,7 +138,12 @@ void Scene::require_constant(const ParameterRef& ref) const {
     case OwnerKind::kMaterial:
       return selenite::require_constant(appearance.materials.at(ref.owner), ref.field);
     case OwnerKind::kLight:
+      return;
     case OwnerKind::kWorld:
+      if (ref.field == field_index<WorldParameters>(&WorldParameters::rotation) &&
+          !appearance.world.map)
+        throw InvalidArgument(
+            "World:rotation: the world has no image to be rotated; give it one, or leave it out");
       return;
   }
 }

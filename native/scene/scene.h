@@ -110,7 +110,8 @@ struct Scene {
   ParameterRef find(std::string_view owner, std::string_view parameter) const;
   std::string owner_name(const ParameterRef& ref) const;
   const Parameter& description(const ParameterRef& ref) const;
-  /// InvalidArgument when a texture, vertex colours or a grid take the place of the one value.
+  /// InvalidArgument when a texture, vertex colours or a grid take the place of the one value, or of a
+  /// rotation where the world has no image.
   void require_constant(const ParameterRef& ref) const;
   /// One or three values.
   std::vector<double> get(const ParameterRef& ref) const;

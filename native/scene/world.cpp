@@ -89,7 +89,7 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
     row_cdf_[y] = total > 0 ? static_cast<float>(row_cdf_[y] / total) : (y + 1.0f) / height;
 }
 
-std::array<EnvironmentMap::Corner, 4> EnvironmentMap::corners(const Vec3f& d) const {
+EnvironmentMap::Corners EnvironmentMap::corners(const Vec3f& d) const {
   const float u = 0.5f - std::atan2(d.y, d.x) * (0.5f * kInvPi<float>);
   const float v = 0.5f - std::asin(clamp(d.z, -1.0f, 1.0f)) * kInvPi<float>;  // from the top
   const float x = u * width_ - 0.5f, y = v * height_ - 0.5f;
@@ -100,16 +100,27 @@ std::array<EnvironmentMap::Corner, 4> EnvironmentMap::corners(const Vec3f& d) co
   };
   const int i = static_cast<int>(fx), j = static_cast<int>(fy);
   const float a = x - fx, b = y - fy;
-  return {{{texel(i, j), (1 - a) * (1 - b)},
-           {texel(i + 1, j), a * (1 - b)},
-           {texel(i, j + 1), (1 - a) * b},
-           {texel(i + 1, j + 1), a * b}}};
+  return {{{{texel(i, j), (1 - a) * (1 - b)},
+            {texel(i + 1, j), a * (1 - b)},
+            {texel(i, j + 1), (1 - a) * b},
+            {texel(i + 1, j + 1), a * b}}},
+          b};
 }
 
 Colorf EnvironmentMap::radiance(const Vec3f& d) const {
   Colorf sum;
-  for (const auto& [pixel, share] : corners(d)) sum += pixels_[pixel] * share;
+  for (const auto& [pixel, share] : corners(d).at) sum += pixels_[pixel] * share;
   return sum;
+}
+
+Colorf EnvironmentMap::azimuth_slope(const Vec3f& d) const {
+  const auto [at, down] = corners(d);
+  const auto step = [&](const Corner& left, const Corner& right) {
+    return pixels_[right.pixel] - pixels_[left.pixel];
+  };
+  // The image's columns run against the azimuth.
+  const float columns = -static_cast<float>(width_) * 0.5f * kInvPi<float>;
+  return (step(at[0], at[1]) * (1 - down) + step(at[2], at[3]) * down) * columns;
 }
 
 EnvironmentMap::Place EnvironmentMap::place(const Vec3f& d) const {
@@ -158,6 +169,9 @@ void World::check() const {
   if (!(values.strength >= 0) || !std::isfinite(values.strength))
     throw InvalidArgument("World: strength = " + std::to_string(values.strength) +
                           " is not permitted; set it to a finite number, at least 0");
+  if (!std::isfinite(values.rotation))
+    throw InvalidArgument("World: rotation = " + std::to_string(values.rotation) +
+                          " is not permitted; set it to a finite number");
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j <= i; ++j)
       if (!(std::abs(dot(to_map[i], to_map[j]) - (i == j ? 1 : 0)) < 1e-4f))
@@ -171,6 +185,10 @@ Colorf World::factor(const Vec3f& d) const {
   if (!map) return {1, 1, 1};
   return map->radiance(to_map_frame(d));
 }
+Colorf World::rotation_slope(const Vec3f& d) const {
+  if (!map || !on) return {};
+  return map->azimuth_slope(to_map_frame(d));
+}
 float World::density(const Vec3f& d) const {
   if (!map || !on) return 0;
   return map->density(to_map_frame(d));
@@ -180,7 +198,7 @@ float World::cycles_density(const Vec3f& d) const {
   return map->cycles_density(to_map_frame(d));
 }
 Vec3f World::sample(float u1, float u2, float& density_out) const {
-  const Vec3f d = map->sample(u1, u2, density_out);
+  const Vec3f d = rotated(map->sample(u1, u2, density_out), -values.rotation);
   return to_map[0] * d.x + to_map[1] * d.y + to_map[2] * d.z;
 }
 

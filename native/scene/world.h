@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -17,6 +18,7 @@ namespace selenite {
 struct WorldParameters {
   Color<double> color{0, 0, 0};
   double strength = 1;
+  double rotation = 0;  ///< radians about the image's own Z; see World::to_map_frame
 
   template <class Self, class Visit>
   static constexpr void fields(Self& p, Visit&& visit) {
@@ -45,6 +47,18 @@ struct WorldParameters {
             .effect = Effect::kEmission,
             .help = "Colour of the background, linear Rec. 709; tints the image if there is one"},
         p.color);
+    visit(Parameter{.name = "rotation",
+                    .sockets = "Rotation",
+                    .unit = "rad",
+                    .lower = -2 * kPi<double>,
+                    .upper = 2 * kPi<double>,
+                    .fit_lower = -2 * kPi<double>,
+                    .fit_upper = 2 * kPi<double>,
+                    .initial = 0,
+                    .scale = Scale::kAngle,
+                    .effect = Effect::kEmission,
+                    .help = "Rotation of the background's image about Z, as of a Mapping node"},
+          p.rotation);
   }
 };
 
@@ -71,12 +85,14 @@ class EnvironmentMap {
   /// By which Cycles samples the map: by the mean of the channels at the middle of each pixel.
   float cycles_density(const Vec3f& map_direction) const;
   Vec3f sample(float u1, float u2, float& density) const;
+  /// Derivative of `radiance` by the azimuth of the direction, per radian.
+  Colorf azimuth_slope(const Vec3f& map_direction) const;
   float mean_luminance() const { return mean_; }  ///< over the sphere
   /// The derivative by the radiance of a direction, as those by the pixels that it is interpolated
   /// from: calls `sink(pixel, part)`.
   template <class Sink>
   void spread(const Vec3f& map_direction, const Colorf& derivative, Sink&& sink) const {
-    for (const auto& [pixel, share] : corners(map_direction)) sink(pixel, derivative * share);
+    for (const auto& [pixel, share] : corners(map_direction).at) sink(pixel, derivative * share);
   }
 
  private:
@@ -85,7 +101,11 @@ class EnvironmentMap {
     float share;
   };
   /// Between which the image is interpolated.
-  std::array<Corner, 4> corners(const Vec3f& map_direction) const;
+  struct Corners {
+    std::array<Corner, 4> at;  ///< left and right above, left and right below
+    float down;                ///< share of the lower two
+  };
+  Corners corners(const Vec3f& map_direction) const;
   /// The pixel of a direction, and the density per solid angle if it had all of the samples.
   struct Place {
     int x, y;
@@ -105,7 +125,8 @@ struct World {
   WorldParameters values;
   bool on = true;  ///< else it is black: see LightState
   std::shared_ptr<const EnvironmentMap> map;
-  std::array<Vec3f, 3> to_map{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< rows; orthonormal
+  /// At rotation 0. Rows; orthonormal.
+  std::array<Vec3f, 3> to_map{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   RayKinds visible_to = kAllRays;
   int max_bounces = std::numeric_limits<int>::max();  ///< light sampling after more passes it over
   /// The camera sees nothing where it sees no object; see `film_roughness`.
@@ -115,16 +136,25 @@ struct World {
   double film_roughness = -1;
 
   void check() const;
-  /// A direction as the image has it.
+  /// A direction as the image has it: by `to_map`, then rotated about Z.
   Vec3f to_map_frame(const Vec3f& d) const {
-    return {dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)};
+    return rotated({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)}, values.rotation);
   }
   /// Radiance at colour 1 and strength 1; 0 where it is off.
   Colorf factor(const Vec3f& direction) const;
+  /// Its derivative by the rotation, the direction held.
+  Colorf rotation_slope(const Vec3f& direction) const;
   float density(
       const Vec3f& direction) const;  ///< 0 where there is no image: not sampled as a light
   float cycles_density(const Vec3f& direction) const;  ///< likewise
   Vec3f sample(float u1, float u2, float& density) const;
+
+ private:
+  static Vec3f rotated(const Vec3f& d, double angle) {
+    if (angle == 0) return d;
+    const auto c = static_cast<float>(std::cos(angle)), s = static_cast<float>(std::sin(angle));
+    return {c * d.x - s * d.y, s * d.x + c * d.y, d.z};
+  }
 };
 
 }  // namespace selenite

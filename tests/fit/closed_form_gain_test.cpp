@@ -7,8 +7,10 @@
 #include <cmath>
 #include <random>
 
+#include "fit/objective/photo_weights.h"
 #include "fit/problem/pixel_weights.h"
 #include "fit/run/fit.h"
+#include "fit/solver/gauss_newton.h"
 #include "fit/synthetic_renderer.h"
 
 namespace selenite {
@@ -159,6 +161,53 @@ TEST(FreeGain, IsEliminatedWithItsPriorFromTheNormalEquations) {
       EXPECT_NEAR(product(left, with_prior, c), gradient, 2e-3 * std::abs(gradient)) << c;
     }
   }
+}
+
+/// A photo of 0.6 times a light, with a free gain: of what the photo shows the colour is open.
+struct OpenColour {
+  Scene scene = synthetic_scene();
+  Unknowns unknowns{scene, {{"Body", "base_color", {0.4, 0.4, 0.4}, 0.05, 1, 0.03}}};
+  SlotLayout layout{unknowns.layout(scene)};
+  std::vector<Photo> photos{grey_capture(16)};
+  Problem problem{unknowns, layout, photos, losses()[0], 60};
+
+  OpenColour() {
+    for (std::size_t i = 0; i < photos[0].size(); ++i)
+      photos[0].reference[i] = Colorf(0.6f * light(i));
+    photos[0].gain_freedom = GainFreedom::kRgb;
+    check_photos(scene, photos);
+  }
+  OpenColour(const OpenColour&) = delete;  // the problem refers to members
+  OpenColour& operator=(const OpenColour&) = delete;
+
+  static float light(std::size_t i) { return 0.5f + 0.4f * std::sin(0.7f * static_cast<float>(i)); }
+  /// A render without noise, with the gain that it gives.
+  Observation seen(const Vector& colour, bool derivatives) const {
+    Film film(16, 16, 16, derivatives ? static_cast<int>(layout.slots.size()) : 0);
+    for (std::size_t i = 0; i < film.size(); ++i)
+      for (int c = 0; c < 3; ++c) film.mean[i][c] = static_cast<float>(colour[c]) * light(i);
+    const Colorf gain = closed_form_gain(film, photos[0], gain_weights(problem, photos[0]),
+                                         gain_prior(problem, photos[0]));
+    for (SlotFilm& slot : film.slots)
+      for (std::size_t i = 0; i < film.size(); ++i) slot.mean[i] = gain * light(i);
+    for (SlotFilm& slot : film.slots) slot.half_a = slot.mean;
+    for (Colorf& pixel : film.mean) pixel *= gain;
+    film.half_a = film.mean;
+    return {0, std::move(film), {}};
+  }
+};
+
+// Without derivatives of their own steps go on by those that have been gathered.
+TEST(FreeGain, ItsPriorLeadsStepsByResidualsToo) {
+  const OpenColour world;
+  GaussNewton solver(world.problem);
+  Vector colour = world.unknowns.start();
+  for (int i = 0; i < 2; ++i) solver.gather(colour, world.seen(colour, true), 1);
+  for (int i = 0; i < 40; ++i) {
+    const Observation seen = world.seen(colour, false);
+    colour = solver.step_by_residuals(colour, std::span(&seen, 1));
+  }
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(colour[c], 0.6, 0.05) << "where the gain is 1";
 }
 
 // Of 4800 numbers that differ by chance, and of 100 blocks in which all are off alike.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
-#include "fit/phases/light_start.h"
+#include "fit/phases/starts/light_start.h"
 #include "fit/problem/saved_state.h"
 #include "fit/problem/uniform_fields.h"
 #include "fit/run/fit.h"

@@ -31,6 +31,28 @@ TEST(JointGaussNewton, TheColourAloneWouldTakeUpWhatVoxelsDo) {
   EXPECT_GT((color - world.true_color).cwiseAbs().maxCoeff(), 0.02) << color.transpose();
 }
 
+/// A gain that the photos say of with certainty leaves a residual that the prior alone made, a thousandth
+/// of it in the photos: voxels follow the photos.
+TEST(JointGaussNewton, VoxelsDoNotFollowThePriorOfAGain) {
+  const auto moved = [](GainFreedom freedom) {
+    LinearPhotos world;
+    for (Photo& photo : world.photos) {
+      photo.gain_freedom = freedom;
+      for (Colorf& pixel : photo.reference) pixel *= Colorf(1.00002f);
+    }
+    JointGaussNewton solver(world.problem, world.fields, world.fields.start());
+    solver.set_fields({world.true_voxels});
+    world.gather(solver);
+    auto seen = world.at(world.true_color, world.true_voxels);
+    for (Observation& one : seen)
+      for (Picture* picture : {&one.film.mean, &one.film.half_a})
+        for (Colorf& pixel : *picture) pixel *= Colorf(1 / 1.00002f);
+    (void)solver.step(world.true_color, seen);
+    return world.voxel_error(solver);
+  };
+  EXPECT_LT(moved(GainFreedom::kRgb), 5 * moved(GainFreedom::kNone));
+}
+
 TEST(JointGaussNewton, WithoutInstrumentsResidualsMoveNothing) {
   const LinearPhotos world;
   JointGaussNewton solver(world.problem, world.fields, world.fields.start());

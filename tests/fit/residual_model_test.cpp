@@ -164,6 +164,17 @@ TEST(PhotoWeights, KnowAModelErrorThatNeighboursShareAtTheAnswerOnly) {
   EXPECT_LT(weights[0].sum(), 0.6f * before.sum());
 }
 
+// What the values were off by before is in the sums, and not in the last residuals.
+TEST(PhotoWeights, ResidualsOnTheWayToTheAnswerAreNoModelError) {
+  const std::vector<Photo> photos{ramp()};
+  PhotoWeights weights(photos);
+  learn(weights, photos[0], 13, 0.02,
+        [](std::size_t i) { return 0.1 * std::sin(0.4 * static_cast<double>(i % kSide)); });
+  learn(weights, photos[0], 1, 0.02, [](std::size_t) { return 0; });
+  weights.weigh_answer();
+  EXPECT_EQ(weights.model_error().relative, 0);
+}
+
 TEST(PhotoWeights, APlainModelErrorJoinsAtOnce) {
   const std::vector<Photo> photos{ramp()};
   PhotoWeights weights(photos);

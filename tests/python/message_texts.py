@@ -14,7 +14,8 @@ from selenite import parameters
 ADDON = Path(__file__).resolve().parents[2] / "addon" / "selenite"
 ROOMS = (
     "fit_run", "information", "next_camera", "trade", "environments", "interface", "scene_read",
-    "write_back", "cycles_check", "grid_files.py", "json_text.py", "native.py", "problems.py",
+    "write_back", "cycles_check", "importers", "grid_files.py", "json_text.py", "native.py",
+    "problems.py",
 )  # fmt: skip
 #: Whose literals are no sentences for a user: pictures, files, tables of names, handlers.
 NOT_SHOWN = (

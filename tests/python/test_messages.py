@@ -13,6 +13,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 
 import message_texts  # noqa: E402
+import native_texts  # noqa: E402
 
 INTERFACE = message_texts.ADDON / "interface"
 LANGUAGES = sorted((INTERFACE / "furniture" / "messages").glob("*.json"))
@@ -43,8 +44,36 @@ def test_a_language_has_every_message(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
+def test_a_language_has_what_the_native_modules_say(path: Path) -> None:
+    wanted, found = native_texts.wanted(), _texts(path)
+    assert len(wanted) > 200  # the collector collects
+    lacking = [
+        f"{place}: {part}"
+        for part, (whole, place) in wanted.items()
+        if part not in found and whole not in found
+    ]
+    assert not lacking, "\n".join(lacking)
+
+
+def test_a_native_message_is_german_from_the_first_word_to_the_last() -> None:
+    path = next(item for item in LANGUAGES if item.stem == "de_DE")
+    language = messages.Messages(json.loads(path.read_text(encoding="utf-8")))
+    said = "Photo 'a.png': cannot be read: it has a palette instead of colours"
+    assert language.translated(said) == (
+        "Foto „a.png“: nicht lesbar: es hat eine Palette statt Farben"
+    )
+    said = (
+        "Body:ior: start = 3 lies outside its bounds [1, 2.5]; move the start or widen the bounds"
+    )
+    assert language.translated(said) == (
+        "Body:ior: Anfang = 3 liegt außerhalb seiner Grenzen [1, 2.5]; "
+        "verschiebe den Anfang oder weite die Grenzen"
+    )
+
+
+@pytest.mark.parametrize("path", LANGUAGES, ids=lambda path: path.stem)
 def test_a_language_has_no_message_of_yesterday(path: Path) -> None:
-    wanted = set(message_texts.wanted())
+    wanted = {*message_texts.wanted(), *native_texts.wanted()}
     found = json.loads(path.read_text(encoding="utf-8"))
     left = [text for text in found if " " in text and message_texts.is_sentence(text)]
     left = [text for text in left if text not in wanted]

@@ -209,8 +209,8 @@ std::vector<Probe> all_probes() {
   for (const auto& [kind, owner] : owners)
     for (const Parameter& p : parameter_table(kind)) {
       const std::string name(p.name);
-      // subsurface_test.cpp, medium_test.cpp
-      if (name.starts_with("subsurface_") || kMedium.contains(name)) continue;
+      // subsurface_test.cpp, medium_test.cpp, world_rotation_test.cpp
+      if (name.starts_with("subsurface_") || kMedium.contains(name) || name == "rotation") continue;
       const double value = scene.get(scene.find(owner, name))[0];
       const bool wide = p.upper > 100;
       probes.push_back({owner, name, Side::kBoth, 0, wide ? 0.2 * value : 0.08});

@@ -126,7 +126,10 @@ def _has_light(
     values: SceneValues, unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
 ) -> bool:
     """Whether a render of the scene can show anything."""
-    emission = any(item.parameter.effect == "emission" for item in unknowns)
+    # A rotation makes no light.
+    emission = any(
+        item.parameter.effect == "emission" and item.parameter.scale != "angle" for item in unknowns
+    )
     if emission or any(item.kind.is_environment for item in fields):
         return True
     lamps = any(lamp.power > 0 and max(lamp.color) > 0 for lamp in values.lights)

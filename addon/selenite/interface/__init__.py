@@ -82,13 +82,8 @@ def unregister() -> None:
     global _command
     environment_panel.end()
     state.CHECK.stop()
-    state.TRADE.stop()
-    state.NEXT.stop()
-    state.ESTIMATE.stop()
-    state.STAGES.stop()
-    state.SAVE.stop()
-    state.ROTATION.stop()
-    state.READING.stop()
+    for item in (*state.JOBS, state.READING):
+        item.stop()
     state.RUN.stop(keep=False)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)

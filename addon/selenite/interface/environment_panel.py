@@ -6,24 +6,28 @@ A datablock without users holds the picture, so that no saved file has it.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import bpy
 import numpy as np
 
 from .. import native
+from ..environments.bright_spots import Sun
 from ..fit_run.fields import EnvironmentUnknown, fitted_environment
 from ..fit_run.fields.environment import view_of
 from ..fit_run.job import FitFailed
-from ..problems import BadInput
-from ..scene_read.scene import read_scene
+from ..information.job import Step
+from ..scene_read.reading.render_depsgraph import Reading
+from ..scene_read.scene import reading
+from ..scene_read.values import SceneValues
 from ..write_back import suns
 from .operators import rotate_environment
 from .pictures import images
-from .problem_reports import report_problems
-from .state import RUN, is_idle
+from .progress.background import draw_work
+from .state import RUN, SPOTS
 from .texts import announce, translated
-from .ticking import redraw
+from .ticking import CancelsWork, WorksInThread, redraw
 
 IMAGE = "Selenite Environment"
 #: Seconds between two pictures.
@@ -100,41 +104,65 @@ class SELENITE_PT_environment(bpy.types.Panel):
             if image is not None and image.preview is not None:
                 self.layout.template_icon(icon_value=image.preview.icon_id, scale=8.0)
         rotate_environment.draw(self.layout, context)
-        self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
+        if not draw_work(self.layout, SPOTS, "selenite.cancel_lamps"):
+            self.layout.operator("selenite.lamps_from_environment", icon="LIGHT_SUN")
 
 
-class SELENITE_OT_lamps_from_environment(bpy.types.Operator):
-    """Make Sun lamps of the bright spots of the world's image, and take their light out of it"""
+class SpotSearch:
+    """Looks for the bright spots of the world's image. Then `suns` and the `rest` (h, w, 3) of the
+    image are there."""
+
+    def __init__(self, values: SceneValues, most: int) -> None:
+        self.values = values
+        self.suns: list[Sun] = []
+        self.rest: np.ndarray | None = None
+        self._most = most
+
+    def steps(self) -> Iterator[Step]:
+        """One. Raises BadInput."""
+        yield Step(0.0, "looking for bright spots")
+        self.suns, self.rest = suns.proposed(self.values, self._most)
+
+    def cancel(self) -> None:
+        """It looks to the end."""
+
+
+class SELENITE_OT_lamps_from_environment(WorksInThread):
+    """Make Sun lamps of the bright spots of the world's image, and take their light out of it. Esc
+    cancels"""
 
     bl_idname = "selenite.lamps_from_environment"
     bl_label = "Lamps from Environment"
     bl_options = {"REGISTER", "UNDO"}
+    background = SPOTS
+    failure = "No lamps are made"
 
     count: bpy.props.IntProperty(
         name="Suns", default=4, min=1, soft_max=16, description="At most, the strongest first"
     )
 
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """Nothing runs."""
-        return is_idle()
+    def _asking(self, context: bpy.types.Context) -> Reading[SpotSearch]:
+        values = yield from reading(context.scene)
+        return SpotSearch(values, self.count)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def _end(self, work: SpotSearch | None) -> set[str]:
         """All or nothing; one undo step."""
-        try:
-            values = read_scene(context.scene)
-            found, rest = suns.proposed(values, self.count)
-            done = suns.add(context.scene, values, found, rest)
-        except BadInput as error:
-            report_problems(self, error)
+        scene: bpy.types.Scene | None = bpy.data.scenes.get(SPOTS.scene_name)
+        if work is None or work.rest is None or scene is None:
             return {"CANCELLED"}
-        except native.NativeUnavailable as error:
-            announce(self, {"ERROR"}, str(error))
-            return {"CANCELLED"}
-        for item in found:
+        done = suns.add(scene, work.values, work.suns, work.rest)
+        for item in work.suns:
             announce(self, {"INFO"}, suns.text(item))
         announce(self, {"INFO"}, done)
         return {"FINISHED"}
+
+
+class SELENITE_OT_cancel_lamps(CancelsWork):
+    """Stop; nothing is changed"""
+
+    bl_idname = "selenite.cancel_lamps"
+    bl_label = "Cancel"
+    background = SPOTS
 
 
 def _tick() -> float | None:
@@ -143,4 +171,8 @@ def _tick() -> float | None:
     return _EVERY if running else None
 
 
-CLASSES = (SELENITE_OT_lamps_from_environment, SELENITE_PT_environment)
+CLASSES = (
+    SELENITE_OT_lamps_from_environment,
+    SELENITE_OT_cancel_lamps,
+    SELENITE_PT_environment,
+)

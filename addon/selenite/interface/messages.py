@@ -37,9 +37,9 @@ class Messages:
             if found is not None:
                 return words.format(*(self.translated(item, depth + 1) for item in found))
         for cut in _CUTS:
-            pieces = text.split(cut)
-            if len(pieces) > 1:
-                return cut.join(self.translated(item, depth) for item in pieces)
+            first, found_cut, rest = text.partition(cut)
+            if found_cut:
+                return self.translated(first, depth) + cut + self.translated(rest, depth)
         return text
 
 

@@ -16,6 +16,7 @@ from .captures import lights as capture_lights
 from .captures import photo as capture_photo
 from .chosen import chosen
 from .operators import presets
+from .operators.time import draw_trade
 from .progress.background import draw_bar, draw_next_camera, draw_work
 from .progress.head import SELENITE_PT_head
 from .request import FIT_SETTINGS
@@ -168,11 +169,7 @@ class SELENITE_PT_advanced(bpy.types.Panel):
             draw_next_camera(layout, context)
         column = layout.column(align=True)
         field(column, context.scene.selenite, "trade_budget")
-        layout.operator("selenite.trade", icon="GRAPH")
-        if state.TRADE.step is not None:
-            draw_bar(layout, state.TRADE.step.fraction, state.TRADE.step.text)
-        for line in state.TRADE.lines:
-            paragraph(layout, context, line)
+        draw_trade(layout, context)
 
 
 class SELENITE_PT_cycles(bpy.types.Panel):
@@ -206,7 +203,8 @@ class SELENITE_PT_cycles(bpy.types.Panel):
             layout.operator("selenite.set_cycles", icon="SCENE")
         for item in found:
             box = layout.box().column(align=True)
-            box.label(text=f"{item.name}: {item.value}", icon="ERROR" if item.spoils else "INFO")
+            icon = "ERROR" if item.spoils else "INFO"
+            paragraph(box, context, f"{item.name}: {item.value}", icon)
             paragraph(box, context, item.cost)
 
 

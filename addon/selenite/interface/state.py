@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -21,7 +20,6 @@ from ..information.job import Step as BackgroundStep
 from ..problems import Problem
 from ..scene_read.reading.job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
-from ..trade.measure import Step, Trade
 from .running.recorder import BackgroundRecorder, Closing
 from .running.work import Finishing, Preparing
 
@@ -109,7 +107,7 @@ class Run:
         return self.recorder.update(self.job)
 
     def drop_record(self) -> None:
-        """The run has ended without a result: nothing is left to resume."""
+        """Nothing is left to resume; a thread clears it away."""
         recorder, self.recorder = self.recorder, None
         if recorder is not None:
             job = BackgroundJob(Closing(recorder))
@@ -191,28 +189,13 @@ class Check:
 
 
 @dataclass
-class Measurement:
-    """At most one measurement of time against error at a time. `lines` stay after its end."""
-
-    trade: Trade | None = None
-    steps: Iterator[Step] | None = None
-    step: Step | None = None
-    lines: list[str] = field(default_factory=list)
-
-    def start(self, trade: Trade) -> None:
-        """Nothing happens until `steps` is asked."""
-        self.trade, self.steps, self.step, self.lines = trade, trade.steps(), None, []
-
-    def stop(self) -> None:
-        """Waits for the running fit and forgets the measurement."""
-        if self.trade is not None:
-            self.trade.cancel()
-        self.trade = self.steps = self.step = None
-
-
-@dataclass
 class Background:
-    """At most one job of a kind at a time. `lines` stay after its end."""
+    """At most one job of a kind at a time. `lines` stay after its end.
+
+    hears: whether the thread ends soon where it is cancelled. Else nobody waits for it.
+    """
+
+    hears: bool = True
 
     job: BackgroundJob[Any] | None = None
     scene_name: str = ""
@@ -224,12 +207,31 @@ class Background:
         self.job, self.scene_name, self.step, self.lines = job, scene_name, None, []
         job.start()
 
+    def cancel(self) -> None:
+        """Returns at once; the operator that waits for the thread sees that."""
+        if self.job is None:
+            return
+        self.job.cancel()
+        if not self.hears:
+            RUN.left.append(self.job)
+            self.job = None
+
     def stop(self) -> None:
         """Waits for the thread and forgets it."""
         job, self.job, self.step = self.job, None, None
         if job is not None:
             job.cancel()
             job.join()
+
+
+@dataclass
+class Measurement(Background):
+    """At most one measurement of time against error at a time."""
+
+    def cancel(self) -> None:
+        """What has been measured is kept."""
+        if self.job is not None:
+            self.job.work.cancel()
 
 
 @dataclass
@@ -259,6 +261,9 @@ ESTIMATE = Background()
 STAGES = Background()
 SAVE = Background()
 ROTATION = Background()
+MASK = Background(hears=False)
+SPOTS = Background(hears=False)
+JOBS = (TRADE, NEXT, ESTIMATE, STAGES, SAVE, ROTATION, MASK, SPOTS)
 #: Scene name -> what fits with the presets take, in lines, when it was last estimated.
 EXPECTED: dict[str, list[str]] = {}
 #: Scene name -> what is wrong with bodies that have to be closed, when an operator last read it.
@@ -269,8 +274,7 @@ PROBLEMS: dict[str, list[Problem]] = {}
 
 def is_idle() -> bool:
     """Nothing runs: no fit, no reading, no check, no measurement, no other job."""
-    jobs = (CHECK.job, TRADE.trade, NEXT.job, ESTIMATE.job, STAGES.job, SAVE.job, ROTATION.job)
-    return not RUN.is_active and READING.job is None and all(item is None for item in jobs)
+    return not RUN.is_active and all(item.job is None for item in (READING, CHECK, *JOBS))
 
 
 def remember_shapes(scene_name: str, values: SceneValues) -> None:

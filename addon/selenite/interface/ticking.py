@@ -90,6 +90,18 @@ class ReadsScene(Ticking):
             return answer
         return {"PASS_THROUGH"} if event.type in HARMLESS else {"RUNNING_MODAL"}
 
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Until it is read."""
+        if READING.job is None:
+            self._remove_timer(context)
+            return {"CANCELLED"}
+        return self._reading(context, event)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender quits or loads another file."""
+        READING.stop()
+        self._remove_timer(context)
+
     def _read_on(self, context: bpy.types.Context) -> set[str]:
         job = READING.job
         assert job is not None
@@ -131,7 +143,7 @@ class WorksInThread(ReadsScene, bpy.types.Operator):
             redraw(context)
             return {"CANCELLED"}
         if event.type == "ESC" and event.value == "PRESS":
-            self.background.job.cancel()
+            self.background.cancel()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
@@ -142,9 +154,8 @@ class WorksInThread(ReadsScene, bpy.types.Operator):
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Blender quits or loads another file: the thread must end first."""
-        READING.stop()
         self.background.stop()
-        self._remove_timer(context)
+        super().cancel(context)
 
     @abstractmethod
     def _asking(self, context: bpy.types.Context) -> Reading[Work]:
@@ -192,9 +203,8 @@ class CancelsWork(bpy.types.Operator):
         return cls.background.job is not None
 
     def execute(self, _context: bpy.types.Context) -> set[str]:
-        """The thread ends within a tile; the operator that waits for it sees that."""
-        if self.background.job is not None:
-            self.background.job.cancel()
+        """The operator that waits for the thread sees that."""
+        self.background.cancel()
         return {"FINISHED"}
 
 

@@ -62,7 +62,9 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
     for light in values.lights:
         _add_light(builder, light)
     world = values.world
-    builder.set_world(world.color, world.strength, world.image, world.to_map)
+    c, s = np.cos(world.rotation), np.sin(world.rotation)
+    before = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ world.to_map
+    builder.set_world(world.color, world.strength, world.image, before, world.rotation)
     builder.set_world_visibility(
         world.visible_to,
         max_bounces=world.max_bounces,

@@ -205,6 +205,8 @@ class LampFrame:
 class WorldValues:
     """Background: colour (a tint if there is an image) times strength.
 
+    `to_map` (3, 3): direction in the image's frame = to_map @ direction in the world. `rotation`:
+    what of it is one about Z that can be fitted, radians; it comes last.
     `visible_to`, `max_bounces`: as of a lamp. `transparent_film`: the camera does not see it, nor
     through glass up to `film_roughness`, unless that is negative.
     """
@@ -213,6 +215,7 @@ class WorldValues:
     strength: float = 0.0
     image: np.ndarray | None = None
     to_map: np.ndarray = field(default_factory=lambda: np.eye(3))
+    rotation: float = 0.0
     visible_to: tuple[str, ...] = ALL_RAYS
     max_bounces: int = NO_LIMIT
     transparent_film: bool = False

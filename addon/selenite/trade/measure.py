@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -89,13 +90,13 @@ class Trade:
         self._photos: list[np.ndarray] = []
         self._captures: dict[int, list[Capture]] = {}
         self._job: FitJob | None = None
+        self._stop = threading.Event()
 
     def cancel(self) -> None:
-        """Waits for the running fit to end; its row stays without it."""
+        """From any thread: `steps` ends soon, and the row of the running fit stays without it."""
+        self._stop.set()
         if self._job is not None:
             self._job.cancel()
-            self._job.join()
-            self._job = None
 
     def steps(self) -> Iterator[Step]:
         """Photos, one timed fit, then round after round of fits, cheap ones first. Yields many
@@ -104,7 +105,11 @@ class Trade:
         begin = time.monotonic()
         settings = choices.choices(self.plan.request.settings, self._tallest)
         yield from self._render_photos(begin)
+        if self._stop.is_set():
+            return
         per_path = self._time()
+        if self._stop.is_set():
+            return
         for choice in settings:
             self.rows.append(Row(choice, cost.expected(self.plan, choice.settings, per_path)))
         for run in range(_MOST_RUNS):
@@ -112,6 +117,8 @@ class Trade:
                 left = self.budget - (time.monotonic() - begin)
                 if row.expected_seconds > left or len(row.runs) < run or row.failure:
                     continue
+                if self._stop.is_set():
+                    break
                 try:
                     for _ in self._fit(row, run, left):
                         self.seconds = time.monotonic() - begin
@@ -152,6 +159,8 @@ class Trade:
                 image = shown(film.image, capture).astype(np.float64)
                 sums[index] = image if before is None else before + image
                 yield Step(0.0, f"photo {capture.id}")
+                if self._stop.is_set():
+                    return
             self.photo_spp += _PHOTO_CHUNK
             used = time.monotonic() - begin
             if self.photo_spp >= _PHOTO_MOST:
@@ -166,7 +175,12 @@ class Trade:
     def _time(self) -> float:
         """Seconds per path of a short fit."""
         settings = replace(self.plan.request.settings, height=self._tallest)
-        return cost.seconds_per_path(self._plan_of, settings)
+        return cost.seconds_per_path(self._plan_of, settings, self._begun)
+
+    def _begun(self, job: FitJob) -> None:
+        self._job = job
+        if self._stop.is_set():
+            job.cancel()
 
     def _plan_of(self, settings: FitSettings) -> FitPlan:
         unknowns = [replace(item, start=choices.displaced(item)) for item in self.plan.unknowns]
@@ -183,15 +197,18 @@ class Trade:
         """One run; yields while it works."""
         settings = replace(row.choice.settings, seed=row.choice.settings.seed + run)
         plan = self._plan_of(settings)
-        job = self._job = FitJob(plan)
+        job = FitJob(plan)
         job.start()
-        while (state := job.progress()).running:
-            if state.seconds > _PATIENCE * left:
-                job.cancel()
-            time.sleep(0.02)
-            yield
-        job.join()
-        self._job = None
+        self._begun(job)
+        try:
+            while (state := job.progress()).running:
+                if state.seconds > _PATIENCE * left:
+                    job.cancel()
+                time.sleep(0.02)
+                yield
+        finally:  # nobody may want it any more
+            job.cancel()
+            job.join()
         if state.stopped_because == "cancelled":
             return
         result = job.result()

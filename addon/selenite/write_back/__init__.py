@@ -17,6 +17,7 @@ from ..scene_read.lamps import lights
 from ..scene_read.shading import materials, volumes, world
 from ..scene_read.shading.nodes import Source
 from ..scene_read.values import Owner
+from . import world_rotation
 
 Key = tuple[str, str]  # owner, parameter
 Block = TypeVar("Block", bound=bpy.types.ID)
@@ -98,6 +99,8 @@ def _target(
     rendered = datablock(view_layers.worlds(scene), owner)
     if rendered is None:
         return None, "the world is gone: choose it again"
+    if parameter.name == world.ROTATION:
+        return _rotation_target(rendered)
     return _socket_target(*world.find_source(rendered, parameter))
 
 
@@ -141,6 +144,16 @@ def _volume_target(
     return _Target(
         lambda: volumes.read(source, material.name)[parameter.name],
         lambda values: volumes.write(source, parameter, values),
+    ), ""
+
+
+def _rotation_target(found: bpy.types.World) -> tuple[_Target | None, str]:
+    _, reason = world.find_rotation(found)
+    if reason:
+        return None, reason
+    return _Target(
+        lambda: (world_rotation.read(found),),
+        lambda values: world_rotation.write(found, values[0]),
     ), ""
 
 

@@ -9,6 +9,7 @@ newest away.
 from __future__ import annotations
 
 import json
+import math
 from typing import Any, cast
 
 import bpy
@@ -74,32 +75,16 @@ def show_pixels(scene: bpy.types.Scene, values: SceneValues, pixels: np.ndarray)
 
 
 def rotate(scene: bpy.types.Scene, values: SceneValues, angle: float, strength: float) -> str:
-    """Adds a Mapping behind those of the world's Environment Texture that turns by `angle` (radians
-    about Z), and sets the strength. Returns what was done. Raises BadInput, and then nothing has
-    changed."""
+    """Rotates the image of the world that `values` have by another `angle` (radians about Z), and
+    sets the strength. Returns what was done. Raises BadInput, and then nothing has changed."""
     found = _world_of(scene, values)
-    title = f"World '{found.name}'"
-    inlet, reason = _inlet_of(found)
-    if inlet is None or reason:
-        cause, _, cure = reason.partition(": ")
-        cause = f"its image cannot be rotated ({cause})"
-        raise BadInput(Problem(title, cause, cure or "give it an Environment Texture"))
-    write(scene, values.owners, {(world.WORLD, "strength"): (strength,)})
-    tree, node = cast(bpy.types.NodeTree, inlet.id_data), inlet.node
-    mapping = cast(bpy.types.ShaderNodeMapping, tree.nodes.new("ShaderNodeMapping"))
-    mapping.vector_type, mapping.select, mapping.parent = "POINT", False, node.parent
-    mapping.location = node.location[0] - 200, node.location[1] - 100
-    cast(Any, mapping.inputs["Rotation"]).default_value = (0.0, 0.0, angle)
-    before = nodes.link_of(inlet)
-    if before is None:
-        coordinates = tree.nodes.new("ShaderNodeTexCoord")
-        coordinates.location = mapping.location[0] - 200, mapping.location[1]
-        start = coordinates.outputs["Generated"]
-    else:
-        start = before.from_socket
-    tree.links.new(start, mapping.inputs["Vector"])
-    tree.links.new(mapping.outputs["Vector"], inlet)
-    return f"{title}: node '{mapping.name}' rotates its image"
+    rotation = math.remainder(values.world.rotation + angle, 2 * math.pi)
+    write(
+        scene,
+        values.owners,
+        {(world.WORLD, "strength"): (strength,), (world.WORLD, world.ROTATION): (rotation,)},
+    )
+    return f"World '{found.name}': its Mapping node rotates its image"
 
 
 def _world_of(scene: bpy.types.Scene, values: SceneValues) -> bpy.types.World:
@@ -109,18 +94,6 @@ def _world_of(scene: bpy.types.Scene, values: SceneValues) -> bpy.types.World:
     if found is None:
         raise BadInput(Problem("World", "it is gone", "choose it again"))
     return found
-
-
-def _inlet_of(found: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str]:
-    """The Vector of the Environment Texture that gives the world's colour."""
-    socket, reason = world.find_inlet(found)
-    if socket is None or reason:
-        return None, reason
-    source = nodes.source_of(socket)
-    if not isinstance(source.node, bpy.types.ShaderNodeTexEnvironment):
-        return None, "no Environment Texture gives its colour"
-    fixed = nodes.why_tree_fixed(source.node.id_data, source.groups, found)
-    return source.node.inputs["Vector"], fixed
 
 
 def restore(scene: bpy.types.Scene) -> None:

@@ -30,6 +30,7 @@ double step_for_instrumental(const Parameter& description, const FiniteDifferenc
 double difference_step(const Scene& scene, const ParameterRef& ref, Purpose purpose,
                        const FiniteDifferenceOptions& options) {
   const Parameter& description = scene.description(ref);
+  if (description.scale == Scale::kAngle) return options.angle;
   if (description.effect != Effect::kSurface && description.effect != Effect::kVolume) return 0;
   if (purpose == Purpose::kInstrumental) return step_for_instrumental(description, options);
   return is_sharp_refraction(scene, ref, options) ? options.gradient_log_excess : 0;

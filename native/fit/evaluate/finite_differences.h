@@ -15,6 +15,7 @@ struct FiniteDifferenceOptions {
   double log = 0.5;         ///< of log x (extinction), as instruments
   double log_excess = 0.4;  ///< of log(x - 1) (IOR), as instruments
   double roughness = 0.4;   ///< longer ones no longer go with the slope
+  double angle = 0.05;      ///< of a rotation, radians; as instruments and gradients
   /// Of log(x - 1), as gradients: their noise multiplies that of the residuals, so it is longer.
   double gradient_log_excess = 0.7;
   /// Transmission over roughness above which the difference by an IOR is the better gradient.

@@ -15,7 +15,8 @@ enum class Stream : std::uint64_t {
   kRefinement = 4,
   kAlternativeMinima = 5,
   kLightStart = 6,
-  kRoughnessProfile = 7
+  kRoughnessProfile = 7,
+  kRotationStart = 8
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

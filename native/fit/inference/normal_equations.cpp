@@ -47,7 +47,7 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
     clusters.add(static_cast<std::size_t>(i), term, slopes);
     score_covariance.noalias() += term * term.transpose();
   }
-  const Halves& halves = equations.whole.residual;
+  const Halves& halves = equations.of_photo ? *equations.of_photo : equations.whole.residual;
   shared.add(photo, halves.residual_a, halves.residual_b, weight);
 }
 

@@ -58,11 +58,10 @@ Halves residual_halves(const Problem& problem, std::size_t i, const Film& film) 
   return halves;
 }
 
-std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
-                                    std::span<const Observation> seen) {
+std::vector<Halves> residual_halves(const Problem& problem, std::span<const Observation> seen) {
   std::vector<Halves> all;
   for (const Observation& one : seen)
-    all.push_back(residual_halves(one.film, photos[static_cast<std::size_t>(one.photo)]));
+    all.push_back(residual_halves(problem, static_cast<std::size_t>(one.photo), one.film));
   return all;
 }
 

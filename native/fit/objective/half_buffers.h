@@ -39,8 +39,7 @@ Eigen::VectorXf mean_residual(const Film& film, const Photo& photo);
 Halves residual_halves(const Film& film, const Photo& photo);
 /// The same of photo i, with what the prior of its free gain adds.
 Halves residual_halves(const Problem& problem, std::size_t i, const Film& film);
-std::vector<Halves> residual_halves(const std::vector<Photo>& photos,
-                                    std::span<const Observation> seen);
+std::vector<Halves> residual_halves(const Problem& problem, std::span<const Observation> seen);
 /// Which pixels of a photo a film has. The prior of a free gain is a row of the whole photo's equations.
 enum class FilmExtent { kPhoto, kSomePixels };
 /// `slope` is dx/du per unknown.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "fit/objective/closed_form_gain.h"
 #include "fit/objective/shared_residual.h"
@@ -45,7 +46,7 @@ PhotoWeights::PhotoWeights(const std::vector<Photo>& photos, bool weighted,
     weights_.push_back(weighted ? relative_weights(photo, photos.size(), options_)
                                 : shares(photo, photos.size()));
     const Eigen::VectorXf none = Eigen::VectorXf::Zero(weights_.back().size());
-    sums_.push_back({none, none, none});
+    sums_.push_back({none, none, none, {}, {}});
     counts_.push_back(count_of(photo));
   }
 }
@@ -74,9 +75,11 @@ bool PhotoWeights::learn(std::span<const Observation> seen, double keep, int ite
                                                      sums.variance.size());
     sums.variance =
         sums.variance * kept + variance.cwiseMax(0.f) * static_cast<float>(one.film.spp);
-    const Halves halves = residual_halves(one.film, (*photos_)[i]);
+    Halves halves = residual_halves(one.film, (*photos_)[i]);
     sums.half_a = sums.half_a * kept + halves.residual_a;
     sums.half_b = sums.half_b * kept + halves.residual_b;
+    sums.newest_a = std::move(halves.residual_a);
+    sums.newest_b = std::move(halves.residual_b);
   }
   if (iteration < next_) return false;
   while (next_ <= iteration) next_ *= 2;
@@ -91,8 +94,8 @@ void PhotoWeights::weigh_answer() {
 bool PhotoWeights::is_unexplained() const {
   SharedResidual shared;
   for (std::size_t i = 0; i < sums_.size(); ++i)
-    shared.add((*photos_)[i], sums_[i].half_a / static_cast<float>(renders_),
-               sums_[i].half_b / static_cast<float>(renders_), weights_[i]);
+    if (sums_[i].newest_a.size() > 0)
+      shared.add((*photos_)[i], sums_[i].newest_a, sums_[i].newest_b, weights_[i]);
   return shared.square > options_.model_error_sigmas * std::sqrt(shared.variance);
 }
 
@@ -159,7 +162,9 @@ NoisyLoss PhotoWeights::loss(std::span<const Observation> seen,
   return loss;
 }
 
-void PhotoWeights::Sums::members(SavedState& state) { state(variance, half_a, half_b); }
+void PhotoWeights::Sums::members(SavedState& state) {
+  state(variance, half_a, half_b, newest_a, newest_b);
+}
 
 void PhotoWeights::members(SavedState& state) {
   state(weights_, sums_, renders_, next_, version_, model_, products_, counts_, scale_);

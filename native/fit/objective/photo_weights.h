@@ -59,12 +59,15 @@ class PhotoWeights {
  private:
   /// Sums over recent iterations.
   struct Sums {
-    Eigen::VectorXf variance;        ///< of one sample
-    Eigen::VectorXf half_a, half_b;  ///< of the residuals
+    Eigen::VectorXf variance;            ///< of one sample
+    Eigen::VectorXf half_a, half_b;      ///< of the residuals
+    Eigen::VectorXf newest_a, newest_b;  ///< those of the last iteration alone
     void members(SavedState& state);
   };
   void weigh(bool of_answer);
-  /// Whether neighbouring pixels share their mean residuals beyond noise.
+  /// Whether neighbouring pixels share their newest residuals beyond noise. Sums over iterations know more,
+  /// but also what the values were off by on their way: all iterations together leave the answer an error
+  /// that lies below the noise of one.
   bool is_unexplained() const;
   void set_scale();
 

@@ -12,8 +12,10 @@ class SavedState;
 /// The square of residuals as far as neighbouring pixels share them, over all photos that were added: what
 /// no noise explains. Noise of a photo or of a render is of one pixel.
 struct SharedResidual {
-  double square = 0, variance = 0;  ///< weighted sum, and variance of it
-  double brightness = 0;            ///< the same sum of the photos' squared brightness
+  /// Weighted sum, and its variance where neighbours share nothing. A pair of neighbours counts as one
+  /// number: both of its products have the same noise of the photo.
+  double square = 0, variance = 0;
+  double brightness = 0;  ///< the same sum of the photos' squared brightness
 
   /// Independent halves of the residuals and their weights, 3 numbers a pixel. A pixel's residual in one
   /// half is multiplied by that of its 8 neighbours in the other.

@@ -40,13 +40,18 @@ MultiStart::MultiStart(const Problem& problem, std::uint64_t seed, const MultiSt
     : options_(options),
       seed_(seed),
       problem_{problem.unknowns, problem.layout, photos_, problem.loss, kRemembered},
-      reparametrization_(problem.unknowns),
-      chosen_(problem.unknowns.start()) {
+      reparametrization_(problem.unknowns) {
   for (const Photo& photo : problem.photos) {
     photos_.push_back(photo.resized(options_.size));
     weights_.push_back(problem.loss.weighted ? relative_weights(photos_.back(), 1)
                                              : shares(photos_.back(), 1));
   }
+  begin_at(problem.unknowns.start());
+}
+
+void MultiStart::begin_at(const Vector& values) {
+  chosen_ = values;
+  candidates_.clear();
   Candidate start;
   start.x = chosen_;
   start.from_start = start.untouched = true;
@@ -61,7 +66,7 @@ MultiStart::MultiStart(const Problem& problem, std::uint64_t seed, const MultiSt
 
 /// A point of a component's range, `at` in [0, 1].
 ///
-/// Logarithmic where the table says so, and for light. A spread of roughness that is even in the value was worse in
+/// Logarithmic where the table says so, and for light. A rotation has been searched before. A spread of roughness that is even in the value was worse in
 /// four of eight fits and better in two. Steps find no way from an index of refraction near 1, at which nothing shows.
 double MultiStart::point_in_range(int component, double at) const {
   const Unknowns& unknowns = problem_.unknowns;
@@ -73,7 +78,8 @@ double MultiStart::point_in_range(int component, double at) const {
     low = options_.least_ior;
     high = options_.largest_ior;
   }
-  const double start = unknowns.start()[component];
+  const double start = chosen_[component];
+  if (description.scale == Scale::kAngle) return start;
   const bool light = description.effect == Effect::kEmission;
   if ((light || (description.scale == Scale::kLog && description.effect != Effect::kSurface)) &&
       start > 0) {
@@ -95,7 +101,7 @@ std::vector<Vector> MultiStart::spread_points() const {
   const Unknowns& unknowns = problem_.unknowns;
   std::vector<Vector> points;
   for (std::size_t n = 1; n <= static_cast<std::size_t>(options_.points); ++n) {
-    Vector x = unknowns.start();
+    Vector x = chosen_;
     for (int k = 0; k < unknowns.size(); ++k) {
       const auto parameter =
           static_cast<std::size_t>(unknowns.components()[static_cast<std::size_t>(k)].parameter);

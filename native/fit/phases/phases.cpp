@@ -43,7 +43,9 @@ FieldGaussNewton at_best_fields(FitRun& run, FieldGaussNewton fields) {
 }  // namespace
 
 MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
-    : light_(run.strategy.uniform
+    : rotation_(RotationStart::of(
+          varied(run), stream_seed(run.problem.settings().seed, Stream::kRotationStart, 0, 0))),
+      light_(run.strategy.uniform
                  ? LightStart::of(run.problem, stream_seed(run.problem.settings().seed,
                                                            Stream::kLightStart, 0, 0))
                  : nullptr),
@@ -55,11 +57,14 @@ MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
 
 double MultiStartPhase::fraction() const {
   constexpr double kLight = 0.2;  // of the work
+  if (rotation_ && !rotation_->over()) return kLight * rotation_->fraction();
+  if (rotation_) return kLight + (1 - kLight) * multi_start_.fraction();
   return light_ ? kLight * light_->fraction() + (1 - kLight) * multi_start_.fraction()
                 : multi_start_.fraction();
 }
 
 void MultiStartPhase::members(SavedState& state) {
+  if (rotation_) state(*rotation_);
   if (light_) state(*light_);
   if (state.reading() && light_ && light_->over()) uniform_->set_light(light_->fields());
   state(multi_start_);
@@ -71,6 +76,10 @@ bool MultiStartPhase::step(FitRun& run) {
     return !run.stop_if_dropped();
   }
   evaluator_.watch(run.evaluator.progress());
+  if (rotation_ && !rotation_->over()) {
+    if (!rotation_->step(evaluator_)) multi_start_.begin_at(rotation_->values());
+    return !run.stop_if_dropped();
+  }
   const bool more = multi_start_.step(evaluator_);
   if (run.stop_if_dropped()) return false;
   if (more) return true;

@@ -6,9 +6,10 @@
 #include "fit/phases/alternative_minima.h"
 #include "fit/phases/descent.h"
 #include "fit/phases/field_refinement.h"
-#include "fit/phases/light_start.h"
 #include "fit/phases/multi_start.h"
 #include "fit/phases/roughness_profile.h"
+#include "fit/phases/starts/light_start.h"
+#include "fit/phases/starts/rotation_start.h"
 
 // The phases of a fit beside `Descent`: each drives what computes, and hands on what it has found.
 namespace selenite {
@@ -22,8 +23,9 @@ class MultiStartPhase final : public Phase {
   void members(SavedState& state) override;
 
  private:
-  std::unique_ptr<LightStart> light_;  ///< null: the light is known
-  PhotoEvaluator evaluator_;           ///< of the scalars, or of uniform fields
+  std::unique_ptr<RotationStart> rotation_;  ///< null: no rotation is unknown
+  std::unique_ptr<LightStart> light_;        ///< null: the light is known
+  PhotoEvaluator evaluator_;                 ///< of the scalars, or of uniform fields
   MultiStart multi_start_;
   AlternativeMinima* minima_;
   UniformFields* uniform_;  ///< null: scalars are varied

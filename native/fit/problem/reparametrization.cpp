@@ -94,7 +94,11 @@ Reparametrization::Reparametrization(const Unknowns& unknowns,
         axes_.push_back({Axis::Kind::kRoughness, options.roughness_shift, options.least_roughness});
         cap_[k] = options.cap_log;
         break;
-      default:
+      case Scale::kAngle:
+        axes_.push_back({Axis::Kind::kLinear});
+        cap_[k] = options.cap_angle;
+        break;
+      case Scale::kLinear:
         axes_.push_back({Axis::Kind::kLinear});
         cap_[k] = options.cap_linear * (maximum - minimum);
     }

@@ -12,6 +12,7 @@ struct ReparametrizationOptions {
   /// Longest steps: what the linear model is trusted for. Of logarithms and roughnesses, of the log of
   /// an excess, and otherwise a share of the range.
   double cap_log = 0.25, cap_log_excess = 0.2, cap_linear = 0.3;
+  double cap_angle = 0.1;  ///< of a rotation, radians
   /// Of log(x^3 + shift^3) / 3, the scale of a roughness x. Pictures change with about x^4 next to 0
   /// and with log x far above. Of (power, shift) from (2, 0.1) to (4, 0.3) this keeps what
   /// `render_derivatives` measures closest to the slope.

@@ -6,11 +6,12 @@
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/inference/informative_pixels.h"
 #include "fit/phases/field_refinement.h"
-#include "fit/phases/light_start.h"
 #include "fit/phases/minima_comparison.h"
 #include "fit/phases/multi_start.h"
 #include "fit/phases/refinement.h"
 #include "fit/phases/roughness_profile.h"
+#include "fit/phases/starts/light_start.h"
+#include "fit/phases/starts/rotation_start.h"
 
 namespace selenite {
 namespace {
@@ -96,11 +97,18 @@ class Planner {
       constexpr LightStartOptions kLight;
       add(PhaseKind::kMultiStart, pixels, kLight.spp, kLight.passes, Carried::kFieldDerivatives);
     }
+    const SceneModel model =
+        strategy_.uniform ? scene_model(problem_, *strategy_.uniform) : scene_model(problem_);
+    if (RotationStart::of(model.problem, 0)) {
+      constexpr RotationStartOptions kRotation;
+      std::vector<Photo> larger;
+      for (const Photo& photo : problem_.photos()) larger.push_back(photo.resized(kRotation.size));
+      add(PhaseKind::kMultiStart, pixels_of(larger), kRotation.spp,
+          kRotation.angles + 2 * kRotation.halvings, Carried::kNothing);
+    }
     const auto evaluate = [&](double candidates, int spp) {  // in two halves
       add(PhaseKind::kMultiStart, pixels, spp / 2, 2 * candidates, Carried::kNothing);
     };
-    const SceneModel model =
-        strategy_.uniform ? scene_model(problem_, *strategy_.uniform) : scene_model(problem_);
     const Point start{model.problem.unknowns.start(), {}};
     const Renders step = renders_of(model, strategy_.uniform ? start : problem_.start(),
                                     Purpose::kInstrumental, {alternating_side(0)});

@@ -41,7 +41,7 @@ Vector GaussNewton::step(const Vector& x, std::span<const Observation> seen) {
 
 Vector GaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen) {
   if (!has_instruments()) return x;
-  const std::vector<Halves> halves = residual_halves(problem_->photos, seen);
+  const std::vector<Halves> halves = residual_halves(*problem_, seen);
   const Vector u = reparametrization_.from_values(x);
   join(measure(seen, halves), u, options_.follow_kept);
   damping_.raise_to(options_.follow_damping);
@@ -131,7 +131,10 @@ void GaussNewton::gather(const Vector& x, const Observation& derivatives, double
 }
 
 GaussNewton::PhotoEquations GaussNewton::equations(std::size_t i, const Film& residual) const {
-  return {{residual_halves(*problem_, i, residual), instruments(i), weights()[i]}};
+  PhotoEquations found{{residual_halves(*problem_, i, residual), instruments(i), weights()[i]}};
+  const Photo& photo = problem_->photos[i];
+  if (photo.gain_freedom != GainFreedom::kNone) found.of_photo = residual_halves(residual, photo);
+  return found;
 }
 
 /// The instruments are kept: their errors slow the way and leave its end.

@@ -74,7 +74,9 @@ class GaussNewton final : public ResidualOptimiser {
     WeightedResidual whole;
     /// Some of its pixels, by samples of their own; see `InformativePixels`.
     std::optional<WeightedResidual> informative{};
-    void members(SavedState& state) { state(whole, informative); }
+    /// The residual of the whole without the prior of a free gain, where there is one.
+    std::optional<Halves> of_photo{};
+    void members(SavedState& state) { state(whole, informative, of_photo); }
   };
   /// `derivatives` at x join the sums; `weight`: their samples in units of those of an iteration.
   void gather(const Vector& x, const Observation& derivatives, double weight);

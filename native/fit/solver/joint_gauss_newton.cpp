@@ -18,7 +18,7 @@ JointGaussNewton::JointGaussNewton(const Problem& problem, const Fields& fields,
 Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen) {
   const Vector u = scalars_.reparametrization().from_values(x);
   const std::vector<Halves> halves = scalars_.begin_step(x, seen);
-  add_residuals(seen, halves);
+  add_residuals(seen);
   scalars_.damping().accept(scalars_.damping().least(scalars_.done()));
   const double keep = kept(++joined_);
   const double jacobian_kept = scalars_.add_jacobians(seen, halves);
@@ -30,8 +30,8 @@ Vector JointGaussNewton::step(const Vector& x, std::span<const Observation> seen
 
 /// Along a narrow valley, in which steps of scalars and fields in turns are slow.
 Vector JointGaussNewton::step_by_residuals(const Vector& x, std::span<const Observation> seen) {
-  const std::vector<Halves> halves = residual_halves(problem_->photos, seen);
-  add_residuals(seen, halves);
+  const std::vector<Halves> halves = residual_halves(*problem_, seen);
+  add_residuals(seen);
   if (!scalars_.has_instruments()) {
     if (fields_.has_environment()) {  // light is linear: it goes ahead of what is not
       fields_.solve(scalars_.done());
@@ -56,11 +56,13 @@ double JointGaussNewton::kept(int joined) const {
   return scalars_.damping().kept() * (1 - aging_ / joined);
 }
 
-void JointGaussNewton::add_residuals(std::span<const Observation> seen,
-                                     const std::vector<Halves>& halves) {
-  for (std::size_t k = 0; k < seen.size(); ++k) {
-    const auto i = static_cast<std::size_t>(seen[k].photo);
-    fields_.add_residual(i, halves[k], scalars_.weights()[i], kept(joined_ + 1));
+/// Their Jacobian has the gains in it. These minimise the photos and the prior together, so the slope by a
+/// voxel is that at a fixed gain, without the prior.
+void JointGaussNewton::add_residuals(std::span<const Observation> seen) {
+  for (const Observation& one : seen) {
+    const auto i = static_cast<std::size_t>(one.photo);
+    fields_.add_residual(i, residual_halves(one.film, problem_->photos[i]), scalars_.weights()[i],
+                         kept(joined_ + 1));
   }
 }
 
@@ -73,11 +75,22 @@ Measurement JointGaussNewton::measure(std::span<const Observation> seen,
   const auto weight = [&](std::size_t k) -> const Eigen::VectorXf& {
     return scalars_.weights()[static_cast<std::size_t>(seen[k].photo)];
   };
-  for (std::size_t k = 0; k < seen.size(); ++k) regressors.push_back({&z[k], &weight(k)});
+  Measurement sum(problem_->unknowns.size());
+  std::vector<Halves> of_photos;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    regressors.push_back({&z[k], &weight(k)});
+    const Photo& photo = problem_->photos[static_cast<std::size_t>(seen[k].photo)];
+    of_photos.push_back(residual_halves(seen[k].film, photo));
+    if (photo.gain_freedom == GainFreedom::kNone) continue;
+    // Voxels do not make up for the prior of a gain: its slope is by the instruments as they are.
+    Halves prior = halves[k];
+    prior.residual_a -= of_photos[k].residual_a;
+    prior.residual_b -= of_photos[k].residual_b;
+    sum.add_gradient(z[k], weight(k), prior);
+  }
   fields_.solve(scalars_.done());
   (void)fields_.eliminate_fields(regressors);  // a step follows what is known, whatever is not
-  Measurement sum(problem_->unknowns.size());
-  for (std::size_t k = 0; k < seen.size(); ++k) sum.add(z[k], weight(k), halves[k]);
+  for (std::size_t k = 0; k < seen.size(); ++k) sum.add(z[k], weight(k), of_photos[k]);
   return sum;
 }
 
@@ -86,7 +99,7 @@ Eigen::MatrixXd JointGaussNewton::eliminate_fields(std::vector<GaussNewton::Phot
   std::vector<FieldGaussNewton::Regressors> z;
   for (std::size_t i = 0; i < all.size(); ++i) {
     GaussNewton::WeightedResidual& whole = all[i].whole;
-    fields.add_residual(i, whole.residual, whole.weight, 0);
+    fields.add_residual(i, all[i].of_photo ? *all[i].of_photo : whole.residual, whole.weight, 0);
     z.push_back({&whole.z, &whole.weight});
     if (const auto& informative = all[i].informative) {
       z.back().informative = &informative->z;

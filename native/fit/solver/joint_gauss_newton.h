@@ -61,7 +61,8 @@ class JointGaussNewton {
 
  private:
   /// The fields see the residuals of an iteration.
-  void add_residuals(std::span<const Observation> seen, const std::vector<Halves>& halves);
+  void add_residuals(std::span<const Observation> seen);
+  /// `halves`: of the residuals, with the priors of free gains.
   Measurement measure(std::span<const Observation> seen, const std::vector<Halves>& halves);
   /// Share of the equations that is kept once `joined` iterations have joined them.
   double kept(int joined) const;

@@ -37,14 +37,19 @@ void Measurement::add(const InstrumentalVariables::Set& z, const Eigen::VectorXf
   normal += (weighted_product(z.a.filtered, w, z.b.slopes) +
              weighted_product(z.b.filtered, w, z.a.slopes)) /
             2;
-  gradient += (weighted_product(z.a.filtered, w, halves.residual_b) +
-               weighted_product(z.b.filtered, w, halves.residual_a)) /
-              2;
+  add_gradient(z, w, halves);
   const Eigen::VectorXf noise = w.cwiseAbs2().cwiseProduct(halves.variance);
   for (const Jacobian* one : {&z.a.filtered, &z.b.filtered}) {
     covariance += weighted_product(*one, noise, *one) / 4;
     strength += weighted_product(*one, w, *one).diagonal() / 2;
   }
+}
+
+void Measurement::add_gradient(const InstrumentalVariables::Set& z, const Eigen::VectorXf& w,
+                               const Halves& halves) {
+  gradient += (weighted_product(z.a.filtered, w, halves.residual_b) +
+               weighted_product(z.b.filtered, w, halves.residual_a)) /
+              2;
 }
 
 void RecursiveLeastSquares::join(const Measurement& now, const Vector& u, double keep) {

@@ -20,6 +20,9 @@ struct Measurement {
   /// Adds a photo, whose instruments are `z`.
   void add(const InstrumentalVariables::Set& z, const Eigen::VectorXf& weight,
            const Halves& halves);
+  /// The same for the gradient alone: what is added to residuals beside the photo.
+  void add_gradient(const InstrumentalVariables::Set& z, const Eigen::VectorXf& weight,
+                    const Halves& halves);
 };
 
 /// The normal equations of all iterations: `normal` u = `right`. Each iteration's equations hold

@@ -87,7 +87,7 @@ class DirectLight {
     const float light =
         path.from_camera() ? 0 : p_.lights.world_density(direction, as_cycles(path.refracted));
     const float weight = bsdf_weight(path.density, light);
-    radiance.add(beta, p_.emitted.world(world.factor(direction)), weight);
+    radiance.add(beta, p_.emitted.world_along(direction), weight);
     record_world(direction, beta.value * weight, beta);
   }
 
@@ -172,7 +172,7 @@ class DirectLight {
         direction = world.sample(u1, u2, density);
         density *= choice.probability;
         heuristic = p_.lights.world_density(direction, as_cycles(scatterer.refracts(direction)));
-        emitted = p_.emitted.world(world.factor(direction));
+        emitted = p_.emitted.world_along(direction);
         break;
       }
       case Source::kMesh: {

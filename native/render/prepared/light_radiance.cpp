@@ -2,6 +2,13 @@
 #include "render/prepared/light_radiance.h"
 
 namespace selenite {
+namespace {
+
+Scale scale_of(const ParameterRef& ref) {
+  return parameter_table(ref.kind).at(static_cast<std::size_t>(ref.field)).scale;
+}
+
+}  // namespace
 
 template <int L>
 LightRadiance<L>::LightRadiance(const Appearance& appearance, const SlotLayout& layout)
@@ -11,7 +18,10 @@ LightRadiance<L>::LightRadiance(const Appearance& appearance, const SlotLayout& 
     OwnerSlots* owner = slots_of(slot.parameter);
     if (!owner) continue;
     owner->first = layout.first_of_owner(i);
-    (slot.component < 0 ? owner->color : owner->intensity) = owner->count++;
+    const bool rotates = scale_of(slot.parameter) == Scale::kAngle;
+    (slot.component < 0 ? owner->color
+     : rotates          ? owner->rotation
+                        : owner->intensity) = owner->count++;
   }
   // A lamp that stands at several places goes by the first of them.
   for (std::size_t i = 0; i < lamp_slots_.size(); ++i)

@@ -21,17 +21,30 @@ class LightRadiance {
     const LightParameters& p = appearance_.lights[light].values;
     return product(p.color, p.power, Colorf(shape), lamp_slots_[light]);
   }
+  /// Of the world for a shape of its own, at a rotation that is known.
   Factor<L> world(const Colorf& shape) const {
     const WorldParameters& p = appearance_.world.values;
     return product(p.color, p.strength, shape, world_slots_);
   }
+  /// Of the world in a direction, which stays as it is where the image is rotated.
+  Factor<L> world_along(const Vec3f& direction) const {
+    const World& world = appearance_.world;
+    Factor<L> f = this->world(world.factor(direction));
+    if (is_rotation_ticked())
+      f.set_slope(world_slots_.rotation, Colorf(world.values.color) *
+                                             world.rotation_slope(direction) *
+                                             static_cast<float>(world.values.strength));
+    return f;
+  }
   bool is_lamp_ticked(int light) const { return lamp_slots_[light].count > 0; }
   bool is_world_ticked() const { return world_slots_.count > 0; }
+  bool is_rotation_ticked() const { return world_slots_.rotation >= 0; }
 
  private:
   struct OwnerSlots {
     int first = 0, count = 0;
-    int intensity = -1, color = -1;  ///< power or strength; the colour: counted from `first`
+    /// Power or strength; the colour; of the world: counted from `first`.
+    int intensity = -1, color = -1, rotation = -1;
   };
   static Factor<L> product(const Color<double>& color, double intensity, const Colorf& shape,
                            const OwnerSlots& slots) {

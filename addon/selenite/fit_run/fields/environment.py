@@ -55,7 +55,7 @@ class EnvironmentUnknown(FieldUnknown):
     def in_scene(self, scene: SceneValues) -> SceneValues:
         """The scene with the start in it, which no colour tints and no Mapping turns."""
         white = (1.0, 1.0, 1.0)
-        world = replace(scene.world, color=white, image=self.start, to_map=np.eye(3))
+        world = replace(scene.world, color=white, image=self.start, to_map=np.eye(3), rotation=0.0)
         return replace(scene, world=world)
 
     def placed(self, scene: Any, values: np.ndarray) -> Any:  # noqa: ANN401
@@ -132,6 +132,9 @@ def environment_unknown(
     if any((item.owner, item.parameter.name) == (_NAME, "strength") for item in others):
         cause = "World:strength, which is fitted too, multiplies it: only their product is seen"
         raise BadInput(Problem(title, cause, "fit World:environment alone"))
+    if any((item.owner, item.parameter.name) == (_NAME, "rotation") for item in others):
+        cause = "World:rotation, which is fitted too, rotates another image, which it replaces"
+        raise BadInput(Problem(title, cause, "fit one of the two"))
     if not strength > 0:
         cause = f"the strength of world '{owner.datablock}' is {strength:g}, which makes it black"
         raise BadInput(Problem(title, cause, "set its Strength to 1"))

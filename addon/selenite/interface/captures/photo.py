@@ -15,6 +15,7 @@ from bpy.props import (
 
 from ...fit_run.photos.background import TOLERANCE
 from ...scene_read.capture_request import MOST_ERODED
+from ..pictures import mask
 from ..texts import field
 
 BACKGROUND_ITEMS = (
@@ -154,7 +155,7 @@ def draw(layout: bpy.types.UILayout, photo: bpy.types.PropertyGroup) -> None:
         field(column, photo, "background_color")
     if photo.background != "NONE":
         field(column, photo, "tolerance")
-    box.operator("selenite.preview_mask", icon="IMAGE_ALPHA")
+    mask.draw(box)
     column = box.column()
     field(column, photo, "response")
     if photo.response in {"GAMMA", "TABLE"}:

@@ -8,8 +8,8 @@ import bpy
 from ... import write_back
 from ...parameters import Values
 from ...problems import BadInput, Problem
-from ...scene_read.scene import millimetres, read_scene
-from ...scene_read.values import Owner
+from ...scene_read.scene import millimetres, read_scene, reading
+from ...scene_read.values import Owner, SceneValues
 from ...write_back import Key
 from ...write_back import grids as grid_objects
 from ..problem_reports import report_problems
@@ -18,9 +18,10 @@ from ..result.kept import three
 from ..rows import fields as field_rows
 from ..state import is_idle
 from ..texts import announce
+from ..ticking import ReadsScene, built
 
 
-class SELENITE_OT_apply(bpy.types.Operator):
+class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
     """Write the fitted values to materials, lights and world"""
 
     bl_idname = "selenite.apply"
@@ -31,10 +32,25 @@ class SELENITE_OT_apply(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         """There is a result that is not applied."""
         settings = context.scene.selenite
-        return len(settings.results) > 0 and not settings.applied
+        if not len(settings.results) or settings.applied:
+            return False
+        return not any(map(field_rows.is_field, settings.results)) or super().poll(context)
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Where a field is to be shown, Blender stays usable while the scene is read."""
+        if not any(map(field_rows.is_field, context.scene.selenite.results)):
+            return self._with(context, None)
+        return self._read(context, reading(context.scene))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """All values or none; one undo step."""
+        """At once."""
+        if not any(map(field_rows.is_field, context.scene.selenite.results)):
+            return self._with(context, None)
+        values = built(self, lambda: read_scene(context.scene, surveys=False))
+        return {"CANCELLED"} if values is None else self._with(context, values)
+
+    def _with(self, context: bpy.types.Context, found: SceneValues | None) -> set[str]:
+        """All values or none; one undo step. found: where there are fields."""
         settings = context.scene.selenite
         grids = any(map(field_rows.is_grid, settings.results))
         missing = grid_objects.why_not() if grids else ""
@@ -47,7 +63,7 @@ class SELENITE_OT_apply(bpy.types.Operator):
             report_problems(self, error)
             return {"CANCELLED"}
         try:
-            lines = field_rows.apply(context.scene, with_grids=not missing)
+            lines = field_rows.apply(context.scene, found, with_grids=not missing) if found else []
         except BadInput as error:
             _put(context.scene, before)
             report_problems(self, error)

@@ -300,6 +300,8 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
         RUN.result = dict(last.work.result)
         RUN.result["notes"] = (*RUN.result["notes"], *last.work.troubles)
         RUN.folder = last.work.folder
+        RUN.recorder = last.work.open_record
+        RUN.drop_record()
         if stopped == "cancelled":
             stopped = "you stopped it; the best values so far are kept"
         RUN.message = f"Stopped because: {stopped}"
@@ -332,7 +334,7 @@ def _request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
 
 
 def _work_after(job: FitJob | StagedJob) -> Finishing:
-    """It closes the record of the run."""
+    """It has the record of the run to close."""
     scene: bpy.types.Scene | None = bpy.data.scenes.get(RUN.scene_name)
     folder = output_folder(scene) if scene is not None else Path()
     recorder, RUN.recorder = RUN.recorder, None

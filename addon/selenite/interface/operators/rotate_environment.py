@@ -25,7 +25,7 @@ _HEIGHT, _SPP = 64, 64
 
 class SELENITE_OT_rotate_environment(WorksInThread):
     """Find the rotation and strength of the world's image at which the scene looks most like the
-    photos, and set them by a new Mapping node. Esc cancels"""
+    photos, and set them, the rotation in a Mapping node. Esc cancels"""
 
     bl_idname = "selenite.rotate_environment"
     bl_label = "Rotate Environment"

@@ -10,13 +10,12 @@ from ...scene_read.scene import read_scene, reading
 from ...scene_read.values import SceneValues
 from .. import request
 from ..rows.owners import active_owner
-from ..state import READING
 from ..texts import announce
 from ..ticking import ReadsScene, built
 from .filling import fill, tick_usual, tick_usual_of_first
 
 
-class _Refreshes(ReadsScene, bpy.types.Operator):
+class _Refreshes(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
     """Base of what lists the parameters: in a window Blender reads the scene in a thread."""
 
     usual: BoolProperty(
@@ -31,18 +30,6 @@ class _Refreshes(ReadsScene, bpy.types.Operator):
         """At once. Ticks and bounds of rows that are known already stay."""
         values = built(self, lambda: read_scene(context.scene, surveys=bpy.app.background))
         return {"CANCELLED"} if values is None else self._with(context, values)
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Until it is read."""
-        if READING.job is None:
-            self._remove_timer(context)
-            return {"CANCELLED"}
-        return self._reading(context, event)
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender quits or loads another file."""
-        READING.stop()
-        self._remove_timer(context)
 
     def _with(self, context: bpy.types.Context, found: SceneValues) -> set[str]:
         for problem in fill(context.scene, found):

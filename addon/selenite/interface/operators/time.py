@@ -5,22 +5,20 @@ from __future__ import annotations
 
 import bpy
 
-from ...fit_run.answer.results import new_folder
-from ...fit_run.job import FitFailed
-from ...problems import BadInput
 from ...scene_read.geometry.bodies import judge_bodies
 from ...scene_read.photos import packed_photos
 from ...scene_read.reading.render_depsgraph import Reading
-from ...scene_read.scene import read_scene, reading
-from ...trade import report
+from ...scene_read.scene import reading
 from ...trade.expected import Estimate
 from ...trade.measure import Trade
-from ...trade.start import estimate_of, trade_of
+from ...trade.start import estimate_of
 from ..output_folder import output_folder
+from ..progress.background import draw_work
 from ..request import run_request
-from ..state import ESTIMATE, EXPECTED, TRADE
-from ..texts import announce
-from ..ticking import CancelsWork, Ticking, WorksInThread, built, redraw
+from ..running.measuring import Measuring
+from ..state import CANCELLED, ESTIMATE, EXPECTED, TRADE
+from ..texts import announce, paragraph
+from ..ticking import CancelsWork, WorksInThread
 
 
 class SELENITE_OT_estimate(WorksInThread):
@@ -57,89 +55,50 @@ class SELENITE_OT_cancel_estimate(CancelsWork):
     background = ESTIMATE
 
 
-class SELENITE_OT_trade(Ticking, bpy.types.Operator):
+class SELENITE_OT_trade(WorksInThread):
     """Render photos of the scene as it is, fit the ticked parameters to them with many settings,
-    and write what each takes and how far it is off"""
+    and write what each takes and how far it is off. Esc keeps what has been measured"""
 
     bl_idname = "selenite.trade"
     bl_label = "Measure Time against Error"
+    background = TRADE
+    failure = "Nothing is measured"
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
-        """Goes on at each tick of a timer."""
-        if not self._start(context):
+    def _asking(self, context: bpy.types.Context) -> Reading[Measuring]:
+        scene = context.scene
+        values = yield from reading(scene)
+        wanted = run_request(scene, values)
+        budget, folder = scene.selenite.trade_budget, output_folder(scene)
+        return Measuring(values, wanted, packed_photos(), budget, folder)
+
+    def _end(self, work: Measuring | None) -> set[str]:
+        if work is None or work.trade is None:
+            TRADE.lines = [CANCELLED]
             return {"CANCELLED"}
-        return self._add_timer(context)
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Without a window: runs to the end of the budget."""
-        if not self._start(context):
+        TRADE.lines = _lines(work.trade)
+        if work.trouble:
+            announce(self, {"ERROR"}, work.trouble)
             return {"CANCELLED"}
-        try:
-            for step in TRADE.steps:
-                TRADE.step = step
-        except (BadInput, FitFailed) as error:
-            return self._failed(error)
-        return self._finish(context)
-
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Everything but Esc passes through; Esc keeps what has been measured."""
-        if TRADE.trade is None:  # stopped from elsewhere
-            self._remove_timer(context)
-            return {"CANCELLED"}
-        if event.type == "ESC" and event.value == "PRESS":
-            return self._finish(context)
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        try:
-            TRADE.step = next(TRADE.steps, None)
-        except (BadInput, FitFailed) as error:
-            self._remove_timer(context)
-            return self._failed(error)
-        redraw(context)
-        return {"PASS_THROUGH"} if TRADE.step is not None else self._finish(context)
-
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender quits or loads another file: the thread must end first."""
-        TRADE.stop()
-        self._remove_timer(context)
-
-    def _start(self, context: bpy.types.Context) -> bool:
-        trade = built(self, lambda: _trade(context))
-        if trade is not None:
-            TRADE.start(trade)
-        return trade is not None
-
-    def _finish(self, context: bpy.types.Context) -> set[str]:
-        self._remove_timer(context)
-        trade = TRADE.trade
-        TRADE.stop()
-        TRADE.lines = _lines(trade)
-        parent = output_folder(context.scene)
-        try:
-            folder = new_folder(parent, "-trade")
-            content = report.report(trade)
-            report.write(content, folder)
-        except OSError as error:
-            announce(self, {"ERROR"}, f"Cannot write to '{parent}': {error}; choose another folder")
-            return {"CANCELLED"}
-        if why := report.why_no_plot(content):
-            announce(self, {"WARNING"}, f"{why}; the table is there")
-        announce(self, {"INFO"}, f"Wrote {folder}")
-        redraw(context)
+        if work.remark:
+            announce(self, {"WARNING"}, f"{work.remark}; the table is there")
+        announce(self, {"INFO"}, f"Wrote {work.folder}")
         return {"FINISHED"}
 
-    def _failed(self, error: BadInput | FitFailed) -> set[str]:
-        TRADE.stop()
-        announce(self, {"ERROR"}, str(error))
-        return {"CANCELLED"}
+
+class SELENITE_OT_stop_trade(CancelsWork):
+    """Stop and keep what has been measured"""
+
+    bl_idname = "selenite.stop_trade"
+    bl_label = "Stop (Keep)"
+    background = TRADE
 
 
-def _trade(context: bpy.types.Context) -> Trade:
-    """Of the ticked parameters. Raises BadInput and NativeUnavailable."""
-    scene = context.scene
-    values = read_scene(scene)
-    wanted = run_request(scene, values)
-    return trade_of(values, wanted, packed_photos(), scene.selenite.trade_budget)
+def draw_trade(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """The button, how far it has come, and what was found."""
+    if not draw_work(layout, TRADE, "selenite.stop_trade"):
+        layout.operator("selenite.trade", icon="GRAPH")
+    for line in TRADE.lines:
+        paragraph(layout, context, line)
 
 
 def _lines(trade: Trade) -> list[str]:
@@ -153,4 +112,9 @@ def _lines(trade: Trade) -> list[str]:
     ]
 
 
-CLASSES = (SELENITE_OT_estimate, SELENITE_OT_cancel_estimate, SELENITE_OT_trade)
+CLASSES = (
+    SELENITE_OT_estimate,
+    SELENITE_OT_cancel_estimate,
+    SELENITE_OT_trade,
+    SELENITE_OT_stop_trade,
+)

@@ -22,7 +22,6 @@ from ...fit_run.fields.images import USUAL_TEXELS, image_unknown, seen
 from ...fit_run.request import UnknownRequest
 from ...fit_run.settings import FitSettings
 from ...problems import BadInput, Problem
-from ...scene_read.scene import read_scene
 from ...scene_read.shading import volumes
 from ...scene_read.values import GridValues, MaterialValues, Owner, SceneValues
 from ...write_back import environments
@@ -186,17 +185,17 @@ def replaced(scene: bpy.types.Scene) -> set[tuple[str, str]]:
     }
 
 
-def apply(scene: bpy.types.Scene, *, with_grids: bool) -> list[str]:
+def apply(scene: bpy.types.Scene, values: SceneValues, *, with_grids: bool) -> list[str]:
     """Shows the fitted grids by Volume objects, then the fitted images by image nodes, that of the
-    world last; returns what was done. All or none: raises BadInput."""
+    world last; returns what was done. All or none: raises BadInput.
+
+    values: owners and meshes of the scene; values of materials do not count.
+    """
     lines: list[str] = []
     undo: list[Callable[[], None]] = []
     grids = fitted_grids(scene) if with_grids else {}
     images, world = fitted_images(scene), environment_rows.fitted(scene)
-    if not grids and not images and not world:
-        return lines
     files = {row.owner: row.grid_file for row in scene.selenite.results if is_grid(row)}
-    values = read_scene(scene)
     try:
         for name, uses in grids.items():
             if name not in values.owners:

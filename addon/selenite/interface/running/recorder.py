@@ -37,13 +37,23 @@ class BackgroundRecorder:
     def update(self, job: FitJob | StagedJob) -> str:
         """Begins to write, if that is due. Returns why the last time failed, "" where it did not or
         where that was returned already."""
-        if self._thread is not None and self._thread.is_alive():
+        if self.is_writing:
             return ""
         before, self._said = self._said, self.trouble
         if self._recorder.is_due:
             self._thread = threading.Thread(target=self._recorder.update, args=(job,), daemon=True)
             self._thread.start()
         return self._said if self._said != before else ""
+
+    @property
+    def is_writing(self) -> bool:
+        """Whether a state is on its way to the disk."""
+        return self._thread is not None and self._thread.is_alive()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What went wrong so far."""
+        return self._recorder.notes()
 
     def wait(self) -> None:
         """Until what is being written is on disk."""
@@ -55,7 +65,7 @@ class BackgroundRecorder:
         wrong with the record."""
         self.wait()
         left = self._recorder.finished()
-        return (*self._recorder.notes(), *((left,) if left else ()))
+        return (*self.notes, *((left,) if left else ()))
 
 
 class Closing:

@@ -111,15 +111,17 @@ class _Writing:
 
 class Finishing(_Writing):
     """After a fit: `result` is the native one with its remarks, warnings and the texels that no
-    photo sees; fitted fields go into `folder`. `troubles`: what went wrong with the record."""
+    photo sees; fitted fields go into `folder`. `troubles`: what went wrong with the record.
+    `open_record`: it, where the disk is still busy with it: who presses Esc need not wait."""
 
     def __init__(
         self, job: FitJob | StagedJob, parent: Path, host: str, recorder: BackgroundRecorder | None
     ) -> None:
-        """job: at its end. recorder: of the run, which is closed at the end."""
+        """job: at its end. recorder: of the run, which is closed at the end unless it writes."""
         super().__init__(job.plan, parent, host, "comparing lights")
         self.result: dict[str, Any] = {}
         self.troubles: tuple[str, ...] = ()
+        self.open_record: BackgroundRecorder | None = None
         self._job, self._recorder = job, recorder
 
     def steps(self) -> Iterator[Step]:
@@ -127,7 +129,9 @@ class Finishing(_Writing):
         try:
             yield from self._parts()
         finally:
-            if self._recorder is not None:
+            if self._recorder is not None and self._recorder.is_writing:
+                self.troubles, self.open_record = self._recorder.notes, self._recorder
+            elif self._recorder is not None:
                 self.troubles = self._recorder.close()
 
     def _parts(self) -> Iterator[Step]:

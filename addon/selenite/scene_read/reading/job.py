@@ -11,6 +11,7 @@ from typing import Any, Generic, TypeVar
 
 import bpy
 
+from ...problems import Problem
 from .render_depsgraph import GraphRender, Reading, Stopped
 
 T = TypeVar("T")
@@ -28,18 +29,25 @@ class ReadingJob(Generic[T]):
     def __init__(self, reading: Reading[T]) -> None:
         self._reading = reading
         self._render: GraphRender | None = None
+        self._answer: Problem | None = None
         self._stopped = False
 
     def step(self) -> bool:
-        """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`."""
-        answer = None
+        """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`.
+
+        Blender draws all its windows after a graph is closed, and after what its reader does with
+        it: so these are two steps.
+        """
         if self._render is not None:
             self._render.entry.let_in()
-            if self._render.is_running():
-                return True
-            answer = self._close().outcome()
+            if not self._render.is_running():
+                self._answer = self._close().outcome()
+                if self._stopped:
+                    raise Stopped
+            return True
         if self._stopped:
             raise Stopped
+        answer, self._answer = self._answer, None
         try:
             self._render = GraphRender(self._reading.send(answer))
         except StopIteration as end:

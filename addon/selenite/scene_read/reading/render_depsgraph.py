@@ -174,6 +174,7 @@ class GraphRender:
             else:
                 with _at_frame(engine, scene, frame):
                     self._asked.read(depsgraph, check)
+            check()  # Blender's own handler may have had the Esc
         except Exception as error:  # Blender would print and forget it
             self._failure = error
 

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import bpy
 import numpy as np
 
@@ -16,6 +19,8 @@ from .nodes import Groups, Source, Unreadable
 WORLD = "World"  # the owner's name, whatever the datablock is called
 #: Of its image among what can be fixed.
 ENVIRONMENT = "environment"
+ROTATION = "rotation"
+_FORWARD = ("POINT", "VECTOR")
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
 
 
@@ -36,13 +41,18 @@ def read_world(
         return WorldValues(), owner, [error.problem], warnings
     problems = []
     for parameter in parameters.of("world"):
-        value = {"strength": (values.strength,), "color": values.color}[parameter.name]
+        value = {
+            "strength": (values.strength,),
+            "color": values.color,
+            ROTATION: (values.rotation,),
+        }[parameter.name]
         complaint = parameter.complaint(value)
         if complaint:
             cure = "set a value inside the range"
             problems.append(Problem(title, f"{parameter.name}: {complaint}", cure))
         owner.values[parameter.name] = value
-        _, reason = find_source(world, parameter)
+        of_rotation = parameter.name == ROTATION
+        reason = find_rotation(world)[1] if of_rotation else find_source(world, parameter)[1]
         if reason:
             owner.fixed[parameter.name] = reason
     if reason := find_inlet(world)[1]:
@@ -70,6 +80,46 @@ def find_inlet(world: bpy.types.World) -> tuple[bpy.types.NodeSocket | None, str
         return None, reason
     socket = background.node.inputs["Color"]
     return socket, nodes.why_tree_fixed(socket.id_data, background.groups, world)
+
+
+@dataclass(frozen=True)
+class RotationPlace:
+    """Where the rotation of the world's image about Z sits. inlet: the Vector of its Environment
+    Texture. socket: the Rotation of the Mapping before it; None: that of a new one, which has to
+    be put in between."""
+
+    inlet: bpy.types.NodeSocket
+    socket: bpy.types.NodeSocket | None
+
+    @property
+    def angle(self) -> float:
+        """Radians from -pi to pi."""
+        if self.socket is None:
+            return 0.0
+        return math.remainder(float(self.socket.default_value[2]), 2 * math.pi)
+
+
+def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
+    """Where the image's rotation can be written, and why it cannot ("" if it can)."""
+    socket, reason = find_inlet(world)
+    if socket is None or reason:
+        return None, reason
+    source = nodes.source_of(socket)
+    texture = source.node
+    if not isinstance(texture, bpy.types.ShaderNodeTexEnvironment):
+        return None, "the world has no image: give it an Environment Texture with a panorama"
+    if reason := nodes.why_tree_fixed(texture.id_data, source.groups, world):
+        return None, reason
+    inlet = texture.inputs["Vector"]
+    before = nodes.source_of(inlet, source.groups)
+    mapping = before.node
+    # Of these types the rotation about Z comes last.
+    if isinstance(mapping, bpy.types.ShaderNodeMapping) and mapping.vector_type in _FORWARD:
+        rotation = nodes.source_of(mapping.inputs["Rotation"], before.groups)
+        plain = rotation.node is None and rotation.socket == mapping.inputs["Rotation"]
+        if plain and not before.conversion and not nodes.why_not_writable(rotation, world):
+            return RotationPlace(inlet, rotation.socket), ""
+    return RotationPlace(inlet, None), ""
 
 
 def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
@@ -111,7 +161,8 @@ def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValue
         (1.0, 1.0, 1.0),
         strength[0],
         _environment_image(node, title, warnings),
-        _rotation(node, source.groups, title),
+        _to_map(node, source.groups, title),
+        place.angle if (place := find_rotation(world)[0]) is not None else 0.0,
     )
 
 
@@ -150,7 +201,7 @@ def _environment_image(
     return color
 
 
-def _rotation(node: bpy.types.ShaderNodeTexEnvironment, groups: Groups, title: str) -> np.ndarray:
+def _to_map(node: bpy.types.ShaderNodeTexEnvironment, groups: Groups, title: str) -> np.ndarray:
     """(3, 3): direction in the image's frame = matrix @ direction in the world."""
     coordinates = read_coordinates(node, groups, title)
     if coordinates.kind != "direction":

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "fit/phases/light_start.h"
+#include "fit/phases/starts/light_start.h"
 
 #include "fit/evaluate/seeds.h"
 #include "fit/objective/half_buffers.h"
