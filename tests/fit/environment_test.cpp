@@ -116,6 +116,51 @@ TEST(UnknownEnvironment, AKnownGroundTellsLightFromAlbedo) {
   }
 }
 
+/// Nothing else is fitted: light is solved for all the same.
+TEST(UnknownEnvironment, LightAloneIsSolvedFor) {
+  for (const char* search : {"auto", "off"}) {
+    FitSettings settings = settings_for(8);
+    settings.search = search;
+    Fit fit(stage(0.7, even(1)), photos(), {kWanted[1]}, settings);
+    while (fit.step()) {
+    }
+    const FitResult& result = fit.result();
+    EXPECT_EQ(result.stopped, StopReason::kIterations) << result.message;
+    EXPECT_GT(result.fields_best->front()[3 * (kWidth + 2)], 3) << search;
+    EXPECT_LT(result.best_validation, 0.01) << search;
+  }
+}
+
+/// Errors of one size, of single cells or of whole blocks, beside photos that are right: what neighbours
+/// share says less of the light, which stays the smoother.
+TEST(UnknownEnvironment, WhatNeighboursShareCountsOnce) {
+  const FitProblem problem(stage(0.7, even(1)), photos(), kWanted, settings_for(20));
+  RenderCounts counts;
+  PhotoEvaluator evaluator(scene_model(problem), problem.settings(), counts);
+  const auto precision_of = [&](int side) {
+    auto newton = FieldGaussNewton::of(problem.fields(), problem.photos());
+    newton->set_values(problem.start().fields);
+    for (std::size_t i = 0; i < problem.photos().size(); ++i) {
+      const Photo& photo = problem.photos()[i];
+      newton->gather(i, evaluator.field_jacobian(problem.start(), photo, problem.fields(),
+                                                 newton->shares(i), newton->cell(), {64, 5}));
+      Halves halves;
+      halves.residual_a = Eigen::VectorXf(3 * kSize * kSize);
+      for (int p = 0; p < kSize * kSize; ++p) {
+        const std::uint32_t block = static_cast<std::uint32_t>(p / kSize / side * 97 + p % kSize / side);
+        const float sign = (block * 2654435761u + 7u * static_cast<std::uint32_t>(i)) >> 31 ? 1.f : -1.f;
+        halves.residual_a.segment<3>(3 * p).setConstant(0.1f * sign);
+      }
+      halves.residual_b = halves.residual_a;
+      halves.variance = Eigen::VectorXf::Zero(halves.residual_a.size());
+      newton->add_residual(i, halves, relative_weights(photo, 2), 0);
+    }
+    newton->solve(1);
+    return newton->prior_strength();
+  };
+  EXPECT_GT(precision_of(6), 2 * precision_of(2));
+}
+
 /// Few passes of small pictures show where the light comes from, although the ball is too dark.
 TEST(UnknownEnvironment, LightStartFindsTheBrightSide) {
   const FitProblem problem(stage(0.7, even(1)), photos(), kWanted, settings_for(20));
@@ -196,7 +241,7 @@ TEST(UnknownEnvironment, ABodyIsAsRoughAsThePhotosAllow) {
   const std::vector<UnknownParameter> wanted = {{"Ball", "roughness", {0.15}, 0.02, 1, 0.03},
                                                 {kWorldName, kEnvironment, {}, 0, 1e4, 0.03}};
   const std::vector<Photo> taken = photos_of_mirror_ball(kTruth);
-  FitSettings settings = settings_for(12);
+  FitSettings settings = settings_for(16);
   settings.search = "off";
   Fit fit(mirror_ball(0.15, kTexels, grey), taken, wanted, settings);
   std::string state;

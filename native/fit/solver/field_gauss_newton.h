@@ -95,6 +95,8 @@ class FieldGaussNewton {
   /// Steps the voxels, where the scalars move by du (in `Reparametrization`).
   void advance(const Eigen::VectorXd& du);
   const FieldValues& values() const { return values_; }
+  /// By which the prior of green counted in the last `solve`: the variance of a residual of weight 1.
+  double prior_strength() const { return channels_[1].variance; }
 
   void members(SavedState& state);
 
