@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <memory>
 #include <set>
 
 #include "math/error.h"
@@ -85,7 +86,10 @@ TEST_P(Table, RowsAreCompleteAndConsistent) {
 
 TEST_P(Table, ValuesWrittenAreReadBackAndNothingElseChanges) {
   const auto [kind, owner] = GetParam();
-  const Scene scene = small_scene();
+  Scene scene = small_scene();
+  // Only an image can be rotated.
+  scene.appearance.world.map =
+      std::make_shared<EnvironmentMap>(8, 4, std::vector<Colorf>(32, Colorf(1)));
   const auto& rows = parameter_table(kind);
   for (const Parameter& p : rows) {
     const ParameterRef ref = scene.find(owner, p.name);
