@@ -147,8 +147,10 @@ TEST(UnknownEnvironment, WhatNeighboursShareCountsOnce) {
       Halves halves;
       halves.residual_a = Eigen::VectorXf(3 * kSize * kSize);
       for (int p = 0; p < kSize * kSize; ++p) {
-        const std::uint32_t block = static_cast<std::uint32_t>(p / kSize / side * 97 + p % kSize / side);
-        const float sign = (block * 2654435761u + 7u * static_cast<std::uint32_t>(i)) >> 31 ? 1.f : -1.f;
+        const std::uint32_t block =
+            static_cast<std::uint32_t>(p / kSize / side * 97 + p % kSize / side);
+        const float sign =
+            (block * 2654435761u + 7u * static_cast<std::uint32_t>(i)) >> 31 ? 1.f : -1.f;
         halves.residual_a.segment<3>(3 * p).setConstant(0.1f * sign);
       }
       halves.residual_b = halves.residual_a;

@@ -15,12 +15,17 @@ namespace {
 constexpr int kSide = 16;
 
 Texture image(bool encoded) {
-  return {"Wood", 2, 1, std::vector<Colorf>(2, Colorf(0.5f)), {}, encoded, Extension::kExtend,
+  return {"Wood",
+          2,
+          1,
+          std::vector<Colorf>(2, Colorf(0.5f)),
+          {},
+          encoded,
+          Extension::kExtend,
           Interpolation::kLinear};
 }
 
-std::vector<double> gradient_of(const Vector& values, const PriorScale& scale,
-                                bool encoded = false,
+std::vector<double> gradient_of(const Vector& values, const PriorScale& scale, bool encoded = false,
                                 const Vector& moving = Vector::Ones(6)) {
   std::vector<double> gradient(6);
   add_image_prior(image(encoded), Vector::Constant(6, 0.5), values, moving, scale, gradient);
@@ -37,7 +42,8 @@ TEST(ImagePrior, PullsTexelsToTheImagesColourAsStronglyAsTheMisfitSays) {
   EXPECT_NEAR(found[3], by_hand, 1e-12);
   for (const std::size_t i : {1u, 2u, 4u, 5u}) EXPECT_EQ(found[i], 0) << "one colour costs nothing";
   EXPECT_NEAR(gradient_of(values, {0.09, 300}, true)[3], 2.2 * 2.2 * by_hand, 1e-12);
-  EXPECT_NEAR(gradient_of(values, {0.09, 1})[3], 300 * by_hand / 2, 1e-12) << "half a pixel a texel";
+  EXPECT_NEAR(gradient_of(values, {0.09, 1})[3], 300 * by_hand / 2, 1e-12)
+      << "half a pixel a texel";
   EXPECT_EQ(gradient_of(values, {0, 300})[3], 0) << "where photos are explained";
   Vector moving = Vector::Ones(6);
   moving[3] = 0;

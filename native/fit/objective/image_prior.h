@@ -10,12 +10,13 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "ImagePriorOptions".
 struct ImagePriorOptions {
-  double deviation = 0.2;  ///< standard deviation of what a pixel shows, relative to the image's mean
+  double deviation =
+      0.2;  ///< standard deviation of what a pixel shows, relative to the image's mean
 };
 
 /// The residuals behind a gradient.
 struct PriorScale {
-  double loss = 0;    ///< a mean square, or the sum of those whose gradients were added; 0: no prior
+  double loss = 0;  ///< a mean square, or the sum of those whose gradients were added; 0: no prior
   double pixels = 1;  ///< of all photos
 };
 

@@ -191,8 +191,7 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
 
 /// By the gradients of the photos since the last step.
 void Descent::step_fields(Next& next) const {
-  for (FieldStep& how : next.how)
-    how.prior = {next.misfit, counted_pixels(problem_->photos())};
+  for (FieldStep& how : next.how) how.prior = {next.misfit, counted_pixels(problem_->photos())};
   next.field_adam.step(next.point.fields, next.gradients, next.how);
   next.gradients.clear();
   next.misfit = 0;

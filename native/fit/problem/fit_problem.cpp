@@ -35,13 +35,6 @@ FitProblem::FitProblem(Scene scene, std::vector<Photo> photos,
       layout_(unknowns_.layout(scene_)),
       problem_{unknowns_, layout_, photos_, loss_, settings_.iterations} {
   if (settings_.finite_differences) differences_ = std::make_unique<Reparametrization>(unknowns_);
-  // Light is linear, and is solved for by Gauss-Newton whatever else is fitted.
-  if (fields_.empty() || unknowns_.size() > 0 || fields_.has_environment()) return;
-  if (settings_.optimiser != "adam" && settings_.optimiser != "auto")
-    throw InvalidArgument("optimiser = '" + settings_.optimiser +
-                          "' cannot fit a grid or an image, and nothing else is fitted; choose "
-                          "optimiser = 'adam' or 'auto'");
-  settings_.optimiser = "adam";
 }
 
 std::unique_ptr<UniformFields> FitProblem::uniform() const {

@@ -32,7 +32,7 @@ struct FieldGaussNewtonOptions {
   FieldPriorOptions prior{};
   /// In units of the strength of a voxel that shows; they go from one to the other geometrically.
   double first_damping = 3e-3, last_damping = 3e-4;
-  int blocks = 10;  ///< along a photo's longer side, as of `GainPriorOptions`
+  int blocks = 10;                    ///< along a photo's longer side, as of `GainPriorOptions`
   double environment_damping = 1e-5;  ///< light is linear: far steps are as good as near ones
   int active_set_rounds = 8;
 };

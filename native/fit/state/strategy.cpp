@@ -17,6 +17,24 @@ bool any_image(const Fields& fields) {
   return false;
 }
 
+/// Fields alone are stepped by Adam, unless they are solved for as beside scalars: light is linear.
+/// InvalidArgument: another optimiser is asked for.
+const OptimiserKind& optimiser_of(const FitProblem& problem) {
+  const FitSettings& settings = problem.settings();
+  const auto choose = [&](const std::string& name) -> const OptimiserKind& {
+    return choose_optimiser(name, problem.unknowns().size(), problem.loss(), settings.spp,
+                            settings.accumulate);
+  };
+  if (problem.fields().empty() || problem.unknowns().size() > 0) return choose(settings.optimiser);
+  if (problem.fields().has_environment() &&
+      JointGaussNewton::applies(problem.fields(), problem.photos()))
+    return choose(settings.optimiser);
+  if (settings.optimiser == "adam" || settings.optimiser == "auto") return choose("adam");
+  throw InvalidArgument("optimiser = '" + settings.optimiser +
+                        "' cannot fit a grid or an image, and nothing else is fitted; choose "
+                        "optimiser = 'adam' or 'auto'");
+}
+
 bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, bool uniform) {
   const FitSettings& settings = problem.settings();
   if (settings.search == "off") return false;
@@ -31,9 +49,9 @@ bool wants_multi_start(const FitProblem& problem, const OptimiserKind& kind, boo
 
 bool wants_refinement(const FitProblem& problem, bool joint) {
   const FitSettings& settings = problem.settings();
-  if (settings.refinement != "auto") return settings.refinement == "on";
   const int scalars = problem.unknowns().size();
   if (joint && scalars == 0) return false;
+  if (settings.refinement != "auto") return settings.refinement == "on";
   return (problem.fields().empty() || joint) && scalars <= kFewUnknowns &&
          problem.loss().least_squares &&
          choose_optimiser("auto", scalars, problem.loss(), settings.spp, settings.accumulate)
@@ -43,9 +61,7 @@ bool wants_refinement(const FitProblem& problem, bool joint) {
 }  // namespace
 
 Strategy::Strategy(FitProblem& problem)
-    : optimiser(choose_optimiser(problem.settings().optimiser, problem.unknowns().size(),
-                                 problem.loss(), problem.settings().spp,
-                                 problem.settings().accumulate)),
+    : optimiser(optimiser_of(problem)),
       alternates(!problem.fields().empty() && optimiser.few_unknowns),
       has_images(any_image(problem.fields())),
       has_environment(problem.fields().has_environment()) {
