@@ -189,6 +189,16 @@ Colorf World::rotation_slope(const Vec3f& d) const {
   if (!map || !on) return {};
   return map->azimuth_slope(to_map_frame(d));
 }
+World World::at_rotation_0() const {
+  World same = *this;
+  if (values.rotation == 0) return same;
+  const double c = std::cos(values.rotation), s = std::sin(values.rotation);
+  const Vec3d x(to_map[0]), y(to_map[1]);
+  same.to_map[0] = Vec3f(x * c - y * s);
+  same.to_map[1] = Vec3f(x * s + y * c);
+  same.values.rotation = 0;
+  return same;
+}
 float World::density(const Vec3f& d) const {
   if (!map || !on) return 0;
   return map->density(to_map_frame(d));

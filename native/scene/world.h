@@ -148,6 +148,8 @@ struct World {
       const Vec3f& direction) const;  ///< 0 where there is no image: not sampled as a light
   float cycles_density(const Vec3f& direction) const;  ///< likewise
   Vec3f sample(float u1, float u2, float& density) const;
+  /// The same with the rotation in `to_map`, where it costs no lookup anything.
+  World at_rotation_0() const;
 
  private:
   static Vec3f rotated(const Vec3f& d, double angle) {

@@ -32,22 +32,22 @@ std::vector<double> gradient_of(const Vector& values, const PriorScale& scale, b
   return gradient;
 }
 
-/// By hand: d/dv of L / (3 N) times (v - m)^2 / (0.2 m)^2, m = 0.6 the image's mean.
+/// By hand: d/dv of L / N times (v - m)^2 / (0.2 m)^2, m = 0.6 the image's mean.
 TEST(ImagePrior, PullsTexelsToTheImagesColourAsStronglyAsTheMisfitSays) {
   Vector values(6);
   values << 0.5, 0.6, 0.6, 0.7, 0.6, 0.6;
-  const std::vector<double> found = gradient_of(values, {0.09, 300});
+  const std::vector<double> found = gradient_of(values, {0.09, 900});
   const double by_hand = 2 * 0.09 / 900 * 0.1 / (0.12 * 0.12);
   EXPECT_NEAR(found[0], -by_hand, 1e-12);
   EXPECT_NEAR(found[3], by_hand, 1e-12);
   for (const std::size_t i : {1u, 2u, 4u, 5u}) EXPECT_EQ(found[i], 0) << "one colour costs nothing";
-  EXPECT_NEAR(gradient_of(values, {0.09, 300}, true)[3], 2.2 * 2.2 * by_hand, 1e-12);
-  EXPECT_NEAR(gradient_of(values, {0.09, 1})[3], 300 * by_hand / 2, 1e-12)
+  EXPECT_NEAR(gradient_of(values, {0.09, 900}, true)[3], 2.2 * 2.2 * by_hand, 1e-12);
+  EXPECT_NEAR(gradient_of(values, {0.09, 3})[3], 300 * by_hand / 2, 1e-12)
       << "half a pixel a texel";
-  EXPECT_EQ(gradient_of(values, {0, 300})[3], 0) << "where photos are explained";
+  EXPECT_EQ(gradient_of(values, {0, 900})[3], 0) << "where photos are explained";
   Vector moving = Vector::Ones(6);
   moving[3] = 0;
-  EXPECT_EQ(gradient_of(values, {0.09, 300}, false, moving)[3], 0) << "what no photo shows stays";
+  EXPECT_EQ(gradient_of(values, {0.09, 900}, false, moving)[3], 0) << "what no photo shows stays";
 }
 
 /// A board of a texel a pixel, whose texels are 0.5 but for a pattern.

@@ -25,9 +25,9 @@ void add_image_prior(const Texture& image, const Vector& start, const Vector& va
     const double sum = channel(values).dot(channel(moving));
     const double factor = sum / before, mean = sum / shown;
     if (mean <= 0) continue;
-    const double grain = std::min(1.0, scale.pixels / shown);  // pixels a texel
+    const double grain = std::min(1.0, scale.count / 3 / shown);  // pixels a texel
     const double sigma = options.deviation * mean / (image.encoded() ? kSrgbExponent : 1);
-    const double strength = 2 * scale.loss / (3 * scale.pixels) * grain / (sigma * sigma);
+    const double strength = 2 * scale.loss / scale.count * grain / (sigma * sigma);
     for (Eigen::Index i = c; i < values.size(); i += 3)
       gradient[static_cast<std::size_t>(i)] +=
           strength * moving[i] * (values[i] - factor * start[i]);

@@ -16,8 +16,8 @@ struct ImagePriorOptions {
 
 /// The residuals behind a gradient.
 struct PriorScale {
-  double loss = 0;  ///< a mean square, or the sum of those whose gradients were added; 0: no prior
-  double pixels = 1;  ///< of all photos
+  double loss = 0;   ///< a mean square, or the sum of those whose gradients were added; 0: no prior
+  double count = 3;  ///< of residuals in all photos, three a pixel
 };
 
 /// Adds what is known of an image before any photo to the gradient of a mean square: its texels are

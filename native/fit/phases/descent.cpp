@@ -7,18 +7,17 @@
 #include <functional>
 
 #include "fit/evaluate/seeds.h"
+#include "fit/objective/closed_form_gain.h"
 #include "fit/objective/photo_weights.h"
 
 namespace selenite {
 
 namespace {
 
-double counted_pixels(const std::vector<Photo>& photos) {
-  double pixels = 0;
-  for (const Photo& photo : photos)
-    pixels +=
-        static_cast<double>(std::ranges::count_if(photo.weight, [](float w) { return w > 0; }));
-  return pixels;
+double count_of(const std::vector<Photo>& photos) {
+  double count = 0;
+  for (const Photo& photo : photos) count += selenite::count_of(photo);
+  return count;
 }
 
 }  // namespace
@@ -191,7 +190,7 @@ void Descent::step_all(const Block& block, bool reverted, Next& next) {
 
 /// By the gradients of the photos since the last step.
 void Descent::step_fields(Next& next) const {
-  for (FieldStep& how : next.how) how.prior = {next.misfit, counted_pixels(problem_->photos())};
+  for (FieldStep& how : next.how) how.prior = {next.misfit, count_of(problem_->photos())};
   next.field_adam.step(next.point.fields, next.gradients, next.how);
   next.gradients.clear();
   next.misfit = 0;
@@ -255,7 +254,7 @@ std::vector<FieldStep> Descent::field_steps(const FitRun& run) const {
   const double done = static_cast<double>(blocks_.count(&Block::fields, run.result.iterations)) /
                       blocks_.count(&Block::fields, problem_->settings().iterations);
   const auto between = [done](double first, double last) { return first + (last - first) * done; };
-  const double pixels = counted_pixels(problem_->photos());
+  const double pixels = count_of(problem_->photos()) / 3;
   const auto side = [&](double share) {
     return std::sqrt(std::min(share / pixels, options_.largest_spread));
   };

@@ -83,6 +83,11 @@ std::vector<int> lamps_of(const Appearance& appearance) {
   return found;
 }
 
+Scene with_world_at_rotation_0(Scene scene) {
+  scene.appearance.world = scene.appearance.world.at_rotation_0();
+  return scene;
+}
+
 /// All lights of the scene that are on.
 template <int L>
 LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted,
@@ -133,28 +138,28 @@ std::vector<RefractionSpread> boundaries_of(const Appearance& appearance,
 
 template <int L>
 Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const FieldRef> fields)
-    : scene(s),
-      geometry(*s.geometry),
-      materials(prepare_materials<L>(s, layout, fields)),
-      visibility(s, transparency_of(materials)),
+    : scene(with_world_at_rotation_0(s)),
+      geometry(*scene.geometry),
+      materials(prepare_materials<L>(scene, layout, fields)),
+      visibility(scene, transparency_of(materials)),
       exit(white_material<L>()),
-      emitted(s.appearance, layout),
-      lights(s, lights_of(s.appearance, emitted, materials)),
-      lamps(lamps_of(s.appearance)),
+      emitted(scene.appearance, layout),
+      lights(scene, lights_of(scene.appearance, emitted, materials)),
+      lamps(lamps_of(scene.appearance)),
       environment_field(field_number(fields, EnvironmentRef{})),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
       slot_room(slot_room_of(layout, slots)),
-      roulette_scales(roulette_scales_of(s, layout, L == kTaped)) {
+      roulette_scales(roulette_scales_of(scene, layout, L == kTaped)) {
   for (std::size_t m = 0; m < materials.size(); ++m) {
     PreparedMaterial<L>& material = materials[m];
     material.emissive = lights.samples(static_cast<int>(m));
     any_transparent = any_transparent || material.transparent;
     any_medium = any_medium || material.has_medium;
-    if (L > 0) prepare_plain(s.appearance.materials[m], material);
+    if (L > 0) prepare_plain(scene.appearance.materials[m], material);
   }
   if (!visibility.uneven) {
-    find_sealed(s, materials);
-    boundaries = boundaries_of(s.appearance, materials, lamps, lights);
+    find_sealed(scene, materials);
+    boundaries = boundaries_of(scene.appearance, materials, lamps, lights);
   }
   for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
     const auto& own = geometry.instances()[i].materials;

@@ -19,8 +19,10 @@ template <int L>
 struct Prepared {
   /// `fields`: grids and images that are unknown; in the kernel that keeps a tape, without `layout`.
   Prepared(const Scene& scene, const SlotLayout& layout, std::span<const FieldRef> fields = {});
+  Prepared(const Prepared&) = delete;  // members refer to `scene`
+  Prepared& operator=(const Prepared&) = delete;
 
-  const Scene& scene;
+  const Scene scene;  ///< with the world's rotation in its `to_map`
   const Geometry& geometry;
   std::vector<PreparedMaterial<L>> materials;
   Visibility visibility;
