@@ -145,6 +145,12 @@ def pressed(phase, operator):
     yield 1.0
 
 
+def _is_cancelled():
+    """Whether the panel says so of what is being read."""
+    run_reading = state.RUN.reading
+    return state.READING.is_cancelled or (run_reading is not None and run_reading.is_stopped)
+
+
 def steps():
     """See `_driving.run`."""
     # A display without a graphics card draws slowly, which says nothing about a fit.
@@ -186,9 +192,13 @@ def steps():
         reads = state.READING.job is not None or state.RUN.reading is not None
         began = time.monotonic()
         press_escape()
+        while reads and not _is_cancelled() and not state.is_idle():
+            yield 0.005
+        answered = time.monotonic() - began
         while not state.is_idle():
             yield 0.005
-        print(f"Esc in {name}, reading: {reads}: {time.monotonic() - began:.3f} s", flush=True)
+        ended = time.monotonic() - began
+        print(f"Esc in {name}, reading: {reads}: {answered:.3f} s, ended {ended:.3f} s", flush=True)
         yield 1.0
     settings = bpy.context.scene.selenite
     settings.iterations = 1_000_000

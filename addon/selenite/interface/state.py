@@ -25,6 +25,8 @@ from .running.work import Finishing, Preparing
 
 #: What the panel says of a run that leaves nothing behind.
 CANCELLED = "Cancelled; nothing was changed"
+#: What it says of a reading that was cancelled while Blender evaluates the scene.
+ENDING = "Cancelled; waiting for Blender"
 
 
 @dataclass
@@ -239,6 +241,11 @@ class SceneReading:
     """At most one reading of the scene at a time that is no part of a fit."""
 
     job: ReadingJob[Any] | None = None
+
+    @property
+    def is_cancelled(self) -> bool:
+        """It goes on only because Blender's evaluation cannot be ended."""
+        return self.job is not None and self.job.is_stopped
 
     def cancel(self) -> None:
         """It ends at the next object; the operator that waits for it sees that."""

@@ -100,12 +100,18 @@ def field(layout: bpy.types.UILayout, data: Any, name: str) -> None:  # noqa: AN
 
 
 def paragraph(
-    layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE"
+    layout: bpy.types.UILayout,
+    context: bpy.types.Context,
+    text: str,
+    icon: str = "NONE",
+    lines: int = 1,
 ) -> None:
-    """A sentence in lines close together, as wide as the region, in the interface's language."""
+    """A sentence in lines close together, at least so many of them, as wide as the region, in the
+    interface's language."""
     text = shown(text)
     column = layout.column(align=True)
     has_icon = icon != "NONE"
-    for index, line in enumerate(wrapped(text, letters(context, 24 if has_icon else 0))):
+    found = wrapped(text, letters(context, 24 if has_icon else 0))
+    for index, line in enumerate([*found, *[""] * (lines - len(found))]):
         symbol = icon if index == 0 else ("BLANK1" if has_icon else "NONE")
         column.label(text=line, icon=symbol, translate=False)

@@ -17,12 +17,15 @@ from ..problems import BadInput
 from ..scene_read.reading.job import ReadingJob
 from ..scene_read.reading.render_depsgraph import Reading, Stopped, at_once
 from .problem_reports import report_problems
-from .state import READING, Background, is_idle
+from .state import ENDING, READING, Background, is_idle
 from .texts import announce, shown
 
 T = TypeVar("T")
-#: Events that change nothing, while a scene is being read.
-HARMLESS = {"TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
+#: Events that change nothing but the view, while a scene is being read.
+HARMLESS = {
+    *("TIMER", "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "MIDDLEMOUSE"),
+    *("WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE"),
+}
 
 
 def built(operator: bpy.types.Operator, make: Callable[[], T]) -> T | None:
@@ -63,7 +66,7 @@ class Ticking:
 
 class ReadsScene(Ticking):
     """Base of a modal operator that reads the scene first, by a render job of Blender's. Esc
-    cancels it; meanwhile only the pointer moves, for the scene must stay as it is."""
+    cancels it; meanwhile only the view moves, for the scene must stay as it is."""
 
     tick = 0.05
 
@@ -83,6 +86,7 @@ class ReadsScene(Ticking):
         """What `modal` returns while it is read."""
         if event.type == "ESC" and event.value == "PRESS":
             READING.cancel()
+            show_status(context, ENDING)
         if event.type == "TIMER":
             answer = self._read_on(context)
             if not answer & {"RUNNING_MODAL", "PASS_THROUGH"}:
@@ -110,7 +114,7 @@ class ReadsScene(Ticking):
         except Stopped:
             goes_on = None
         if goes_on:
-            show_status(context, "reading the scene")
+            show_status(context, ENDING if job.is_stopped else "reading the scene")
             return {"RUNNING_MODAL"}
         READING.job = None
         show_status(context, None)

@@ -6,16 +6,17 @@ from __future__ import annotations
 import bpy
 
 from .. import state
-from ..texts import paragraph, shown
+from ..texts import paragraph
 
 
-def draw_bar(layout: bpy.types.UILayout, fraction: float, text: str) -> None:
-    """A bar where this Blender has one, else the percent in words."""
-    if hasattr(layout, "progress"):  # 4.0 on
-        layout.progress(factor=fraction, text=shown(text))
-        return
+def draw_bar(layout: bpy.types.UILayout, fraction: float, text: str, lines: int = 1) -> None:
+    """The text above a bar, in at least so many lines: a panel that grows hides its end for a
+    moment."""
     whole = layout.column(align=True)
-    paragraph(whole, bpy.context, text)
+    paragraph(whole, bpy.context, text, lines=lines)
+    if hasattr(layout, "progress"):  # 4.0 on; it would cut a text of its own
+        whole.progress(factor=fraction, text="")
+        return
     line = whole.row(align=True)
     line.scale_y = 0.5
     parts = line.split(factor=min(max(fraction, 0.01), 1.0), align=True)

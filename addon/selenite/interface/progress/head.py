@@ -12,6 +12,8 @@ from ..texts import paragraph, shown, translated
 from .background import draw_bar
 
 _WIDTH = 0.94
+#: Of what is said of a run: percent, phase and time left.
+_LINES = 2
 
 
 class SELENITE_PT_head(bpy.types.Panel):
@@ -31,7 +33,8 @@ class SELENITE_PT_head(bpy.types.Panel):
             paragraph(layout, context, missing, "ERROR")
             return
         if state.READING.job is not None:
-            draw_bar(layout, 0.0, translated("Reading the scene"))
+            text = state.ENDING if state.READING.is_cancelled else "Reading the scene"
+            draw_bar(layout, 0.0, translated(text))
             layout.operator("selenite.cancel", icon="X")
             return
         if state.RUN.is_active or state.STAGES.job is not None:
@@ -73,13 +76,15 @@ def _draw_run(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     text = run.shown.text
     if run.job is None:
         text = translated("Reading the scene" if run.reading else "Reading the photos")
-    draw_bar(layout, run.shown.fraction, text)
+        if run.reading is not None and run.reading.is_stopped:
+            text = translated(state.ENDING)
+    draw_bar(layout, run.shown.fraction, text, _LINES)
     column = layout.column(align=True)
     if run.job is not None:
         column.operator("selenite.stop", text="Stop (Keep)", icon="CHECKMARK")
     column.operator("selenite.cancel", text="Cancel (Restore)", icon="X")
     keeps = run.job is not None
-    text = "Esc stops and keeps the best values" if keeps else "Esc cancels"
+    text = "Esc stops and keeps" if keeps else "Esc cancels"
     paragraph(layout, context, translated(text))
 
 

@@ -7,7 +7,7 @@ import bpy
 
 from .. import state
 from ..progress.background import draw_next_camera, draw_work
-from ..texts import field, paragraph
+from ..texts import paragraph
 from . import drawing
 
 _WIDTH = 420  # of the pop-up, in pixels at a scale of 1
@@ -35,8 +35,9 @@ class SELENITE_PT_result(bpy.types.Panel):
         drawing.draw_values(layout, context, settings)
         drawing.draw_report(layout, context, settings)
         draw_next_camera(layout, context)
-        column = layout.column()
-        field(column, settings, "output")
+        column = layout.column(align=True)
+        column.label(text="Folder")  # beside the path it would cut it
+        column.prop(settings, "output", text="")
         if not draw_work(layout, state.SAVE, "selenite.cancel_saving"):
             layout.operator("selenite.save_result", icon="FILE_TICK")
             for line in state.SAVE.lines:

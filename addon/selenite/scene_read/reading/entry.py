@@ -37,11 +37,13 @@ class Entry:
         """Nobody waits any more. From any thread."""
         self._open.set()
 
-    def let_in(self) -> None:
-        """In a call of an operator: if the thread waits, it enters now."""
-        if self._ready.is_set() and not self._entered.is_set():
-            self._open.set()
-            self._entered.wait(_SHORT)
+    def let_in(self, patience: float = 0.0) -> bool:
+        """In a call of an operator: if the thread waits, or does so within `patience` seconds, it
+        enters now. Whether it has."""
+        if not self._ready.wait(patience) or self._entered.is_set():
+            return False
+        self._open.set()
+        return self._entered.wait(_SHORT)
 
     def entered(self) -> None:
         """In the thread, inside."""

@@ -16,6 +16,8 @@ from .render_depsgraph import GraphRender, Reading, Stopped
 
 T = TypeVar("T")
 _POLL = 0.1  # seconds
+#: Seconds that a start waits for the evaluation: so the views of a small scene never turn black.
+_AT_ONCE = 0.03
 
 
 class ReadingJob(Generic[T]):
@@ -30,7 +32,7 @@ class ReadingJob(Generic[T]):
         self._reading = reading
         self._render: GraphRender | None = None
         self._answer: Problem | None = None
-        self._stopped = False
+        self.is_stopped = False
 
     def step(self) -> bool:
         """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`.
@@ -39,13 +41,14 @@ class ReadingJob(Generic[T]):
         it: so these are two steps.
         """
         if self._render is not None:
-            self._render.entry.let_in()
+            if self._render.entry.let_in():
+                _redraw_views()
             if not self._render.is_running():
                 self._answer = self._close().outcome()
-                if self._stopped:
+                if self.is_stopped:
                     raise Stopped
             return True
-        if self._stopped:
+        if self.is_stopped:
             raise Stopped
         answer, self._answer = self._answer, None
         try:
@@ -57,6 +60,8 @@ class ReadingJob(Generic[T]):
             handlers.append(self._put_back)
         try:
             self._render.start(waits=bpy.app.background)
+            if self._render.is_running():
+                self._render.entry.let_in(_AT_ONCE)
         except BaseException:
             self._close()
             raise
@@ -64,7 +69,7 @@ class ReadingJob(Generic[T]):
 
     def cancel(self) -> None:
         """The reading ends at the next object; `step` goes on until it has."""
-        self._stopped = True
+        self.is_stopped = True
         if self._render is not None:
             self._render.stopped = True
             self._render.entry.open()
@@ -87,7 +92,7 @@ class ReadingJob(Generic[T]):
     def _put_back(self, *_: object) -> None:
         """Before an undo, for which Blender has ended the render: afterwards the copy of the scene
         is gone, and whoever touches it ends the process."""
-        self._stopped = True
+        self.is_stopped = True
         self._close()
 
     def _close(self) -> GraphRender:
@@ -97,6 +102,15 @@ class ReadingJob(Generic[T]):
             handlers.remove(self._put_back)
         render.close()
         return render
+
+
+def _redraw_views() -> None:
+    """A 3D view that Blender draws during the evaluation for a render is locked, and black until
+    it is drawn again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
 
 
 def _before_undo() -> tuple[list[Any], list[Any]]:
