@@ -10,7 +10,7 @@ from . import fields as field_rows
 from .labels import unit_text
 
 #: Lines of text below the name, and of controls.
-TEXT_LINES = 2
+TEXT_LINES = 3
 CONTROL_LINES = 6
 
 
