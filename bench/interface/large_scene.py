@@ -197,8 +197,8 @@ def steps():
         answered = time.monotonic() - began
         while not state.is_idle():
             yield 0.005
-        ended = time.monotonic() - began
-        print(f"Esc in {name}, reading: {reads}: {answered:.3f} s, ended {ended:.3f} s", flush=True)
+        over = time.monotonic() - began
+        print(f"Esc in {name}, reading: {reads}: {answered:.3f} s, ended {over:.3f} s", flush=True)
         yield 1.0
     settings = bpy.context.scene.selenite
     settings.iterations = 1_000_000
