@@ -101,7 +101,7 @@ def reported(work):
 
 
 def test_what_the_native_module_refuses_is_reported_in_german(german, native):
-    """Of a scene, a render and a request. The lamp is called as its parameter, and keeps its name."""
+    """Of a scene, a render and a request. A lamp keeps its name, that of its parameter."""
     made.studio()
     made.light("power", energy=10)
     scene = build_scene(made.read())
@@ -112,7 +112,7 @@ def test_what_the_native_module_refuses_is_reported_in_german(german, native):
         "Rendern: Abtastwerte je Pixel = 0 ist nicht erlaubt; setze es auf [1, 1048576]"
     )
     assert reported(lambda: scene.with_lights({"lamps": 3})) == (
-        "lights: lamps = 3 ist von falscher Art oder außerhalb des Bereichs; berichtige die Szene"
+        "Lichter: lamps = 3 ist von falscher Art oder außerhalb des Bereichs; berichtige die Szene"
     )
 
 
