@@ -28,6 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite import native  # noqa: E402
+from selenite.fit_run.settings import PRESETS  # noqa: E402
 
 _COLOUR, _ROUGHNESS, _GREY, _START = (0.6, 0.25, 0.1), 0.3, 0.5, 0.5
 _VIEWS = ((-20, 25), (60, 35), (150, 20), (-110, 45))  # azimuth, elevation in degrees
@@ -134,7 +135,7 @@ def fitted(
     fit = [
         sys.executable, "-m", "selenite", "fit", str(folder / "start.blend"), "--json",
         "--fit", "Body:base_color,roughness", *more, "--out", str(folder / "fits"),
-        "--height", str(options.size), "--seed", str(options.seed),
+        "--height", str(options.size), "--seed", str(options.seed), "--preset", options.preset,
     ]  # fmt: skip
     for index in range(len(_VIEWS)):
         fit += ["--photo", f"View {index}={folder}/photo{index}.exr"]
@@ -201,6 +202,7 @@ def main() -> int:
     asked.add_argument("--ground", choices=("known", "none", "both"), default="both")
     asked.add_argument("--rotated", action="store_true", help="known panoramas that are rotated")
     asked.add_argument("--seed", type=int, default=0, help="of the fits (%(default)s)")
+    asked.add_argument("--preset", choices=PRESETS, default="balanced", help="(%(default)s)")
     options = asked.parse_args()
     rooms = sorted(options.rooms.glob("*.exr"))
     print(f"truth: {_COLOUR}, roughness {_ROUGHNESS}")

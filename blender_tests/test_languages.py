@@ -7,11 +7,14 @@ import json
 
 import bpy
 import interface_texts
+import made_scenes as made
 import pytest
 
 from selenite.fit_run.answer import findings
-from selenite.interface import texts
+from selenite.fit_run.plan import build_scene, paths_traced
+from selenite.interface import problem_reports, texts
 from selenite.interface.furniture.languages import TEXTS
+from selenite.problems import BadInput, refused
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 
@@ -55,30 +58,69 @@ def test_every_operator_panel_and_setting_has_a_tooltip():
     assert interface_texts.without_tooltip() == []
 
 
-@pytest.mark.skipif("de_DE" not in bpy.app.translations.locales, reason="no German in this Blender")
-def test_blender_shows_german():
+@pytest.fixture
+def german():
+    """The interface in German for the length of a test."""
+    if "de_DE" not in bpy.app.translations.locales:
+        pytest.skip("no German in this Blender")
     view = bpy.context.preferences.view
     before = view.language
-    try:
-        view.language = "de_DE"
-        view.use_translate_interface = view.use_translate_tooltips = True
-        text = bpy.app.translations.pgettext_iface("Start Fit")
-        assert text == "Anpassung starten"
-    finally:
-        view.language = before
+    view.language = "de_DE"
+    view.use_translate_interface = view.use_translate_tooltips = True
+    yield
+    view.language = before
 
 
-@pytest.mark.skipif("de_DE" not in bpy.app.translations.locales, reason="no German in this Blender")
-def test_what_a_fit_says_is_shown_in_german():
-    view = bpy.context.preferences.view
-    before = view.language
-    try:
-        view.language = "de_DE"
-        view.use_translate_interface = True
-        assert texts.shown("Camera 'Front'") == "Kamera „Front“"
-        assert texts.shown("Parameter 'A:ior': given twice; give it once") == (
-            "Parameter „A:ior“: zweimal angegeben; gib es einmal an"
-        )
-    finally:
-        view.language = before
+def test_blender_shows_german(german):
+    assert bpy.app.translations.pgettext_iface("Start Fit") == "Anpassung starten"
+
+
+def test_what_a_fit_says_is_shown_in_german(german):
+    assert texts.shown("Camera 'Front'") == "Kamera „Front“"
+    assert texts.shown("Parameter 'A:ior': given twice; give it once") == (
+        "Parameter „A:ior“: zweimal angegeben; gib es einmal an"
+    )
+    bpy.context.preferences.view.language = "en_US"
     assert texts.shown("Camera 'Front'") == "Camera 'Front'"
+
+
+class _Operator:
+    """What Blender's reports would show."""
+
+    def report(self, kinds, text):
+        self.said = text
+
+
+def reported(work):
+    """What is reported of a request that the native module refuses."""
+    operator = _Operator()
+    with pytest.raises(BadInput) as error, refused("Scene", "correct the scene"):
+        work()
+    problem_reports.report_problems(operator, error.value)
+    return operator.said
+
+
+def test_what_the_native_module_refuses_is_reported_in_german(german, native):
+    """Of a scene, a render and a request. A lamp keeps its name, that of its parameter."""
+    made.studio()
+    made.light("power", energy=10)
+    scene = build_scene(made.read())
+    assert reported(lambda: scene.with_values({("power", "gloss"): 1})) == (
+        "Szene: „power“ hat keinen Parameter „gloss“; vorhanden sind: 'power', 'color'"
+    )
+    assert reported(lambda: native.core().render(scene, "Camera", 8, 8, 0)) == (
+        "Rendern: Abtastwerte je Pixel = 0 ist nicht erlaubt; setze es auf [1, 1048576]"
+    )
+    assert reported(lambda: scene.with_lights({"lamps": 3})) == (
+        "Lichter: lamps = 3 ist von falscher Art oder außerhalb des Bereichs; berichtige die Szene"
+    )
+
+
+def test_why_paths_are_traced_one_at_a_time_is_shown_in_german(german):
+    made.principled(made.studio()).inputs["Alpha"].default_value = 0.5
+    made.light("Key", energy=10)
+    traced = paths_traced(build_scene(made.read()))
+    if "AVX2" not in traced:
+        assert texts.shown(f"Paths are traced {traced}") == (
+            "Pfade werden verfolgt: einzeln: Material „Body“ lässt Strahlen gerade hindurch (Alpha)"
+        )

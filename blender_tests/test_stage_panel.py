@@ -32,9 +32,9 @@ def asked():
 
 def test_presets_of_the_panel_are_those_of_the_command_line():
     named = [item[0] for item in properties.STAGE_ITEMS]
-    assert named == ["none", *PRESETS, "own", AUTO]
+    assert named == [*PRESETS, "own", AUTO]
     # Files keep the numbers: a new one follows the last.
-    assert [item[3] for item in properties.STAGE_ITEMS] == [0, 1, 2, 5, 3, 4]
+    assert [item[3] for item in properties.STAGE_ITEMS] == [6, 0, 1, 2, 5, 3, 4]
 
 
 def test_a_preset_splits_the_ticked_parameters(tmp_path):

@@ -45,8 +45,8 @@ Grid::Grid(std::string name, std::array<int, 3> size, int channels, std::vector<
   std::int64_t numbers = channels;
   for (int i = 0; i < 3; ++i) {
     if (size[i] < 1 || size[i] > kMostPerAxis)
-      refuse(name_, "its size along ", "xyz"[i], " is ", size[i], "; it must lie in [1, ",
-             kMostPerAxis, "]");
+      refuse(name_, "its size along ", static_cast<char>('x' + i), " is ", size[i],
+             "; it must lie in [1, ", kMostPerAxis, "]");
     numbers *= size[i];
   }
   if (numbers > kMostNumbers)

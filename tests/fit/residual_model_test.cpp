@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <utility>
+#include <vector>
 
 #include "fit/objective/photo_weights.h"
 #include "fit/synthetic_renderer.h"
@@ -81,7 +82,7 @@ TEST(ResidualModel, IsNothingWhereTheModelExplainsThePhotos) {
   EXPECT_EQ(model.error().absolute, 0);
   EXPECT_EQ(model.error().shift, 0);
   // Then all weights are those of the noise, times the same factor.
-  const Eigen::VectorXf precision = model.precision(explained);
+  const Eigen::VectorXf precision = model.precision(explained, 0);
   EXPECT_FLOAT_EQ(precision.minCoeff(), precision.maxCoeff());
 }
 
@@ -100,8 +101,23 @@ TEST(ResidualModel, OutliersCountLittleAndLeaveTheRestAlone) {
   const ResidualModel model(std::span(&one, 1));
   const double before = found(residuals(photo, clean)).relative;
   EXPECT_LT(model.error().relative, 2 * before);
-  const Eigen::VectorXf precision = model.precision(one);
+  const Eigen::VectorXf precision = model.precision(one, 0);
   EXPECT_LT(precision[3 * (7 * kSide + 7)], 0.05f * precision[3 * (7 * kSide + 40)]);
+}
+
+// As whoever stands in the light changes all pixels of a photo, these are one outlier, not many.
+TEST(ResidualModel, APhotoThreeTimesAsWrongCountsANinth) {
+  const Photo photo = ramp();
+  const Eigen::VectorXf root = ErrorScales(photo).relative.cwiseSqrt();
+  std::vector<PhotoResiduals> all;
+  for (const std::uint64_t seed : {4, 5, 6, 7})
+    all.push_back(
+        residuals(photo, (seed == 7 ? 0.3f : 0.1f) * normal_numbers(seed).cwiseProduct(root)));
+  const ResidualModel model(all);
+  const float share = model.precision(all[3], 3).sum() / model.precision(all[0], 0).sum();
+  EXPECT_NEAR(share, 1. / 9, 0.04);
+  // What all have in common is the model's error and no photo's own.
+  EXPECT_NEAR(model.precision(all[1], 1).sum() / model.precision(all[0], 0).sum(), 1, 0.1);
 }
 
 // Weights that follow a pixel's own noise would leave a fit darker than photos with bright specks.
@@ -113,8 +129,9 @@ TEST(ResidualModel, APixelsOwnResidualLeavesItsWeightAlone) {
   const ResidualModel model(std::span(&before, 1));
   error.segment<3>(3 * kPixel).setConstant(5);
   const PhotoResiduals after = residuals(photo, error);
-  EXPECT_FLOAT_EQ(model.precision(before)[3 * kPixel], model.precision(after)[3 * kPixel]);
-  EXPECT_LT(model.precision(after)[3 * (kPixel + 1)], model.precision(before)[3 * (kPixel + 1)]);
+  EXPECT_FLOAT_EQ(model.precision(before, 0)[3 * kPixel], model.precision(after, 0)[3 * kPixel]);
+  EXPECT_LT(model.precision(after, 0)[3 * (kPixel + 1)],
+            model.precision(before, 0)[3 * (kPixel + 1)]);
 }
 
 /// Renders of the ramp with `noise` of a sample and the error `relative(pixel)`, `iterations` of them.

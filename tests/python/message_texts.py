@@ -59,6 +59,8 @@ def _texts(path: Path) -> Iterator[tuple[int, str]]:
             left_out |= set(node.values)
         if isinstance(node, ast.FormattedValue) and node.format_spec is not None:
             left_out |= {node.format_spec, *ast.walk(node.format_spec)}
+        if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "").endswith("_NAMES"):
+            left_out |= set(ast.walk(node))
         if isinstance(node, ast.Call) and _is_of_properties(node):
             left_out |= set(ast.walk(node))
     for node in ast.walk(tree):

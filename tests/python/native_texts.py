@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sentences of the native modules that the panel may show: what is said of photos, and of fits."""
+"""Sentences of the native modules that the panel may show: of photos, scenes, renders and fits."""
 
 from __future__ import annotations
 
@@ -10,16 +10,25 @@ from pathlib import Path
 from message_texts import is_sentence
 
 NATIVE = Path(__file__).resolve().parents[2] / "native"
-ROOMS = ("image", "fit")
-#: Whose literals are docstrings and names of settings.
-NOT_SHOWN = ("fit/solver/optimiser.cpp", "fit/problem/photo.h")
-_FILE = re.compile(r"^('\{\}' |(?=(?:has|is|says|stores|holds|lacks|begins|takes|connects|maps) ))")
+ROOMS = ("image", "fit", "scene", "render", "model", "module")
+#: Whose literals are docstrings and names of settings, or said to the module's own tests.
+NOT_SHOWN = (
+    "fit/solver/optimiser.cpp", "fit/problem/photo.h", "model/field_index.h", "model/probe.cpp",
+    "module/probe_binding.cpp",
+)  # fmt: skip
+#: What `problems.problems_of` takes for the thing that a line is about: it is shown by itself.
+_TITLE = re.compile(r"^(?:\{\}|[A-Z]\w+(?: '\{\}'| image| frame|[.:]\w+)?|\w+\.\w+): ")
+_FILE = re.compile(
+    r"^('\{\}' |(?:\{\})?(?=(?:has|is|says|stores|holds|lacks|begins|takes|connects|maps) ))"
+)
 _LITERAL = r'"(?:[^"\\\n]|\\.)*"'
 _NO_CODE = re.compile(rf"{_LITERAL}|//[^\n]*|/\*.*?\*/|#include[^\n]*", re.DOTALL)
 #: Between two literals of one message: an expression that is joined to both.
 _FILLED = re.compile(r"\s*(?:\+[^;{}?]*\+|<<[^;{}?]*<<)\s*")
 #: A problem is added in parts.
-_ADDED = re.compile(rf"\badd\((?:{_LITERAL}|[^\";])*?\);")
+_ADDED = re.compile(rf"\b(?:add|refuse)\((?:{_LITERAL}|[^\";])*?\);")
+#: The other literals of the bindings are docstrings.
+_THROWN = re.compile(rf"\bthrow\b(?:{_LITERAL}|[^\";])*;")
 _COMMA = re.compile(rf"({_LITERAL})|,")
 _JOINED = re.compile(r"\s*(?:\+|<<)")
 
@@ -32,7 +41,10 @@ def wanted() -> dict[str, tuple[str, str]]:
         for path in sorted((NATIVE / room).rglob("*")):
             place = path.relative_to(NATIVE).as_posix()
             if path.suffix in {".cpp", ".h"} and place not in NOT_SHOWN:
-                for text in _patterns(path.read_text(encoding="utf-8")):
+                code = path.read_text(encoding="utf-8")
+                if room == "module":
+                    code = "\n".join(_THROWN.findall(code))
+                for text in _patterns(code):
                     whole = " ".join(text.split())
                     for part in _parts(whole, of_file=room == "image"):
                         if is_sentence(part):
@@ -45,6 +57,7 @@ def _parts(text: str, *, of_file: bool) -> list[str]:
     cause says "it", see `fit_run.photos.files.unreadable`."""
     if of_file:
         text = _FILE.sub("it ", text, count=1)
+    text = _TITLE.sub("", text, count=1)
     text = re.sub(r"^\{\}(?=[a-z])|(?<=[a-z'])\{\}$", "", text)  # the rest of the line
     return [part.strip(" ;,:.(") for part in text.split("; ")]
 

@@ -66,8 +66,8 @@ def test_a_native_message_is_german_from_the_first_word_to_the_last() -> None:
         "Body:ior: start = 3 lies outside its bounds [1, 2.5]; move the start or widen the bounds"
     )
     assert language.translated(said) == (
-        "Body:ior: Anfang = 3 liegt außerhalb seiner Grenzen [1, 2.5]; "
-        "verschiebe den Anfang oder weite die Grenzen"
+        "Body:ior: Start = 3 liegt außerhalb seiner Grenzen [1, 2.5]; "
+        "verschiebe den Start oder erweitere die Grenzen"
     )
 
 
@@ -101,6 +101,16 @@ def test_the_message_that_says_more_is_meant() -> None:
 def test_what_fills_a_message_is_translated_too() -> None:
     language = messages.Messages({"no {}: {}": "kein {}: {}", "file '{}'": "Datei „{}“"})
     assert language.translated("no file 'a b': 3") == "kein Datei „a b“: 3"
+
+
+def test_a_name_stays_where_it_is_a_word_of_the_language() -> None:
+    language = messages.Messages({"left": "links", "photo '{}' {}": "Foto „{}“ {}"})
+    assert language.translated("photo 'left' left") == "Foto „left“ links"
+
+
+def test_what_a_message_is_about_is_translated_by_itself() -> None:
+    language = messages.Messages({"{} is off": "aus ist {}", "lamp": "Lampe", "it": "es"})
+    assert language.translated("lamp: it is off") == "Lampe: aus ist es"
 
 
 def test_parts_of_a_line_are_translated_where_the_whole_is_not_known() -> None:

@@ -85,6 +85,25 @@ def test_light_first_leaves_the_light_as_it_was_found_beside_one_colour():
 
 
 @pytest.mark.parametrize(
+    ("others", "light_first"),
+    [
+        (["Head:base_color_texture", "Head:roughness"], True),
+        (["Head:base_color_texture", "Head:base_color", "Key:power"], True),
+        (["Head:base_color", "Head:roughness"], False),
+        (["Head:base_color_texture", "Head:transmission"], False),
+        (["Head:base_color_texture", "Jade:albedo_grid"], False),
+    ],
+)
+def test_light_comes_first_by_itself_where_an_image_would_take_up_its_errors(others, light_first):
+    names, problems = [*others, "World:environment"], []
+    wanted = stages_by_name("light-first", names, 40, problems) if light_first else ()
+    assert stages_by_name("usual", names, 40, problems) == wanted
+    assert stages_by_name("usual", others, 40, problems) == ()
+    assert stages_by_name("none", names, 40, problems) == ()
+    assert not problems
+
+
+@pytest.mark.parametrize(
     ("text", "names", "cause"),
     [
         ("ior-last", ["Body:roughness"], "no index of refraction is fitted"),
@@ -100,4 +119,4 @@ def test_stages_that_split_nothing_are_refused(text, names, cause):
     problems = []
     assert stages_by_name(text, names, 40, problems) == ()
     assert cause in problems[0].line()
-    assert set(PRESETS) == {"ior-last", "colours-first", "light-first"}
+    assert set(PRESETS) == {"usual", "none", "ior-last", "colours-first", "light-first"}

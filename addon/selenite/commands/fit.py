@@ -20,7 +20,7 @@ from ..fit_run.plan import FitPlan, prepare
 from ..fit_run.request import RunRequest, UnknownRequest, read_run
 from ..fit_run.settings import PRESETS, THESIS, FitSettings, with_overrides
 from ..fit_run.staging.job import StagedJob, make_job
-from ..fit_run.staging.request import AUTO, StageRequest, stages_by_name
+from ..fit_run.staging.request import AUTO, USUAL, StageRequest, stages_by_name
 from ..fit_run.staging.request import PRESETS as STAGE_PRESETS
 from ..fit_run.unknowns import usual_requests
 from ..information.conditioning import StageChoice
@@ -103,9 +103,9 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         unknowns=unknowns,
         captures=captures_from(args, base.captures or captures_of(scene), values, problems),
         settings=settings,
-        stages=stages or _preset_stages(args.stages, names, settings, problems),
+        stages=stages or _preset_stages(args.stages or USUAL, names, settings, problems),
     )
-    if args.stages is None:
+    if args.stages is None and args.scene.endswith(".json"):
         request = replace(request, stages=base.stages, staging=base.staging)
     packed = packed_photos()
     try:
@@ -236,9 +236,9 @@ def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem
 
 
 def _preset_stages(
-    text: str | None, names: Sequence[str], settings: FitSettings, problems: list[Problem]
+    text: str, names: Sequence[str], settings: FitSettings, problems: list[Problem]
 ) -> tuple[StageRequest, ...]:
-    """--stages by name, of the parameters `names`; none without it."""
+    """--stages by name, of the parameters `names`; none for another word."""
     if text not in STAGE_PRESETS or not names:
         return ()
     return stages_by_name(text, names, settings.iterations, problems)

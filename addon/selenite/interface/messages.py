@@ -2,7 +2,8 @@
 """Messages of the add-on in another language. No Blender here.
 
 Messages are made elsewhere, in English, with names and numbers in them. A language has a pattern
-for each, with "{}" for what is filled in; what fills it is translated in turn.
+for each, with "{}" for what is filled in; what fills it is translated in turn. A name, which
+stands between quotes, is not: a camera may be called 'left'.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 _DEEPEST = 3  # a message in a message in a message
+_TITLE_ENDS = ": "  # what a message is about
 #: Where a message that has no pattern is cut into parts that may have one.
-_CUTS = ("\n", ". ", "; ", ": ", ", ")
+_CUTS = ("\n", ". ", "; ", _TITLE_ENDS, ", ")
 
 
 class Messages:
@@ -35,7 +37,12 @@ class Messages:
         for parts, words in self._open:
             found = _filling(parts, text)
             if found is not None:
-                return words.format(*(self.translated(item, depth + 1) for item in found))
+                return words.format(
+                    *(
+                        item if _is_name(parts, at) else self.translated(item, depth + 1)
+                        for at, item in enumerate(found)
+                    )
+                )
         for cut in _CUTS:
             first, found_cut, rest = text.partition(cut)
             if found_cut:
@@ -52,4 +59,10 @@ def _filling(parts: list[str], text: str) -> list[str] | None:
     if len(text) < len(first) + len(last) or not all(part in text for part in parts):
         return None
     found = re.fullmatch("(.+?)".join(map(re.escape, parts)), text, re.DOTALL)
-    return list(found.groups()) if found else None
+    if found is None or (not first and _TITLE_ENDS in found[1]):
+        return None  # what a message is about is no part of its first word
+    return list(found.groups())
+
+
+def _is_name(parts: list[str], at: int) -> bool:
+    return parts[at].endswith("'") and parts[at + 1].startswith("'")

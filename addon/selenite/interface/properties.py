@@ -49,6 +49,12 @@ SEARCH_ITEMS = (
 )
 # Beside the first and the own list, the names are those of fit_run.staging.request.
 STAGE_ITEMS = (
+    (
+        "usual",
+        "Usual",
+        "Light First where the world's image and an image are ticked, else All at Once",
+        6,
+    ),
     ("none", "All at Once", "Every ticked parameter in every iteration", 0),
     ("ior-last", "IOR Last", "Everything but indices of refraction first, then everything", 1),
     (

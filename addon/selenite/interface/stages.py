@@ -48,9 +48,10 @@ def own_stages(scene: bpy.types.Scene, problems: list[Problem]) -> tuple[StageRe
 def named_stages(
     scene: bpy.types.Scene, names: Sequence[str], problems: list[Problem]
 ) -> tuple[StageRequest, ...]:
-    """The stages of a preset for the unknowns `names`; none where the photos choose them."""
+    """The stages of a preset for the unknowns `names`; none where everything is fitted at once or
+    the photos choose them."""
     settings = scene.selenite
-    if settings.stage_mode in ("none", "own", AUTO) or not names:
+    if settings.stage_mode in ("own", AUTO) or not names:
         return ()
     return stages_by_name(settings.stage_mode, names, settings.iterations, problems)
 

@@ -61,7 +61,7 @@ Eigen::VectorXf PhotoWeights::by_variance(std::size_t i, const Eigen::VectorXf& 
   if (products_.empty()) return noise_weights(photo, photos_->size(), variance, options_);
   return shares(photo, photos_->size())
       .cwiseProduct(
-          model_.precision({photo, residual_variance(photo, variance, options_), products_[i]}));
+          model_.precision({photo, residual_variance(photo, variance, options_), products_[i]}, i));
 }
 
 bool PhotoWeights::learn(std::span<const Observation> seen, double keep, int iteration) {

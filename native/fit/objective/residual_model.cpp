@@ -79,12 +79,13 @@ Eigen::VectorXf ErrorScales::variance(const ModelError& error) const {
 
 ResidualModel::ResidualModel(std::span<const PhotoResiduals> photos,
                              const ResidualModelOptions& options)
-    : options_(options) {
+    : options_(options), of_photos_(photos.size(), 1) {
   std::vector<ErrorScales> scales;
   for (const PhotoResiduals& one : photos) scales.emplace_back(one.photo);
   for (int sweep = 0; sweep < options_.sweeps; ++sweep) {
     // The first one finds the root mean square: from above the scale falls to that of the tails.
     const bool first = sweep == 0;
+    if (!first) weigh_photos(photos, scales);
     ThreeEquations equations;
     for (std::size_t p = 0; p < photos.size(); ++p) {
       const PhotoResiduals& one = photos[p];
@@ -96,13 +97,14 @@ ResidualModel::ResidualModel(std::span<const PhotoResiduals> photos,
         const double share = one.photo.share(static_cast<std::size_t>(i / 3));
         if (!(share > 0)) continue;
         equations.add({scales[p].relative[i], scales[p].absolute[i], scales[p].shift[i]},
-                      static_cast<double>(tail[i]) * static_cast<double>(one.product[i]),
+                      of_photos_[p] * static_cast<double>(tail[i] * one.product[i]),
                       share / square(static_cast<double>(variance[i])));
       }
     }
     const Three squares = equations.solve(square(options_.most_shift)).cwiseSqrt();
     error_ = {squares[0], squares[1], squares[2]};
   }
+  weigh_photos(photos, scales);
 }
 
 double ResidualModel::size(std::span<const PhotoResiduals> photos) const {
@@ -130,11 +132,31 @@ Eigen::VectorXf ResidualModel::tail(const PhotoResiduals& one,
   return (nu + 1) / (nu + q);
 }
 
-Eigen::VectorXf ResidualModel::precision(const PhotoResiduals& one) const {
-  const Eigen::VectorXf variance = one.variance + ErrorScales(one.photo).variance(error_);
-  return tail(one, variance).cwiseQuotient(variance);
+/// (nu + n) / (nu + n Q), Q the mean of a photo's weighed residuals: a light that moved is an error of
+/// all its pixels.
+void ResidualModel::weigh_photos(std::span<const PhotoResiduals> photos,
+                                 std::span<const ErrorScales> scales) {
+  const double nu = options_.degrees_of_freedom, count = options_.count_of_photo;
+  double sum = 0;
+  for (std::size_t p = 0; p < photos.size(); ++p) {
+    const PhotoResiduals& one = photos[p];
+    const Eigen::VectorXf variance = one.variance + scales[p].variance(error_);
+    const Eigen::VectorXf weighed =
+        tail(one, variance).cwiseProduct(one.product).cwiseQuotient(variance);
+    double mean = 0;
+    for (Eigen::Index i = 0; i < weighed.size(); ++i)
+      mean += one.photo.share(static_cast<std::size_t>(i / 3)) * static_cast<double>(weighed[i]);
+    of_photos_[p] = (nu + count) / (nu + count * std::max(mean, 0.0));
+    sum += of_photos_[p];
+  }
+  for (double& one : of_photos_) one *= static_cast<double>(photos.size()) / sum;
 }
 
-void ResidualModel::members(SavedState& state) { state(error_); }
+Eigen::VectorXf ResidualModel::precision(const PhotoResiduals& one, std::size_t p) const {
+  const Eigen::VectorXf variance = one.variance + ErrorScales(one.photo).variance(error_);
+  return static_cast<float>(of_photos_.at(p)) * tail(one, variance).cwiseQuotient(variance);
+}
+
+void ResidualModel::members(SavedState& state) { state(error_, of_photos_); }
 
 }  // namespace selenite

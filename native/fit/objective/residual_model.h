@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <span>
+#include <vector>
 
 #include "fit/problem/pixel_weights.h"
 
@@ -16,6 +17,7 @@ struct ResidualModelOptions {
   int sweeps = 12;                ///< of expectation and maximisation
   double most_shift = 1;          ///< pixels: farther off it is no misalignment
   int radius = 2;                 ///< of the neighbourhood by which a pixel is judged
+  double count_of_photo = 16;     ///< independent residuals by which a photo is judged
 };
 
 /// Parts of the error that no values of the unknowns explain, as standard deviations.
@@ -56,16 +58,19 @@ class ResidualModel {
   const ModelError& error() const { return error_; }
   /// The error as a share of brightness: root of the mean of its variance over squared brightness.
   double size(std::span<const PhotoResiduals> photos) const;
-  /// The weight of a normal residual times what its neighbourhood leaves of it: 1 / variance, 3 numbers a
-  /// pixel. The pixel itself does not count, or noise of the photo would be weighed by its size.
-  Eigen::VectorXf precision(const PhotoResiduals& photo) const;
+  /// The weight of a normal residual times what its neighbourhood and its photo leave of it: 1 / variance,
+  /// 3 numbers a pixel. The pixel itself does not count, or noise of the photo would be weighed by its size.
+  /// p: the photo's number.
+  Eigen::VectorXf precision(const PhotoResiduals& photo, std::size_t p) const;
   void members(SavedState& state);
 
  private:
   Eigen::VectorXf tail(const PhotoResiduals& photo, const Eigen::VectorXf& variance) const;
+  void weigh_photos(std::span<const PhotoResiduals> photos, std::span<const ErrorScales> scales);
 
   ResidualModelOptions options_;
   ModelError error_;
+  std::vector<double> of_photos_;  ///< what a photo's residuals leave of its weights; mean 1
 };
 
 }  // namespace selenite

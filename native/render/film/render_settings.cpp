@@ -26,7 +26,7 @@ void require_in_range(const char* name, long long value) {
   const SettingRange& range = range_of(kRanges, name);
   const auto text = [](double limit) { return std::to_string(static_cast<long long>(limit)); };
   require_setting(range.has(static_cast<double>(value)), range.what, value,
-                  (text(range.lowest) + " to " + text(range.highest)).c_str());
+                  ("[" + text(range.lowest) + ", " + text(range.highest) + "]").c_str());
 }
 
 }  // namespace

@@ -58,9 +58,10 @@ void LightState::check(const Scene& scene, const std::string& who) const {
   if (lamps) std::ranges::for_each(*lamps, note);
   for (const Place& place : places) note(place.lamp);
   if (!unknown.empty())
-    throw UnknownName(who + (unknown.size() == 1 ? "lamp " : "lamps ") + quoted(unknown) +
-                      (unknown.size() == 1 ? " is" : " are") +
-                      " not in the scene; lamps: " + places_of(lights));
+    throw UnknownName(who +
+                      (unknown.size() == 1 ? "lamp " + quoted(unknown) + " is not in the scene"
+                                           : "lamps " + quoted(unknown) + " are not in the scene") +
+                      "; lamps: " + places_of(lights));
   std::set<std::size_t> moved;
   for (const Place& place : places) {
     const std::vector<std::size_t> found = named(lights, place.lamp);

@@ -14,11 +14,16 @@ from ...problems import BadInput, Problem, listed
 from ..field_kinds import IN_PLACE_OF, KINDS
 
 SCHEMA = 1
+#: Where nothing else is asked for.
+USUAL = "usual"
+_AT_ONCE, _LIGHT_FIRST = "none", "light-first"
 #: What `--stages` and the panel offer by name.
 PRESETS = {
+    USUAL: "light-first where the world's image and an image are fitted, else none",
+    _AT_ONCE: "everything at once",
     "ior-last": "everything but indices of refraction first, then everything",
     "colours-first": "colours first, then everything",
-    "light-first": "the world's image with one colour first, then images and grids",
+    _LIGHT_FIRST: "the world's image with one colour first, then images and grids",
 }
 #: Stages by what the photos determine: `information.conditioning`.
 AUTO = "auto"
@@ -124,8 +129,12 @@ def stages_by_name(
 
     The last stage has everything and the run's iterations, the one before it half of them. A colour
     whose material has a grid or image of it too is left to the first stage: that starts at it.
-    After "light-first" the light stays as it was found.
+    After "light-first" the light stays as it was found. No stages: everything at once.
     """
+    if text == USUAL:
+        text = _LIGHT_FIRST if _image_takes_up_light(names) else _AT_ONCE
+    if text == _AT_ONCE:
+        return ()
     title, later = f"Stages '{text}'", list(names)
     if text == "ior-last":
         first, label = [name for name in names if not _is_ior(name)], "without IOR"
@@ -134,7 +143,7 @@ def stages_by_name(
     elif text == "colours-first":
         first, label = [name for name in names if _is_colour(name)], "colours"
         cause = "no colour is fitted" if not first else "only colours are fitted"
-    elif text == "light-first":
+    elif text == _LIGHT_FIRST:
         label, first = "light", [name for name in names if _is_light(name) or _is_colour(name)]
         later = [name for name in names if not _is_environment(name)]
         cause = "no image or grid is fitted"
@@ -171,6 +180,20 @@ def first_then_all(
     )
 
 
+def _image_takes_up_light(names: Sequence[str]) -> bool:
+    """Whether a body's image is fitted with the world's, and nothing that makes the body another
+    one: its light is then found best under the material that it has."""
+    found = [KINDS.get(parameters.split_name(name)[1]) for name in names]
+    fields = [kind for kind in found if kind is not None]
+    others = [name for name, kind in zip(names, found, strict=True) if kind is None]
+    return (
+        any(kind.is_image for kind in fields)
+        and any(kind.is_environment for kind in fields)
+        and not any(kind.is_grid for kind in fields)
+        and all(_is_colour(name) or _is_light(name) or _is_roughness(name) for name in others)
+    )
+
+
 def _is_environment(name: str) -> bool:
     kind = KINDS.get(parameters.split_name(name)[1])
     return kind is not None and kind.is_environment
@@ -182,6 +205,10 @@ def _is_of_a_body(name: str) -> bool:
 
 def _is_light(name: str) -> bool:
     return _is_environment(name) or any(row.effect == "emission" for row in _rows(name))
+
+
+def _is_roughness(name: str) -> bool:
+    return parameters.split_name(name)[1] == "roughness"
 
 
 def _is_ior(name: str) -> bool:

@@ -18,26 +18,26 @@ from ..lenses import opencv_intrinsics
 
 #: Name and parameters by id; those of f stand for both directions.
 _NAMES: dict[int, tuple[str, str]] = {
-    0: ("SIMPLE_PINHOLE", "f,cx,cy"),
-    1: ("PINHOLE", "fx,fy,cx,cy"),
-    2: ("SIMPLE_RADIAL", "f,cx,cy,k1"),
-    3: ("RADIAL", "f,cx,cy,k1,k2"),
-    4: ("OPENCV", "fx,fy,cx,cy,k1,k2,p1,p2"),
-    5: ("OPENCV_FISHEYE", "fx,fy,cx,cy,k1,k2,k3,k4"),
-    6: ("FULL_OPENCV", "fx,fy,cx,cy,k1,k2,p1,p2,k3,k4,k5,k6"),
-    7: ("FOV", "fx,fy,cx,cy,omega"),
-    8: ("SIMPLE_RADIAL_FISHEYE", "f,cx,cy,k1"),
-    9: ("RADIAL_FISHEYE", "f,cx,cy,k1,k2"),
-    10: ("THIN_PRISM_FISHEYE", "fx,fy,cx,cy,k1,k2,p1,p2,k3,k4,sx1,sy1"),
-    11: ("RAD_TAN_THIN_PRISM_FISHEYE", "fx,fy,cx,cy,k1,k2,k3,k4,k5,k6,p1,p2,s0,s1,s2,s3"),
-    12: ("SIMPLE_DIVISION", "f,cx,cy,k"),
-    13: ("DIVISION", "fx,fy,cx,cy,k"),
-    14: ("SIMPLE_FISHEYE", "f,cx,cy"),
-    15: ("FISHEYE", "fx,fy,cx,cy"),
-    16: ("EUCM", "fx,fy,cx,cy,alpha,beta"),
-    17: ("EQUIRECTANGULAR", "w,h"),
+    0: ("SIMPLE_PINHOLE", "f cx cy"),
+    1: ("PINHOLE", "fx fy cx cy"),
+    2: ("SIMPLE_RADIAL", "f cx cy k1"),
+    3: ("RADIAL", "f cx cy k1 k2"),
+    4: ("OPENCV", "fx fy cx cy k1 k2 p1 p2"),
+    5: ("OPENCV_FISHEYE", "fx fy cx cy k1 k2 k3 k4"),
+    6: ("FULL_OPENCV", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"),
+    7: ("FOV", "fx fy cx cy omega"),
+    8: ("SIMPLE_RADIAL_FISHEYE", "f cx cy k1"),
+    9: ("RADIAL_FISHEYE", "f cx cy k1 k2"),
+    10: ("THIN_PRISM_FISHEYE", "fx fy cx cy k1 k2 p1 p2 k3 k4 sx1 sy1"),
+    11: ("RAD_TAN_THIN_PRISM_FISHEYE", "fx fy cx cy k1 k2 k3 k4 k5 k6 p1 p2 s0 s1 s2 s3"),
+    12: ("SIMPLE_DIVISION", "f cx cy k"),
+    13: ("DIVISION", "fx fy cx cy k"),
+    14: ("SIMPLE_FISHEYE", "f cx cy"),
+    15: ("FISHEYE", "fx fy cx cy"),
+    16: ("EUCM", "fx fy cx cy alpha beta"),
+    17: ("EQUIRECTANGULAR", "w h"),
 }
-MODELS = {number: (name, tuple(words.split(","))) for number, (name, words) in _NAMES.items()}
+MODELS = {number: (name, tuple(words.split())) for number, (name, words) in _NAMES.items()}
 BY_NAME = {name: number for number, (name, _) in MODELS.items()}
 COVERED = frozenset((
     "SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV",
