@@ -7,6 +7,7 @@ import pytest
 
 from selenite.fit_run.staging.request import PRESETS, StageRequest, read_stages, stages_by_name
 from selenite.problems import BadInput
+from selenite.scene_read.capture_request import CaptureRequest
 
 
 def write(tmp_path, data):
@@ -85,20 +86,27 @@ def test_light_first_leaves_the_light_as_it_was_found_beside_one_colour():
 
 
 @pytest.mark.parametrize(
-    ("others", "light_first"),
+    ("others", "gains", "light_first"),
     [
-        (["Head:base_color_texture", "Head:roughness"], True),
-        (["Head:base_color_texture", "Head:base_color", "Key:power"], True),
-        (["Head:base_color", "Head:roughness"], False),
-        (["Head:base_color_texture", "Head:transmission"], False),
-        (["Head:base_color_texture", "Jade:albedo_grid"], False),
+        (["Head:base_color_texture", "Head:base_color", "Head:roughness"], ("", ""), True),
+        (["Head:base_color_texture", "Head:base_color", "Key:power"], ("", "none"), True),
+        # Of a colour that is not known the light would take what it is off by.
+        (["Head:base_color_texture", "Head:roughness"], ("rgb", "rgb"), True),
+        (["Head:base_color_texture", "Head:roughness"], ("rgb", "none"), False),
+        (["Head:base_color_texture", "Head:roughness", "Key:color"], ("", ""), False),
+        (["Head:base_color", "Head:roughness"], ("rgb", "rgb"), False),
+        (["Head:base_color_texture", "Head:transmission"], ("rgb", "rgb"), False),
+        (["Head:base_color_texture", "Jade:albedo_grid"], ("rgb", "rgb"), False),
     ],
 )
-def test_light_comes_first_by_itself_where_an_image_would_take_up_its_errors(others, light_first):
+def test_light_comes_first_by_itself_where_an_image_would_take_up_its_errors(
+    others, gains, light_first
+):
     names, problems = [*others, "World:environment"], []
+    captures = [CaptureRequest("Camera", "photo.png", gain=gain) for gain in gains]
     wanted = stages_by_name("light-first", names, 40, problems) if light_first else ()
-    assert stages_by_name("usual", names, 40, problems) == wanted
-    assert stages_by_name("usual", others, 40, problems) == ()
+    assert stages_by_name("usual", names, 40, problems, captures) == wanted
+    assert stages_by_name("usual", others, 40, problems, captures) == ()
     assert stages_by_name("none", names, 40, problems) == ()
     assert not problems
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +21,7 @@ from selenite.fit_run.unknowns import Unknown  # noqa: E402
 
 def unknown(name: str, width: int = 1, low: float = 0.02, high: float = 0.999) -> Unknown:
     """Of the material Body; only the name counts here."""
-    parameter: Any = SimpleNamespace(name=name, width=width, unit="1")
+    parameter: Any = SimpleNamespace(name=name, width=width, unit="1", lower=0.0, upper=10.0)
     return Unknown("Body", parameter, (0.5,) * width, low, high, 0.03)
 
 
@@ -177,6 +178,13 @@ def test_alternative_minima_are_reported_whole_and_with_each_value_that_they_lea
 def test_a_bound_is_named_with_its_cure() -> None:
     assert "Body:ior: at its maximum 0.999: widen the bound" in said(result())
     assert trust.entries(IOR, result())["at_bound"] == "maximum"
+
+
+def test_a_bound_that_no_one_can_widen_is_told_as_such() -> None:
+    ends = replace(IOR, maximum=10.0)
+    said_of = " ".join(trust.words(ends, result()))
+    assert "at its maximum 10, where its range ends" in said_of
+    assert "widen" not in said_of
 
 
 @pytest.mark.parametrize(

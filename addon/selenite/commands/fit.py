@@ -98,12 +98,16 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     stages = arguments.stages(args.stages, problems)
     unknowns = unknowns_of(args, base, values, stages, problems)
     names = [join_name(item.owner, item.parameter) for item in unknowns]
+    captures = captures_from(args, base.captures or captures_of(scene), values, problems)
+    wanted = args.stages or USUAL
+    if not stages and names and wanted in STAGE_PRESETS:
+        stages = stages_by_name(wanted, names, settings.iterations, problems, captures)
     request = RunRequest(
         scene=str(absolute(base.scene)),
         unknowns=unknowns,
-        captures=captures_from(args, base.captures or captures_of(scene), values, problems),
+        captures=captures,
         settings=settings,
-        stages=stages or _preset_stages(args.stages or USUAL, names, settings, problems),
+        stages=stages,
     )
     if args.stages is None and args.scene.endswith(".json"):
         request = replace(request, stages=base.stages, staging=base.staging)
@@ -235,15 +239,6 @@ def _settings(args: argparse.Namespace, base: RunRequest, problems: list[Problem
         return FitSettings()
 
 
-def _preset_stages(
-    text: str, names: Sequence[str], settings: FitSettings, problems: list[Problem]
-) -> tuple[StageRequest, ...]:
-    """--stages by name, of the parameters `names`; none for another word."""
-    if text not in STAGE_PRESETS or not names:
-        return ()
-    return stages_by_name(text, names, settings.iterations, problems)
-
-
 def unknowns_of(
     args: argparse.Namespace,
     base: RunRequest,
@@ -340,7 +335,8 @@ def _masks(
             problems.append(Problem(f"Photo '{name}'", "it has two masks", "keep one"))
         elif name not in ids:
             camera = name.partition("#")[0]
-            cause, cure = "a mask is given but no photo", f"add --photo {camera}=FILE"
+            cause = "a mask is given but no photo"
+            cure = f"{meant(name, ids)}add --photo {camera}=FILE"
             problems.append(Problem(f"Photo '{name}'", cause, cure))
         found[name] = mask
     return found

@@ -185,9 +185,9 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--grid", **many, metavar="MATERIAL:GRID=N|FILE", help=grid)
     unseen = "texels that no photo sees stay as they were, or are filled from those around them"
     add("--unseen", **many, metavar="MATERIAL:base_color_texture=keep|fill", help=unseen)
-    stages = "what is fitted first: usual (default; light-first where the world's image and an "
-    stages += "image are fitted), none, ior-last, colours-first, light-first, auto (what photos "
-    stages += "determine), or a JSON file"
+    stages = "what is fitted first: usual (default; light-first where the world's image, an image "
+    stages += "and its colour are fitted), none, ior-last, colours-first, light-first, auto (what "
+    stages += "photos determine), or a JSON file"
     add("--stages", metavar="FILE", help=stages)
     environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")

@@ -119,7 +119,10 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     bounds = {side for side in reported["at_bound"] if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
-        lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")
+        if bound in (unknown.parameter.lower, unknown.parameter.upper):
+            lines.append(f"at its {side} {bound:g}, where its range ends")
+        else:
+            lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")
     return lines
 
 

@@ -171,6 +171,8 @@ def _unknown(
             complaint = f"{_text(start)} lies outside its bounds [{low:g}, {high:g}]"
         if complaint:
             cure = "give a start inside or wider bounds"
+            if len(start) != parameter.width:
+                cure = "give one number, or one for each channel"
             problems.append(Problem(title, f"start: {complaint}", cure))
             return None
     clamped = tuple(min(max(value, low), high) for value in start)

@@ -52,7 +52,7 @@ STAGE_ITEMS = (
     (
         "usual",
         "Usual",
-        "Light First where the world's image and an image are ticked, else All at Once",
+        "Light First where the world's image, an image and its colour are ticked, else All at Once",
         6,
     ),
     ("none", "All at Once", "Every ticked parameter in every iteration", 0),

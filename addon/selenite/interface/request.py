@@ -67,12 +67,13 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         cure = "refresh the list of parameters and tick one"
         problems.append(Problem("Fit", "no parameter is ticked", cure))
     names = [parameters.join_name(item.owner, item.parameter) for item in unknowns]
+    captures = tuple(captures_of(scene))
     request = RunRequest(
         scene=bpy.data.filepath,
         unknowns=tuple(unknowns),
-        captures=tuple(captures_of(scene)),
+        captures=captures,
         settings=fit_settings(scene),
-        stages=own or stages.named_stages(scene, names, problems),
+        stages=own or stages.named_stages(scene, names, captures, problems),
     )
     if problems:
         raise BadInput([*values.problems, *problems])

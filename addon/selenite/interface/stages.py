@@ -12,6 +12,7 @@ from bpy.props import EnumProperty, StringProperty
 from .. import parameters
 from ..fit_run.staging.request import AUTO, StageRequest, read_stages, stages_by_name
 from ..problems import BadInput, Problem
+from ..scene_read.capture_request import CaptureRequest
 from . import state
 from .chosen import chosen
 from .problem_reports import report_problems
@@ -46,14 +47,17 @@ def own_stages(scene: bpy.types.Scene, problems: list[Problem]) -> tuple[StageRe
 
 
 def named_stages(
-    scene: bpy.types.Scene, names: Sequence[str], problems: list[Problem]
+    scene: bpy.types.Scene,
+    names: Sequence[str],
+    captures: Sequence[CaptureRequest],
+    problems: list[Problem],
 ) -> tuple[StageRequest, ...]:
     """The stages of a preset for the unknowns `names`; none where everything is fitted at once or
     the photos choose them."""
     settings = scene.selenite
     if settings.stage_mode in ("own", AUTO) or not names:
         return ()
-    return stages_by_name(settings.stage_mode, names, settings.iterations, problems)
+    return stages_by_name(settings.stage_mode, names, settings.iterations, problems, captures)
 
 
 class SELENITE_OT_add_stage(bpy.types.Operator):

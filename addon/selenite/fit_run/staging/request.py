@@ -11,6 +11,7 @@ from typing import Any
 from ... import parameters
 from ...json_text import read_json
 from ...problems import BadInput, Problem, listed
+from ...scene_read.capture_request import CaptureRequest
 from ..field_kinds import IN_PLACE_OF, KINDS
 
 SCHEMA = 1
@@ -19,7 +20,7 @@ USUAL = "usual"
 _AT_ONCE, _LIGHT_FIRST = "none", "light-first"
 #: What `--stages` and the panel offer by name.
 PRESETS = {
-    USUAL: "light-first where the world's image and an image are fitted, else none",
+    USUAL: "light-first where the world's image, an image and its colour are fitted, else none",
     _AT_ONCE: "everything at once",
     "ior-last": "everything but indices of refraction first, then everything",
     "colours-first": "colours first, then everything",
@@ -123,16 +124,21 @@ def _stage(item: object, number: int, title: str, problems: list[Problem]) -> St
 
 
 def stages_by_name(
-    text: str, names: Sequence[str], iterations: int, problems: list[Problem]
+    text: str,
+    names: Sequence[str],
+    iterations: int,
+    problems: list[Problem],
+    captures: Sequence[CaptureRequest] = (),
 ) -> tuple[StageRequest, ...]:
     """A preset's stages for the unknowns `names`; what is wrong goes to `problems`.
 
     The last stage has everything and the run's iterations, the one before it half of them. A colour
     whose material has a grid or image of it too is left to the first stage: that starts at it.
-    After "light-first" the light stays as it was found. No stages: everything at once.
+    After "light-first" the light stays as it was found. No stages: everything at once. captures:
+    "usual" asks for their gains.
     """
     if text == USUAL:
-        text = _LIGHT_FIRST if _image_takes_up_light(names) else _AT_ONCE
+        text = _LIGHT_FIRST if _finds_light_first(names, captures) else _AT_ONCE
     if text == _AT_ONCE:
         return ()
     title, later = f"Stages '{text}'", list(names)
@@ -180,9 +186,13 @@ def first_then_all(
     )
 
 
-def _image_takes_up_light(names: Sequence[str]) -> bool:
+def _finds_light_first(names: Sequence[str], captures: Sequence[CaptureRequest]) -> bool:
     """Whether a body's image is fitted with the world's, and nothing that makes the body another
-    one: its light is then found best under the material that it has."""
+    one. Its colour must be known, fitted too, or free by the gains of all photos: else the light
+    would take it."""
+    has_colour = any(_is_colour(name) and not _is_light(name) for name in names)
+    if not has_colour and not (captures and all(item.gain == "rgb" for item in captures)):
+        return False
     found = [KINDS.get(parameters.split_name(name)[1]) for name in names]
     fields = [kind for kind in found if kind is not None]
     others = [name for name, kind in zip(names, found, strict=True) if kind is None]
