@@ -336,7 +336,8 @@ def _masks(
         elif name not in ids:
             camera = name.partition("#")[0]
             cause = "a mask is given but no photo"
-            cure = f"{meant(name, ids)}add --photo {camera}=FILE"
+            near = "" if camera in ids else meant(name, ids)
+            cure = f"{near}add --photo {camera}=FILE"
             problems.append(Problem(f"Photo '{name}'", cause, cure))
         found[name] = mask
     return found
