@@ -74,6 +74,12 @@ def test_a_value_that_sits_at_its_bound(limits, values, words):
     assert words in note and "widen the bound" in note
 
 
+def test_a_bound_where_the_range_ends_cannot_be_widened():
+    limits = Limits("Body:transmission", 0, 1, range_ends=frozenset({"maximum"}))
+    (note,) = diagnose(history({limits.name: [0.5, *[1.0] * 7]}), [limits], [])
+    assert "has sat at its maximum 1" in note and "widen" not in note
+
+
 def test_a_small_extinction_is_not_at_its_bound():
     assert not diagnose(history({EXTINCTION.name: [0.5] * 9}), [EXTINCTION], [])
 

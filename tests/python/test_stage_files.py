@@ -94,6 +94,7 @@ def test_light_first_leaves_the_light_as_it_was_found_beside_one_colour():
         (["Head:base_color_texture", "Head:roughness"], ("rgb", "rgb"), True),
         (["Head:base_color_texture", "Head:roughness"], ("rgb", "none"), False),
         (["Head:base_color_texture", "Head:roughness", "Key:color"], ("", ""), False),
+        (["Head:base_color_texture", "Ground:base_color"], ("", ""), False),
         (["Head:base_color", "Head:roughness"], ("rgb", "rgb"), False),
         (["Head:base_color_texture", "Head:transmission"], ("rgb", "rgb"), False),
         (["Head:base_color_texture", "Jade:albedo_grid"], ("rgb", "rgb"), False),

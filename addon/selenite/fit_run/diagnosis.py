@@ -44,12 +44,13 @@ _NOISE_OF_PHOTO = 0.02  # standard error as a difference in brightness, over the
 @dataclass(frozen=True)
 class Limits:
     """Name and bounds of an unknown, for each component. `logarithmic`: what counts is the ratio
-    of two values, not their difference."""
+    of two values, not their difference. `range_ends`: see `Unknown`."""
 
     name: str
     minimum: float
     maximum: float
     logarithmic: bool = False
+    range_ends: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -86,23 +87,24 @@ def diagnose(
 
 def at_bound(history: History, limits: Sequence[Limits]) -> list[str]:
     """Values that have sat on a bound for the last rows; the components of a colour together."""
-    sitting: dict[tuple[str, str, float], dict[str, int]] = {}
+    sitting: dict[tuple[Limits, str, float], dict[str, int]] = {}
     for item, label, values in _components(history, limits):
         for bound, word in ((item.minimum, "minimum"), (item.maximum, "maximum")):
             near = 0.01 * abs(bound) + 1e-6 * (item.maximum - item.minimum)
             away = np.flatnonzero(np.abs(values - bound) > near)
             rows = len(values) - (int(away[-1]) + 1 if len(away) else 0)
             if rows >= _AT_BOUND_FOR:
-                sitting.setdefault((item.name, word, bound), {})[label] = rows
+                sitting.setdefault((item, word, bound), {})[label] = rows
     found = []
-    for (name, word, bound), labels in sitting.items():
-        letters = [label.removeprefix(name).lstrip(".") for label in labels]
-        label = next(iter(labels)) if len(labels) == 1 else f"{name} ({', '.join(letters)})"
-        found.append(
-            f"{label} has sat at its {word} {bound:g} for {min(labels.values())} iterations: if "
-            "that is not plausible, light, exposure or a parameter that is not fitted is wrong; "
-            "else widen the bound"
-        )
+    for (item, word, bound), labels in sitting.items():
+        letters = [label.removeprefix(item.name).lstrip(".") for label in labels]
+        label = next(iter(labels)) if len(labels) == 1 else f"{item.name} ({', '.join(letters)})"
+        seen = f"{label} has sat at its {word} {bound:g} for {min(labels.values())} iterations"
+        cause = "light, exposure or a parameter that is not fitted is wrong"
+        if word in item.range_ends:
+            found.append(f"{seen}: if that is not plausible, {cause}")
+        else:
+            found.append(f"{seen}: if that is not plausible, {cause}; else widen the bound")
     return found
 
 
@@ -122,7 +124,7 @@ def drifting(history: History, limits: Sequence[Limits]) -> list[str]:
                 found.append(
                     f"{label} = {values[-1]:.3g} has moved towards its {word} {bound:g} for "
                     f"{_DRIFT_FOR} iterations without slowing down: check whether light, exposure "
-                    "and the other parameters are right before you widen the bound"
+                    "and the other parameters are right"
                 )
     return found
 

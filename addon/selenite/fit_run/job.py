@@ -177,7 +177,7 @@ class FitJob:
                 seen = View(capture.id, capture.reference, capture.weight, picture)
                 views.append(seen)
         limits = [
-            Limits(item.name, item.minimum, item.maximum, item.by_ratio)
+            Limits(item.name, item.minimum, item.maximum, item.by_ratio, item.range_ends)
             for item in self.plan.unknowns
         ]
         result = self.so_far()

@@ -119,7 +119,7 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     bounds = {side for side in reported["at_bound"] if side}
     for side in sorted(bounds):
         bound = unknown.minimum if side == "minimum" else unknown.maximum
-        if bound in (unknown.parameter.lower, unknown.parameter.upper):
+        if side in unknown.range_ends:
             lines.append(f"at its {side} {bound:g}, where its range ends")
         else:
             lines.append(f"at its {side} {bound:g}: widen the bound, or something else is wrong")

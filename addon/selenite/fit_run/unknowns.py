@@ -42,6 +42,13 @@ class Unknown:
         wide = 0 < self.minimum < 0.01 * self.maximum
         return wide and self.parameter.scale == "log"
 
+    @property
+    def range_ends(self) -> frozenset[str]:
+        """Which of "minimum" and "maximum" nobody can widen: there the parameter's range ends."""
+        ends = {"minimum": self.minimum <= self.parameter.lower}
+        ends["maximum"] = self.maximum >= self.parameter.upper
+        return frozenset(side for side, is_end in ends.items() if is_end)
+
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
         return {

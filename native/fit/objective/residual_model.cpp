@@ -81,30 +81,31 @@ ResidualModel::ResidualModel(std::span<const PhotoResiduals> photos,
                              const ResidualModelOptions& options)
     : options_(options), of_photos_(photos.size(), 1) {
   std::vector<ErrorScales> scales;
-  for (const PhotoResiduals& one : photos) scales.emplace_back(one.photo);
+  // At first all alike, which finds the root mean square: from above the scale falls to that of the tails.
+  std::vector<Weighing> weighings;
+  for (std::size_t p = 0; p < photos.size(); ++p) {
+    scales.emplace_back(photos[p].photo);
+    weighings.push_back({scales[p].relative, Eigen::VectorXf::Ones(scales[p].relative.size())});
+  }
   for (int sweep = 0; sweep < options_.sweeps; ++sweep) {
-    // The first one finds the root mean square: from above the scale falls to that of the tails.
-    const bool first = sweep == 0;
-    if (!first) weigh_photos(photos, scales);
     ThreeEquations equations;
     for (std::size_t p = 0; p < photos.size(); ++p) {
       const PhotoResiduals& one = photos[p];
-      const Eigen::VectorXf variance =
-          first ? scales[p].relative : one.variance + scales[p].variance(error_);
-      const Eigen::VectorXf tail =
-          first ? Eigen::VectorXf::Ones(variance.size()) : this->tail(one, variance);
+      const auto& [variance, tail] = weighings[p];
       for (Eigen::Index i = 0; i < variance.size(); ++i) {
         const double share = one.photo.share(static_cast<std::size_t>(i / 3));
         if (!(share > 0)) continue;
-        equations.add({scales[p].relative[i], scales[p].absolute[i], scales[p].shift[i]},
-                      of_photos_[p] * static_cast<double>(tail[i] * one.product[i]),
-                      share / square(static_cast<double>(variance[i])));
+        equations.add(
+            {scales[p].relative[i], scales[p].absolute[i], scales[p].shift[i]},
+            of_photos_[p] * static_cast<double>(tail[i]) * static_cast<double>(one.product[i]),
+            share / square(static_cast<double>(variance[i])));
       }
     }
     const Three squares = equations.solve(square(options_.most_shift)).cwiseSqrt();
     error_ = {squares[0], squares[1], squares[2]};
+    for (std::size_t p = 0; p < photos.size(); ++p) weighings[p] = weighing(photos[p], scales[p]);
+    weigh_photos(photos, weighings);
   }
-  weigh_photos(photos, scales);
 }
 
 double ResidualModel::size(std::span<const PhotoResiduals> photos) const {
@@ -132,17 +133,23 @@ Eigen::VectorXf ResidualModel::tail(const PhotoResiduals& one,
   return (nu + 1) / (nu + q);
 }
 
+ResidualModel::Weighing ResidualModel::weighing(const PhotoResiduals& one,
+                                                const ErrorScales& scales) const {
+  Weighing found{one.variance + scales.variance(error_), {}};
+  found.tail = tail(one, found.variance);
+  return found;
+}
+
 /// (nu + n) / (nu + n Q), Q the mean of a photo's weighed residuals: a light that moved is an error of
 /// all its pixels.
 void ResidualModel::weigh_photos(std::span<const PhotoResiduals> photos,
-                                 std::span<const ErrorScales> scales) {
+                                 std::span<const Weighing> weighings) {
   const double nu = options_.degrees_of_freedom, count = options_.count_of_photo;
   double sum = 0;
   for (std::size_t p = 0; p < photos.size(); ++p) {
     const PhotoResiduals& one = photos[p];
-    const Eigen::VectorXf variance = one.variance + scales[p].variance(error_);
-    const Eigen::VectorXf weighed =
-        tail(one, variance).cwiseProduct(one.product).cwiseQuotient(variance);
+    const auto& [variance, tail] = weighings[p];
+    const Eigen::VectorXf weighed = tail.cwiseProduct(one.product).cwiseQuotient(variance);
     double mean = 0;
     for (Eigen::Index i = 0; i < weighed.size(); ++i)
       mean += one.photo.share(static_cast<std::size_t>(i / 3)) * static_cast<double>(weighed[i]);
@@ -153,8 +160,8 @@ void ResidualModel::weigh_photos(std::span<const PhotoResiduals> photos,
 }
 
 Eigen::VectorXf ResidualModel::precision(const PhotoResiduals& one, std::size_t p) const {
-  const Eigen::VectorXf variance = one.variance + ErrorScales(one.photo).variance(error_);
-  return static_cast<float>(of_photos_.at(p)) * tail(one, variance).cwiseQuotient(variance);
+  const Weighing found = weighing(one, ErrorScales(one.photo));
+  return static_cast<float>(of_photos_.at(p)) * found.tail.cwiseQuotient(found.variance);
 }
 
 void ResidualModel::members(SavedState& state) { state(error_, of_photos_); }

@@ -65,8 +65,13 @@ class ResidualModel {
   void members(SavedState& state);
 
  private:
+  /// Of a photo's residuals, 3 numbers a pixel.
+  struct Weighing {
+    Eigen::VectorXf variance, tail;
+  };
+  Weighing weighing(const PhotoResiduals& photo, const ErrorScales& scales) const;
   Eigen::VectorXf tail(const PhotoResiduals& photo, const Eigen::VectorXf& variance) const;
-  void weigh_photos(std::span<const PhotoResiduals> photos, std::span<const ErrorScales> scales);
+  void weigh_photos(std::span<const PhotoResiduals> photos, std::span<const Weighing> weighings);
 
   ResidualModelOptions options_;
   ModelError error_;

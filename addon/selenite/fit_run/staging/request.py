@@ -187,20 +187,20 @@ def first_then_all(
 
 
 def _finds_light_first(names: Sequence[str], captures: Sequence[CaptureRequest]) -> bool:
-    """Whether a body's image is fitted with the world's, and nothing that makes the body another
-    one. Its colour must be known, fitted too, or free by the gains of all photos: else the light
-    would take it."""
-    has_colour = any(_is_colour(name) and not _is_light(name) for name in names)
-    if not has_colour and not (captures and all(item.gain == "rgb" for item in captures)):
-        return False
-    found = [KINDS.get(parameters.split_name(name)[1]) for name in names]
-    fields = [kind for kind in found if kind is not None]
-    others = [name for name, kind in zip(names, found, strict=True) if kind is None]
+    """Whether bodies' images are fitted with the world's, and nothing that makes a body another
+    one. Each image's colour must be fitted too, or be free by the gains of all photos: else the
+    light would take what it is off by."""
+    pairs = [parameters.split_name(name) for name in names]
+    fields = [(owner, KINDS[parameter]) for owner, parameter in pairs if parameter in KINDS]
+    images = [(owner, kind) for owner, kind in fields if kind.is_image]
+    others = [name for name in names if parameters.split_name(name)[1] not in KINDS]
+    free = bool(captures) and all(item.gain == "rgb" for item in captures)
     return (
-        any(kind.is_image for kind in fields)
-        and any(kind.is_environment for kind in fields)
-        and not any(kind.is_grid for kind in fields)
+        bool(images)
+        and any(kind.is_environment for _, kind in fields)
+        and not any(kind.is_grid for _, kind in fields)
         and all(_is_colour(name) or _is_light(name) or _is_roughness(name) for name in others)
+        and (free or all((owner, kind.single) in pairs for owner, kind in images))
     )
 
 
