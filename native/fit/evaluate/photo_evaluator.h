@@ -73,8 +73,10 @@ class PhotoEvaluator final : public Evaluator {
   Film evaluate(const Point& point, const Photo& photo, const Evaluation& how) override;
   /// The free gain of a photo, as the last render of it gives; 1 before the first.
   Colorf found_gain(const Photo& photo) const;
-  /// With which the next render of a photo is made.
+  /// With which the next render of a photo is made, whatever its size.
   Alignment alignment(const Photo& photo) const;
+  /// Goes on from what another one has found.
+  void take_alignments(const PhotoEvaluator& other) { alignments_ = other.alignments_; }
   /// Picture, and the derivative of the loss by every value of the fields.
   FieldGradient field_gradient(const Point& point, const Photo& photo, const Fields& fields,
                                FilmLoss loss, const Evaluation& how);
@@ -100,7 +102,7 @@ class PhotoEvaluator final : public Evaluator {
   RenderCounts* counts_;
   Progress* progress_ = nullptr;
   std::map<std::string, Colorf> gains_{};          ///< by the id of a photo
-  std::map<std::string, Alignment> alignments_{};  ///< likewise
+  std::map<std::string, Alignment> alignments_{};  ///< likewise; in widths of the photo
 };
 
 }  // namespace selenite

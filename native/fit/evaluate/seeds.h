@@ -16,7 +16,8 @@ enum class Stream : std::uint64_t {
   kAlternativeMinima = 5,
   kLightStart = 6,
   kRoughnessProfile = 7,
-  kRotationStart = 8
+  kRotationStart = 8,
+  kAlignmentStart = 9
 };
 
 /// Hash of a seed and what its samples are for: neighbouring numbers share nothing.

@@ -21,6 +21,8 @@ inline constexpr AlignmentOptions kAlignment;
 /// Where a camera stood beside what the scene says: pixels of the picture, and radians about its axis.
 struct Alignment {
   double x = 0, y = 0, roll = 0;
+  /// The same shift where a pixel is `factor` times as large.
+  Alignment scaled(double factor) const { return {x * factor, y * factor, roll}; }
   /// The camera with it, for a picture of that size.
   Camera apply(Camera camera, int width, int height, const PhotoFrame& frame) const;
 };

@@ -61,7 +61,10 @@ void MultiStart::begin_at(const Vector& values) {
     candidate.x = x;
     candidates_.push_back(std::move(candidate));
   }
-  result_.points = static_cast<int>(candidates_.size());
+  result_ = {.points = static_cast<int>(candidates_.size())};
+  next_ = 0;
+  round_ = 0;
+  done_ = 0;
 }
 
 /// A point of a component's range, `at` in [0, 1].

@@ -58,7 +58,7 @@ class MultiStart {
   MultiStart(const MultiStart&) = delete;  // the small problem refers to members
   MultiStart& operator=(const MultiStart&) = delete;
 
-  /// Before the first step: takes these values for the user's.
+  /// Begins, or begins anew, with these values for the user's.
   void begin_at(const Vector& start);
   /// The next portion of the work; false when nothing is left. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);

@@ -49,6 +49,9 @@ MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
                  ? LightStart::of(run.problem, stream_seed(run.problem.settings().seed,
                                                            Stream::kLightStart, 0, 0))
                  : nullptr),
+      alignment_(AlignmentStart::of(
+          run.problem.photos(),
+          stream_seed(run.problem.settings().seed, Stream::kAlignmentStart, 0, 0))),
       evaluator_(varied_scene(run), run.problem.settings(), run.result),
       multi_start_(varied(run),
                    stream_seed(run.problem.settings().seed, Stream::kMultiStart, 0, 0)),
@@ -56,17 +59,28 @@ MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
       uniform_(run.strategy.uniform.get()) {}
 
 double MultiStartPhase::fraction() const {
-  constexpr double kLight = 0.2;  // of the work
-  if (rotation_ && !rotation_->over()) return kLight * rotation_->fraction();
-  if (rotation_) return kLight + (1 - kLight) * multi_start_.fraction();
-  return light_ ? kLight * light_->fraction() + (1 - kLight) * multi_start_.fraction()
-                : multi_start_.fraction();
+  constexpr double kOfStart = 0.2, kFirstSearch = 0.4, kAlignment = 0.2;  // of the work
+  double search = multi_start_.fraction();
+  if (alignment_)
+    search = alignment_->over()
+                 ? kFirstSearch + kAlignment + (1 - kFirstSearch - kAlignment) * search
+                 : kFirstSearch * search + kAlignment * alignment_->fraction();
+  double done = 0, left = 1;
+  const auto add = [&](const auto& start) {
+    if (!start) return;
+    done += kOfStart * left * start->fraction();
+    left *= 1 - kOfStart;
+  };
+  add(light_);
+  add(rotation_);
+  return done + left * search;
 }
 
 void MultiStartPhase::members(SavedState& state) {
   if (rotation_) state(*rotation_);
   if (light_) state(*light_);
   if (state.reading() && light_ && light_->over()) uniform_->set_light(light_->fields());
+  if (alignment_) state(*alignment_, evaluator_, searching_);
   state(multi_start_);
 }
 
@@ -80,9 +94,27 @@ bool MultiStartPhase::step(FitRun& run) {
     if (!rotation_->step(evaluator_)) multi_start_.begin_at(rotation_->values());
     return !run.stop_if_dropped();
   }
-  const bool more = multi_start_.step(evaluator_);
+  const bool more = search(run);
   if (run.stop_if_dropped()) return false;
-  if (more) return true;
+  if (!more) hand_on(run);
+  return more;
+}
+
+bool MultiStartPhase::search(FitRun& run) {
+  if (searching_) {
+    if (multi_start_.step(evaluator_)) return true;
+    searching_ = false;
+    return alignment_ && !alignment_->over();
+  }
+  if (alignment_->step(evaluator_, multi_start_.values())) return true;
+  run.evaluator.take_alignments(evaluator_);
+  if (!alignment_->moved(evaluator_, MultiStartOptions{}.size)) return false;
+  multi_start_.begin_at(rotation_ ? rotation_->values() : varied(run).unknowns.start());
+  searching_ = true;
+  return true;
+}
+
+void MultiStartPhase::hand_on(FitRun& run) {
   const Vector& x = multi_start_.values();
   run.result.search = multi_start_.result();
   if (const auto& uniform = run.strategy.uniform) {
@@ -94,7 +126,6 @@ bool MultiStartPhase::step(FitRun& run) {
     minima_->add_candidates(multi_start_.others());
   }
   run.result.last = run.result.best = run.point.scalars;
-  return false;
 }
 
 RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Vector& x,

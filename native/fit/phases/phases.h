@@ -8,6 +8,7 @@
 #include "fit/phases/field_refinement.h"
 #include "fit/phases/multi_start.h"
 #include "fit/phases/roughness_profile.h"
+#include "fit/phases/starts/alignment_start.h"
 #include "fit/phases/starts/light_start.h"
 #include "fit/phases/starts/rotation_start.h"
 
@@ -23,10 +24,16 @@ class MultiStartPhase final : public Phase {
   void members(SavedState& state) override;
 
  private:
-  std::unique_ptr<RotationStart> rotation_;  ///< null: no rotation is unknown
-  std::unique_ptr<LightStart> light_;        ///< null: the light is known
-  PhotoEvaluator evaluator_;                 ///< of the scalars, or of uniform fields
+  /// The next portion of the search, or of what follows it; false when nothing is left.
+  bool search(FitRun& run);
+  void hand_on(FitRun& run);
+
+  std::unique_ptr<RotationStart> rotation_;    ///< null: no rotation is unknown
+  std::unique_ptr<LightStart> light_;          ///< null: the light is known
+  std::unique_ptr<AlignmentStart> alignment_;  ///< null: no photo is aligned
+  PhotoEvaluator evaluator_;                   ///< of the scalars, or of uniform fields
   MultiStart multi_start_;
+  bool searching_ = true;  ///< not while photos are aligned
   AlternativeMinima* minima_;
   UniformFields* uniform_;  ///< null: scalars are varied
 };

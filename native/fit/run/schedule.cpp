@@ -2,6 +2,7 @@
 #include "fit/run/schedule.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "fit/evaluate/photo_evaluator.h"
 #include "fit/inference/informative_pixels.h"
@@ -10,6 +11,7 @@
 #include "fit/phases/multi_start.h"
 #include "fit/phases/refinement.h"
 #include "fit/phases/roughness_profile.h"
+#include "fit/phases/starts/alignment_start.h"
 #include "fit/phases/starts/light_start.h"
 #include "fit/phases/starts/rotation_start.h"
 
@@ -106,8 +108,20 @@ class Planner {
       add(PhaseKind::kMultiStart, pixels_of(larger), kRotation.spp,
           kRotation.angles + 2 * kRotation.halvings, Carried::kNothing);
     }
+    double searches = 1;
+    if (const auto alignment = AlignmentStart::of(problem_.photos(), 0)) {
+      constexpr AlignmentStartOptions kStart;
+      searches += alignment->may_move(kMultiStart.size);
+      std::vector<Photo> aligned;
+      std::ranges::copy_if(problem_.photos(), std::back_inserter(aligned), &Photo::align);
+      add(PhaseKind::kMultiStart, pixels_of(aligned), kStart.spp, kStart.passes, Carried::kNothing);
+    }
+    plan_search(model, pixels, searches);
+  }
+
+  void plan_search(const SceneModel& model, double pixels, double times) {
     const auto evaluate = [&](double candidates, int spp) {  // in two halves
-      add(PhaseKind::kMultiStart, pixels, spp / 2, 2 * candidates, Carried::kNothing);
+      add(PhaseKind::kMultiStart, pixels, spp / 2, times * 2 * candidates, Carried::kNothing);
     };
     const Point start{model.problem.unknowns.start(), {}};
     const Renders step = renders_of(model, strategy_.uniform ? start : problem_.start(),
@@ -116,8 +130,8 @@ class Planner {
     const bool few = std::ssize(model.problem.unknowns.parameters()) < kExpected.few_parameters;
     const double distinct = few ? kExpected.distinct : 1;
     for (const auto& [count, steps] : kMultiStart.rounds) {
-      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp, distinct * (count + 1) * steps,
-          step);
+      add(PhaseKind::kMultiStart, pixels, kMultiStart.step_spp,
+          times * distinct * (count + 1) * steps, step);
       evaluate(distinct * (count + 2), kMultiStart.step_spp);
     }
     evaluate(distinct * kExpected.last_candidates, kMultiStart.final_spp);
