@@ -127,7 +127,9 @@ Colorf PhotoEvaluator::found_gain(const Photo& photo) const {
 
 Alignment PhotoEvaluator::alignment(const Photo& photo) const {
   const auto found = alignments_.find(photo.id);
-  return found == alignments_.end() ? Alignment() : found->second.scaled(photo.width);
+  if (found == alignments_.end()) return {};
+  const auto& [estimate, width] = found->second;
+  return estimate.at.scaled(static_cast<double>(photo.width) / width);
 }
 
 Camera PhotoEvaluator::camera_of(const Scene& scene, const Photo& photo) const {
@@ -146,8 +148,9 @@ void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
   const auto is_photo = [&](const Photo& one) { return &one == &photo; };
   if (!photo.align || std::ranges::none_of(model_.problem.photos, is_photo)) return;
   const Eigen::VectorXf weights = gain_weights(model_.problem, photo);
-  const Alignment found = AlignmentEquations(photo, weights).improved(alignment(photo), film);
-  alignments_[photo.id] = found.scaled(1.0 / photo.width);
+  const AlignmentEquations equations(photo, weights);
+  const auto found = alignments_.try_emplace(photo.id, equations.prior(), photo.width).first;
+  found->second.estimate = equations.improved(found->second.estimate, film);
 }
 
 Film PhotoEvaluator::picture(const Scene& scene, const Photo& photo, const SlotLayout& layout,

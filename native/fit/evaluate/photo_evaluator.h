@@ -97,12 +97,18 @@ class PhotoEvaluator final : public Evaluator {
   Film picture(const Scene& scene, const Photo& photo, const SlotLayout& layout, int spp,
                std::uint64_t seed);
 
+  struct FoundAlignment {
+    AlignmentEstimate estimate{};
+    int width = 0;  ///< of the photo of which it is
+    void members(SavedState& state) { state(estimate, width); }
+  };
+
   SceneModel model_;
   const FitSettings* settings_;
   RenderCounts* counts_;
   Progress* progress_ = nullptr;
-  std::map<std::string, Colorf> gains_{};          ///< by the id of a photo
-  std::map<std::string, Alignment> alignments_{};  ///< likewise; in widths of the photo
+  std::map<std::string, Colorf> gains_{};               ///< by the id of a photo
+  std::map<std::string, FoundAlignment> alignments_{};  ///< likewise
 };
 
 }  // namespace selenite

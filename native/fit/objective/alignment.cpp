@@ -78,12 +78,29 @@ Eigen::Vector3d AlignmentEquations::solve(const Eigen::VectorXf& column) const {
                        weights_.cwiseProduct(column).cast<double>());
 }
 
-Alignment AlignmentEquations::improved(const Alignment& present, const Film& film) const {
-  const Eigen::Vector3d step = -kAlignment.step * solve(mean_residual(film, photo_));
+/// A standard deviation in pixels, as a covariance of x, y and roll.
+Eigen::Matrix3d AlignmentEquations::spread(double deviation) const {
+  const double reach = reach_of(photo_);
+  return square(deviation) * Eigen::Vector3d(1, 1, 1 / square(reach)).asDiagonal();
+}
+
+AlignmentEstimate AlignmentEquations::prior() const { return {{}, spread(kAlignment.deviation)}; }
+
+AlignmentEstimate AlignmentEquations::improved(const AlignmentEstimate& present,
+                                               const Film& film) const {
+  const Eigen::Matrix<double, Eigen::Dynamic, 3> g =
+      weights_.cast<double>().asDiagonal() * slopes_.cast<double>();
+  const Eigen::VectorXd noise = mean_variance(film).cast<double>();
+  const Eigen::Matrix3d inverse = normal_.solve(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d of_render = inverse * (g.transpose() * noise.asDiagonal() * g) * inverse;
+  const Eigen::Matrix3d before = present.covariance + spread(kAlignment.drift);
+  const Eigen::Matrix3d share = (before + of_render).ldlt().solve(before).transpose();
+  const Eigen::Vector3d step = -share * solve(mean_residual(film, photo_));
   const auto bounded = [](double value, double most) { return std::clamp(value, -most, most); };
-  return {bounded(present.x + step[0], kAlignment.most),
-          bounded(present.y + step[1], kAlignment.most),
-          bounded(present.roll + step[2], kAlignment.most / reach_of(photo_))};
+  return {{bounded(present.at.x + step[0], kAlignment.most),
+           bounded(present.at.y + step[1], kAlignment.most),
+           bounded(present.at.roll + step[2], kAlignment.most / reach_of(photo_))},
+          (Eigen::Matrix3d::Identity() - share) * before};
 }
 
 void AlignmentEquations::eliminate(Eigen::Ref<Eigen::VectorXf> column) const {

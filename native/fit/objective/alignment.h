@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include "fit/problem/photo.h"
+#include "fit/problem/saved_state.h"
 #include "render/film/film.h"
 #include "scene/camera.h"
 
@@ -14,7 +15,9 @@ namespace selenite {
 struct AlignmentOptions {
   double most = 4;       ///< pixels of the picture, either way; of a roll at the farthest corner
   double deviation = 2;  ///< standard deviation in pixels before any photo
-  double step = 0.7;     ///< share of each estimate that is taken: it has the noise of one render
+  /// Standard deviation in pixels by which it may differ from render to render: so long as values move,
+  /// shading that is still wrong moves it too.
+  double drift = 0.05;
 };
 inline constexpr AlignmentOptions kAlignment;
 
@@ -25,6 +28,16 @@ struct Alignment {
   Alignment scaled(double factor) const { return {x * factor, y * factor, roll}; }
   /// The camera with it, for a picture of that size.
   Camera apply(Camera camera, int width, int height, const PhotoFrame& frame) const;
+};
+
+/// What all renders so far tell of it.
+struct AlignmentEstimate {
+  Alignment at{};
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of x, y and roll
+  void members(SavedState& state) {
+    state(at);
+    for (double& one : covariance.reshaped()) state(one);
+  }
 };
 
 /// What the photo changes by where its camera moves by a pixel to the right, a pixel down, and rolls by
@@ -38,13 +51,17 @@ AlignmentSlopes alignment_slopes(const Photo& photo);
 class AlignmentEquations {
  public:
   AlignmentEquations(const Photo& photo, const Eigen::VectorXf& weights);
-  /// The alignment after a render with the present one: a step of least squares, within bounds.
-  Alignment improved(const Alignment& present, const Film& film) const;
+  /// Before the first render.
+  AlignmentEstimate prior() const;
+  /// After a render with the present one: a step of least squares, within bounds, by the share that its
+  /// noise leaves it (Kalman 1960).
+  AlignmentEstimate improved(const AlignmentEstimate& present, const Film& film) const;
   /// Takes from a column of derivatives what a change of the alignment makes of the picture, as
   /// `eliminate_gain` does for the gain.
   void eliminate(Eigen::Ref<Eigen::VectorXf> column) const;
 
  private:
+  Eigen::Matrix3d spread(double deviation) const;
   /// By which the three explain `column`.
   Eigen::Vector3d solve(const Eigen::VectorXf& column) const;
 

@@ -39,6 +39,8 @@ Eigen::VectorXf mean_residual(const Film& film, const Photo& photo) {
   return as_vector(film.mean) - as_vector(photo.reference);
 }
 
+Eigen::VectorXf mean_variance(const Film& film) { return as_vector(film.variance); }
+
 Halves residual_halves(const Film& film, const Photo& photo) {
   Halves halves;
   halves.residual_a = as_vector(film.half_a) - as_vector(photo.reference);

@@ -35,6 +35,8 @@ struct Halves {
 
 /// Render minus photo, 3 numbers a pixel.
 Eigen::VectorXf mean_residual(const Film& film, const Photo& photo);
+/// Variance of the render.
+Eigen::VectorXf mean_variance(const Film& film);
 /// Without the Jacobians.
 Halves residual_halves(const Film& film, const Photo& photo);
 /// The same of photo i, with what the prior of its free gain adds.
