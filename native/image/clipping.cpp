@@ -26,6 +26,12 @@ constexpr double kOvershoot = 8;
 /// Noise on a cut slope leaves gaps between pixels at the top, which are less deep than this share
 /// of it; a thin object in front of an even area makes deeper ones.
 constexpr double kShallowGap = 0.15;
+/// Neighbours whose values differ by less than this share are alike but for rounding of floats.
+constexpr double kAlike = 1e-5;
+/// Of neighbours at the top of one channel, the share in which another one changes, from which on
+/// the light went on. In an even area none does; steps of eight bits hide most of a flat slope.
+constexpr double kChangingShare = 0.1;
+constexpr double kBackgroundShare = 0.2;  // of the picture's border that a background takes
 
 /// One channel of a picture.
 template <class T>
@@ -159,37 +165,116 @@ double top_of_integers(const std::vector<std::int64_t>& counts, const LargestVal
   return 0;
 }
 
-template <class T>
-ClippingLevel level_of(const Plane<T>& plane) {
-  LargestValues largest;
+/// What the numbers of one channel say.
+struct Top {
+  double value = std::numeric_limits<double>::infinity();  ///< its maximum
   ClippingLevel level;
+  /// The level comes from the shape of areas alone, of which an even one can have ends as soft
+  bool is_by_shape = false;
+
+  bool holds(double stored) const { return stored >= value * (1 - kAlike); }
+};
+
+template <class T>
+Top top_of(const Plane<T>& plane) {
+  LargestValues largest;
+  Top top;
   if constexpr (std::is_integral_v<T>) {
     const std::vector<std::int64_t> counts = histogram(plane);
     for (std::size_t value = 0; value < counts.size(); ++value)
       if (counts[value] > 0) largest.add(static_cast<double>(value), counts[value]);
-    if (const double top = top_of_integers(counts, largest); top > 0) {
-      level.from = top;
-      return level;
+    if (const double own = top_of_integers(counts, largest); own > 0) {
+      top.value = top.level.from = own;
+      top.level.maximum = largest.maximum();
+      return top;
     }
   } else {
     for (int y = 0; y < plane.height; ++y)
       for (int x = 0; x < plane.width; ++x) largest.add(plane.at(x, y));
   }
-  if (largest.empty() || !(largest.maximum() > 0)) return level;
-  const double top = largest.maximum();
-  const bool is_white = std::is_floating_point_v<T> && top == 1;
+  if (largest.empty() || !(largest.maximum() > 0)) return top;
+  top.value = top.level.maximum = largest.maximum();
+  const bool is_white = std::is_floating_point_v<T> && top.value == 1;
   const bool piles_up = largest.at_maximum() >= kFewest &&
                         static_cast<double>(largest.at_maximum()) >= kPile * largest.below();
-  if (!is_white && (!piles_up || largest.below() == 0)) return level;
-  const Ends ends = ends_of_areas(plane, top, largest.step());
+  if (!is_white && (!piles_up || largest.below() == 0)) return top;
+  const Ends ends = ends_of_areas(plane, top.value, largest.step());
   const double slopes = ends.all > 0 ? static_cast<double>(ends.slopes) / ends.all : 0;
   if (is_white) {
-    level.is_even_white = piles_up && ends.all >= kEnds && slopes < kEdgeShare;
-    if (!level.is_even_white) level.from = top;
+    top.level.is_even_white = piles_up && ends.all >= kEnds && slopes < kEdgeShare;
+    if (!top.level.is_even_white) top.level.from = top.value;
+    top.level.is_guessed = !top.level.is_even_white;
   } else if (ends.all >= kEnds && slopes >= kSlopeShare) {
-    level.from = top;
+    top.level.from = top.value;
+    top.level.is_guessed = top.is_by_shape = true;
   }
-  return level;
+  return top;
+}
+
+/// What the other channels do where one is at its top.
+enum class Others { kGoOn, kAreEven, kAreAtTheirTop };
+
+template <class T>
+Others others_at_top(const std::array<Plane<T>, 3>& planes, const std::array<Top, 3>& tops,
+                     std::size_t channel) {
+  int pairs = 0, changes = 0;
+  const auto judge_pair = [&](int x, int y, int dx, int dy) {
+    if (!tops[channel].holds(planes[channel].at(x + dx, y + dy))) return;
+    for (std::size_t other = 0; other < 3; ++other) {
+      const double first = planes[other].at(x, y), second = planes[other].at(x + dx, y + dy);
+      if (!(first > 0 && second > 0) || tops[other].holds(first) || tops[other].holds(second))
+        continue;
+      ++pairs;
+      changes += std::abs(first - second) > kAlike * first;
+    }
+  };
+  for (int y = 0; y < planes[0].height; ++y)
+    for (int x = 0; x < planes[0].width; ++x) {
+      if (!tops[channel].holds(planes[channel].at(x, y))) continue;
+      if (x + 1 < planes[0].width) judge_pair(x, y, 1, 0);
+      if (y + 1 < planes[0].height) judge_pair(x, y, 0, 1);
+    }
+  if (pairs < kEnds) return Others::kAreAtTheirTop;
+  return changes >= kChangingShare * pairs ? Others::kGoOn : Others::kAreEven;
+}
+
+/// Whether the top of a channel takes so much of the border that it is what stands behind.
+template <class T>
+bool is_background(const Plane<T>& plane, const Top& top) {
+  int all = 0, held = 0;
+  const auto count = [&](int x, int y) {
+    ++all;
+    held += top.holds(plane.at(x, y));
+  };
+  for (int x = 0; x < plane.width; ++x) {
+    count(x, 0);
+    count(x, plane.height - 1);
+  }
+  for (int y = 0; y < plane.height; ++y) {
+    count(0, y);
+    count(plane.width - 1, y);
+  }
+  return held >= kBackgroundShare * all;
+}
+
+/// Takes back levels that an even area feigns: a clear sky or a backdrop whose ends are soft.
+template <class T>
+void keep_even_areas(const std::array<Plane<T>, 3>& planes, std::array<Top, 3>& tops, bool grey) {
+  std::array<Others, 3> others{};
+  bool any_goes_on = false;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!tops[c].is_by_shape) continue;
+    others[c] = others_at_top(planes, tops, c);
+    any_goes_on |= others[c] == Others::kGoOn;
+  }
+  const auto [lowest, highest] = std::minmax({tops[0].value, tops[1].value, tops[2].value});
+  const bool is_coloured = !grey && highest - lowest > kAlike * highest;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!tops[c].is_by_shape || others[c] == Others::kGoOn) continue;
+    const bool is_even = others[c] == Others::kAreEven ||
+                         (!any_goes_on && (is_coloured || is_background(planes[c], tops[c])));
+    if (is_even) tops[c].level = {.maximum = tops[c].value};
+  }
 }
 
 }  // namespace
@@ -199,15 +284,16 @@ std::array<ClippingLevel, 3> clipping_levels(const Samples& samples) {
   std::visit(
       [&](const auto& values) {
         using T = typename std::decay_t<decltype(values)>::value_type;
+        std::array<Plane<T>, 3> planes{};
+        std::array<Top, 3> tops;
         for (std::size_t c = 0; c < 3; ++c) {
-          if (c > 0 && samples.grey()) {
-            levels[c] = levels[0];
-            continue;
-          }
-          levels[c] = level_of(Plane<T>{values.data() + samples.color[c],
-                                        static_cast<std::ptrdiff_t>(samples.channels),
-                                        samples.width, samples.height});
+          planes[c] = {values.data() + samples.color[c],
+                       static_cast<std::ptrdiff_t>(samples.channels), samples.width,
+                       samples.height};
+          tops[c] = c > 0 && samples.grey() ? tops[0] : top_of(planes[c]);
         }
+        keep_even_areas(planes, tops, samples.grey());
+        for (std::size_t c = 0; c < 3; ++c) levels[c] = tops[c].level;
       },
       samples.values);
   return levels;

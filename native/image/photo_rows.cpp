@@ -13,6 +13,14 @@ namespace {
 /// of a wide gamut, such a channel is 0; beyond, no render in Rec. 709 can hold the colour.
 constexpr float kGamutTolerance = 0.01f;  // of the largest channel
 
+/// Three digits of a number above 0, never below it.
+std::string three_digits(double value) {
+  const double step = std::pow(10, std::floor(std::log10(value)) - 2);
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.3g", std::ceil(value / step - 1e-6) * step);
+  return text.data();
+}
+
 }  // namespace
 
 PhotoRows::PhotoRows(const std::string& path, bool as_linear, const Response& response)
@@ -27,12 +35,17 @@ PhotoRows::PhotoRows(const std::string& path, bool as_linear, const Response& re
   samples_ = decoder.read();
   if (as_linear && response.finds_clipping) clipping_ = clipping_levels(samples_);
   if (samples_.is_float()) return;
-  const int top = info_.bit_depth == 8 ? 255 : 65535;
-  for (CodeRange& range : counted_) range = {range.lowest * top, range.highest * top};
+  for (CodeRange& range : counted_) range = {range.lowest * top(), range.highest * top()};
   for (std::size_t c = 0; c < 3; ++c) {
-    tables_[c].reserve(static_cast<std::size_t>(top) + 1);
-    for (int i = 0; i <= top; ++i) tables_[c].push_back(decode(c, static_cast<double>(i) / top));
+    tables_[c].reserve(static_cast<std::size_t>(top()) + 1);
+    for (int i = 0; i <= top(); ++i)
+      tables_[c].push_back(decode(c, static_cast<double>(i) / top()));
   }
+}
+
+int PhotoRows::top() const {
+  if (samples_.is_float()) return 1;
+  return info_.bit_depth == 8 ? 255 : 65535;
 }
 
 float PhotoRows::decode(std::size_t channel, double stored) const {
@@ -121,6 +134,31 @@ void PhotoRows::convert(int y, float* rgb, float* alpha, PixelUse* use) const {
              samples_.values);
 }
 
+std::string PhotoRows::clipped() const {
+  constexpr std::array kChannels{"red", "green", "blue"};
+  const double first = clipping_[0].from;
+  if (std::isfinite(first) && clipping_[1].from == first && clipping_[2].from == first)
+    return "clipped (from " + three_digits(first / top()) + ")";
+  std::string levels;
+  for (std::size_t c = 0; c < 3; ++c)
+    if (std::isfinite(clipping_[c].from))
+      levels += (levels.empty() ? "" : ", ") + std::string(kChannels[c]) + " " +
+                three_digits(clipping_[c].from / top());
+  return levels.empty() ? "clipped" : "clipped (from " + levels + ")";
+}
+
+std::string PhotoRows::clipping_cure() const {
+  const auto has_level = [](const ClippingLevel& level) { return std::isfinite(level.from); };
+  if (std::none_of(clipping_.begin(), clipping_.end(), has_level)) return "";
+  const bool is_guessed = std::any_of(clipping_.begin(), clipping_.end(),
+                                      [](const auto& level) { return level.is_guessed; });
+  if (!is_guessed) return "; give the photo less exposure";
+  double highest = 0;
+  for (const ClippingLevel& level : clipping_) highest = std::max(highest, level.maximum);
+  return "; if nothing is cut off there, let all count: 'clip' [0, " +
+         three_digits(highest / top()) + "] in the captures or Clip Levels in the panel";
+}
+
 std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts) const {
   std::vector<std::string> warnings;
   const auto add = [&](PixelUse use, const std::string& what) {
@@ -132,7 +170,7 @@ std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts) const {
   add(PixelUse::kNotFinite, "not finite (NaN or infinite)");
   add(PixelUse::kNegative, "below 0");
   add(PixelUse::kOutsideGamut, "outside the colours of Rec. 709, in which Cycles renders,");
-  const auto add_share = [&](PixelUse use, const char* what) {
+  const auto add_share = [&](PixelUse use, const std::string& what, const std::string& cure) {
     constexpr double kWorthSaying = 0.001;
     const double share =
         static_cast<double>(counts[use]) / std::max<double>(1, static_cast<double>(counts.all()));
@@ -140,10 +178,10 @@ std::vector<std::string> PhotoRows::remarks(const PixelCounts& counts) const {
     std::array<char, 32> percent{};
     std::snprintf(percent.data(), percent.size(), "%.1f%%", 100 * share);
     warnings.push_back(std::string(percent.data()) + " of its pixels are " + what +
-                       " and do not count");
+                       " and do not count" + cure);
   };
-  add_share(PixelUse::kClipped, "clipped");
-  add_share(PixelUse::kTooDark, "darker than what counts");
+  add_share(PixelUse::kClipped, clipped(), clipping_cure());
+  add_share(PixelUse::kTooDark, "darker than what counts", "");
   if (std::any_of(clipping_.begin(), clipping_.end(),
                   [](const ClippingLevel& level) { return level.is_even_white; }))
     warnings.emplace_back(

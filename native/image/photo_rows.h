@@ -35,6 +35,9 @@ class PhotoRows {
   template <class T>
   void convert_values(const std::vector<T>& values, int y, float* rgb, float* alpha,
                       PixelUse* use) const;
+  int top() const;              ///< of stored values: of integers, or 1
+  std::string clipped() const;  ///< in words, with its levels
+  std::string clipping_cure() const;
   float decode(std::size_t channel, double stored) const;
   PixelUse counted(std::size_t channel, double stored) const;
   PixelUse finish(float* rgb) const;

@@ -78,6 +78,17 @@ class Scene {
   std::mt19937 random_;
 };
 
+/// An even sky over the upper part of the picture that ends in a ramp of `ramp` pixels, as one of
+/// coarse texels does. `value` is what lies below, `sky` above.
+Picture with_sky(const Picture& value, double sky, int horizon, int ramp) {
+  Picture picture = value;
+  for (int i = 0; i < kSize * kSize; ++i) {
+    const double share = std::clamp((horizon + ramp - i / kSize) / double(ramp), 0.0, 1.0);
+    picture[i] = share * sky + (1 - share) * value[i];
+  }
+  return picture;
+}
+
 /// A grey picture of these numbers: floats, halves, 16 bits, 12 bits shifted, or 8 bits.
 enum class Numbers { kFloat, kHalf, k16, k12, k8 };
 constexpr std::array kNumbers{Numbers::kFloat, Numbers::kHalf, Numbers::k16, Numbers::k12,
@@ -106,6 +117,31 @@ Samples samples(const Picture& picture, Numbers numbers) {
   else
     result.values = floats;
   return result;
+}
+
+/// The same of red, green and blue.
+Samples samples(const std::array<Picture, 3>& pictures, Numbers numbers) {
+  Samples result = samples(pictures[0], numbers);
+  result.channels = 3;
+  result.color = {0, 1, 2};
+  std::visit(
+      [&](auto& values) {
+        using Values = std::decay_t<decltype(values)>;
+        std::array<Values, 3> planes;
+        for (std::size_t c = 0; c < 3; ++c)
+          planes[c] = std::get<Values>(samples(pictures[c], numbers).values);
+        values.clear();
+        for (std::size_t i = 0; i < planes[0].size(); ++i)
+          for (const Values& plane : planes) values.push_back(plane[i]);
+      },
+      result.values);
+  return result;
+}
+
+int channels_clipped(const Samples& samples) {
+  const auto levels = clipping_levels(samples);
+  return static_cast<int>(std::count_if(
+      levels.begin(), levels.end(), [](const auto& level) { return std::isfinite(level.from); }));
 }
 
 bool is_clipped(const Picture& picture, Numbers numbers) {
@@ -139,6 +175,55 @@ TEST(Clipping, AnEvenlyLitAreaRaisesNoFalseAlarm) {
       EXPECT_FALSE(is_clipped(scene.even_disc(scene.uniform(0.4, 0.95)), numbers)) << seed;
     }
   }
+}
+
+TEST(Clipping, AClearSkyThatEndsSoftlyRaisesNoFalseAlarm) {
+  // Brightest in all channels, or in blue alone, beside a highlight; grey as well.
+  int alarms = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    for (const Numbers numbers : {Numbers::kFloat, Numbers::kHalf, Numbers::k16}) {
+      for (const double red : {0.9, 0.25}) {
+        Scene scene(seed);
+        const Picture ground = scene.noisy(scene.highlights(), 0.01);
+        const double top = scene.uniform(0.5, 0.95);
+        const int horizon = 24, ramp = 8 + static_cast<int>(seed % 6);
+        std::array<Picture, 3> pictures;
+        const std::array<double, 3> sky{red, 0.95, 1.0};
+        for (std::size_t c = 0; c < 3; ++c)
+          pictures[c] = with_sky(Scene::scaled(ground, 0.4 * top), sky[c] * top, horizon, ramp);
+        alarms += channels_clipped(samples(pictures, numbers));
+        alarms += is_clipped(pictures[2], numbers);
+      }
+    }
+  }
+  EXPECT_EQ(alarms, 0);
+}
+
+TEST(Clipping, ACutTopOfColoursIsFound) {
+  // Levels alike in all channels or as white balance leaves them; the light may be grey or coloured.
+  int found = 0, pictures = 0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    for (const Numbers numbers : {Numbers::kFloat, Numbers::kHalf, Numbers::k16}) {
+      for (const double balance : {1.0, 0.7}) {
+        Scene scene(seed + 200);
+        const Picture light = scene.highlights();
+        Picture sorted = light;
+        std::sort(sorted.begin(), sorted.end());
+        const double level = sorted[static_cast<std::size_t>(0.95 * sorted.size())];
+        const std::array<double, 3> color{1, 0.9, 0.75}, levels{balance, 1, 0.5 + balance / 2};
+        std::array<Picture, 3> channels;
+        for (std::size_t c = 0; c < 3; ++c) {
+          channels[c] = scene.noisy(light, 0.002);
+          for (double& value : channels[c])
+            value = 0.8 * levels[c] * std::min(color[c] * value / level, 1.0);
+        }
+        found += channels_clipped(samples(channels, numbers)) > 0;
+        ++pictures;
+      }
+    }
+  }
+  EXPECT_EQ(pictures, 120);
+  EXPECT_GE(found, 118);
 }
 
 TEST(Clipping, ACutTopIsFoundAtAnyLevel) {

@@ -18,6 +18,7 @@ sys.path.insert(0, str(ROOT / "addon"))
 pytest.importorskip("selenite._image", reason="the native module is not built")
 import OpenEXR  # noqa: E402
 
+from selenite import native  # noqa: E402
 from selenite.fit_run.captures.prepared import Capture, read_captures  # noqa: E402
 from selenite.problems import Problem  # noqa: E402
 from selenite.scene_read.capture_request import CaptureRequest  # noqa: E402
@@ -122,7 +123,24 @@ def test_clipped_pixels_have_no_weight_and_their_share_is_said(tmp_path: Path) -
     assert capture is not None
     assert np.array_equal(capture.weight > 0, codes[..., 1] < 255)
     assert warnings == [
-        f"Photo '{tmp_path / 'a.png'}': 25.0% of its pixels are clipped and do not count"
+        f"Photo '{tmp_path / 'a.png'}': 25.0% of its pixels are clipped (from green 0.997) "
+        "and do not count; give the photo less exposure"
+    ]
+
+
+def test_clipping_that_is_guessed_names_level_and_cure(tmp_path: Path) -> None:
+    """A highlight of floats, cut in green at 0.5; red reaches 0.8 beside it."""
+    y, x = np.mgrid[:64, :64]
+    light = np.exp(-((x - 30) ** 2 + (y - 34) ** 2) / 200.0)
+    image = light[..., None] * np.array([0.8, 0.7, 0.3])
+    image[..., 1] = np.minimum(image[..., 1], 0.5)
+    path = write_exr(tmp_path / "a.exr", image.astype(np.float32))
+    found = native.image().read(path)[2]["warnings"]
+    share = (image[..., 1] == 0.5).mean()
+    assert found == [
+        f"{100 * share:.1f}% of its pixels are clipped (from green 0.5) and do not count; if "
+        "nothing is cut off there, let all count: 'clip' [0, 0.801] in the captures or Clip Levels "
+        "in the panel"
     ]
 
 
