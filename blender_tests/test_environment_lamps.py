@@ -101,3 +101,22 @@ def test_the_command_lists_and_saves(tmp_path, capsys):
     assert values.world.image.max() < 200
     status, _, err = command(capsys, "lamps", path, "--result", str(tmp_path))
     assert status == 2 and "give the folder of a fit" in err
+
+
+@pytest.mark.parametrize("versions", [0, 2])
+def test_a_file_that_is_replaced_is_kept_whatever_blender_prefers(tmp_path, capsys, versions):
+    room()
+    bpy.data.images["sky"].pack()
+    path = made.save(tmp_path / "room.blend")
+    before = (tmp_path / "room.blend").read_bytes()
+    preferences = bpy.context.preferences.filepaths
+    usual, preferences.save_version = preferences.save_version, versions
+    try:
+        status, report, err = command(capsys, "lamps", path, "--save", path)
+        assert preferences.save_version == versions
+    finally:
+        preferences.save_version = usual
+    assert status == 0 and report["saved"] == path
+    assert f"wrote {path}; the file that was there is now {path}1" in err
+    assert (tmp_path / "room.blend1").read_bytes() == before
+    assert len(list(bpy.data.lights)) == 2

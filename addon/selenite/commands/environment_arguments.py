@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..paths import absolute
 from ..problems import Problem
 from .capture_arguments import add_captures
-from .render_arguments import add_of_fits
+from .render_arguments import KEPT, add_of_fits
 
 if TYPE_CHECKING:
     from ..fit_run.request import UnknownRequest
@@ -42,7 +42,7 @@ def add_rotate_world(parser: argparse.ArgumentParser) -> None:
     add("--height", type=int, help="pixels of the compared pictures; default: 64")
     add("--spp", type=int, help="samples per pixel of each angle; default: 64")
     add_of_fits(add)
-    saved = "saves a copy with that rotation and strength"
+    saved = f"saves a copy with that rotation and strength{KEPT}"
     parser.add_argument_group("results").add_argument("--save", metavar="OUT.blend", help=saved)
 
 
@@ -54,7 +54,7 @@ def add_lamps(parser: argparse.ArgumentParser) -> None:
     add("--count", type=int, default=4, metavar="N", help=count)
     result = "folder of a fit: the image is the one that it has found"
     add("--result", metavar="DIR", help=result)
-    saved = "saves a copy with the suns and the rest of the image; without it they are listed"
+    saved = f"saves a copy with the suns and the rest of the image, else they are listed{KEPT}"
     parser.add_argument_group("results").add_argument("--save", metavar="OUT.blend", help=saved)
 
 

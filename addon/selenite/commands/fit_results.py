@@ -19,7 +19,7 @@ from ..fit_run.job import fitted_values
 from ..fit_run.plan import FitPlan
 from ..problems import BadInput
 from ..scene_read.values import SceneValues
-from .terminal import bar, say
+from .terminal import bar, say, say_saved
 
 #: What keeps results from being written, beside the user.
 _UNWRITTEN = (OSError, MemoryError, ValueError)
@@ -122,13 +122,13 @@ def _save(
             changed = render_settings.set_for_fit(scene)
             say(f"set for Cycles: {', '.join(changed) or 'nothing, all was set already'}")
             report["set_for_cycles"] = changed
-        write_back.save_copy(str(save))
+        kept = write_back.save_copy(str(save))
         _hide(scene, plan)
     except BadInput as error:
         errors += [problem.line() for problem in error.problems]
         return
     report["saved"] = str(save)
-    say(f"wrote {save}")
+    say_saved(save, kept)
 
 
 def _show(

@@ -6,6 +6,8 @@ from __future__ import annotations
 import argparse
 import re
 
+from .render_arguments import KEPT
+
 
 def add_import(parser: argparse.ArgumentParser) -> None:
     """What is read, how it is placed, and where the scene goes."""
@@ -45,4 +47,4 @@ def add_import(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument_group("results").add_argument
     undistort = "writes photos without the lens's distortion into the folder OUT_photos"
     add("--undistort", action="store_true", help=undistort)
-    add("--save", required=True, metavar="OUT.blend", help="the scene, ready to fit")
+    add("--save", required=True, metavar="OUT.blend", help=f"the scene, ready to fit{KEPT}")

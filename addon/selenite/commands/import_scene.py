@@ -15,7 +15,7 @@ from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from ..scene_read.capture_request import MOST_ERODED, PACKED
 from .arguments import input_file, output_file, stop_if
-from .terminal import bar, say
+from .terminal import bar, say, say_saved
 
 if TYPE_CHECKING:
     from ..importers.plan import ImportPlan, ImportRequest
@@ -57,9 +57,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         to_blender.add_white_world(scene)
         set_for_fit(scene)
         to_blender.relative_paths(scene, save.parent)
-        _save(save)
+        kept = _save(save)
     report = _report(plan, save, made)
-    _say(report, args.undistort)
+    _say(report, args.undistort, kept)
     return report
 
 
@@ -116,18 +116,23 @@ def _folder(argument: str, text: str | None, problems: list[Problem]) -> Path | 
     return path
 
 
-def _save(path: Path) -> None:
-    """Blender writes beside `path` and renames. Raises BadInput."""
+def _save(path: Path) -> str:
+    """Blender writes beside `path` and renames. Returns the new name of a file that was there, or
+    "". Raises BadInput."""
     import bpy
 
+    from ..write_back import replaced_file_kept
+
     try:
-        bpy.ops.wm.save_as_mainfile(
-            filepath=str(path), check_existing=False, relative_remap=False, compress=False
-        )
+        with replaced_file_kept(str(path)) as kept:
+            bpy.ops.wm.save_as_mainfile(
+                filepath=str(path), check_existing=False, relative_remap=False, compress=False
+            )
     except RuntimeError as error:
         cause = " ".join(str(error).removeprefix("Error: ").split())
         title = f"File '{path}'"
         raise BadInput(Problem(title, f"cannot be written ({cause})", "give another")) from error
+    return kept
 
 
 def _report(plan: ImportPlan, save: Path, made: Created) -> dict[str, Any]:
@@ -176,7 +181,7 @@ def _texture(texture: Path | PackedPicture | None) -> str | None:
     return str(texture) if isinstance(texture, Path) else f"{PACKED}{texture.name}"
 
 
-def _say(report: dict[str, Any], undistort: bool) -> None:
+def _say(report: dict[str, Any], undistort: bool, kept: str) -> None:
     size = f"; {_lengths(report['size_m'])}" if any(report["size_m"]) else ""
     cameras = len(report["cameras"])
     say(f"'{report['name']}': cameras: {cameras}, with a photo: {report['captures']}{size}")
@@ -190,7 +195,7 @@ def _say(report: dict[str, Any], undistort: bool) -> None:
     for text in report["warnings"]:
         say(f"warning: {text}")
     say("light: an even white world of strength 1 stands in; set or fit your own")
-    say(f"wrote {report['saved']}")
+    say_saved(report["saved"], kept)
     if report["captures"] and report["meshes"]:
         file = shlex.quote(report["saved"])
         say(f"next: selenite check {file}")

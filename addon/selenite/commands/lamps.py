@@ -11,7 +11,7 @@ from ..paths import absolute
 from ..problems import BadInput, Problem
 from . import arguments
 from .scene import open_scene
-from .terminal import say
+from .terminal import say, say_saved
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -41,7 +41,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     }
     if save is not None:
         say(suns.add(scene, values, found, rest))
-        write_back.save_copy(str(save))
-        say(f"wrote {save}")
+        say_saved(save, write_back.save_copy(str(save)))
         report["saved"] = str(save)
     return report

@@ -25,7 +25,7 @@ from ..scene_read.values import SceneValues
 from . import arguments
 from .fit import captures_from, unknowns_of
 from .scene import find_constant, open_scene
-from .terminal import bar, say, table
+from .terminal import bar, say, say_saved, table
 
 _SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
 
@@ -147,6 +147,5 @@ def _save(scene: Any, found: Suggestion, path: str) -> str:  # noqa: ANN401 - a 
     else:
         first = found.plan.captures[0].camera
         made = add_camera(scene, report.NEW_CAMERA, first, place.camera).name
-    write_back.save_copy(path)
-    say(f"wrote {path} with camera '{made}'")
+    say_saved(f"{path} with camera '{made}'", write_back.save_copy(path))
     return path

@@ -13,7 +13,7 @@ from . import environment_arguments as environment
 from .capture_arguments import add_captures
 from .examples import with_examples
 from .import_arguments import add_import
-from .render_arguments import PHYSICAL, add_of_fits
+from .render_arguments import KEPT, PHYSICAL, add_of_fits
 
 
 class Parser(argparse.ArgumentParser):
@@ -216,7 +216,8 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--resume", metavar="DIR", help="goes on with the run of a folder <date>_<time>.unfinished")
     out = "gets a folder <date>_<time>; default: selenite-fits, with --resume where DIR is"
     add("--out", metavar="DIR", help=out)
-    add("--save", metavar="OUT.blend", help="saves a copy of the scene with the fitted values")
+    saved = f"saves a copy of the scene with the fitted values{KEPT}"
+    add("--save", metavar="OUT.blend", help=saved)
     flag = {"action": "store_true"}
     add("--check-in-cycles", **flag, help="renders the fitted values with Cycles and compares")
     add("--set-cycles", **flag, help="sets Cycles in OUT.blend so that it shows what was fitted")
@@ -237,7 +238,7 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     add = parser.add_argument_group("settings of the renders").add_argument
     add("--height", type=int, help="pixels of the pictures that a fit would compare")
     add_of_fits(add)
-    saved = "saves a copy of the scene with the camera 'Next photo'"
+    saved = f"saves a copy of the scene with the camera 'Next photo'{KEPT}"
     parser.add_argument_group("results").add_argument("--save", metavar="OUT.blend", help=saved)
 
 

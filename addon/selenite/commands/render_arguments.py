@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Options about renders that several commands have."""
+"""Options that several commands have, and words of their help."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
+#: Of `--save OUT.blend`.
+KEPT = "; a file that is there is kept as OUT.blend1"
 PHYSICAL = "no refraction towards lights that no micronormal gives; Cycles has it"
 
 

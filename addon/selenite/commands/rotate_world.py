@@ -13,7 +13,7 @@ from ..problems import BadInput, Problem
 from . import arguments
 from .fit import captures_from
 from .scene import open_scene
-from .terminal import bar, say
+from .terminal import bar, say, say_saved
 
 _SETTINGS = ("height", "spp", "seed", "depth", "threads", "physical_refraction")
 
@@ -62,7 +62,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         from ..write_back import environments
 
         say(environments.rotate(scene, values, result.angle, strength))
-        write_back.save_copy(str(save))
-        say(f"wrote {save}")
+        say_saved(save, write_back.save_copy(str(save)))
         report["saved"] = str(save)
     return report

@@ -21,6 +21,11 @@ def say(text: str) -> None:
         sys.stderr.flush()
 
 
+def say_saved(file: object, kept: str) -> None:
+    """That a .blend file is written. kept: the new name of what was there, or ""."""
+    say(f"wrote {file}" + (f"; the file that was there is now {kept}" if kept else ""))
+
+
 def table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     """Columns of text on stderr, numbers to the right."""
     lines = [titles, *rows]

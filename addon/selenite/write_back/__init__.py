@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TypeVar
 
 import bpy
 
 from .. import parameters
 from ..parameters import Parameter, Values
+from ..paths import is_there
 from ..problems import BadInput, Problem
 from ..scene_read import view_layers
 from ..scene_read.lamps import lights
@@ -69,15 +72,34 @@ def write(
     return before
 
 
-def save_copy(path: str) -> None:
-    """Saves the open file under another name; the open file keeps its own. Raises BadInput."""
+def save_copy(path: str) -> str:
+    """Saves the open file under another name; the open file keeps its own. Returns the new name of
+    a file that was there, or "". Raises BadInput."""
     try:
-        bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
+        with replaced_file_kept(path) as kept:
+            bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
     except RuntimeError as error:
         cause = str(error).removeprefix("Error: ").strip()
         raise BadInput(
             Problem(f"File '{path}'", f"cannot be written ({cause})", "give another")
         ) from error
+    return kept
+
+
+@contextmanager
+def replaced_file_kept(path: str) -> Iterator[str]:
+    """While Blender saves to `path`: a file that is there stays beside it as PATH1, as is Blender's
+    default, whatever the preferences say. Yields that name, "" where there is no file."""
+    preferences = bpy.context.preferences.filepaths
+    versions = preferences.save_version
+    if not is_there(Path(path)):
+        yield ""
+        return
+    preferences.save_version = max(1, versions)
+    try:
+        yield f"{path}1"
+    finally:
+        preferences.save_version = versions
 
 
 def _target(
