@@ -202,7 +202,7 @@ def test_the_gauge_is_told_where_nothing_is_known():
     made.studio()
     names = ["World:environment", "Body:base_color", "Body:roughness"]
     (text,) = gauge.remarks(made.read(), [], names)
-    assert "World:environment and Body:base_color make up for each other" in text
+    assert "World:environment and Body:base_color compensate for each other" in text
     assert "Add a grey card" in text
     assert not gauge.remarks(made.read(), [], names[1:])
     assert not gauge.remarks(made.read(), [], [names[0], names[2]])  # the colour is known

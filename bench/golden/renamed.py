@@ -39,6 +39,7 @@ TEXTS: tuple[tuple[str, str], ...] = (
     ("No place tells much more than the photos do:", "No place adds much to the photos:"),
     ("a parameter that others make up for", "a parameter that others compensate for"),
     ("for what makes up for it", "for what compensates for it"),
+    (" make up for each other", " compensate for each other"),
     ("itself would tell as much", "itself would add as much"),
 )
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is said of light, reflectance and gains that make up for each other."""
+"""What is said of light, reflectance and gains that compensate for each other."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_light_and_color_are_said_once_for_all_channels_with_what_helps() -> Non
         "captures": [],
     }
     text = found[0].text()
-    assert text.startswith("World:strength and Body:base_color make up for each other")
+    assert text.startswith("World:strength and Body:base_color compensate for each other")
     assert "grey card" in text
     assert "one lamp" in text
     assert "gain of none" not in text, "no gain takes part"
@@ -47,7 +47,7 @@ def test_gains_take_part_with_their_own_cure() -> None:
     (found,) = gauges(result((["Body:base_color[2]"], ["Front", "Back"])))
     assert found.as_json() == {"parameters": ["Body:base_color"], "captures": ["Front", "Back"]}
     text = found.text()
-    assert text.startswith("Body:base_color and the gains of Front and Back make up for each other")
+    assert text.startswith("Body:base_color and the gains of Front and Back compensate for each other")
     assert "gain of none" in text
     assert "lamp" not in text
 
@@ -75,7 +75,7 @@ def said_before(names: list[str], *gains: str) -> list[str]:
 def test_before_a_fit_free_gains_are_told_with_what_makes_up_for_them() -> None:
     for name in ("Body:base_color", "Body:albedo_grid", "Key:power", "World:color"):
         (text,) = said_before(["Body:ior", name], "one", "one")
-        assert text.startswith(f"The gain of every photo is free, and {name} can make up for it")
+        assert text.startswith(f"The gain of every photo is free, and {name} can compensate for it")
     assert said_before(["World:environment"], "one")
     assert not said_before(["Body:ior"], "one"), "no matter of brightness"
     assert not said_before(["Body:base_color"], "one", "none"), "one photo holds it"

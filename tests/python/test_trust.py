@@ -60,7 +60,8 @@ def result(**changes: Any) -> dict[str, Any]:
 
 
 def said(found: dict[str, Any], fields: tuple[str, ...] = ()) -> str:
-    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR], fields=fields)
+    named = [SimpleNamespace(name=name) for name in fields]
+    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR], fields=named)
     return "\n".join(trust.sentences(plan, found))
 
 
@@ -74,10 +75,10 @@ def test_a_fit_is_sure_when_all_values_are_determined() -> None:
 
 def test_a_gauge_is_among_the_sentences() -> None:
     seen = result()
-    assert "make up for each other" not in said(seen)
+    assert "compensate for each other" not in said(seen)
     direction = {"deviation": 0.3, "components": ["Body:base_color[0]"], "captures": ["Front"]}
     seen["report"]["weak_directions"] = [direction]
-    assert "Body:base_color and the gain of Front make up for each other" in said(seen)
+    assert "Body:base_color and the gain of Front compensate for each other" in said(seen)
 
 
 def test_a_value_that_is_known_has_error_and_interval() -> None:
@@ -127,9 +128,12 @@ def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
     voxels = {"fields_best": {"Body:albedo_grid": [0.5]}}
     assert trust.words(ROUGHNESS, result() | voxels) == ["90 %: 0.280 to 0.320"]
     left = result(value=0.0025, explained=False) | voxels
-    of_grid = "90 %, provided that the misfit is the grid's: 0.280 to 0.320"
+    of_grid = "90 %, provided that the misfit is that of Body:albedo_grid: 0.280 to 0.320"
     assert trust.words(ROUGHNESS, left) == [of_grid]
-    assert "5.0 % of the photos' brightness is not explained: the grid or image" in said(left)
+    assert "5.0 % of the photos' brightness is not explained: Body:albedo_grid has" in said(left)
+    light = left | {"fields_best": {"World:environment": [0.5]}}
+    assert "the misfit is that of World:environment" in trust.words(ROUGHNESS, light)[0]
+    assert "not explained: World:environment has not converged" in said(light)
     assert "check lights" not in said(left)
     assert "are not known" not in said(left, fields=("Body:albedo_grid",))
 

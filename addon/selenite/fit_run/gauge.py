@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What makes up for what in the brightness of the photos: light, reflectance and gains.
+"""What compensates for what in the brightness of the photos: light, reflectance and gains.
 
 Photos show a product of the three. Where nothing holds one of them, the normal matrix has a
 direction next to null in which they change together. The native report lists such directions.
@@ -26,7 +26,7 @@ _COLOURS = (*_REFLECTANCE, "base_color_texture", "albedo_grid")
 
 @dataclass(frozen=True)
 class Gauge:
-    """Values that make up for each other: parameters as "Body:base_color", ids of captures."""
+    """Values that compensate for each other: parameters as "Body:base_color", ids of captures."""
 
     lights: tuple[str, ...]
     reflectances: tuple[str, ...]
@@ -54,7 +54,7 @@ class Gauge:
             cures.append("leave out the power of one lamp that is measured")
         *first, last = names
         return (
-            f"{', '.join(first)} and {last} make up for each other: photos show only their "
+            f"{', '.join(first)} and {last} compensate for each other: photos show only their "
             f"product, so the brightness of each is open; {', or '.join(cures)}"
         )
 
@@ -70,7 +70,7 @@ def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     if not bright or not captures or any(item.free_gain == "none" for item in captures):
         return []
     return [
-        f"The gain of every photo is free, and {bright[0]} can make up for it: only the prior of a "
+        f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior of a "
         "gain (about 1, within a factor of two) holds the brightness; set the gain of one photo to "
         "none to hold it by that photo"
     ]
@@ -97,7 +97,7 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
         return []
     colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
     return [
-        f"{_ENVIRONMENT} and {' and '.join(colours)} make up for each other, since no material or "
+        f"{_ENVIRONMENT} and {' and '.join(colours)} compensate for each other, since no material or "
         "lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
         "grey card or another known material to photos and scene, or fit one of the two"
     ]

@@ -81,8 +81,9 @@ def explained(result: dict[str, Any]) -> bool:
     return left is not None and bool(left["explained"]) and not left["hidden"]
 
 
-def _has_fields(result: dict[str, Any]) -> bool:
-    return bool(result.get("fields_best"))
+def _fields(result: dict[str, Any]) -> str:
+    """The names of the fitted grids and images; "" without one."""
+    return " and ".join(result.get("fields_best") or ())
 
 
 def sure(result: dict[str, Any]) -> bool:
@@ -134,8 +135,8 @@ def _confidence(result: dict[str, Any]) -> str:
         return "90 %, but noise of the renders hides whether the photos are explained"
     if left is None or left["explained"]:
         return "90 %"
-    if _has_fields(result):
-        return "90 %, provided that the misfit is the grid's"
+    if fields := _fields(result):
+        return f"90 %, provided that the misfit is that of {fields}"
     return f"90 % by how photos and their parts differ, with {_share(left):.0f} % unexplained"
 
 
@@ -194,9 +195,10 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     lines += [gauge.text() for gauge in gauges(result)]
     left = misfit(result)
     if plan.fields and left is None:
+        names = " and ".join(item.name for item in plan.fields)
         lines.append(
-            "The errors of these values are not known: few photos cannot separate them from a grid "
-            "or an image. Compare fits from other starts or to other photos"
+            "The errors of these values are not known: few photos cannot separate them from "
+            f"{names}. Compare fits from other starts or to other photos"
         )
     for values in alternative_minima(result):
         all_of_it = "; ".join(f"{item.name} {_text(values[item.name])}" for item in plan.unknowns)
@@ -211,7 +213,7 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             + advice
         )
     if left is not None:
-        lines.append(_misfit_text(left, _has_fields(result)))
+        lines.append(_misfit_text(left, _fields(result)))
     found = result.get("search") or {}
     if found.get("points"):
         went = "continued from another one" if found["moved"] else "kept the given one"
@@ -224,7 +226,7 @@ def _share(left: dict[str, Any]) -> float:
     return float(100 * max(left["value"], 0.0) ** 0.5)
 
 
-def _misfit_text(left: dict[str, Any], has_fields: bool) -> str:
+def _misfit_text(left: dict[str, Any], fields: str) -> str:
     if left["hidden"]:
         return (
             f"Misfit: not known ({left['value']:.3g} +- {left['standard_error']:.2g} of squared "
@@ -234,6 +236,6 @@ def _misfit_text(left: dict[str, Any], has_fields: bool) -> str:
     if left["explained"]:
         return "Misfit: the photos are explained within noise"
     text = f"Misfit: {_share(left):.1f} % of the photos' brightness is not explained"
-    if has_fields:
-        return f"{text}: the grid or image has not converged, or there is another cause"
+    if fields:
+        return f"{text}: {fields} has not converged, or there is another cause"
     return f"{text} by these parameters; check lights, camera and geometry"
