@@ -168,6 +168,7 @@ def test_a_loss_that_is_lost_in_noise():
     quiet = history({"Body:roughness": converged(20)}, losses * 1e-4, error=8e-8)
     assert not diagnose(quiet, [ROUGHNESS], [view(picture, picture)])
     assert not diagnose(seen, [ROUGHNESS], [view(picture, picture)], sure=True), "nothing is hidden"
+    assert not diagnose(seen, [ROUGHNESS], [view(picture, picture)], running=True), "not yet"
 
 
 def test_black_and_wholly_masked_pictures_say_nothing():

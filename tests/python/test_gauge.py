@@ -47,7 +47,9 @@ def test_gains_take_part_with_their_own_cure() -> None:
     (found,) = gauges(result((["Body:base_color[2]"], ["Front", "Back"])))
     assert found.as_json() == {"parameters": ["Body:base_color"], "captures": ["Front", "Back"]}
     text = found.text()
-    assert text.startswith("Body:base_color and the gains of Front and Back compensate for each other")
+    assert text.startswith(
+        "Body:base_color and the gains of Front and Back compensate for each other"
+    )
     assert "gain of none" in text
     assert "lamp" not in text
 

@@ -70,9 +70,11 @@ def diagnose(
     *,
     from_start: bool = True,
     sure: bool = False,
+    running: bool = False,
 ) -> tuple[str, ...]:
     """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down.
-    `sure`: a refinement has determined every value, so that noise is known to hide none.
+    `sure`: a refinement has determined every value, so that noise is known to hide none. `running`:
+    what is left to do may still show what noise hides now.
     """
     if not len(history["iteration"]):
         return ()
@@ -81,7 +83,8 @@ def diagnose(
         found += exposure(views)
         found += misaligned(views)
         found += loss_flat(history) if from_start else []
-        found += too_noisy(history, limits, views) if not sure else []
+        found += too_noisy(history, limits) if not sure else []
+        found += hidden_loss(history, views) if not (sure or running) else []
     return tuple(found)
 
 
@@ -212,8 +215,8 @@ def misaligned(views: Sequence[View]) -> list[str]:
     return found
 
 
-def too_noisy(history: History, limits: Sequence[Limits], views: Sequence[View]) -> list[str]:
-    """Steps that lead nowhere, and a loss whose noise is larger than it and its change."""
+def too_noisy(history: History, limits: Sequence[Limits]) -> list[str]:
+    """Steps that lead nowhere."""
     found = []
     for item, label, values in _components(history, limits):
         steps = np.diff(values[-_JITTER_ROWS - 1 :])
@@ -232,16 +235,21 @@ def too_noisy(history: History, limits: Sequence[Limits], views: Sequence[View])
                 f"{label} goes back and forth by {size:.2g} a step and gets nowhere: the steps are "
                 "noise; take four times the samples, larger pictures or a smaller learning rate"
             )
+    return found
+
+
+def hidden_loss(history: History, views: Sequence[View]) -> list[str]:
+    """A loss whose noise is larger than it and its change."""
     iteration, loss, error = _validations(history)
     level = math.sqrt(max((float(np.mean(np.square(v.reference))) for v in views), default=0.0))
     hidden = len(loss) >= 3 and abs(loss[-1] - loss[0]) < error[-1] and loss[-1] < 2 * error[-1]
-    if hidden and math.sqrt(error[-1]) > _NOISE_OF_PHOTO * level > 0:
-        found.append(
-            f"Noise hides the loss: {loss[0]:.2g} at first and {loss[-1]:.2g} after "
-            f"{iteration[-1]} iterations, both known to {error[-1]:.2g} only; take four times the "
-            "samples or larger pictures"
-        )
-    return found
+    if not (hidden and math.sqrt(error[-1]) > _NOISE_OF_PHOTO * level > 0):
+        return []
+    return [
+        f"Noise hides the loss: {loss[0]:.2g} at first and {loss[-1]:.2g} after {iteration[-1]} "
+        f"iterations, both known to {error[-1]:.2g} only, and some values are not known; take four "
+        "times the samples or larger pictures (Draft has few of both, to check the set-up)"
+    ]
 
 
 def _components(

@@ -70,9 +70,9 @@ def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     if not bright or not captures or any(item.free_gain == "none" for item in captures):
         return []
     return [
-        f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior of a "
-        "gain (about 1, within a factor of two) holds the brightness; set the gain of one photo to "
-        "none to hold it by that photo"
+        f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior "
+        "of a gain (about 1, within a factor of two) holds the brightness; set the gain of one "
+        "photo to none to hold it by that photo"
     ]
 
 
@@ -97,8 +97,8 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
         return []
     colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
     return [
-        f"{_ENVIRONMENT} and {' and '.join(colours)} compensate for each other, since no material or "
-        "lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
+        f"{_ENVIRONMENT} and {' and '.join(colours)} compensate for each other, since no material "
+        "or lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
         "grey card or another known material to photos and scene, or fit one of the two"
     ]
 

@@ -182,8 +182,9 @@ class FitJob:
         ]
         result = self.so_far()
         return diagnose(
-            result["history"], limits, views, from_start=self._from_start, sure=trust.sure(result)
-        )
+            result["history"], limits, views, from_start=self._from_start,
+            sure=trust.sure(result), running=self._fit.state()["running"],
+        )  # fmt: skip
 
     def request_state(self) -> None:
         """Asks for the whole state after the iteration that runs."""
