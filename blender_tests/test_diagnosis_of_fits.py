@@ -72,7 +72,13 @@ def test_a_photo_of_twice_the_exposure(tmp_path, capsys):
 def test_a_camera_that_is_two_pixels_off(tmp_path, capsys):
     notes = fit(tmp_path, capsys, shift=2.0)
     (note,) = [text for text in notes if "silhouette" in text]
-    assert "pixels to the right" in note, notes
+    assert "pixels to the right" in note and "seen through" not in note, notes
+
+
+def test_where_a_material_may_transmit_its_refraction_may_be_wrong(tmp_path, capsys):
+    notes = fit(tmp_path, capsys, "--fit=Body:transmission", shift=2.0)
+    (note,) = [text for text in notes if "silhouette" in text]
+    assert "or what is seen through the body is not right yet" in note, notes
 
 
 @pytest.mark.usefixtures("addon")

@@ -134,6 +134,10 @@ def test_a_photo_that_is_shifted(shift):
     assert float(found[3]) == pytest.approx(abs(shift[1]), abs=0.4)
     assert found[2] == ("right" if shift[0] > 0 else "left")
     assert not shift[1] or found[4] == "down"
+    assert note.endswith("the silhouette does not fit; correct the camera, or mask the rim")
+    (through,) = diagnosis.misaligned([view(photo, picture)], transmits=True)
+    assert "or what is seen through the body is not right yet" in through
+    assert through.endswith("if the outlines differ, correct the camera, or mask the rim")
 
 
 def test_a_mask_that_is_larger_than_the_rendered_ball():

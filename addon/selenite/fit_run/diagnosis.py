@@ -71,17 +71,18 @@ def diagnose(
     from_start: bool = True,
     sure: bool = False,
     running: bool = False,
+    transmits: bool = False,
 ) -> tuple[str, ...]:
     """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down.
     `sure`: a refinement has determined every value, so that noise is known to hide none. `running`:
-    what is left to do may still show what noise hides now.
+    what is left to do may still show what noise hides now. `transmits`: a fitted material refracts.
     """
     if not len(history["iteration"]):
         return ()
     found = [*at_bound(history, limits), *drifting(history, limits)]
     if int(history["iteration"][-1]) >= FIRST_ITERATION:
         found += exposure(views)
-        found += misaligned(views)
+        found += misaligned(views, transmits=transmits)
         found += loss_flat(history) if from_start else []
         found += too_noisy(history, limits) if not sure else []
         found += hidden_loss(history, views) if not (sure or running) else []
@@ -190,27 +191,31 @@ def exposure(views: Sequence[View]) -> list[str]:
     ]
 
 
-def misaligned(views: Sequence[View]) -> list[str]:
-    """Photos that are shifted against their render, or differ at the mask's rim only."""
+def misaligned(views: Sequence[View], *, transmits: bool = False) -> list[str]:
+    """Photos that are shifted against their render, or differ at the mask's rim only. A refraction
+    that is not right yet moves what is seen through the body, with the camera where it was."""
     found = []
+    cause = "the silhouette does not fit"
+    cure = "correct the camera, or mask the rim"
+    if transmits:
+        cause = "the silhouette does not fit, or what is seen through the body is not right yet"
+        cure = "if the outlines differ, correct the camera, or mask the rim"
     for view in views:
         shift = _shift(view)
         rim = _rim(view)
-        cure = "correct the camera, or mask the rim"
         if shift is not None:
             across, down, explained = shift
             side, way = "right" if across > 0 else "left", "down" if down > 0 else "up"
             words = f"{abs(across):.1f} pixels to the {side} and {abs(down):.1f} {way}"
             found.append(
                 f"Photo '{view.id}' lies about {words} of its render "
-                f"({explained:.0%} of the difference): the silhouette does not fit; {cure}"
+                f"({explained:.0%} of the difference): {cause}; {cure}"
             )
         elif rim is not None:
             share, of_pixels = rim
             found.append(
                 f"{share:.0%} of the difference of photo '{view.id}' lies within {_RIM_PIXELS} "
-                f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: the silhouette does not "
-                f"fit; {cure}"
+                f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: {cause}; {cure}"
             )
     return found
 

@@ -41,6 +41,7 @@ class FitPlan:
     model: str
     millimetres: float | None  # in one Blender unit, None where the scene has no units
     stages: tuple[Stage, ...] = ()
+    transmits: bool = False  # a fitted material refracts, or may
 
 
 def prepare(
@@ -119,6 +120,17 @@ def prepare(
         model=model_name(unknowns, fields),
         millimetres=values.millimetres,
         stages=tuple(stages),
+        transmits=_transmits(values, requests),
+    )
+
+
+def _transmits(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
+    """Whether light passes through a fitted material, or a fit may find that it does."""
+    owners = {item.owner for item in requests}
+    return any(item.parameter == "transmission" for item in requests) or any(
+        "transmission" in item.maps or item.values.get("transmission", (0.0,))[0] > 0
+        for item in values.materials
+        if item.name in owners
     )
 
 
