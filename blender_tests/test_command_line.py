@@ -58,6 +58,40 @@ def test_check_reports_problems_with_the_rest(tmp_path, capsys):
     assert report["cameras"]
 
 
+def test_check_reads_photos_as_a_fit_does(scene, tmp_path, capsys):
+    good, square = made.photo(tmp_path / "a.png"), made.photo(tmp_path / "b.png", (24, 24))
+    white = made.photo(tmp_path / "white.png", value=1.0)
+    status, report, err = command(capsys, "check", scene, f"--photo=Camera={good}")
+    assert status == 0, err
+    assert [item["photo"] for item in report["captures"]] == [str(good)]
+    photos = [f"--photo=Camera={item}" for item in (white, square)]
+    masks = [f"--mask={item}={square}" for item in ("Camera", "Sid")]
+    words = ("--silhouette", "-1", "--photo", f"Side={good}")
+    status, report, err = command(capsys, "check", scene, *photos, *masks, *words)
+    assert status == 2
+    causes = {item["object"]: item["cause"] for item in report["problems"]}
+    assert "24 x 24 pixels, camera 'Camera' renders 32 x 24" in causes[f"Photo '{square}'"]
+    assert causes["Camera 'Side'"] == "it is not in the scene"
+    assert causes["Photo 'Sid'"] == "a mask is given but no photo"
+    assert causes["Argument --silhouette"] == "it is -1"
+    assert "24 x 24 pixels, its photo 32 x 24" in causes[f"Mask '{square}'"]
+    status, report, err = command(capsys, "check", scene, f"--photo=Camera={white}")
+    assert status == 2 and "100% clipped" in report["problems"][0]["cause"]
+
+
+@pytest.mark.parametrize("name", ["check", "fit", "next-camera"])
+def test_a_captures_file_that_is_missing_is_the_only_problem(scene, tmp_path, capsys, name):
+    words = (
+        f"--captures={tmp_path / 'no.json'}",
+        f"--mask=Camera={made.photo(tmp_path / 'a.png')}",
+    )
+    more = () if name == "check" else ("--fit=Body:base_color",)
+    status, report, _ = command(capsys, name, scene, *words, *more)
+    assert status == 2
+    (problem,) = report["problems"]
+    assert problem["cause"] == "the file does not exist" and problem["cure"] == "correct the path"
+
+
 def test_render_writes_picture_and_error(scene, tmp_path, capsys):
     out, sem = tmp_path / "o.exr", tmp_path / "sem.exr"
     words = ("render", scene, "--out", str(out), "--sem", str(sem), "--spp", "8", "--width", "16")

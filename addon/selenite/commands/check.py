@@ -4,19 +4,20 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 from .. import mean_free_path, parameters
 from ..fit_run.captures import light_states
-from ..fit_run.captures.files import read_captures_file
 from ..fit_run.captures.light_states import described
 from ..fit_run.captures.prepared import read_captures
 from ..fit_run.plan import build_scene, paths_traced
-from ..fit_run.unknowns import USUAL
-from ..paths import absolute
-from ..problems import BadInput, Problem, listed
+from ..fit_run.unknowns import USUAL, usual_requests
+from ..problems import BadInput, listed
 from ..scene_read.capture_request import CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
+from .capture_arguments import captures_from
 from .scene import open_scene
 from .terminal import say
 
@@ -41,12 +42,17 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         except BadInput as error:
             problems = error.problems
     problems = list(problems)
-    captures = _captures(args, captures_of(scene), problems)
+    captures: Sequence[CaptureRequest] = ()
+    with suppress(BadInput):  # its problems are in `problems`
+        captures = captures_from(args, captures_of(scene), values, problems)
     warnings = list(values.warnings)
     remarks_of: dict[str, list[str]] = {}
     lights_of: dict[str, str] = {}
     if captures:
-        read = read_captures(values, captures, PHOTO_HEIGHT, problems, warnings, packed_photos())
+        owners = {item.owner for item in usual_requests(values, [])}
+        read = read_captures(
+            values, captures, PHOTO_HEIGHT, problems, warnings, packed_photos(), owners
+        )
         remarks_of = {item.id: list(item.warnings) for item in read}
         lights_of = {item.id: described(item.lights) for item in read}
         warnings += light_states.remarks(values, captures)
@@ -89,19 +95,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for remark in remarks:
         say(f"{'render setting' if remark.spoils else 'remark'}: {remark.line()}")
     return report
-
-
-def _captures(
-    args: argparse.Namespace, stored: list[CaptureRequest], problems: list[Problem]
-) -> list[CaptureRequest]:
-    """Those of --captures, or else of the scene."""
-    if args.captures is None:
-        return stored
-    try:
-        return list(read_captures_file(absolute(args.captures)))
-    except BadInput as error:
-        problems += error.problems
-        return []
 
 
 def _model(values: SceneValues) -> str:

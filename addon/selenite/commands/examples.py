@@ -15,6 +15,7 @@ EXAMPLES: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "check": (
         ("what is understood of a scene, and every problem", "check scene.blend"),
+        ("the photos of a fit, before it", "check scene.blend --photo Front=front.exr"),
         ("the same as data for a script", "check scene.blend --json"),
     ),
     "render": (

@@ -11,7 +11,6 @@ from dataclasses import fields, replace
 from typing import Any
 
 from ..fit_run.answer.results import new_folder, size_of
-from ..fit_run.captures.files import read_captures_file
 from ..fit_run.checkpoint import SUFFIX, Recorder, Unfinished, going_on, load
 from ..fit_run.inputs import changes, inputs_of
 from ..fit_run.job import DESCENT, FitFailed, FitJob
@@ -27,9 +26,9 @@ from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
 from ..problems import BadInput, Problem, meant, problems_of
-from ..scene_read.capture_request import AUTO_RESPONSE, MOST_ERODED, CaptureRequest, with_ids
 from ..scene_read.values import SceneValues
 from . import arguments
+from .capture_arguments import captures_from
 from .environment_arguments import with_environment
 from .fit_results import deliver
 from .scene import open_scene
@@ -280,64 +279,3 @@ def _known(
         cause, cure = "it is not fitted", f"{near}add --fit {name}"
         problems.append(Problem(f"Parameter '{name}'", cause, cure))
     return key in found
-
-
-def captures_from(
-    args: argparse.Namespace,
-    stored: Sequence[CaptureRequest],
-    values: SceneValues,
-    problems: list[Problem],
-) -> tuple[CaptureRequest, ...]:
-    """--captures, --photo, or else what is stored; --mask and --exclude add to any, by the id of a
-    photo. The others are those of photos that do not say."""
-    if args.captures:
-        if args.photo:
-            cause, cure = "--photo is given too", "list all photos in the file"
-            problems.append(Problem("Argument --captures", cause, cure))
-        try:
-            stored = read_captures_file(absolute(args.captures))
-        except BadInput as error:
-            problems += error.problems
-    cameras = [*(camera.name for camera in values.cameras), *values.unusable_cameras]
-    given = [CaptureRequest(*pair) for pair in arguments.files(args.photo, problems, cameras)]
-    captures = with_ids(given or stored, (camera.name for camera in values.cameras))
-    masks = _masks(args.mask, captures, problems)
-    excluded = _masks(args.exclude, captures, problems)
-    if args.silhouette is not None and not 0 <= args.silhouette <= MOST_ERODED:
-        cure = f"give a number of pixels from 0 to {MOST_ERODED}"
-        problems.append(Problem("Argument --silhouette", f"it is {args.silhouette}", cure))
-    response = args.response or AUTO_RESPONSE
-    if CaptureRequest("", "", response=response).response_file:
-        response = str(absolute(response))
-    return tuple(
-        replace(
-            item,
-            mask=masks.get(item.id, item.mask),
-            exclude=excluded.get(item.id, item.exclude),
-            gain=item.gain or args.gain or "",
-            align=item.align if item.align is not None else args.align,
-            silhouette=item.silhouette if item.silhouette is not None else args.silhouette,
-            background=item.background or args.background or "",
-            response=response if item.response == AUTO_RESPONSE else item.response,
-        )
-        for item in captures
-    )
-
-
-def _masks(
-    texts: Sequence[str], captures: Sequence[CaptureRequest], problems: list[Problem]
-) -> dict[str, str]:
-    """Files of --mask or --exclude by the id of a photo."""
-    found: dict[str, str] = {}
-    ids = [item.id for item in captures]
-    for name, mask in arguments.files(texts, problems, ids):
-        if name in found:
-            problems.append(Problem(f"Photo '{name}'", "it has two masks", "keep one"))
-        elif name not in ids:
-            camera = name.partition("#")[0]
-            cause = "a mask is given but no photo"
-            near = "" if camera in ids else meant(name, ids)
-            cure = f"{near}add --photo {camera}=FILE"
-            problems.append(Problem(f"Photo '{name}'", cause, cure))
-        found[name] = mask
-    return found

@@ -23,7 +23,8 @@ from ..paths import absolute, is_folder
 from ..problems import BadInput, Problem
 from ..scene_read.values import SceneValues
 from . import arguments
-from .fit import captures_from, unknowns_of
+from .capture_arguments import captures_from
+from .fit import unknowns_of
 from .scene import find_constant, open_scene
 from .terminal import bar, say, say_saved, table
 

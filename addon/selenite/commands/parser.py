@@ -97,9 +97,7 @@ def _command(
 def _add_check(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "check", ".commands.check")
     parser.add_argument("scene", metavar="SCENE.blend")
-    captures = "photos and how they were taken; default: the captures of the scene"
-    group = parser.add_argument_group("photos")
-    group.add_argument("--captures", metavar="FILE.json", help=captures)
+    add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
 
 
 def _add_view(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:

@@ -11,7 +11,7 @@ from ..fit_run.settings import FitSettings, with_overrides
 from ..information.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
-from .fit import captures_from
+from .capture_arguments import captures_from
 from .scene import open_scene
 from .terminal import bar, say, say_saved
 

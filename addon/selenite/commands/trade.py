@@ -17,7 +17,8 @@ from ..trade.expected import Estimate
 from ..trade.measure import Trade
 from ..trade.start import estimate_of, trade_of
 from . import arguments
-from .fit import captures_from, unknowns_of
+from .capture_arguments import captures_from
+from .fit import unknowns_of
 from .scene import open_scene
 from .terminal import bar, say, table
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...json_text import read_json
+from ...paths import MISSING, why_not_file
 from ...problems import BadInput, Problem
 from ...scene_read.capture_request import PACKED, CaptureRequest
 from .lamp_table import LampTable
@@ -21,6 +22,9 @@ def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
     try:
         data = read_json(path)
     except ValueError as error:
+        if why_not_file(path) == MISSING:
+            cause, cure = "the file does not exist", "correct the path"
+            raise BadInput(Problem(title, cause, cure)) from error
         cure = "give a JSON file with 'schema' and 'captures'"
         raise BadInput(Problem(title, f"cannot be read ({error})", cure)) from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
