@@ -3,6 +3,7 @@
 that a fit has found."""
 
 import re
+from pathlib import Path
 
 import bpy
 import made_scenes as made
@@ -41,6 +42,17 @@ def test_a_misspelt_name_is_answered_with_the_one_that_was_meant(
     assert main(["fit", scene, *words]) == 2
     lines = [line for line in capsys.readouterr().err.splitlines() if meant in line]
     assert f"did you mean {permitted}?" in lines[0]
+
+
+def test_an_object_in_place_of_its_material_is_answered_with_the_material(scene, capsys):
+    bpy.data.objects["Body"].name = "Thing"
+    bpy.data.objects.new("Nothing", None)
+    path = made.save(Path(scene).with_name("named.blend"))
+    for name in ("roughness", "base_color_texture"):
+        assert main(["fit", path, f"--fit=Thing:{name}"]) == 2
+        assert "the object of that name has 'Body': use that" in capsys.readouterr().err
+    assert main(["fit", path, "--fit=Nothing:roughness"]) == 2
+    assert "use one of 'Body'" in capsys.readouterr().err
 
 
 def test_the_permitted_names_are_those_of_the_command(scene, tmp_path, capsys):

@@ -268,7 +268,10 @@ def test_a_plain_run_file_is_read(tmp_path: Path) -> None:
         ({"unknowns": [{"owner": "B", "parameter": "x", "grid": 7}]}, "'grid' is 7"),
         ({"captures": "photo.png"}, "'captures' are no list"),
         ({"captures": [{"camera": "Camera"}]}, "'photo' is None"),
-        ({"captures": [{"camera": "C", "photo": "p", "masks": ""}]}, "'masks', which is not known"),
+        (
+            {"captures": [{"camera": "C", "photo": "p", "masks": ""}]},
+            "'masks' is not known; did you mean 'mask'?",
+        ),
         ({"settings": []}, "they are []"),
         ({"settings": {"spp": "4"}}, "'4' is of another type"),
         ({"settings": {"tolerance": 10**400}}, "lies outside"),

@@ -149,7 +149,10 @@ def test_no_interval_is_shown_for_what_the_photos_do_not_determine() -> None:
 def test_what_can_compensate_for_it_is_named() -> None:
     text = said(result())
     assert "Body:base_color: not determined by these photos in G" in text
-    assert "Body:ior can compensate for it" in text
+    assert "Body:ior can compensate for it, so it has no interval" in text
+    alone = result()
+    alone["report"]["parameters"]["Body:base_color"]["correlated_with"] = ["", "", ""]
+    assert "in G: values far apart render alike, so it has no interval" in said(alone)
 
 
 def test_what_is_not_determined_comes_with_where_to_find_the_next_photo() -> None:

@@ -180,7 +180,9 @@ def _undetermined(unknown: Unknown, reported: dict[str, Any], alternatives: list
     if alternatives:
         text += f": {' or '.join(alternatives)} in an equivalent alternative minimum"
     elif others:
-        text += f": {' and '.join(sorted(others))} can compensate for it"
+        text += f": {' and '.join(sorted(others))} can compensate for it, so it has no interval"
+    else:
+        text += ": values far apart render alike, so it has no interval"
     return text
 
 

@@ -127,7 +127,8 @@ def find_parameter(
     title = f"Parameter '{parameters.join_name(owner_name, name)}'"
     if owner is None:
         cause = f"no material, light or world of the scene is called '{owner_name}'"
-        problems.append(Problem(title, cause, choice(owner_name, scene.owners)))
+        cure = of_object(scene, owner_name) or choice(owner_name, scene.owners)
+        problems.append(Problem(title, cause, cure))
         return None
     parameter = parameters.table().get((owner.kind, name))
     if parameter is None:
@@ -137,6 +138,14 @@ def find_parameter(
         problems.append(Problem(title, cause, choice(name, names)))
         return None
     return owner, parameter
+
+
+def of_object(scene: SceneValues, name: str) -> str:
+    """The cure where an object is named in place of its material or lamp; "" for any other name."""
+    owners = {owner for item in scene.objects if item.name == name for owner in item.materials}
+    owners |= {item.name for item in scene.lights if item.object == name}
+    found = [owner for owner in scene.owners if owner in owners]
+    return f"the object of that name has {listed(found)}: use that" if found else ""
 
 
 def _fittable(owner: Owner, names: Sequence[str]) -> list[str]:

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
+from ..problems import choice
+
 #: A photo that is packed in the .blend: this and the name of its image.
 PACKED = "packed:"
 #: Degrees of freedom of a photo's gain: none, one for all channels, one for each.
@@ -129,9 +131,7 @@ class CaptureRequest:
         known = {entry.name for entry in fields(CaptureRequest)}
         for key in data:
             if key not in known:
-                raise ValueError(
-                    f"a photo of it has the key '{key}', which is not known; use {', '.join(known)}"
-                )
+                raise ValueError(f"its key '{key}' is not known; {choice(key, sorted(known))}")
         return CaptureRequest(
             camera=_text(data, "camera"),
             photo=_text(data, "photo"),

@@ -30,6 +30,8 @@ FILES: list[tuple[str, Any, str]] = [
     ("mesh.abc", "Ogawa", "Alembic"),
     ("mesh.usdc", "PXR-USDC", "USD"),
     ("mesh.stl", "solid a", "STL"),
+    ("scene.blend", "(\xb5/\xfd compressed", "Blender"),
+    ("scene", "BLENDER-v405", "Blender"),
 ]  # fmt: skip
 
 

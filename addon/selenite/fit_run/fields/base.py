@@ -19,6 +19,7 @@ from ...scene_read.values import Owner, SceneValues
 from ..field_kinds import FieldKind
 from ..request import UnknownRequest
 from ..settings import FitSettings
+from ..unknowns import of_object
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +110,8 @@ def material_of(scene: SceneValues, request: UnknownRequest, title: str) -> Owne
     if owner is None or owner.kind != "material":
         names = [item.name for item in scene.owners.values() if item.kind == "material"]
         cause = f"no material of the scene is called '{request.owner}'"
-        raise BadInput(Problem(title, cause, choice(request.owner, names)))
+        cure = of_object(scene, request.owner) or choice(request.owner, names)
+        raise BadInput(Problem(title, cause, cure))
     return owner
 
 

@@ -89,8 +89,8 @@ def window_of(
             f"{camera.width} x {camera.height}{turned}"
         )
         cure = (
-            f"give its 'size', {list(file_size)} for a whole photo, or "
-            "change the resolution of the scene to the same aspect"
+            f"give its 'size', {list(file_size)} for a whole photo, in the captures or the panel, "
+            "or change the resolution of the scene to the same aspect"
         )
         problems.append(Problem(title, cause, cure))
         return None

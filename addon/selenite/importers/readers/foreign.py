@@ -13,6 +13,7 @@ from .files import Place
 _OTHER = "export it as COLMAP, Bundler, transforms.json or Metashape's XML"
 _MESH = "export the mesh as OBJ, PLY, X3D or glTF"
 _PROJECT = "open it and use File > Export > Export Cameras"
+_SCENE = "it is a scene already: run 'selenite check' and 'selenite fit' with it"
 #: What stands near the beginning of a file, whose that is, and the cure.
 _CONTENTS = (
     (b'"sfm_data_version"', "OpenMVG", _OTHER),
@@ -36,12 +37,14 @@ _STARTS = (
     (b"; FBX", "FBX", _MESH),
     (b"Ogawa", "Alembic", _MESH),
     (b"PXR-USDC", "USD", _MESH),
+    (b"BLENDER", "a Blender file", _SCENE),
     (b"#usda", "USD", _MESH),
 )
 _SUFFIXES = {
     ".stl": ("STL", _MESH),
     ".psz": ("a project of Metashape", _PROJECT),
     ".usdz": ("USD", _MESH),
+    ".blend": ("a Blender file", _SCENE),  # which may be compressed
 }
 _ARCHIVE = b"PK\x03\x04"
 
