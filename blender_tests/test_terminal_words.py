@@ -117,6 +117,13 @@ def test_the_gains_that_were_found_are_said(scene, tmp_path, capsys, kind, count
     assert [float(found[i]) for i in (3, 4, 5)] == pytest.approx(row["shift"], abs=0.01)
 
 
+def test_gains_beside_an_unknown_light_are_said_at_its_level(scene, tmp_path, capsys):
+    more = ("--fit=World:environment", "--environment-size=8", "--gain=scalar", "--iterations=4")
+    _, said = fit(capsys, scene, tmp_path, 1.5, "--fit=Body:roughness", *more)
+    (line,) = [line for line in said.splitlines() if line.startswith("Photo Camera: gain")]
+    assert "(90 %, at this level of World:environment: " in line
+
+
 def test_of_photos_without_a_gain_nothing_is_said(scene, tmp_path, capsys):
     _, said = fit(capsys, scene, tmp_path, 1.0, "--fit=Body:base_color", "--iterations=2")
     assert "Body:base_color:" in said

@@ -78,7 +78,8 @@ def test_before_a_fit_free_gains_are_told_with_what_makes_up_for_them() -> None:
     for name in ("Body:base_color", "Body:albedo_grid", "Key:power", "World:color"):
         (text,) = said_before(["Body:ior", name], "one", "one")
         assert text.startswith(f"The gain of every photo is free, and {name} can compensate for it")
-    assert said_before(["World:environment"], "one")
+    both = said_before(["Body:base_color", "World:environment"], "one")
+    assert "World:environment can compensate" in both[0], "light comes first"
     assert not said_before(["Body:ior"], "one"), "no matter of brightness"
     assert not said_before(["Body:base_color"], "one", "none"), "one photo holds it"
     assert not said_before(["Body:base_color"]), "no photos"

@@ -69,6 +69,7 @@ def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     bright = [n for n in names if n == _ENVIRONMENT or n.rpartition(":")[2] in _LIGHT + _COLOURS]
     if not bright or not captures or any(item.free_gain == "none" for item in captures):
         return []
+    bright.sort(key=lambda name: name.rpartition(":")[2] in _COLOURS)  # light, which nothing ties
     return [
         f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior "
         "of a gain (about 1, within a factor of two) holds the brightness; set the gain of one "

@@ -197,13 +197,16 @@ def summary(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         lines.append(line + _length(item, value, plan))
     for field in plan.fields:
         lines.append(f"{field.name}: {field_text(field, result)}")
-    lines += [line for item in plan.captures if (line := _photo_text(item, result))]
+    # Without a photo of known gain the light has the level that the gains' prior gives it.
+    free = all(item.free_gain != "none" for item in plan.captures)
+    light = next((item.name for item in plan.fields if item.kind.is_environment and free), "")
+    lines += [line for item in plan.captures if (line := _photo_text(item, result, light))]
     return lines + trust.sentences(plan, result)
 
 
-def _photo_text(capture: Capture, result: dict[str, Any]) -> str:
+def _photo_text(capture: Capture, result: dict[str, Any], light: str = "") -> str:
     """What the fit has found of a photo: its gain, with the interval where one is known, and its
-    shift. "" where nothing was free."""
+    shift. "" where nothing was free. light: the field at whose level the interval holds alone."""
     found = _of_capture(capture, result)
     parts = []
     if "gain" in found:
@@ -212,7 +215,8 @@ def _photo_text(capture: Capture, result: dict[str, Any]) -> str:
         ends = [f"{low:.4g} to {high:.4g}" for low, high in intervals if math.isfinite(high)]
         between = "; ".join(ends[:1] if single else ends)
         gain = f"gain {_text(gains[:1] if single else gains)}"
-        parts.append(gain + (f" (90 %: {between})" if between else ""))
+        given = f", at this level of {light}" if light else ""
+        parts.append(gain + (f" (90 %{given}: {between})" if between else ""))
     if "shift" in found:
         across, down, roll = found["shift"]
         parts.append(f"shift {across:.2f}, {down:.2f} pixels, roll {roll:.2f} degrees")
