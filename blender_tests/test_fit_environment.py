@@ -104,6 +104,36 @@ def test_a_fit_finds_the_room_and_the_saved_scene_has_it(photos, tmp_path, capsy
     assert (shown == kept).all(axis=-1).mean() > 0.5  # where the camera sees the world
 
 
+def test_what_nothing_reflects_continues_what_is_seen(photos, tmp_path, capsys):
+    """A ground hides the lower half of a room that is darker than the start."""
+    bpy.ops.mesh.primitive_plane_add(size=200, location=(0, 0, -1.5))
+    bpy.context.object.data.materials.append(made.material("Ground", base_color=(0.5, 0.5, 0.5)))
+    path = made.save(tmp_path / "ground.blend")
+    values = made.read()
+    request = UnknownRequest(*NAME.split(":"), size=128)
+    (field,) = fields.choose(values, [request], [], FitSettings(), [])
+    room = np.full((8, 16, 3), 0.2, np.float32)
+    room[2, 4] = 3.0
+    scene = build(field.in_scene(values)).with_environment(room)
+    words = []
+    for name in ("Camera", "Side"):
+        film = native.core().render(scene, name, 32, 24, 256, seed=98)
+        native.image().write_exr(str(tmp_path / f"{name}.exr"), film.image)
+        words += ["--photo", f"{name}={tmp_path / name}.exr"]
+    status, report, err = fit(
+        capsys, tmp_path, (path, words), "--fit", NAME, "--start", f"{NAME}=1", "--iterations",
+        "8", "--spp", "8",
+    )  # fmt: skip
+    assert status == 0, err
+    row = report["parameters"][NAME]
+    assert 0.4 < row["seen"] < 0.8
+    found = native.image().read(f"{report['folder']}/{row['files'][0]}")[0]
+    hidden, near = found[6:], found[4:6]
+    print(found.mean(axis=-1).round(2))
+    assert near.min() <= hidden.min() and hidden.max() <= near.max()
+    assert hidden[-1].std() < 0.2 * near.std()
+
+
 def test_refusals_name_the_cure_and_write_nothing(photos, tmp_path, capsys):
     asked = [
         (("--fit", f"{NAME},strength"), "fit World:environment alone"),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "fit/objective/alignment.h"
@@ -114,6 +115,27 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
   return {std::move(out), py::array_t<double>({image.height(), image.width(), 3}, values, owner)};
 }
 
+py::array_t<double> environment_gradient(const Scene& scene, const std::string& camera, int width,
+                                         int height, int spp, const Array<float>& weight,
+                                         std::uint64_t seed, int depth, int threads,
+                                         const FrameTuple& frame) {
+  require_shape(weight, "weight", {height, width});
+  std::vector<float> weights(weight.data(), weight.data() + weight.size());
+  const EnvironmentMap& image = scene.environment();
+  const Camera& from = scene.camera(camera);
+  std::vector<double> texels;
+  {
+    py::gil_scoped_release release;
+    texels = render_field_gradient(scene, from, {EnvironmentRef{}},
+                                   {width, height, spp, seed, depth, threads, frame_of(frame)},
+                                   mean_of_pixels(std::move(weights)))
+                 .fields[0];
+  }
+  py::array_t<double> found({image.height(), image.width(), 3});
+  std::copy(texels.begin(), texels.end(), found.mutable_data());
+  return found;
+}
+
 }  // namespace
 
 void bind_render(py::module_& m) {
@@ -200,6 +222,13 @@ void bind_render(py::module_& m) {
       "`weight` (height, width), if given), each channel for itself. The film's Jacobian is that "
       "by a shift of the whole (decoded) image.\n"
       "Raises ValueError (no image, one with alpha, a subsurface, weights), KeyError, Cancelled.");
+
+  m.def("environment_gradient", &environment_gradient, "scene"_a, "camera"_a, "width"_a, "height"_a,
+        "spp"_a, py::kw_only(), "weight"_a, "seed"_a = 0, "depth"_a = 0, "threads"_a = 0,
+        "frame"_a = FrameTuple{},
+        "Derivative of the picture's mean, weighted by `weight` (height, width), by each pixel of\n"
+        "the world's image, each channel for itself: its (height, width, 3) float64, row 0 at the\n"
+        "top. The rest as `render`. Raises ValueError (no image, weights), KeyError, Cancelled.");
 }
 
 }  // namespace selenite

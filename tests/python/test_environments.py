@@ -153,3 +153,23 @@ def test_no_more_suns_than_asked_for_and_none_without_a_spot() -> None:
     found, rest = bright_spots.suns(image, 2)
     assert len(found) == 2 and rest[5, 3, 0] == 40
     assert found[0].irradiance[0] / found[1].irradiance[0] == pytest.approx(90 / 60, rel=0.01)
+
+
+def test_what_is_not_known_of_a_sphere_is_continued_smoothly() -> None:
+    rows, columns = 8, 16
+    image = np.zeros((rows, columns, 3), np.float32)
+    image[:4] = np.random.default_rng(3).uniform(0.5, 1.5, (4, columns, 3))
+    known = np.zeros((rows, columns), bool)
+    known[:4] = True
+    found = sphere.continued(image, known)
+    assert np.array_equal(found[:4], image[:4])
+    # Between the least and the largest value beside it, and ever smoother away from there.
+    edge = image[3]
+    assert (found[4:] >= edge.min(axis=0)).all() and (found[4:] <= edge.max(axis=0)).all()
+    assert (np.diff(found[3:].std(axis=1), axis=0) < 0).all()
+    assert np.allclose(found[-1].mean(axis=0), edge.mean(axis=0), rtol=1e-4)
+    # The first column is beside the last one.
+    turned = sphere.continued(np.roll(image, 5, axis=1), known)
+    assert np.allclose(turned, np.roll(found, 5, axis=1), atol=1e-6)
+    for same in (np.zeros_like(known), np.ones_like(known)):
+        assert sphere.continued(image, same) is image

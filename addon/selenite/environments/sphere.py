@@ -54,6 +54,34 @@ def mean(image: np.ndarray) -> tuple[float, float, float]:
     return float(total[0]), float(total[1]), float(total[2])
 
 
+def continued(image: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """The image with those pixels that are not known, (h, w) bool, as smooth as can be: they
+    minimise the integral of the squared gradient over the sphere beside the known ones. Unchanged
+    where none is known."""
+    if known.all() or not known.any():
+        return image
+    rows, columns = known.shape
+    places = np.arange(rows * columns).reshape(rows, columns)
+    down, across = np.pi / rows, 2 * np.pi / columns
+    middles = np.sin(np.pi * (np.arange(rows) + 0.5) / rows)
+    edges = np.sin(np.pi * np.arange(1, rows) / rows)
+    horizontal = np.broadcast_to((down / (across * middles))[:, None], places.shape)
+    vertical = np.broadcast_to((across * edges / down)[:, None], (rows - 1, columns))
+    first = np.concatenate([places.ravel(), places[:-1].ravel()])
+    second = np.concatenate([np.roll(places, -1, axis=1).ravel(), places[1:].ravel()])
+    weight = np.concatenate([horizontal.ravel(), vertical.ravel()])
+    matrix = np.zeros((places.size, places.size))
+    for a, b in ((first, second), (second, first)):
+        np.add.at(matrix, (a, a), weight)
+        np.add.at(matrix, (a, b), -weight)
+    is_known = known.ravel()
+    flat = image.reshape(-1, image.shape[-1]).astype(np.float64)
+    open_ones = matrix[~is_known]
+    right = -open_ones[:, is_known] @ flat[is_known]
+    flat[~is_known] = np.linalg.solve(open_ones[:, ~is_known], right)
+    return flat.reshape(image.shape).astype(image.dtype)
+
+
 def resampled(image: np.ndarray, to_map: np.ndarray, rows: int, columns: int) -> np.ndarray:
     """(rows, columns, 3) float32 in the frame of the world: the mean over each pixel of what the
     image shows there, so that no small bright light is missed.

@@ -17,12 +17,13 @@ import numpy as np
 
 from ... import __version__, mean_free_path, native
 from ...atomic_files import write_json
+from ...environments import sphere
 from ...parameters import Values
 from ...paths import file_stems
 from .. import trust
 from ..captures.prepared import Capture
 from ..captures.render import alignment_of, as_found, render_capture
-from ..fields import FieldUnknown, images
+from ..fields import EnvironmentUnknown, FieldUnknown, environment, images
 from ..gauge import gauges
 from ..job import fitted_values, scene_at
 from ..pictures import comparison, plots, sheet
@@ -127,15 +128,20 @@ def finished(
     result: dict[str, Any],
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> dict[str, Any]:
-    """The result with those texels of its images that no photo sees kept or filled, and with the
-    keys `coverage` (see `fields.images`) and `fitted_means`, of all texels before that. Renders
-    where there are images."""
-    if not any(item.kind.is_image for item in plan.fields):
+    """The result with those texels of its images that no photo sees kept or filled, those of the
+    world's continued from the others, and with the keys `coverage` (see `fields.images`) and
+    `fitted_means`, of all texels before that. Renders where there are images."""
+    if not any(item.kind.is_image or item.kind.is_environment for item in plan.fields):
         return result
     means = {item.name: item.mean(result["fields_best"][item.name]) for item in plan.fields}
+    scene = scene_at(plan, result)
     final, coverage = images.finished(
-        plan.fields, result["fields_best"], scene_at(plan, result), plan.captures, progress
+        plan.fields, result["fields_best"], scene, plan.captures, progress
     )
+    for item in plan.fields:
+        if isinstance(item, EnvironmentUnknown):
+            found = coverage[item.name] = environment.coverage(item, scene, plan.captures)
+            final[item.name] = sphere.continued(final[item.name], environment.seen(found))
     return result | {"fields_best": final, "coverage": coverage, "fitted_means": means}
 
 

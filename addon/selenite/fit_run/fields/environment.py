@@ -17,6 +17,8 @@ from ...parameters import Values
 from ...paths import file_stems
 from ...problems import BadInput, Problem, listed
 from ...scene_read.values import Owner, SceneValues, WorldValues
+from ..captures.prepared import Capture
+from ..captures.render import under_its_lights
 from ..field_kinds import KINDS
 from ..request import UnknownRequest
 from ..settings import FitSettings
@@ -30,6 +32,9 @@ PROJECTIONS = ("equirect", "mirror_ball")
 _MOST_RADIANCE, _GREY = 1e4, 0.05
 #: Rows of the picture that shows the image to people; each texel is a square of it.
 _VIEW_ROWS = 128
+#: Samples of a pixel that tell the coverage, and the share of its mean over the sphere below which
+#: a texel counts as not seen (docs/measurements/fields.md).
+_COVERAGE_SPP, _HARDLY_SEEN = 4, 0.01
 #: Share of its texels that are at most half as bright as white in that picture.
 _SHOWN = 0.9
 _NAME = "World"  # of its owner, as the native module calls it
@@ -82,8 +87,9 @@ class EnvironmentUnknown(FieldUnknown):
         native.image().write_png(view, view_of(values))
 
     def about(self, values: np.ndarray, coverage: np.ndarray | None) -> dict[str, Any]:
-        """Texels across and down, and the files."""
-        return {"texels": [int(n) for n in values.shape[1::-1]], "files": self.files}
+        """Texels across and down, the share of them that photos see, and the files."""
+        share = {} if coverage is None else {"seen": float(seen(coverage).mean())}
+        return {"texels": [int(n) for n in values.shape[1::-1]], **share, "files": self.files}
 
 
 def view_of(values: np.ndarray) -> np.ndarray:
@@ -95,6 +101,26 @@ def view_of(values: np.ndarray) -> np.ndarray:
     times = max(1, _VIEW_ROWS // values.shape[0])
     shown = np.clip(scaled, 0, 1).repeat(times, axis=0).repeat(times, axis=1)
     return np.ascontiguousarray(shown, np.float32)
+
+
+def coverage(field: EnvironmentUnknown, scene: Any, captures: Sequence[Capture]) -> np.ndarray:  # noqa: ANN401
+    """(h, w): what all photos, pixels weighted as they count, change by with a texel, over its
+    share of the sphere. scene: native, with the image."""
+    total = np.zeros(field.values.shape[:2])
+    for item in captures:
+        height, width = item.reference.shape[:2]
+        if item.lights["world"]:
+            total += native.core().environment_gradient(
+                under_its_lights(scene, item), item.camera, width, height, _COVERAGE_SPP,
+                weight=item.weight, frame=item.frame,
+            ).mean(axis=2)  # fmt: skip
+    return total / sphere.solid_angles(*total.shape)[:, None]
+
+
+def seen(found: np.ndarray) -> np.ndarray:
+    """(h, w) bool: the texels that photos tell something of."""
+    angles = sphere.solid_angles(*found.shape)[:, None]
+    return found > _HARDLY_SEEN * float((angles * found).sum() / (4 * np.pi))
 
 
 def fitted_environment(
@@ -127,7 +153,7 @@ def environment_unknown(
     owner = _world_of(scene, request, title)
     strength = scene.world.strength
     if request.unseen:
-        cause = "what photos see of the world is not known"
+        cause = "texels of the world that no photo sees always continue the others"
         raise BadInput(Problem(title, cause, "leave --unseen out"))
     if any((item.owner, item.parameter.name) == (_NAME, "strength") for item in others):
         cause = "World:strength, which is fitted too, multiplies it: only their product is seen"
