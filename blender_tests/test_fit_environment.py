@@ -129,7 +129,6 @@ def test_what_nothing_reflects_continues_what_is_seen(photos, tmp_path, capsys):
     assert 0.4 < row["seen"] < 0.8
     found = native.image().read(f"{report['folder']}/{row['files'][0]}")[0]
     hidden, near = found[6:], found[4:6]
-    print(found.mean(axis=-1).round(2))
     assert near.min() <= hidden.min() and hidden.max() <= near.max()
     assert hidden[-1].std() < 0.2 * near.std()
 
