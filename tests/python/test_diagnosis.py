@@ -135,6 +135,11 @@ def test_a_photo_that_is_shifted(shift):
     assert found[2] == ("right" if shift[0] > 0 else "left")
     assert not shift[1] or found[4] == "down"
     assert note.endswith("the silhouette does not fit; correct the camera, or mask the rim")
+    seen = history({"Body:roughness": converged()})
+    for end in ({"running": True}, {"explained": True}):
+        shifted = [view(photo, picture)]
+        assert not diagnose(seen, [ROUGHNESS], shifted, transmits=True, **end)
+        assert len(diagnose(seen, [ROUGHNESS], shifted, **end)) == 1
     (through,) = diagnosis.misaligned([view(photo, picture)], transmits=True)
     assert "or what is seen through the body is not right yet" in through
     assert through.endswith("if the outlines differ, correct the camera, or mask the rim")

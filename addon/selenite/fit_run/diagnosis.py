@@ -72,17 +72,20 @@ def diagnose(
     sure: bool = False,
     running: bool = False,
     transmits: bool = False,
+    explained: bool = False,
 ) -> tuple[str, ...]:
     """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down.
     `sure`: a refinement has determined every value, so that noise is known to hide none. `running`:
-    what is left to do may still show what noise hides now. `transmits`: a fitted material refracts.
+    what is left to do may still show what noise hides now. `transmits`: a fitted material refracts,
+    and moves edges until the end. `explained`: the photos are, within noise.
     """
     if not len(history["iteration"]):
         return ()
     found = [*at_bound(history, limits), *drifting(history, limits)]
     if int(history["iteration"][-1]) >= FIRST_ITERATION:
         found += exposure(views)
-        found += misaligned(views, transmits=transmits)
+        if not (transmits and (running or explained)):
+            found += misaligned(views, transmits=transmits)
         found += loss_flat(history) if from_start else []
         found += too_noisy(history, limits) if not sure else []
         found += hidden_loss(history, views) if not (sure or running) else []

@@ -184,7 +184,7 @@ class FitJob:
         return diagnose(
             result["history"], limits, views, from_start=self._from_start,
             sure=trust.sure(result), running=self._fit.state()["running"],
-            transmits=self.plan.transmits,
+            transmits=self.plan.transmits, explained=trust.explained(result),
         )  # fmt: skip
 
     def request_state(self) -> None:
