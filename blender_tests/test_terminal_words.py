@@ -50,7 +50,7 @@ def test_an_object_in_place_of_its_material_is_answered_with_the_material(scene,
     path = made.save(Path(scene).with_name("named.blend"))
     for name in ("roughness", "base_color_texture"):
         assert main(["fit", path, f"--fit=Thing:{name}"]) == 2
-        assert "the object of that name has 'Body': use that" in capsys.readouterr().err
+        assert "use one of 'Body', which the object of that name has" in capsys.readouterr().err
     assert main(["fit", path, "--fit=Nothing:roughness"]) == 2
     assert "use one of 'Body'" in capsys.readouterr().err
 

@@ -145,7 +145,7 @@ def of_object(scene: SceneValues, name: str) -> str:
     owners = {owner for item in scene.objects if item.name == name for owner in item.materials}
     owners |= {item.name for item in scene.lights if item.object == name}
     found = [owner for owner in scene.owners if owner in owners]
-    return f"the object of that name has {listed(found)}: use that" if found else ""
+    return f"use one of {listed(found)}, which the object of that name has" if found else ""
 
 
 def _fittable(owner: Owner, names: Sequence[str]) -> list[str]:
