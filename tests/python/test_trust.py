@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -131,7 +132,7 @@ def test_intervals_with_voxels_are_valid_if_the_misfit_is_theirs() -> None:
     of_grid = "90 %, provided that the misfit is that of Body:albedo_grid: 0.280 to 0.320"
     assert trust.words(ROUGHNESS, left) == [of_grid]
     assert "5.0 % of the photos' brightness is not explained: Body:albedo_grid has" in said(left)
-    light = left | {"fields_best": {"World:environment": [0.5]}}
+    light = left | {"fields_best": {"World:environment": np.full((8, 16, 3), 0.5)}}
     assert "the misfit is that of World:environment" in trust.words(ROUGHNESS, light)[0]
     assert "not explained: World:environment has not converged" in said(light)
     assert "check lights" not in said(left)
@@ -243,3 +244,16 @@ def test_a_transmission_that_an_image_can_compensate_for_is_reported(
     words = trust.words(unknown("transmission"), found)
     assert bool(words) is reported and all("If yours is opaque" in line for line in words)
     assert trust.words(ROUGHNESS, found) == []
+
+
+@pytest.mark.parametrize("name", ["roughness", "coat_roughness"])
+def test_a_roughness_beside_an_unknown_light_depends_on_its_texels(name: str) -> None:
+    found = result()
+    found["report"]["parameters"][f"Body:{name}"] = found["report"]["parameters"]["Body:roughness"]
+    assert not trust.depends_on_texels(unknown(name), found)
+    found["fields_best"] = {"World:environment": np.zeros((16, 32, 3))}
+    assert trust.depends_on_texels(unknown(name), found)
+    assert not trust.depends_on_texels(IOR, found)
+    said = [line for line in trust.words(unknown(name), found) if "512 texels" in line]
+    assert len(said) == 1
+    assert not any("texels" in line for line in trust.words(IOR, found))

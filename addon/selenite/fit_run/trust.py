@@ -14,6 +14,7 @@ from .gauge import gauges
 from .plan import FitPlan
 from .unknowns import Unknown
 
+_WORLD_IMAGE = join_name("World", "environment")
 #: Between these an image of the same body can compensate for a transmission.
 _PART_CLEAR = (0.05, 0.95)
 #: Standard error of a misfit beyond which it says nothing: a fifth of the brightness, squared. And
@@ -114,7 +115,7 @@ def words(unknown: Unknown, result: dict[str, Any]) -> list[str]:
         for (low, high), ok in zip(reported["interval_90"], reported["determined"], strict=True)
     ]
     if any(reported["determined"]):
-        lines.append(f"{_confidence(result)}: {'; '.join(intervals)}")
+        lines += [f"{_confidence(result)}: {'; '.join(intervals)}", *_under_texels(unknown, result)]
     if not all(reported["determined"]):
         lines.append(_undetermined(unknown, reported, _alternatives(unknown, result)))
     bounds = {side for side in reported["at_bound"] if side}
@@ -153,6 +154,23 @@ def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]
         "the image can compensate for it: a paler image on a partly transmitting body renders much "
         "like a darker one on an opaque body. If yours is opaque, set it to 0, leave it out and "
         "fit again"
+    ]
+
+
+def depends_on_texels(unknown: Unknown, result: dict[str, Any]) -> bool:
+    """Whether it is a roughness beside an image of the world: how finely this tells directions
+    apart moves it, and no interval knows of it. Measured: docs/measurements/fields.md."""
+    roughness = unknown.parameter.name.rpartition("_")[2] == "roughness"
+    return roughness and _WORLD_IMAGE in (result.get("fields_best") or {})
+
+
+def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
+    if not depends_on_texels(unknown, result):
+        return []
+    rows, columns = np.shape(result["fields_best"][_WORLD_IMAGE])[:2]
+    return [
+        f"the interval takes the {rows * columns} texels of {_WORLD_IMAGE} for the light: fit "
+        "again with another number of them, and do not rely on a value that changes"
     ]
 
 

@@ -28,7 +28,8 @@ _LEAST = 1e-6
 class Finding:
     """One fitted parameter. low and high: ends of the 90 % interval, () where there is none.
 
-    sureness: SURE; WEAK for a long interval, a value at its bound or photos that are not explained;
+    sureness: SURE; WEAK for a long interval, a value at its bound, a roughness beside an unknown
+    image of the world, or photos that are not explained;
     OPEN where the photos do not determine it; UNKNOWN where no interval was computed.
     bar: both ends, and place: the value, between 0 and 1 of the bounds, means over channels.
     """
@@ -151,7 +152,8 @@ def _finding(
     )
     bounds = entry["at_bound"]
     at_bound = any(bounds if isinstance(bounds, list) else [bounds])
-    sureness = SURE if explained and not long and not at_bound else WEAK
+    weak = long or at_bound or trust.depends_on_texels(unknown, result)
+    sureness = SURE if explained and not weak else WEAK
     return Finding(unknown.owner, name.name, name.unit, value, low, high, sureness, bar, place)
 
 
