@@ -140,6 +140,7 @@ py::tuple read_small(const FilePath& path, int width, int height,
                  [](std::uint8_t value) { return value != 0; });
   py::dict info = info_dict(photo.info);
   info["counts"] = counts_dict(photo.counts);
+  info["isolated"] = photo.isolated;
   py::object mask_info = py::none();
   if (mask) {
     mask_info = info_dict(photo.mask_info);

@@ -134,6 +134,39 @@ TEST(ResidualModel, APixelsOwnResidualLeavesItsWeightAlone) {
             model.precision(before, 0)[3 * (kPixel + 1)]);
 }
 
+/// An even photo of 90 pixels with rare bright ones, brought to 64: each of those lies in several pixels.
+Photo with_spread_fireflies(std::uint64_t seed) {
+  constexpr int kLarge = 90;
+  Photo photo = grey_capture(kLarge);
+  for (std::size_t i = 0; i < photo.size(); ++i) {
+    const Random random(seed, static_cast<std::uint32_t>(i), 0);
+    photo.reference[i] = Colorf(random.uniform(0) < 0.03 ? 10.3f : 0.3f);  // 0.6 in the mean
+  }
+  check_photo(photo);
+  Photo small = photo.resized(kSide);
+  check_photo(small);
+  return small;
+}
+
+/// By which factor weights of this photo, once its residuals are learned, make an even render of 0.6 of it.
+double weighted_brightness(const Photo& photo) {
+  Eigen::VectorXf shown(3 * kSide * kSide);
+  for (std::size_t i = 0; i < photo.size(); ++i)
+    shown.segment<3>(static_cast<Eigen::Index>(3 * i)).setConstant(photo.reference[i][0]);
+  const PhotoResiduals learned = residuals(photo, shown.array() - 0.6f);
+  const Eigen::VectorXf weights = ResidualModel(std::span(&learned, 1)).precision(learned, 0);
+  return static_cast<double>(weights.dot(shown)) / static_cast<double>(weights.sum()) / 0.6;
+}
+
+// Else a fit finds the median of such a photo: two thirds of its light, and is sure of it.
+TEST(ResidualModel, BrightPixelsThatAFilterHasSpreadLeaveTheirWeightsAlone) {
+  double sum = 0;
+  constexpr int kPhotos = 20;
+  for (std::uint64_t seed = 1; seed <= kPhotos; ++seed)
+    sum += weighted_brightness(with_spread_fireflies(seed));
+  EXPECT_NEAR(sum / kPhotos, 1, 0.03);
+}
+
 /// Renders of the ramp with `noise` of a sample and the error `relative(pixel)`, `iterations` of them.
 void learn(PhotoWeights& weights, const Photo& photo, int iterations, double noise,
            const std::function<double(std::size_t)>& relative) {

@@ -25,7 +25,8 @@ def plan_of(*names: str) -> Any:
         )
         for name in names
     ]  # fmt: skip
-    return SimpleNamespace(unknowns=unknowns, fields=[])
+    photo = SimpleNamespace(id="Front", isolated=0.0)
+    return SimpleNamespace(unknowns=unknowns, fields=[], captures=[photo])
 
 
 def result_of(
@@ -51,7 +52,7 @@ def result_of(
 
 
 def verdict(plan: Any, result: dict[str, Any]) -> tuple[str, str]:
-    return module._verdict(findings(plan, result), result, fields=False)
+    return module._verdict(plan, findings(plan, result), result)
 
 
 def test_a_short_interval_is_sure_and_a_long_one_weak() -> None:
@@ -72,6 +73,16 @@ def test_what_photos_do_not_determine_is_open_and_has_no_interval() -> None:
     icon, text = verdict(plan, result)
     assert icon == OPEN and "1 of 2 values are not determined" in text
     assert "Suggest Next Camera" in text
+
+
+def test_photos_that_have_not_converged_make_every_value_weak() -> None:
+    plan = plan_of("roughness")
+    result = result_of(roughness=(0.28, 0.3, 0.32))
+    assert findings(plan, result)[0].sureness == SURE and verdict(plan, result)[0] == SURE
+    plan.captures[0].isolated = 0.07
+    assert findings(plan, result)[0].sureness == WEAK
+    icon, text = verdict(plan, result)
+    assert icon == WEAK and "Isolated bright pixels" in text and "more samples" in text
 
 
 def test_photos_that_are_not_explained_make_every_value_weak() -> None:

@@ -144,6 +144,21 @@ def test_clipping_that_is_guessed_names_level_and_cure(tmp_path: Path) -> None:
     ]
 
 
+def test_a_photo_that_has_not_converged_is_named_with_share_effect_and_cure(tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    pixels = np.full((48, 64, 3), 0.2, np.float32)
+    clean, problems, warnings = read(write_exr(tmp_path / "a.exr", pixels), size=(64, 48))
+    assert clean is not None and clean.isolated == 0 and not problems and not warnings
+    pixels[random.random((48, 64)) < 0.02] = 5
+    noisy, problems, warnings = read(write_exr(tmp_path / "b.exr", pixels), size=(64, 48))
+    assert noisy is not None and not problems
+    assert 0.1 < noisy.isolated < 0.4
+    (text,) = warnings
+    assert f"{100 * noisy.isolated:.1f}% of its light is in " in text and "b.exr" in text
+    assert "wrong by more than their intervals say" in text and "more samples" in text
+    assert noisy.warnings == (text,)
+
+
 def test_a_mask_is_read_by_the_same_rules(tmp_path: Path) -> None:
     photo = write_exr(tmp_path / "a.exr", plain())
     values = np.ones((HEIGHT, WIDTH))

@@ -60,9 +60,10 @@ def result(**changes: Any) -> dict[str, Any]:
     return {"report": report, "search": search}
 
 
-def said(found: dict[str, Any], fields: tuple[str, ...] = ()) -> str:
+def said(found: dict[str, Any], fields: tuple[str, ...] = (), isolated: float = 0.0) -> str:
     named = [SimpleNamespace(name=name) for name in fields]
-    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR], fields=named)
+    photos = [SimpleNamespace(id="Front", isolated=isolated)]
+    plan: Any = SimpleNamespace(unknowns=[ROUGHNESS, COLOUR, IOR], fields=named, captures=photos)
     return "\n".join(trust.sentences(plan, found))
 
 
@@ -80,6 +81,12 @@ def test_a_gauge_is_among_the_sentences() -> None:
     direction = {"deviation": 0.3, "components": ["Body:base_color[0]"], "captures": ["Front"]}
     seen["report"]["weak_directions"] = [direction]
     assert "Body:base_color and the gain of Front compensate for each other" in said(seen)
+
+
+def test_photos_that_have_not_converged_are_named_beside_the_misfit() -> None:
+    assert "isolated" not in said(result())
+    text = said(result(), isolated=0.07)
+    assert "Much light of 'Front' is in isolated bright pixels" in text
 
 
 def test_a_value_that_is_known_has_error_and_interval() -> None:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..parameters import join_name
+from ..problems import listed
 from .field_kinds import IN_PLACE_OF
 from .gauge import gauges
 from .plan import FitPlan
@@ -80,6 +81,12 @@ def explained(result: dict[str, Any]) -> bool:
     """Whether the photos are explained within noise, and noise does not hide whether they are."""
     left = misfit(result)
     return left is not None and bool(left["explained"]) and not left["hidden"]
+
+
+def unconverged(plan: FitPlan) -> list[str]:
+    """Ids of photos with much light in isolated bright pixels. Their noise has tails that no
+    interval knows of: the light of rare paths may be missing from a photo, or be there twice."""
+    return [item.id for item in plan.captures if item.isolated > 0]
 
 
 def _fields(result: dict[str, Any]) -> str:
@@ -234,6 +241,12 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         )
     if left is not None:
         lines.append(_misfit_text(left, _fields(result)))
+    noisy = unconverged(plan)
+    if noisy:
+        lines.append(
+            f"Much light of {listed(noisy)} is in isolated bright pixels: values may be wrong by "
+            "more than their intervals say"
+        )
     found = result.get("search") or {}
     if found.get("points"):
         went = "continued from another one" if found["moved"] else "kept the given one"

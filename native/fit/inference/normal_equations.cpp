@@ -1,7 +1,31 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/inference/normal_equations.h"
 
+#include <algorithm>
+
+#include "fit/problem/shared_pixels.h"
+
 namespace selenite {
+namespace {
+
+/// Covariance of the sum of all terms, one row a pixel, where noise reaches the pixels beside its own:
+/// sums over all squares of 3 pixels. Source: Newey and West 1987, Econometrica 55 (weights of Bartlett).
+Eigen::MatrixXd covariance_of_sum(const Photo& photo, const Eigen::MatrixXd& terms) {
+  constexpr int kSide = 3;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(terms.cols(), terms.cols());
+  Vector sum(terms.cols());
+  for (int top = 1 - kSide; top < photo.height; ++top)
+    for (int left = 1 - kSide; left < photo.width; ++left) {
+      sum.setZero();
+      for (int y = std::max(top, 0); y < std::min(top + kSide, photo.height); ++y)
+        for (int x = std::max(left, 0); x < std::min(left + kSide, photo.width); ++x)
+          sum += terms.row(static_cast<Eigen::Index>(y) * photo.width + x).transpose();
+      covariance.noalias() += sum * sum.transpose();
+    }
+  return covariance / (kSide * kSide);
+}
+
+}  // namespace
 
 void NormalEquations::remove(Eigen::Index k) {
   for (Eigen::MatrixXd* one : {&normal, &normal_variance, &score_covariance}) {
@@ -19,6 +43,8 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
   Eigen::MatrixXd noise_a(n, n), noise_b(n, n);
   Vector term(n);
   Eigen::MatrixXd slopes(n, n);
+  const bool neighbours_share = shares_pixels(photo);
+  Eigen::MatrixXd terms = Eigen::MatrixXd::Zero(neighbours_share ? pixels : 0, n);
   clusters.begin_photo(photo);
   for (Eigen::Index i = 0; i < pixels; ++i) {
     if (weight[3 * i] == 0 && weight[3 * i + 1] == 0 && weight[3 * i + 2] == 0) continue;
@@ -45,8 +71,12 @@ void NormalEquations::add(const Photo& photo, const GaussNewton::PhotoEquations&
     gradient += term;
     normal += slopes;
     clusters.add(static_cast<std::size_t>(i), term, slopes);
-    score_covariance.noalias() += term * term.transpose();
+    if (neighbours_share)
+      terms.row(i) = term.transpose();
+    else
+      score_covariance.noalias() += term * term.transpose();
   }
+  if (neighbours_share) score_covariance += covariance_of_sum(photo, terms);
   const Halves& halves = equations.of_photo ? *equations.of_photo : equations.whole.residual;
   shared.add(photo, halves.residual_a, halves.residual_b, weight);
 }

@@ -60,11 +60,24 @@ struct ThreeEquations {
   }
 };
 
+/// Squared slope of the edge that runs through each pixel, 3 numbers a pixel: the product of the slopes on
+/// both sides of it, along the direction in which they agree best. A bright pixel of the photo's noise has
+/// none, also where an area filter has spread it over neighbours: around it slopes oppose each other.
+Eigen::VectorXf squared_edge_slopes(const Photo& photo) {
+  const Eigen::MatrixX2f slopes = alignment_slopes(photo).leftCols<2>();
+  Eigen::VectorXf squares = Eigen::VectorXf::Zero(slopes.rows());
+  const Eigen::Index row = 3 * static_cast<Eigen::Index>(photo.width);
+  for (int y = 1; y + 1 < photo.height; ++y)
+    for (Eigen::Index i = row * y + 3; i < row * (y + 1) - 3; ++i)
+      for (const Eigen::Index side : {Eigen::Index{3}, row - 3, row, row + 3})
+        squares[i] = std::max(squares[i], slopes.row(i - side).dot(slopes.row(i + side)));
+  return squares;
+}
+
 }  // namespace
 
 ErrorScales::ErrorScales(const Photo& photo)
-    : relative(brightness(photo).cwiseAbs2()),
-      shift(alignment_slopes(photo).leftCols<2>().rowwise().squaredNorm()) {
+    : relative(brightness(photo).cwiseAbs2()), shift(squared_edge_slopes(photo)) {
   double mean = 0;
   for (std::size_t i = 0; i < photo.size(); ++i)
     for (int c = 0; c < 3; ++c) mean += photo.share(i) * std::max(photo.reference[i][c], 0.f);

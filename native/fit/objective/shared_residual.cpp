@@ -8,6 +8,7 @@
 
 #include "fit/problem/pixel_weights.h"
 #include "fit/problem/saved_state.h"
+#include "fit/problem/shared_pixels.h"
 
 namespace selenite {
 namespace {
@@ -15,13 +16,15 @@ namespace {
 /// Each pair of neighbours once: from one of them to the other, in x and y.
 constexpr std::array<std::pair<int, int>, 4> kForward{{{1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
 
-/// Calls `of(i, j)` for each pair of neighbouring pixels that both count.
+/// Calls `of(i, j)` for each pair of neighbouring pixels that both count. Where neighbours share pixels of
+/// the photo's file, and with them its noise, the next but one take their place.
 template <class OfPair>
 void for_pairs(const Photo& photo, OfPair&& of) {
+  const int step = shares_pixels(photo) ? 2 : 1;
   for (int y = 0; y < photo.height; ++y)
     for (int x = 0; x < photo.width; ++x)
       for (const auto& [dx, dy] : kForward) {
-        const int p = x + dx, q = y + dy;
+        const int p = x + step * dx, q = y + step * dy;
         if (p < 0 || p >= photo.width || q >= photo.height) continue;
         const auto i = static_cast<std::size_t>(y) * photo.width + x;
         const auto j = static_cast<std::size_t>(q) * photo.width + p;

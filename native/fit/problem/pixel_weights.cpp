@@ -2,6 +2,9 @@
 #include "fit/problem/pixel_weights.h"
 
 #include <algorithm>
+#include <cstdlib>
+
+#include "fit/problem/shared_pixels.h"
 
 namespace selenite {
 namespace {
@@ -55,13 +58,17 @@ Eigen::VectorXf mean_around(const Eigen::VectorXf& level, const Photo& photo, in
   // Sums over the others themselves: the pixel's own number would leave its rounding in a difference.
   const auto at = [&](int x, int y) { return static_cast<std::size_t>(y) * photo.width + x; };
   Eigen::VectorXf out = level;
+  const int own = shares_pixels(photo) ? 1 : 0;
+  const auto is_own = [&](int across, int down) {
+    return std::abs(across) <= own && std::abs(down) <= own;
+  };
   for (int y = 0; y < photo.height; ++y)
     for (int x = 0; x < photo.width; ++x) {
       Eigen::Array3d sum = Eigen::Array3d::Zero();
       int count = 0;
       for (int q = std::max(y - radius, 0); q <= std::min(y + radius, photo.height - 1); ++q)
         for (int p = std::max(x - radius, 0); p <= std::min(x + radius, photo.width - 1); ++p) {
-          if ((p == x && q == y) || photo.weight[at(p, q)] == 0) continue;
+          if (is_own(p - x, q - y) || photo.weight[at(p, q)] == 0) continue;
           sum += level.segment<3>(static_cast<Eigen::Index>(3 * at(p, q))).array().cast<double>();
           ++count;
         }

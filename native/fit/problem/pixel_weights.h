@@ -56,7 +56,8 @@ Eigen::VectorXf noise_weights(const Photo& photo, std::size_t photos,
                               const PixelWeightsOptions& options = kPixelWeights);
 
 /// Mean around each pixel over those of the square of 2 `radius` + 1 that count, without that pixel
-/// itself; its own value where there is no other.
+/// itself, and without the 8 beside it if they share pixels of the file with it; its own value where
+/// there is no other.
 Eigen::VectorXf mean_around(const Eigen::VectorXf& column, const Photo& photo, int radius);
 
 /// Mean over squares of 2 `radius` + 1 pixels, within the picture.

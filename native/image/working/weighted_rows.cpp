@@ -91,6 +91,7 @@ const WeightedRows::Row& WeightedRows::at(int y) {
     row.inside[x] = row.weight[x] > 0;
     row.counts[x] = row.weight[x] > 0 && use_[x] == PixelUse::kCounts;
   }
+  isolated_.add(y, row.rgb.data(), row.inside.data());
   return row;
 }
 

@@ -8,6 +8,7 @@
 
 #include "image/photo_rows.h"
 #include "image/resize.h"
+#include "image/working/isolated_light.h"
 
 namespace selenite {
 
@@ -45,7 +46,7 @@ class WeightedRows {
   };
 
   WeightedRows(const PhotoRows& photo, const std::vector<PhotoMask>& masks)
-      : photo_(photo), masks_(masks) {}
+      : photo_(photo), masks_(masks), isolated_(photo.info().width, photo.info().height) {}
   /// Valid until `forget_before`.
   const Row& at(int y);
   /// Rows above `y` will not be asked for again.
@@ -53,12 +54,14 @@ class WeightedRows {
   const PictureInfo& info() const { return photo_.info(); }
   /// Of the rows that were asked for.
   const PixelCounts& counts() const { return counts_; }
+  const IsolatedLight& isolated() const { return isolated_; }
 
  private:
   const PhotoRows& photo_;
   const std::vector<PhotoMask>& masks_;
   std::map<int, Row> rows_;
   PixelCounts counts_;
+  IsolatedLight isolated_;
   std::vector<PixelUse> use_;
 };
 

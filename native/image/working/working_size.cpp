@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <utility>
 
@@ -161,6 +162,18 @@ void check_size(const std::string& path, int width, int height, const Reading& r
                           " pixels, which have " + std::to_string(corners));
 }
 
+void report_isolated(const IsolatedLight& isolated, WorkingPhoto& result) {
+  constexpr double kWorthSaying = 0.01;
+  if (!(isolated.share() > kWorthSaying)) return;
+  result.isolated = isolated.share();
+  std::array<char, 32> percent{};
+  std::snprintf(percent.data(), percent.size(), "%.1f%%", 100 * result.isolated);
+  result.info.warnings.push_back(
+      std::string(percent.data()) + " of its light is in " + std::to_string(isolated.count()) +
+      " isolated bright pixels, as in a render with too few samples: values may be wrong by more "
+      "than their intervals say; render it with more samples or larger lamps");
+}
+
 }  // namespace
 
 WorkingPhoto read_at_size(const std::string& path, int width, int height, const Reading& reading) {
@@ -190,6 +203,7 @@ WorkingPhoto read_at_size(const std::string& path, int width, int height, const 
     result.counts = rows.counts();
     for (std::string& text : photo.remarks(result.counts))
       result.info.warnings.push_back(std::move(text));
+    report_isolated(rows.isolated(), result);
   });
   return result;
 }

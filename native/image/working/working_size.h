@@ -17,6 +17,7 @@ struct WorkingPhoto {
   std::vector<float> weight;         ///< (height, width) in [0, 1]: alpha times masks
   std::vector<std::uint8_t> inside;  ///< (height, width): alpha and masks are nowhere 0 below
   PixelCounts counts, mask_counts;   ///< of the pixels of the files
+  double isolated = 0;  ///< share of light in isolated bright pixels; 0: not worth telling
 };
 
 /// How a photo is brought to the size of a fit.

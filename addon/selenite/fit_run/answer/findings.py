@@ -29,7 +29,7 @@ class Finding:
     """One fitted parameter. low and high: ends of the 90 % interval, () where there is none.
 
     sureness: SURE; WEAK for a long interval, a value at its bound, a roughness beside an unknown
-    image of the world, or photos that are not explained;
+    image of the world, or photos that are not explained or have not converged;
     OPEN where the photos do not determine it; UNKNOWN where no interval was computed.
     bar: both ends, and place: the value, between 0 and 1 of the bounds, means over channels.
     """
@@ -57,9 +57,9 @@ class InShort:
 def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
     """In the order of the plan, without grids and images."""
     values = fitted_values(plan, result)
-    explained = trust.explained(result)
+    trusted = trust.explained(result) and not trust.unconverged(plan)
     return [
-        _finding(item, values[item.owner, item.parameter.name], result, explained=explained)
+        _finding(item, values[item.owner, item.parameter.name], result, trusted=trusted)
         for item in plan.unknowns
     ]
 
@@ -67,13 +67,14 @@ def findings(plan: FitPlan, result: dict[str, Any]) -> list[Finding]:
 def in_short(plan: FitPlan, result: dict[str, Any]) -> InShort:
     """Whether the photos are explained, which values are open, and the next thing to do."""
     found = findings(plan, result)
-    icon, text = _verdict(found, result, fields=bool(plan.fields))
+    icon, text = _verdict(plan, found, result)
     report = [*summary(plan, result), *result.get("notes", ())]
     return InShort(text, icon, tuple(report))
 
 
-def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) -> tuple[str, str]:
+def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) -> tuple[str, str]:
     """(icon, sentence)"""
+    fields = bool(plan.fields)
     if result.get("kept_start") and not trust.explained(result):  # else the start was right
         return OPEN, (
             "Nothing better than the start was found: check lights, cameras and masks, then fit "
@@ -99,6 +100,11 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
         return WEAK, (
             "Noise of the renders hides whether the photos are explained: fit again with more "
             "samples."
+        )
+    if trust.unconverged(plan):
+        return WEAK, (
+            "Isolated bright pixels have much of the photos' light: values may be wrong by more "
+            "than their intervals say. Render the photos with more samples and fit again."
         )
     if not left["explained"] and not fields:
         share = 100 * max(left["value"], 0.0) ** 0.5
@@ -126,9 +132,7 @@ def _verdict(found: Sequence[Finding], result: dict[str, Any], *, fields: bool) 
     return SURE, "The photos are explained within noise: apply the values."
 
 
-def _finding(
-    unknown: Unknown, value: Values, result: dict[str, Any], *, explained: bool
-) -> Finding:
+def _finding(unknown: Unknown, value: Values, result: dict[str, Any], *, trusted: bool) -> Finding:
     entry = trust.entries(unknown, result)
     name = unknown.parameter
     place = _mean([_place(unknown, x) for x in value])
@@ -153,7 +157,7 @@ def _finding(
     bounds = entry["at_bound"]
     at_bound = any(bounds if isinstance(bounds, list) else [bounds])
     weak = long or at_bound or trust.depends_on_texels(unknown, result)
-    sureness = SURE if explained and not weak else WEAK
+    sureness = SURE if trusted and not weak else WEAK
     return Finding(unknown.owner, name.name, name.unit, value, low, high, sureness, bar, place)
 
 

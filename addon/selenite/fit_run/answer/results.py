@@ -120,7 +120,7 @@ def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
         across, down, roll = alignment_of(capture, result)
         columns, rows = capture.photo_size
         found["shift"] = [across * columns / width, down * rows / height, math.degrees(roll)]
-    return {**found, "mask_share": capture.mask_share}
+    return {**found, "mask_share": capture.mask_share, "isolated_light": capture.isolated}
 
 
 def finished(

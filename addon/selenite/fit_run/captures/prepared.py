@@ -46,6 +46,8 @@ class Capture:
     gain: factor on what the camera renders, (r, g, b); as an unknown it starts elsewhere.
     lights: which were on, and where lamps stood: see light_states.light_state.
     warnings: what the reader says of photo and mask.
+    isolated: share of the photo's light in isolated bright pixels, as of a render that has not
+    converged; 0 where it is not worth telling.
     """
 
     id: str
@@ -61,6 +63,7 @@ class Capture:
     lights: Mapping[str, Any] = field(default_factory=lambda: dict(AS_IN_SCENE))
     warnings: tuple[str, ...] = ()
     window: tuple[float, float, float, float] = WHOLE
+    isolated: float = 0.0
 
     @property
     def frame(self) -> tuple[Any, ...]:
@@ -212,7 +215,7 @@ def _read(
     capture = Capture(
         request.id, camera.name, request.photo, size, reference, weight, window.aspect,
         window=window.fractions, free_gain=request.gain or "none",
-        align=bool(request.align),
+        align=bool(request.align), isolated=info["isolated"],
     )  # fmt: skip
     weight = masked(
         request, reference, weight, inside, capture.frame, silhouettes, problems, remarks
