@@ -7,7 +7,7 @@
 namespace selenite {
 namespace {
 
-constexpr float kTimes = 2;  // as bright as the neighbours
+constexpr float kTimes = 3;  // as bright as the neighbours
 
 }  // namespace
 

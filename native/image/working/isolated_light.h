@@ -12,7 +12,7 @@ namespace selenite {
 /// The light of isolated bright pixels: rare bright paths of a render that has not converged, or hot
 /// pixels of a camera.
 ///
-/// A pixel is isolated if it is more than twice as bright as all but the brightest of its 8 neighbours.
+/// A pixel is isolated if it is more than three times as bright as all but the brightest of its 8 neighbours.
 /// An edge, a line and a highlight of a lens have two bright pixels side by side. A highlight of one
 /// pixel is isolated too, as bright as its lamp. So the 8 brightest are left out of the share.
 /// False alarms: docs/measurements/fits.md, "Photos that have not converged".
