@@ -33,7 +33,8 @@ void IsolatedLight::judge(int y) {
   for (std::size_t i = 0; i < 3; ++i) rows[i] = rows_.at(y - 1 + static_cast<int>(i)).level.data();
   for (std::size_t x = 1; x + 1 < static_cast<std::size_t>(width_); ++x) {
     const float level = rows[1][x];
-    float first = -1, second = -1, least = level;  // of the neighbours
+    if (level <= kTimes * std::min(rows[1][x - 1], rows[1][x + 1])) continue;  // most are not
+    float first = -1, second = -1, least = level;                              // of the neighbours
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t at = x - 1; at <= x + 1; ++at) {
         if (i == 1 && at == x) continue;
