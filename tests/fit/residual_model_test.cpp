@@ -134,6 +134,26 @@ TEST(ResidualModel, APixelsOwnResidualLeavesItsWeightAlone) {
             model.precision(before, 0)[3 * (kPixel + 1)]);
 }
 
+TEST(ErrorScales, AnEdgeHasItsSlopeInEveryDirectionAndABrightPixelNone) {
+  const auto shift_at = [](const std::function<bool(int, int)>& bright, int x, int y) {
+    Photo photo = grey_capture(kSide);
+    for (int i = 0; i < kSide * kSide; ++i)
+      photo.reference[static_cast<std::size_t>(i)] =
+          Colorf(bright(i % kSide, i / kSide) ? 3.f : 1.f);
+    check_photo(photo);
+    return ErrorScales(photo).shift[3 * (y * kSide + x)];
+  };
+  EXPECT_FLOAT_EQ(shift_at([](int x, int) { return x < 30; }, 30, 20), 1);
+  EXPECT_FLOAT_EQ(shift_at([](int, int y) { return y < 20; }, 30, 20), 1);
+  EXPECT_FLOAT_EQ(shift_at([](int x, int y) { return x + y < 50; }, 30, 20), 2);
+  EXPECT_FLOAT_EQ(shift_at([](int x, int y) { return x - y < 10; }, 30, 20), 2);
+  for (int x = 28; x < 33; ++x)
+    for (int y = 18; y < 23; ++y) {
+      EXPECT_EQ(shift_at([](int p, int q) { return p == 30 && q == 20; }, x, y), 0);
+      EXPECT_EQ(shift_at([](int p, int q) { return p / 2 == 15 && q / 2 == 10; }, x, y), 0);
+    }
+}
+
 /// An even photo of 90 pixels with rare bright ones, brought to 64: each of those lies in several pixels.
 Photo with_spread_fireflies(std::uint64_t seed) {
   constexpr int kLarge = 90;
