@@ -44,6 +44,7 @@ def main() -> int:
     parser.add_argument("--height", type=int, default=128, help="of the photos (%(default)s)")
     parser.add_argument("--iterations", type=int, default=20, help="%(default)s")
     parser.add_argument("--modifier", action="store_true", help="the faces come from a modifier")
+    parser.add_argument("--repeat", type=int, default=1, help="of Refresh and Start (%(default)s)")
     parser.add_argument("--size", default="640x480", help="of the window (%(default)s)")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
@@ -55,6 +56,7 @@ def main() -> int:
             "SELENITE_BENCH_ITERATIONS": options.iterations,
             "SELENITE_BENCH_MODIFIER": int(options.modifier),
             "SELENITE_BENCH_PHOTOS": folder,
+            "SELENITE_BENCH_REPEAT": options.repeat,
         }
         command, env = window_command(SCRIPT, options.size, folder)
         env = {**os.environ, **env, **{key: str(value) for key, value in settings.items()}}

@@ -78,6 +78,17 @@ def test_factory_settings_spoil_the_picture_and_are_set():
     assert render_settings.set_for_fit(bpy.context.scene) == []
 
 
+def test_settings_are_named_as_blender_shows_them():
+    scene = bpy.context.scene
+    own = scene.render.bl_rna.properties["engine"].enum_items[0]
+    for engine, name in ((own.identifier, own.name), ("BLENDER_WORKBENCH", "Workbench")):
+        scene.render.engine = engine
+        found = remarks()["Render Engine"]
+        assert (found.value, found.wanted) == (name, "Cycles") and "_" not in name
+    found = remarks()
+    assert found["Pixel Filter"].value == "Blackman-Harris"
+
+
 def test_volume_bounces_matter_where_there_is_a_medium():
     material = made.studio()
     tree = material.node_tree

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import bpy
 import made_scenes as made
 import pytest
-from drawn_panels import draw
+from drawn_panels import FakeLayout, draw
 
 from selenite.interface import panels
 from selenite.interface.rows import details, lists
+from selenite.interface.texts import text_width, wrapped
 from selenite.scene_read import hosts
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
@@ -171,3 +172,32 @@ def test_the_head_names_the_next_step(settings):
     assert "selenite.tick_usual" in draw(panels.SELENITE_PT_head)
     bpy.ops.selenite.tick_usual()
     assert "selenite.start" in draw(panels.SELENITE_PT_head)
+
+
+def drawn_row(row, width):
+    """What the list draws of a row in a region of so many pixels."""
+    layout = FakeLayout()
+    scale = bpy.context.preferences.system.ui_scale or 1.0
+    region = SimpleNamespace(width=width * scale)
+    context = SimpleNamespace(
+        scene=bpy.context.scene, preferences=bpy.context.preferences, region=region
+    )
+    lists.SELENITE_UL_rows.draw_item(None, context, layout, None, row, 0, None, "")
+    return layout.drawn
+
+
+def test_no_name_is_cut_where_the_sidebar_is_as_narrow_as_it_opens(settings):
+    row = row_of(settings, "Hidden", "roughness")
+    row.label = "Transmission Roughness"
+    assert "Transmission Roughness" in drawn_row(row, 400) and row.value in drawn_row(row, 400)
+    name = next(item for item in drawn_row(row, 199) if "Roughness" in item)
+    assert name.startswith("Trans") and name.endswith(". Roughness")
+    assert row.value not in drawn_row(row, 199), "a value beside it would cut the name"
+    room = 199 - lists._TAKEN - lists._MARGIN
+    for item in (row for row in settings.rows if row.owner == "Hidden"):
+        drawn = [text for text in drawn_row(item, 199) if text and text != item.value]
+        assert text_width(drawn[-1]) <= room or " " not in item.label, drawn
+
+
+def test_a_number_stays_with_its_per_cent():
+    assert wrapped("bias 1.43 % of it", 9) == ["bias", "1.43 % of", "it"]

@@ -2,6 +2,8 @@
 """Geometry, instances and cameras are read as they render, not as the viewport shows them."""
 
 import math
+import threading
+import time
 
 import bpy
 import made_geometry as geometry
@@ -11,6 +13,7 @@ import pytest
 
 from selenite.cycles_check import render as cycles
 from selenite.cycles_check.compare import Estimate, misfit
+from selenite.scene_read.reading.entry import Entry
 
 pytestmark = [pytest.mark.blender, pytest.mark.blender34]
 
@@ -349,3 +352,28 @@ def test_cycles_renders_the_same(case, tmp_path, native):
     print(case, found)
     assert abs(found["relative_bias_beyond_noise"]) < 0.005
     assert found["relative_rmse_beyond_noise"] < 0.01
+
+
+def test_the_thread_waits_for_a_redraw_before_it_evaluates_and_before_it_reads():
+    entry, passed = Entry(), []
+    entry.arm()
+
+    def render():
+        for place in (entry._wait_to_evaluate, entry._wait_to_enter, entry.entered):
+            place()
+            passed.append(place.__name__)
+
+    thread = threading.Thread(target=render)
+    thread.start()
+    try:
+        time.sleep(0.1)
+        assert passed == []
+        assert entry.let_on(), "a small scene is evaluated at once, and its thread enters"
+        time.sleep(0.1)
+        assert passed == ["_wait_to_evaluate", "_wait_to_enter"]
+        assert not entry.let_on()
+    finally:
+        entry.disarm()
+        thread.join()
+    assert passed[-1] == "entered"
+    assert entry._wait_to_evaluate not in bpy.app.handlers.render_pre

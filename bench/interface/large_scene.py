@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "blender_tests" / "gui"))
 from _driving import in_window, made, press_escape, run, window  # noqa: E402
@@ -16,9 +17,9 @@ from _driving import in_window, made, press_escape, run, window  # noqa: E402
 from selenite.interface import panels, state  # noqa: E402
 
 TICK = 0.1
-FACES, HEIGHT, ITERATIONS, MODIFIER = (
+FACES, HEIGHT, ITERATIONS, MODIFIER, REPEAT = (
     int(os.environ[f"SELENITE_BENCH_{name}"])
-    for name in ("FACES", "HEIGHT", "ITERATIONS", "MODIFIER")
+    for name in ("FACES", "HEIGHT", "ITERATIONS", "MODIFIER", "REPEAT")
 )
 PHOTOS = sorted(Path(os.environ["SELENITE_BENCH_PHOTOS"]).glob("View*.png"))
 
@@ -52,6 +53,28 @@ class Ticks:
 TICKS = Ticks()
 
 
+def ball(segments):
+    """A smooth UV sphere, segments * segments / 2 faces; Blender's own operator takes minutes."""
+    rings = segments // 2
+    around, down = np.meshgrid(
+        np.arange(segments) * (2 * np.pi / segments), np.arange(1, rings) * (np.pi / rings)
+    )
+    places = np.stack(
+        [np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)], axis=-1
+    )
+    places = np.vstack([places.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]]).astype(np.float32)
+    at = np.arange((rings - 1) * segments).reshape(rings - 1, segments)
+    following = np.roll(at, -1, axis=1)
+    quads = np.stack([at[:-1], at[1:], following[1:], following[:-1]], axis=-1).reshape(-1, 4)
+    top = np.stack([np.full(segments, at.size), at[0], following[0]], axis=-1)
+    bottom = np.stack([np.full(segments, at.size + 1), following[-1], at[-1]], axis=-1)
+    mesh = bpy.data.meshes.new("Body")
+    mesh.from_pydata(places.tolist(), [], [*quads.tolist(), *top.tolist(), *bottom.tolist()])
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), bool))
+    mesh.update()
+    return made.add("Body", mesh)
+
+
 def body():
     """A ball of so many faces, or a cube that a modifier makes one of."""
     material = made.material(base_color=(0.5, 0.4, 0.3), roughness=0.4)
@@ -61,7 +84,7 @@ def body():
         smooth = item.modifiers.new("Smooth", "SUBSURF")
         smooth.levels, smooth.render_levels = 0, round(math.log(FACES / 6, 4))
     else:
-        item = made.sphere(segments=2 * round(math.sqrt(FACES / 2)))
+        item = ball(2 * round(math.sqrt(FACES / 2)))
     item.data.materials.append(material)
     item.display_type = "BOUNDS"
     return item
@@ -167,7 +190,14 @@ def steps():
         for area in window()[0].screen.areas:
             area.tag_redraw()
         yield 0.5
-    yield from pressed("Refresh", bpy.ops.selenite.refresh_rows)
+    for _ in range(REPEAT):
+        yield from pressed("Refresh", bpy.ops.selenite.refresh_rows)
+    for _ in range(REPEAT - 1):
+        yield from start()
+        in_window(bpy.ops.selenite.cancel)
+        yield from ended("Cancel to stopped")
+        TICKS.enter("after Cancel")
+        yield 2.0
     yield from start()
     while state.RUN.job is not None and state.RUN.finishing is None:
         yield 0.02

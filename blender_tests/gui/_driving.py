@@ -84,17 +84,19 @@ def press_escape():
 
 
 def run(steps, panels, shown=None):
-    """Registers the add-on and goes through the generator `steps`; `shown`: panels that are drawn.
+    """Registers the add-on and goes through the generator `steps`; `shown`: panels of the tab,
+    with the head; None: all of them.
 
     The steps begin without any object. Each yield waits: a number of seconds, or a condition that
     must come true. Blender quits at the end, with status 1 after a failure.
     """
     import selenite
 
-    # The sidebar shows its first tab, and a script cannot choose another one in Blender 3.4.
-    for item in panels.CLASSES:
-        if issubclass(item, bpy.types.Panel) and (shown is None or item in shown):
-            item.bl_category = "Item"
+    # Panels of another tab leave room: the sidebar shows its first one, which the head is in, and
+    # a script cannot choose another one in Blender 3.4.
+    for item in panels.CLASSES if shown is not None else ():
+        if issubclass(item, bpy.types.Panel) and item not in (panels.SELENITE_PT_head, *shown):
+            item.bl_category = "Other"
     selenite.register()
     sequence, waiting = _in_empty_scene(steps), [0.0, 0]
     bpy.app.timers.register(lambda: _drive(sequence, waiting), first_interval=1.0, persistent=True)

@@ -39,8 +39,6 @@ def steps():
     engine = bpy.context.scene.render.engine
 
     in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
-    yield rendering
-    picture("checking")
     yield lambda: state.CHECK.job is None
     assert state.CHECK.lines and state.CHECK.sheet.is_file()
     yield 0.5
@@ -58,6 +56,7 @@ def steps():
 
     in_window(bpy.ops.selenite.check_in_cycles, "INVOKE_DEFAULT")
     yield rendering
+    picture("checking")
     in_window(bpy.ops.selenite.cancel_check)
     yield lambda: state.CHECK.job is None
     yield 0.5

@@ -147,4 +147,4 @@ def steps():
     picture("6_stopped")
 
 
-run(steps, panels, shown=())
+run(steps, panels)

@@ -44,6 +44,8 @@ def steps():
     in_window(bpy.ops.selenite.apply, "EXEC_DEFAULT", True)
     yield 0.5
     assert shown() == "Body_base_color.png"
+    yield state.is_idle
+    yield 0.5
     picture("applied")
     in_window(bpy.ops.ed.undo)
     yield 0.5

@@ -53,7 +53,4 @@ def steps():
 
 
 import_tools.SELENITE_PT_reconstruction.bl_options = set()
-# Here the sidebar opens with the tab of tools.
-import_tools.SELENITE_PT_reconstruction.bl_category = "Tool"
-panels.SELENITE_PT_captures.bl_category = "Tool"
-run(steps, panels, set())
+run(steps, panels, {panels.SELENITE_PT_captures})

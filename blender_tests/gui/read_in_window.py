@@ -143,4 +143,4 @@ def steps():
     assert read_scene(bpy.context.scene).triangle_count() == 2 * 6 * 4**3 + 12
 
 
-run(steps, panels, {panels.SELENITE_PT_fit})
+run(steps, panels, {panels.SELENITE_PT_fit, panels.SELENITE_PT_parameters})

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The 3D view stays visible while the scene is read."""
 
-import time
+import threading
 
 import bpy
 from _driving import PICTURES, in_window, made, run, whole_screen
@@ -9,7 +9,8 @@ from _driving import PICTURES, in_window, made, run, whole_screen
 from selenite.interface import panels, state
 from selenite.scene_read.reading import render_depsgraph
 
-SLOW = 1.0  # seconds of a reading
+SEEN = threading.Event()  # the reading waits for it
+LONGEST = 20.0  # seconds
 
 
 def brightness(name):
@@ -32,7 +33,7 @@ def steps():
     read = render_depsgraph.GraphRender.read
 
     def slow(self, *arguments):
-        time.sleep(SLOW)
+        SEEN.wait(LONGEST)
         read(self, *arguments)
 
     render_depsgraph.GraphRender.read = slow
@@ -43,10 +44,12 @@ def steps():
         bpy.context.view_layer.update()
         yield 1.0
         before = brightness("before")
+        SEEN.clear()
         in_window(bpy.ops.selenite.refresh_rows, "INVOKE_DEFAULT")
-        yield 0.4
+        yield 1.0
         assert state.READING.job is not None
         seen = brightness(f"reading {segments}")
+        SEEN.set()
         assert abs(seen - before) < 0.1 * before, (seen, before)
         yield lambda: state.READING.job is None
         bpy.data.objects.remove(item)

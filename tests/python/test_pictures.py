@@ -157,6 +157,8 @@ def test_sheet_shows_every_photo_and_stays_readable_for_forty() -> None:
     assert one[0] > 220 and forty[0] < 40 * 220
     assert list(tiles) == ["photo", "start", "fit", "|start - photo|", "|fit - photo|"]
     assert tiles["|start - photo|"][0, 0] == pytest.approx(0.1)
+    fitted = sheet.of_fit({"A": tiles}, 0.2, 570).pixels.shape
+    assert fitted[1] <= 570 < one[1], "an editor shows it in its own pixels, so words stay readable"
 
 
 @pytest.mark.parametrize(

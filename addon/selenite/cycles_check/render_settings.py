@@ -17,6 +17,7 @@ from typing import Any
 import bpy
 
 from ..scene_read import hosts
+from .setting_text import setting_text
 
 #: Bounces that count as unlimited: Russian roulette has ended nearly every path before.
 MANY = 1024
@@ -272,7 +273,10 @@ def remarks(scene: bpy.types.Scene, contents: Contents) -> list[Remark]:
     """
     found = []
     for setting, value in _judged(scene, contents):
-        texts = _text(value), _text(setting.value)
+        texts = (
+            setting_text(scene, setting.path, value),
+            setting_text(scene, setting.path, setting.value),
+        )
         found.append(Remark(setting.name, *texts, setting.cost, not setting.remark))
     if contents.random_walks:
         value = f"Multiscatter GGX in {', '.join(contents.random_walks)}"
@@ -385,9 +389,3 @@ def _put(scene: bpy.types.Scene, path: str, value: object) -> None:
     except TypeError:
         if not isinstance(value, str):
             raise
-
-
-def _text(value: Any) -> str:
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    return f"{value:g}" if isinstance(value, (int, float)) else str(value)

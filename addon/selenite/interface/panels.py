@@ -10,6 +10,7 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit_run.job import DESCENT
+from ..parameters import join_name
 from ..scene_read.photos import ids_of
 from . import state
 from .captures import lights as capture_lights
@@ -229,8 +230,11 @@ def _draw_running(layout: bpy.types.UILayout, context: bpy.types.Context) -> Non
     _draw_staging(layout, context)
     if math.isfinite(progress.loss):
         layout.label(text=f"{translated('Loss')} {progress.loss:.5g}")
+    rows = context.scene.selenite.rows
+    labels = {join_name(row.owner, row.parameter): f"{row.label}, {row.owner}" for row in rows}
     for name, value in progress.values.items():
-        paragraph(layout, context, f"{name}  {'  '.join(f'{x:.3f}' for x in value)}")
+        numbers = "  ".join(f"{x:.3f}" for x in value)
+        paragraph(layout, context, f"{labels.get(name, name)}: {numbers}")
     _draw_notes(layout, context, progress.notes)
     if state.RUN.recorder is not None and state.RUN.recorder.trouble:
         _draw_notes(layout, context, [state.RUN.recorder.trouble])

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import blf
 import bpy
 
 from .messages import Messages
@@ -18,11 +19,15 @@ MESSAGES = Path(__file__).parent / "furniture" / "messages"
 #: Width of a letter in pixels at a scale of the interface of 1, on average, and what a panel keeps
 #: for itself at both sides.
 _LETTER, _MARGIN = 6.6, 46
+_UNKNOWN = 258.0  # of a region without a width
 _FEWEST = 18
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 #: Letters of a line in a pop-up, see result.panel.
 _POP_UP = 62
 _LABEL = 0.45  # of the width
+_STEM = 3  # letters of an abbreviation
+#: Pixels of a point, as Blender draws a label: a word of 65 pixels at 11 points has 71 there.
+_POINT = 1.09
 
 
 def translated(text: str) -> str:
@@ -66,25 +71,54 @@ def _messages(locale: str) -> Messages | None:
     return None
 
 
+def region_width(context: bpy.types.Context) -> float:
+    """In pixels, at a scale of the interface of 1."""
+    region = getattr(context, "region", None)
+    if region is None or region.width <= 1:
+        return _UNKNOWN
+    return region.width / (context.preferences.system.ui_scale or 1.0)  # 0 without a window
+
+
 def letters(context: bpy.types.Context, less: int = 0) -> int:
     """How many letters a line of the region holds. less: pixels that are taken, as by an icon."""
     region = getattr(context, "region", None)
-    if region is None or region.width <= 1:
-        return 32
-    if region.type != "UI" and context.area.type == "VIEW_3D":
+    if region is not None and region.type != "UI" and context.area.type == "VIEW_3D":
         return _POP_UP  # drawn over the view
-    width, scale = region.width, context.preferences.system.ui_scale
-    return max(_FEWEST, int((width / scale - _MARGIN - less) / _LETTER))
+    return max(_FEWEST, int((region_width(context) - _MARGIN - less) / _LETTER))
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """A sentence in lines of at most `width` letters; a longer word has a line of its own."""
+    """A sentence in lines of at most `width` letters; a longer word has a line of its own. A number
+    keeps its per cent."""
     lines = [""]
-    for word in text.split():
+    for word in re.split(r"\s+(?!%)", text.strip()):
         if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
             lines.append("")
         lines[-1] = f"{lines[-1]} {word}".strip()
     return lines
+
+
+def abbreviated(text: str, width: float) -> str:
+    """A name in `width` pixels if that can be: "Transm. Roughness". The last word, which tells it
+    from others, stays whole."""
+    *words, last = text.split() or [""]
+    for index, word in enumerate(words):
+        for end in range(len(word) - 2, _STEM - 1, -1):
+            if text_width(" ".join([*words, last])) <= width:
+                break
+            words[index] = f"{word[:end].rstrip('aeiouäöü')}."
+    return " ".join([*words, last])
+
+
+def text_width(text: str) -> float:
+    """In pixels, at a scale of the interface of 1."""
+    return _width(text, bpy.context.preferences.ui_styles[0].widget.points)
+
+
+@lru_cache(maxsize=512)
+def _width(text: str, points: float) -> float:
+    blf.size(0, points * _POINT)
+    return float(blf.dimensions(0, text)[0])
 
 
 def field(layout: bpy.types.UILayout, data: Any, name: str) -> None:  # noqa: ANN401

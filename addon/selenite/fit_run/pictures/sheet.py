@@ -14,6 +14,7 @@ from .comparison import difference, error_picture, marked, mask_legend
 _GAP, _TEXT, _LEGEND = 8, 22, 34
 #: Height of a tile, and of one where there are many photos.
 _TILE, _SMALL_TILE, _MANY = 220, 130, 12
+_LEAST_TILE = 60
 
 
 def small(
@@ -35,18 +36,28 @@ def small(
     return {title: resized(picture, columns, _TILE) for title, picture in tiles.items()}
 
 
-def of_fit(rows: Mapping[str, Mapping[str, np.ndarray]], scale: float) -> Canvas:
-    """rows: id of a photo -> `small`."""
+def of_fit(
+    rows: Mapping[str, Mapping[str, np.ndarray]], scale: float, width: int | None = None
+) -> Canvas:
+    """rows: id of a photo -> `small`. width: see `sheet`."""
     errors = [tiles["|fit - photo|"] for tiles in rows.values()]
-    return sheet(rows, scale, masked=any(bool(np.isnan(error).any()) for error in errors))
+    masked = any(bool(np.isnan(error).any()) for error in errors)
+    return sheet(rows, scale, masked=masked, width=width)
 
 
 def sheet(
-    rows: Mapping[str, Mapping[str, np.ndarray]], scale: float, *, masked: bool = False
+    rows: Mapping[str, Mapping[str, np.ndarray]],
+    scale: float,
+    *,
+    masked: bool = False,
+    width: int | None = None,
 ) -> Canvas:
     """rows: photo -> title -> picture. (h, w, 3) is linear and shown as sRGB; (h, w) is an error,
-    shown in colours from 0 to `scale`, and NaN where the photo does not count."""
+    shown in colours from 0 to `scale`, and NaN where the photo does not count. width: of the page
+    as it is shown, in pixels, so that its words stay readable; None where that is not known."""
     height = _TILE if len(rows) <= _MANY else _SMALL_TILE
+    if width is not None:
+        height = min(height, *(_height_in(width, tiles) for tiles in rows.values()))
     lines = [
         [(title, _tile(picture, height, scale)) for title, picture in tiles.items()]
         for tiles in rows.values()
@@ -72,6 +83,13 @@ def sheet(
 def write(path: Path, rows: Mapping[str, Mapping[str, np.ndarray]], scale: float) -> None:
     """`sheet` as PNG. Raises OSError."""
     sheet(rows, scale).write(path)
+
+
+def _height_in(width: int, tiles: Mapping[str, np.ndarray]) -> int:
+    """Of tiles that stand side by side in so many pixels."""
+    shapes = [picture.shape for picture in tiles.values()]
+    room = width - _GAP * (len(shapes) + 1)
+    return max(_LEAST_TILE, int(room / sum(columns / rows for rows, columns, *_ in shapes)))
 
 
 def _tile(picture: np.ndarray, height: int, scale: float) -> np.ndarray:

@@ -312,7 +312,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             cure = "choose another folder below and save the result"
             announce(self, {"ERROR"}, f"{text}: {last.work.trouble}; {cure}")
         redraw(context)
-        notify(self, context, scene)
+        notify(self, scene)
         return {"FINISHED"}
 
     def _over(self, context: bpy.types.Context) -> set[str]:

@@ -39,7 +39,7 @@ TICK, PICTURE_EVERY, PLOTS_EVERY = 0.2, 0.5, 1.0
 #: How often the time that a drawing took fits between it and the next one.
 _TIMES = 20.0
 #: Images that are drawn in the size that their editor has room for.
-_TO_SIZE = (images.COMPARISON, images.PLOTS)
+_TO_SIZE = (images.COMPARISON, images.PLOTS, images.SHEET)
 #: Ticks after which an editor that was opened has its size.
 _LAID_OUT = 3
 
@@ -236,9 +236,10 @@ class LiveView:
                     self.renderer.want(moments, both[0] if start is None else both[1])
                 break
             self._tiles[capture.id] = sheet.small(capture.reference, capture.weight, start, final)
-        if self._tiles and self._changed(images.SHEET, (id(moments), len(self._tiles))):
+        room = images.room_of(images.SHEET)
+        if self._tiles and self._changed(images.SHEET, (id(moments), len(self._tiles), room)):
             begin = time.perf_counter()
-            page = sheet.of_fit(self._tiles, ERROR_SCALE).pixels
+            page = sheet.of_fit(self._tiles, ERROR_SCALE, room[0] if room else None).pixels
             self._draw(images.SHEET, page, begin, 0.0)
 
     def _show_cycles(self) -> None:

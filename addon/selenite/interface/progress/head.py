@@ -25,7 +25,7 @@ class SELENITE_PT_head(bpy.types.Panel):
     bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Selenite"
 
     def draw(self, context: bpy.types.Context) -> None:
-        """One of: why nothing works, a running fit, the problems, the next step."""
+        """One of: why nothing works, a running fit or check, the problems, the next step."""
         # A panel without a header reaches below the tabs of the sidebar.
         layout = self.layout.split(factor=_WIDTH).column()
         missing = state.why_native_is_missing()
@@ -39,6 +39,12 @@ class SELENITE_PT_head(bpy.types.Panel):
             return
         if state.RUN.is_active or state.STAGES.job is not None:
             _draw_run(layout, context)
+            return
+        if state.CHECK.job is not None:
+            progress = state.CHECK.progress
+            text = progress.text if progress else "Starting"
+            draw_bar(layout, progress.fraction if progress else 0.0, text, _LINES)
+            layout.operator("selenite.cancel_check", icon="X")
             return
         _draw_problems(layout, context)
         if state.RUN.message:

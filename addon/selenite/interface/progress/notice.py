@@ -1,40 +1,51 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The end of a fit is noticed: a report, a line in the status bar, and the result in sight."""
+"""The end of a fit is noticed: a report, afterwards a line in the status bar, and the result in
+sight."""
 
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import partial
 
 import bpy
 
 from ..state import is_idle
 from ..texts import announce, shown, translated
 
-#: Seconds that the line stays in the status bar.
-_SHOWN_FOR = 15.0
+#: Seconds that Blender shows a report in the status bar at most, and that the same line then stays
+#: there for who has looked away.
+_REPORTED_FOR, _SHOWN_FOR = 10.0, 15.0
+_SENTENCE = [""]  # of the last fit
 
 
-def notify(
-    operator: bpy.types.Operator, context: bpy.types.Context, scene: bpy.types.Scene
-) -> None:
-    """Reports the verdict, shows it in the status bar, and scrolls to the result."""
+def notify(operator: bpy.types.Operator, scene: bpy.types.Scene) -> None:
+    """Reports the verdict, leaves it in the status bar, and scrolls to the result."""
     verdict = scene.selenite.verdict
     words = shown(verdict) if verdict else translated("see Result")
     text = translated("Fit ended: {}").format(words)
     announce(operator, {"INFO"}, text)
     if bpy.app.background:
         return
-    for window in context.window_manager.windows:
-        window.workspace.status_text_set(text)
-    bpy.app.timers.register(_give_back, first_interval=_SHOWN_FOR)
+    _SENTENCE[0] = text
+    bpy.app.timers.register(partial(_stay, text), first_interval=_REPORTED_FOR)
     bpy.app.timers.register(_scroll_to_result, first_interval=0.1)
 
 
+def _stay(text: str) -> None:
+    """Not earlier: a report stands in the same bar."""
+    if is_idle() and text == _SENTENCE[0]:
+        _set_status(text)
+        bpy.app.timers.register(_give_back, first_interval=_SHOWN_FOR)
+
+
 def _give_back() -> None:
-    if not is_idle():
-        return
+    if is_idle():
+        _set_status(None)
+
+
+def _set_status(text: str | None) -> None:
     for window in bpy.context.window_manager.windows:
-        window.workspace.status_text_set(None)
+        window.workspace.status_text_set(text)
 
 
 def _scroll_to_result() -> None:

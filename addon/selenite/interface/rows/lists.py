@@ -5,7 +5,13 @@ from __future__ import annotations
 
 import bpy
 
+from ..texts import abbreviated, region_width, text_width
 from .owners import ICONS, active_owner
+
+#: In pixels at a scale of the interface of 1: what the list and the tick take of the region, what a
+#: label keeps for itself, a lock, a swatch, and what is left before a value.
+_TAKEN, _MARGIN, _ICON, _SWATCH, _GAP = 78, 12, 20, 28, 5
+_NAME = 0.7  # of a row, at most
 
 
 class SELENITE_UL_owners(bpy.types.UIList):
@@ -47,12 +53,21 @@ class SELENITE_UL_rows(bpy.types.UIList):
         row = layout.row(align=True)
         row.enabled = not item.reason
         row.prop(item, "enabled", text="")
-        parts = row.split(factor=0.7)
         owner = active_owner(context.scene.selenite)
-        text = item.label
-        if owner is not None and owner.name != item.owner:  # found by a search
-            text = f"{item.label}, {item.owner}"
-        parts.label(text=text, icon="LOCKED" if item.reason else "NONE", translate=False)
+        found = owner is not None and owner.name != item.owner  # by a search
+        behind = f", {item.owner}" if found else ""
+        icon = "LOCKED" if item.reason else "NONE"
+        width = region_width(context) - _TAKEN
+        room = width - _MARGIN - (_ICON if item.reason else 0) - text_width(behind)
+        taken = _SWATCH if item.is_colour else text_width(item.value) + _GAP
+        fits = text_width(item.label) + taken <= room
+        if not fits and not item.is_colour:  # the details below show the value
+            text = abbreviated(item.label, room) + behind
+            row.label(text=text, icon=icon, translate=False)
+            return
+        parts = row.split(factor=min(_NAME, 1 - taken / width))
+        text = abbreviated(item.label, room - taken) + behind
+        parts.label(text=text, icon=icon, translate=False)
         if item.is_colour:
             swatch = parts.row()
             swatch.enabled = False

@@ -16,8 +16,6 @@ from .render_depsgraph import GraphRender, Reading, Stopped
 
 T = TypeVar("T")
 _POLL = 0.1  # seconds
-#: Seconds that a start waits for the evaluation: so the views of a small scene never turn black.
-_AT_ONCE = 0.03
 
 
 class ReadingJob(Generic[T]):
@@ -32,24 +30,29 @@ class ReadingJob(Generic[T]):
         self._reading = reading
         self._render: GraphRender | None = None
         self._answer: Problem | None = None
+        self._rests = False
         self.is_stopped = False
 
     def step(self) -> bool:
         """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`.
 
         Blender draws all its windows after a graph is closed, and after what its reader does with
-        it: so these are two steps.
+        it: so these are two steps. Between them is an idle one, in which others have their turn.
         """
         if self._render is not None:
-            if self._render.entry.let_in():
+            if self._render.entry.let_on():
                 _redraw_views()
             if not self._render.is_running():
                 self._answer = self._close().outcome()
                 if self.is_stopped:
                     raise Stopped
+                self._rests = True
             return True
         if self.is_stopped:
             raise Stopped
+        if self._rests:
+            self._rests = False
+            return True
         answer, self._answer = self._answer, None
         try:
             self._render = GraphRender(self._reading.send(answer))
@@ -60,8 +63,6 @@ class ReadingJob(Generic[T]):
             handlers.append(self._put_back)
         try:
             self._render.start(waits=bpy.app.background)
-            if self._render.is_running():
-                self._render.entry.let_in(_AT_ONCE)
         except BaseException:
             self._close()
             raise
@@ -109,8 +110,9 @@ def _redraw_views() -> None:
     it is drawn again."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+            for region in area.regions if area.type == "VIEW_3D" else ():
+                if region.type == "WINDOW":
+                    region.tag_redraw()
 
 
 def _before_undo() -> tuple[list[Any], list[Any]]:
