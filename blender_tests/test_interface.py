@@ -240,7 +240,7 @@ def test_panels_draw_before_during_and_after_a_fit(tmp_path):
             break
         time.sleep(0.02)
     drawn = draw(panels.SELENITE_PT_fit)
-    assert "of 4000" in drawn and "Base Color, Body: " in drawn and "nan" not in drawn
+    assert "of 4000" in drawn and "Body: Base Color" in drawn and "nan" not in drawn
     head = draw(panels.SELENITE_PT_head)
     assert "selenite.stop" in head and "selenite.cancel" in head and "%, descent" in head
     bpy.ops.selenite.stop()

@@ -10,6 +10,7 @@ from drawn_panels import FakeLayout, draw
 
 from selenite.interface import panels
 from selenite.interface.rows import details, lists
+from selenite.interface.rows.labels import with_labels
 from selenite.interface.texts import text_width, wrapped
 from selenite.scene_read import hosts
 
@@ -201,3 +202,13 @@ def test_no_name_is_cut_where_the_sidebar_is_as_narrow_as_it_opens(settings):
 
 def test_a_number_stays_with_its_per_cent():
     assert wrapped("bias 1.43 % of it", 9) == ["bias", "1.43 % of", "it"]
+
+
+def test_a_long_word_is_divided_at_its_hyphen():
+    found = wrapped("the loss brightness-independent", 12)
+    assert found == ["the loss", "brightness-", "independent"]
+
+
+def test_names_of_the_command_line_become_those_of_the_list(settings):
+    text = with_labels("Hidden:transmission_roughness and Hidden:roughness", settings.rows)
+    assert "_" not in text and text.endswith(" and Hidden: Roughness")

@@ -19,7 +19,7 @@ def state():
         and not item.is_readonly
         and not getattr(item, "is_array", False)
     }
-    blocks = sorted((type(item).__name__, item.name) for item in bpy.data.user_map())
+    blocks = sorted((type(item).__name__, item.name, item.users) for item in bpy.data.user_map())
     return settings, blocks, scene.camera, scene.frame_current, list(scene.timeline_markers)
 
 

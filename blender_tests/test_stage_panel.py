@@ -66,7 +66,7 @@ def test_an_own_list_is_built_from_ticks_and_runs(tmp_path):
         bpy.ops.selenite.add_stage()
     settings.stages[0].iterations, settings.stages[0].name = 3, "colour"
     drawn = draw(stages.SELENITE_PT_stages)
-    assert "Body:roughness" in drawn and "selenite.take_ticked" in drawn and "height" in drawn
+    assert "Body: Roughness" in drawn and "selenite.take_ticked" in drawn and "height" in drawn
     found, problems = asked()
     assert not problems
     assert [(item.name, item.iterations) for item in found] == [("colour", 3), ("stage 2", None)]

@@ -10,7 +10,6 @@ import bpy
 
 from ..cycles_check.render_settings import Contents, remarks
 from ..fit_run.job import DESCENT
-from ..parameters import join_name
 from ..scene_read.photos import ids_of
 from . import state
 from .captures import lights as capture_lights
@@ -22,9 +21,10 @@ from .progress.background import draw_bar, draw_next_camera, draw_work
 from .progress.head import SELENITE_PT_head
 from .request import FIT_SETTINGS
 from .result.panel import SELENITE_PT_result
+from .rows.labels import with_labels
 from .rows.lists import SELENITE_UL_owners, SELENITE_UL_rows
 from .rows.panel import SELENITE_PT_material, SELENITE_PT_parameters
-from .texts import field, paragraph, translated
+from .texts import field, paragraph, shown, translated
 
 _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Selenite"}
 #: Settings of a fit by what they are about.
@@ -230,11 +230,9 @@ def _draw_running(layout: bpy.types.UILayout, context: bpy.types.Context) -> Non
     _draw_staging(layout, context)
     if math.isfinite(progress.loss):
         layout.label(text=f"{translated('Loss')} {progress.loss:.5g}")
-    rows = context.scene.selenite.rows
-    labels = {join_name(row.owner, row.parameter): f"{row.label}, {row.owner}" for row in rows}
     for name, value in progress.values.items():
-        numbers = "  ".join(f"{x:.3f}" for x in value)
-        paragraph(layout, context, f"{labels.get(name, name)}: {numbers}")
+        text = with_labels(name, context.scene.selenite.rows)
+        paragraph(layout, context, f"{text}  {'  '.join(f'{x:.3f}' for x in value)}")
     _draw_notes(layout, context, progress.notes)
     if state.RUN.recorder is not None and state.RUN.recorder.trouble:
         _draw_notes(layout, context, [state.RUN.recorder.trouble])
@@ -251,7 +249,8 @@ def _draw_notes(
 ) -> None:
     """What is wrong with a fit, each remark in a box."""
     for note in notes:
-        paragraph(layout.box(), context, note, "INFO")
+        text = with_labels(shown(note), context.scene.selenite.rows)
+        paragraph(layout.box(), context, text, "INFO")
 
 
 assert {name for _, names in _GROUPS for name in names} == set(FIT_SETTINGS)

@@ -16,7 +16,8 @@ from ..scene_read.capture_request import CaptureRequest
 from . import state
 from .chosen import chosen
 from .problem_reports import report_problems
-from .texts import announce, field
+from .rows.labels import with_labels
+from .texts import announce, field, paragraph
 
 
 def row_name(row: bpy.types.PropertyGroup) -> str:
@@ -229,7 +230,7 @@ class SELENITE_PT_stages(bpy.types.Panel):
             layout.label(text="Tick parameters, then add")
             return
         for name in item.parameters.splitlines():
-            layout.label(text=name)
+            paragraph(layout, context, with_labels(name, context.scene.selenite.rows))
         layout.operator("selenite.take_ticked", icon="CHECKMARK")
         column = layout.column()
         for name in ("iterations", "spp", "height"):

@@ -88,13 +88,17 @@ def letters(context: bpy.types.Context, less: int = 0) -> int:
 
 
 def wrapped(text: str, width: int) -> list[str]:
-    """A sentence in lines of at most `width` letters; a longer word has a line of its own. A number
-    keeps its per cent."""
+    """A sentence in lines of at most `width` letters; a longer word has a line of its own, or two
+    with its hyphen between them. A number keeps its per cent."""
     lines = [""]
     for word in re.split(r"\s+(?!%)", text.strip()):
-        if lines[-1] and len(lines[-1]) + 1 + len(word) > width:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
+        parts = re.split(r"(?<=-)", word) if len(word) > width else [word]
+        for index, part in enumerate(parts):
+            between = " " if lines[-1] and index == 0 else ""
+            if lines[-1] and len(lines[-1] + between + part) > width:
+                lines.append("")
+                between = ""
+            lines[-1] += between + part
     return lines
 
 

@@ -33,6 +33,17 @@ def socket_name(parameter: Parameter) -> str:
     return parameter.sockets[-1 if hosts.is_version_3() else 0]
 
 
+def with_labels(text: str, rows: bpy.types.bpy_prop_collection) -> str:
+    """A text whose parameters have the names of the command line, "Body:base_color", with what the
+    list calls them: "Body: Base Color"."""
+    labels = {
+        parameters.join_name(row.owner, row.parameter): f"{row.owner}: {row.label}" for row in rows
+    }
+    for name in sorted(labels, key=len, reverse=True):  # one may be the begin of another
+        text = text.replace(name, labels[name])
+    return text
+
+
 def unit_text(unit: str) -> str:
     """ " W" to put behind a number; "" of a ratio."""
     shown = _UNITS.get(unit, unit)

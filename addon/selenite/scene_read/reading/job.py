@@ -36,9 +36,13 @@ class ReadingJob(Generic[T]):
     def step(self) -> bool:
         """Whether it goes on. Raises what the reading raises, and Stopped after `cancel`.
 
-        Blender draws all its windows after a graph is closed, and after what its reader does with
-        it: so these are two steps. Between them is an idle one, in which others have their turn.
+        Blender draws all its windows after a graph is asked for, after it is closed, and after what
+        its reader does with it. Between these are idle steps, in which others have their turn: a
+        drawing may take as long as a tick, and the next step comes at once then.
         """
+        if self._rests:
+            self._rests = False
+            return True
         if self._render is not None:
             if self._render.entry.let_on():
                 _redraw_views()
@@ -50,9 +54,6 @@ class ReadingJob(Generic[T]):
             return True
         if self.is_stopped:
             raise Stopped
-        if self._rests:
-            self._rests = False
-            return True
         answer, self._answer = self._answer, None
         try:
             self._render = GraphRender(self._reading.send(answer))
@@ -66,6 +67,7 @@ class ReadingJob(Generic[T]):
         except BaseException:
             self._close()
             raise
+        self._rests = self._render.is_running()
         return True
 
     def cancel(self) -> None:
