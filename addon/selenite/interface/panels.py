@@ -17,7 +17,7 @@ from .captures import photo as capture_photo
 from .chosen import chosen
 from .operators import presets
 from .operators.time import draw_trade
-from .progress.background import draw_bar, draw_next_camera, draw_work
+from .progress.background import draw_next_camera, draw_work
 from .progress.head import SELENITE_PT_head
 from .request import FIT_SETTINGS
 from .result.panel import SELENITE_PT_result
@@ -181,7 +181,8 @@ class SELENITE_PT_cycles(bpy.types.Panel):
     bl_space_type, bl_region_type, bl_category = _TAB.values()
 
     def draw(self, context: bpy.types.Context) -> None:
-        """The check of the result, and the render settings that would spoil the final picture."""
+        """The check of the result, whose progress is in the head, and the render settings that
+        would spoil the final picture."""
         layout, check = self.layout, state.CHECK
         if check.job is None:
             layout.operator("selenite.check_in_cycles", icon="RENDER_STILL")
@@ -190,11 +191,6 @@ class SELENITE_PT_cycles(bpy.types.Panel):
                     paragraph(layout, context, line)
             if check.sheet is not None:
                 layout.operator("selenite.show_sheet", icon="IMAGE_DATA")
-        else:
-            progress = check.progress
-            if progress is not None:
-                draw_bar(layout, progress.fraction, progress.text)
-            layout.operator("selenite.cancel_check", icon="X")
         contents = check.contents.get(context.scene.name, Contents())
         found = remarks(context.scene, contents)
         if not any(item.spoils for item in found):

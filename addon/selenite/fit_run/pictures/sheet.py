@@ -10,11 +10,13 @@ import numpy as np
 
 from .canvas import FAINT, Canvas, encoded, resized
 from .comparison import difference, error_picture, marked, mask_legend
+from .glyphs import width_of
 
 _GAP, _TEXT, _LEGEND = 8, 22, 34
 #: Height of a tile, and of one where there are many photos.
 _TILE, _SMALL_TILE, _MANY = 220, 130, 12
 _LEAST_TILE = 60
+_LETTERS = 11, 15  # heights of a title's
 
 
 def small(
@@ -69,7 +71,8 @@ def sheet(
         x, y = _GAP, number * step
         for index, (title, tile) in enumerate(line):
             text = title if index else f"{photo}: {title}"
-            page.text(x, y + 5, text, size=15, width=tile.shape[1])
+            size = _size(text, tile.shape[1])
+            page.text(x, y + 20 - size, text, size=size, width=tile.shape[1])
             page.paste(x, y + _TEXT, tile)
             x += tile.shape[1] + _GAP
     bottom = step * len(lines)
@@ -83,6 +86,12 @@ def sheet(
 def write(path: Path, rows: Mapping[str, Mapping[str, np.ndarray]], scale: float) -> None:
     """`sheet` as PNG. Raises OSError."""
     sheet(rows, scale).write(path)
+
+
+def _size(text: str, width: int) -> int:
+    """Height of letters with which a title fits above its tile, if they can still be read."""
+    sizes = range(_LETTERS[1], _LETTERS[0], -1)
+    return next((size for size in sizes if width_of(text, size) <= width), _LETTERS[0])
 
 
 def _height_in(width: int, tiles: Mapping[str, np.ndarray]) -> int:
