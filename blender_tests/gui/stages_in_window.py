@@ -6,7 +6,7 @@ import json
 import bpy
 from _driving import ENDLESS, FOLDER, in_window, made, photographed, picture, press_escape, run
 
-from selenite.interface import panels, stages, state
+from selenite.interface import panels, state
 
 
 def prepare():
@@ -59,5 +59,4 @@ def steps():
     yield lambda: not folder.exists()  # its record is closed by a thread
 
 
-stages.SELENITE_PT_stages.bl_category = "Item"
-run(steps, panels)
+run(steps, panels, {panels.SELENITE_PT_fit, panels.SELENITE_PT_result})
