@@ -61,17 +61,19 @@ def sheet(
     if width is not None:
         height = min(height, *(_height_in(width, tiles) for tiles in rows.values()))
     lines = [
-        [(title, _tile(picture, height, scale)) for title, picture in tiles.items()]
-        for tiles in rows.values()
+        [
+            (title if index else f"{photo}: {title}", _tile(picture, height, scale))
+            for index, (title, picture) in enumerate(tiles.items())
+        ]
+        for photo, tiles in rows.items()
     ]
+    size = min(_size(text, tile.shape[1]) for line in lines for text, tile in line)
     widths = [sum(tile.shape[1] + _GAP for _, tile in line) + _GAP for line in lines]
     step = _TEXT + height + _GAP
     page = Canvas(max([*widths, 420]), step * len(lines) + _LEGEND + _GAP)
-    for number, (photo, line) in enumerate(zip(rows, lines, strict=True)):
+    for number, line in enumerate(lines):
         x, y = _GAP, number * step
-        for index, (title, tile) in enumerate(line):
-            text = title if index else f"{photo}: {title}"
-            size = _size(text, tile.shape[1])
+        for text, tile in line:
             page.text(x, y + 20 - size, text, size=size, width=tile.shape[1])
             page.paste(x, y + _TEXT, tile)
             x += tile.shape[1] + _GAP
