@@ -9,7 +9,7 @@ from ... import parameters
 from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text
 from ..rows.owners import ICONS as OWNERS
-from ..texts import letters, paragraph, translated
+from ..texts import abbreviated, letters, paragraph, region_width, translated
 
 #: A coloured square, and a word beside it: nobody has to tell colours apart.
 ICONS = {
@@ -21,6 +21,8 @@ ICONS = {
 _WORDS = {"SURE": "sure", "WEAK": "weak", "OPEN": "not determined", "UNKNOWN": ""}
 _THINNEST = 0.03
 _BAR_HEIGHT = 0.35
+#: Share of a line that a name has; pixels that the panel and the square take, and a label.
+_NAME, _TAKEN, _MARGIN = 0.55, 39, 12
 _WIDE = 45  # letters of a line with room for an interval in figures
 
 
@@ -82,8 +84,9 @@ def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wid
     """Two lines at most: what it is, its value; how sure, and where the interval lies."""
     line = column.row(align=True)
     line.label(text="", icon=ICONS[row.sureness])
-    parts = line.split(factor=0.55)
-    parts.label(text=label_of(row), translate=False)
+    parts = line.split(factor=_NAME)
+    room = _NAME * (region_width(bpy.context) - _TAKEN) - _MARGIN
+    parts.label(text=abbreviated(label_of(row), room), translate=False)
     right = parts.row(align=True)
     if parameters.table()[row.kind, row.parameter].width == 3 and max(row.swatch) <= 1:
         swatch = right.row()
@@ -101,7 +104,7 @@ def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wid
     if row.sureness == "OPEN":  # an interval would say more than is known
         line.label(text=word, translate=False)
         return
-    parts = line.split(factor=0.55)
+    parts = line.split(factor=_NAME)
     parts.label(text=word, translate=False)
     _draw_bar(parts.column(), row.bar_low, row.bar_high)
 
