@@ -21,8 +21,8 @@ ICONS = {
 _WORDS = {"SURE": "sure", "WEAK": "weak", "OPEN": "not determined", "UNKNOWN": ""}
 _THINNEST = 0.03
 _BAR_HEIGHT = 0.35
-#: Share of a line that a name has; pixels that the panel and the square take, and a label.
-_NAME, _TAKEN, _MARGIN = 0.55, 39, 12
+#: Share of a line that a name has; pixels that panel, tabs and square take, and a label.
+_NAME, _TAKEN, _MARGIN = 0.55, 59, 12
 _WIDE = 45  # letters of a line with room for an interval in figures
 
 
