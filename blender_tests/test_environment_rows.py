@@ -160,7 +160,8 @@ def test_fit_apply_restore(settings, tmp_path):
     assert report["files"] == ["World_environment.exr", "World_environment.png"]
     assert (folder / "World_environment.png").is_file()
     means = ", ".join(f"{value:.4f}" for value in report["value"])
-    assert result.text.endswith(f" -> {means}")
+    assert f" -> {means}\n" in result.text
+    assert result.text.endswith("% seen by the photos")
     fitted = native.image().read(str(path))[0]
     assert fitted.shape == (2, 4, 3) and np.ptp(fitted) > 0
     for _ in range(2):

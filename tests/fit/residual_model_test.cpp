@@ -164,6 +164,7 @@ Photo with_spread_fireflies(std::uint64_t seed) {
   }
   check_photo(photo);
   Photo small = photo.resized(kSide);
+  small.is_small = false;  // as if it were read at that size
   check_photo(small);
   return small;
 }

@@ -24,6 +24,7 @@ Photo noisy_photo(std::mt19937& random) {
   for (Colorf& pixel : file.reference) pixel = Colorf(normal(random));
   check_photo(file);
   Photo photo = file.resized(kSide);
+  photo.is_small = false;  // as if it were read at that size
   check_photo(photo);
   return photo;
 }
@@ -45,6 +46,7 @@ TEST(SharedPixels, AreThereWhereTheSizeOfTheFileIsNoMultiple) {
   EXPECT_FALSE(shares_pixels(photo));
   photo.frame.height = 95;
   EXPECT_TRUE(shares_pixels(photo));
+  EXPECT_FALSE(shares_pixels(photo.resized(10))) << "a small picture of a search";
 }
 
 // The mean of 400 squares is within a quarter of 1 but once in 2000.

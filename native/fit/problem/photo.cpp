@@ -93,6 +93,7 @@ Photo Photo::resized(int longest) const {
   small.weight.clear();
   small.pixels = nullptr;
   small.total_weight = 0;
+  small.is_small = true;
   small.width = std::max(1, static_cast<int>(std::lround(width * scale)));
   small.height = std::max(1, static_cast<int>(std::lround(height * scale)));
   const FrameWindow& window = frame.window;

@@ -73,6 +73,7 @@ struct Photo {
   std::uint64_t fingerprint() const;
 
   double total_weight = 0;  ///< sum of `weight`, set by `check_photos`
+  bool is_small = false;    ///< made by `resized`
 };
 
 /// A photo of which only camera and size are known: black.
