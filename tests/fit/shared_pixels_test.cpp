@@ -46,6 +46,7 @@ TEST(SharedPixels, AreThereWhereTheSizeOfTheFileIsNoMultiple) {
   EXPECT_FALSE(shares_pixels(photo));
   photo.frame.height = 95;
   EXPECT_TRUE(shares_pixels(photo));
+  check_photo(photo);
   EXPECT_FALSE(shares_pixels(photo.resized(10))) << "a small picture of a search";
 }
 
