@@ -20,7 +20,7 @@ from .captures.prepared import Capture
 _LIGHT = ("power", "strength", "color", "emission_color", "emission_strength")
 _REFLECTANCE = ("base_color", "albedo")
 #: The same with a value at every place, of which the native report lists no directions.
-_ENVIRONMENT = join_name("World", "environment")
+ENVIRONMENT = join_name("World", "environment")
 _COLOURS = (*_REFLECTANCE, "base_color_texture", "albedo_grid")
 
 
@@ -66,7 +66,7 @@ def remarks(values: SceneValues, captures: Sequence[Capture], names: Sequence[st
 
 def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     """Where the gain of every photo is free."""
-    bright = [n for n in names if n == _ENVIRONMENT or n.rpartition(":")[2] in _LIGHT + _COLOURS]
+    bright = [n for n in names if n == ENVIRONMENT or n.rpartition(":")[2] in _LIGHT + _COLOURS]
     if not bright or not captures or any(item.free_gain == "none" for item in captures):
         return []
     bright.sort(key=lambda name: name.rpartition(":")[2] in _COLOURS)  # light, which nothing ties
@@ -80,7 +80,7 @@ def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
 def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
     """Where the environment and the colours of all that is seen are unknown, and no lamp is
     known."""
-    if _ENVIRONMENT not in names:
+    if ENVIRONMENT not in names:
         return []
     pairs = [split_name(name) for name in names]
     materials = {item.name for item in values.materials}
@@ -98,7 +98,7 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
         return []
     colours = [join_name(*pair) for pair in pairs if pair[0] in unknown and pair[1] in _COLOURS]
     return [
-        f"{_ENVIRONMENT} and {' and '.join(colours)} compensate for each other, since no material "
+        f"{ENVIRONMENT} and {' and '.join(colours)} compensate for each other, since no material "
         "or lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
         "grey card or another known material to photos and scene, or fit one of the two"
     ]

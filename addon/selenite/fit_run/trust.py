@@ -11,11 +11,10 @@ import numpy as np
 from ..parameters import join_name
 from ..problems import listed
 from .field_kinds import IN_PLACE_OF
-from .gauge import gauges
+from .gauge import ENVIRONMENT, gauges
 from .plan import FitPlan
 from .unknowns import Unknown
 
-_WORLD_IMAGE = join_name("World", "environment")
 #: Between these an image of the same body can compensate for a transmission.
 _PART_CLEAR = (0.05, 0.95)
 #: Standard error of a misfit beyond which it says nothing: a fifth of the brightness, squared. And
@@ -168,15 +167,15 @@ def depends_on_texels(unknown: Unknown, result: dict[str, Any]) -> bool:
     """Whether it is a roughness beside an image of the world: how finely this tells directions
     apart moves it, and no interval knows of it. Measured: docs/measurements/fields.md."""
     roughness = unknown.parameter.name.rpartition("_")[2] == "roughness"
-    return roughness and _WORLD_IMAGE in (result.get("fields_best") or {})
+    return roughness and ENVIRONMENT in (result.get("fields_best") or {})
 
 
 def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
     if not depends_on_texels(unknown, result):
         return []
-    rows, columns = np.shape(result["fields_best"][_WORLD_IMAGE])[:2]
+    rows, columns = np.shape(result["fields_best"][ENVIRONMENT])[:2]
     return [
-        f"the interval takes the {rows * columns} texels of {_WORLD_IMAGE} for the light: fit "
+        f"the interval takes the {rows * columns} texels of {ENVIRONMENT} for the light: fit "
         "again with another number of them, and do not rely on a value that changes"
     ]
 

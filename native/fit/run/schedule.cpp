@@ -111,7 +111,7 @@ class Planner {
     double searches = 1;
     if (const auto alignment = AlignmentStart::of(problem_.photos(), 0)) {
       constexpr AlignmentStartOptions kStart;
-      searches += alignment->may_move(kMultiStart.size);
+      if (alignment->may_move(kMultiStart.size)) ++searches;
       std::vector<Photo> aligned;
       std::ranges::copy_if(problem_.photos(), std::back_inserter(aligned), &Photo::align);
       add(PhaseKind::kMultiStart, pixels_of(aligned), kStart.spp, kStart.passes, Carried::kNothing);

@@ -7,6 +7,14 @@
 #include "fit/evaluate/seeds.h"
 
 namespace selenite {
+namespace {
+
+/// Pixels of a picture with so many on the longer side in one pixel of the photo; see `Photo::resized`.
+double scale_to(int size, const Photo& photo) {
+  return std::min(1.0, static_cast<double>(size) / std::max(photo.width, photo.height));
+}
+
+}  // namespace
 
 std::unique_ptr<AlignmentStart> AlignmentStart::of(const std::vector<Photo>& photos,
                                                    std::uint64_t seed) {
@@ -24,16 +32,15 @@ bool AlignmentStart::step(PhotoEvaluator& evaluator, const Vector& x) {
 
 bool AlignmentStart::moved(const PhotoEvaluator& evaluator, int size) const {
   return std::ranges::any_of(*photos_, [&](const Photo& one) {
-    const Photo small = one.resized(size);
-    const Alignment found = evaluator.alignment(small);
-    const double corner = std::abs(found.roll) * std::hypot(small.width, small.height) / 2;
-    return std::hypot(found.x, found.y) + corner > options_.noticed;
+    const Alignment found = evaluator.alignment(one);
+    const double corner = std::abs(found.roll) * std::hypot(one.width, one.height) / 2;
+    return (std::hypot(found.x, found.y) + corner) * scale_to(size, one) > options_.noticed;
   });
 }
 
 bool AlignmentStart::may_move(int size) const {
   return std::ranges::any_of(*photos_, [&](const Photo& one) {
-    return one.align && kAlignment.most * one.resized(size).width > options_.noticed * one.width;
+    return one.align && kAlignment.most * scale_to(size, one) > options_.noticed;
   });
 }
 
