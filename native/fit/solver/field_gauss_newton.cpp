@@ -33,6 +33,14 @@ Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
   return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
 }
 
+/// J^T J, whole.
+Eigen::MatrixXd gram(const Eigen::MatrixXf& jacobian) {
+  Eigen::MatrixXf sum = Eigen::MatrixXf::Zero(jacobian.cols(), jacobian.cols());
+  sum.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
+  sum.triangularView<Eigen::StrictlyUpper>() = sum.transpose();
+  return sum.cast<double>();
+}
+
 /// Three of each, as the numbers of pixels lie.
 Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
   const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
@@ -173,6 +181,7 @@ void FieldGaussNewton::gather(std::size_t i, const FieldJacobian& derivatives) {
 
 void FieldGaussNewton::solve(double done) {
   const Eigen::VectorXd values = joined(values_);
+  prior_.adapt(values);
   Eigen::Index rows = 0;
   for (const View& view : views_) rows += view.jacobian.rows();
   for (int c = 0; c < 3; ++c) {
@@ -193,7 +202,7 @@ void FieldGaussNewton::solve(double done) {
                std::max(view.seen, 1.0);
       at += cells;
     }
-    Eigen::MatrixXd normal = (channel.jacobian.transpose() * channel.jacobian).cast<double>();
+    Eigen::MatrixXd normal = gram(channel.jacobian);
     const double all = normal.trace();
     double damping = 1;
     channel.variance = 0;
@@ -267,7 +276,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
           weights[i].col(c).cwiseSqrt().asDiagonal() * of_channel(views_[i].jacobian, c);
       at += cells;
     }
-    Eigen::MatrixXd normal = (jacobian.transpose() * jacobian).cast<double>();
+    Eigen::MatrixXd normal = gram(jacobian);
     const double strength = solved.squaredNorm();
     const double variance =
         strength > 0 ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)

@@ -15,12 +15,13 @@ Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
 }
 
 /// Of an equirectangular image: sum of the squared differences between neighbours, a pixel of 1
-/// steradian each.
-Eigen::MatrixXd smoothness(int height, int width) {
+/// steradian each, in units of the mean of their scales.
+Eigen::MatrixXd smoothness(int height, int width, const Eigen::ArrayXd& scale) {
   const Eigen::Index size = static_cast<Eigen::Index>(height) * width;
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
   const auto join = [&](Eigen::Index a, Eigen::Index b, double weight) {
     if (a == b) return;
+    weight /= square((scale[a] + scale[b]) / 2);
     sum(a, a) += weight;
     sum(b, b) += weight;
     sum(a, b) -= weight;
@@ -75,11 +76,21 @@ void FieldPrior::begin(const Eigen::VectorXd& values) {
     }
     at += size;
   }
-  set_precision();
+  set_levels();
+  adapt(values);
 }
 
-void FieldPrior::set_precision() {
+void FieldPrior::set_levels() {
   level_ = Eigen::VectorXd::Ones(mean_.size());
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    const Eigen::Index size = start_[f].size();
+    if (is_environment_[f]) level_.segment(at, size).setConstant(mean_.segment(at, size).mean());
+    at += size;
+  }
+}
+
+void FieldPrior::adapt(const Eigen::VectorXd& values) {
   const Eigen::Index all = mean_.size() / 3;
   precision_ = Eigen::MatrixXd::Zero(all, all);
   Eigen::Index at = 0;
@@ -87,13 +98,18 @@ void FieldPrior::set_precision() {
     const Eigen::Index count = start_[f].size() / 3;
     auto block = precision_.block(at, at, count, count);
     if (is_environment_[f]) {
-      const double level = mean_.segment(3 * at, 3 * count).mean();
-      level_.segment(3 * at, 3 * count).setConstant(level);
+      const double level = level_[3 * at];
+      const Eigen::ArrayXd scale = values.segment(3 * at, 3 * count)
+                                       .reshaped(3, count)
+                                       .colwise()
+                                       .mean()
+                                       .transpose()
+                                       .cwiseMax(level);
       const Eigen::VectorXd share = sphere_shares(shapes_[f]);
-      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1])) /
-                  square(options_.environment_difference * level) +
+      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1]), scale) /
+                  square(options_.environment_difference) +
               share * share.transpose() / square(options_.environment_level * level);
-      block.diagonal().array() += 1 / square(options_.environment_deviation * level);
+      block.diagonal().array() += (options_.environment_deviation * scale).square().inverse();
     } else {
       block.diagonal().setConstant(1 / square(options_.deviation));
     }
@@ -116,7 +132,7 @@ Eigen::VectorXd FieldPrior::longest_steps(const Eigen::VectorXd& values) const {
 
 void FieldPrior::members(SavedState& state) {
   state(mean_);
-  if (state.reading() && !empty()) set_precision();
+  if (state.reading() && !empty()) set_levels();
 }
 
 }  // namespace selenite
