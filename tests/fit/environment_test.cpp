@@ -93,8 +93,9 @@ TEST(UnknownEnvironment, ASavedPriorComesBack) {
   resumed.members(reading);
   EXPECT_EQ(resumed.mean(), prior.mean());
   const Eigen::VectorXd now = 2 * prior.mean();
-  prior.adapt(now);
-  resumed.adapt(now);
+  const Eigen::VectorXd known = Eigen::VectorXd::Ones(kWidth * kHeight);
+  prior.adapt(now, known);
+  resumed.adapt(now, known);
   EXPECT_EQ(resumed.precision(), prior.precision());
   EXPECT_EQ(resumed.longest_steps(prior.mean()), prior.longest_steps(prior.mean()));
 }
@@ -108,7 +109,11 @@ TEST(UnknownEnvironment, ALampMayBeBrighterThanItsNeighbours) {
   Eigen::VectorXd lit = prior.mean();
   constexpr int kLamp = kWidth + 2;
   lit.segment<3>(3 * kLamp).setConstant(99);
-  prior.adapt(lit);
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(kWidth * kHeight);
+  prior.adapt(lit, known);
+  EXPECT_EQ(prior.precision(), before);  // no photo has seen it
+  known[kLamp] = 1e6;
+  prior.adapt(lit, known);
   // What is left holds the mean of the sphere.
   EXPECT_LT(prior.precision()(kLamp, kLamp), before(kLamp, kLamp) / 5);
   EXPECT_EQ(prior.precision()(kLamp + 3, kLamp + 4), before(kLamp + 3, kLamp + 4));

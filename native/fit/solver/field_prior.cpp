@@ -77,7 +77,6 @@ void FieldPrior::begin(const Eigen::VectorXd& values) {
     at += size;
   }
   set_levels();
-  adapt(values);
 }
 
 void FieldPrior::set_levels() {
@@ -88,33 +87,41 @@ void FieldPrior::set_levels() {
     if (is_environment_[f]) level_.segment(at, size).setConstant(mean_.segment(at, size).mean());
     at += size;
   }
+  scale_ = level_(Eigen::seq(0, Eigen::last, Eigen::fix<3>));
+  set_precision();
 }
 
-void FieldPrior::adapt(const Eigen::VectorXd& values) {
-  const Eigen::Index all = mean_.size() / 3;
+void FieldPrior::set_precision() {
+  const Eigen::Index all = scale_.size();
   precision_ = Eigen::MatrixXd::Zero(all, all);
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < shapes_.size(); ++f) {
     const Eigen::Index count = start_[f].size() / 3;
     auto block = precision_.block(at, at, count, count);
     if (is_environment_[f]) {
-      const double level = level_[3 * at];
-      const Eigen::ArrayXd scale = values.segment(3 * at, 3 * count)
-                                       .reshaped(3, count)
-                                       .colwise()
-                                       .mean()
-                                       .transpose()
-                                       .cwiseMax(level);
       const Eigen::VectorXd share = sphere_shares(shapes_[f]);
+      const Eigen::ArrayXd scale = scale_.segment(at, count);
       block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1]), scale) /
                   square(options_.environment_difference) +
-              share * share.transpose() / square(options_.environment_level * level);
+              share * share.transpose() / square(options_.environment_level * level_[3 * at]);
       block.diagonal().array() += (options_.environment_deviation * scale).square().inverse();
     } else {
       block.diagonal().setConstant(1 / square(options_.deviation));
     }
     at += count;
   }
+}
+
+void FieldPrior::adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos) {
+  if (!has_environment()) return;
+  const Eigen::VectorXd even = level_(Eigen::seq(0, Eigen::last, Eigen::fix<3>));
+  const Eigen::VectorXd brightness = values.reshaped(3, even.size()).colwise().mean();
+  scale_ = even;
+  set_precision();
+  const Eigen::ArrayXd alone = precision_.diagonal();
+  const Eigen::ArrayXd seen = 1 - alone / (photos.array() + alone);
+  scale_ += (seen * (brightness - even).array().max(0)).matrix();
+  set_precision();
 }
 
 Eigen::VectorXd FieldPrior::longest_steps(const Eigen::VectorXd& values) const {

@@ -38,9 +38,10 @@ class FieldPrior {
   void begin(const Eigen::VectorXd& values);
   /// Expected values of all numbers, once begun.
   const Eigen::VectorXd& mean() const { return mean_; }
-  /// Where the world is bright is seen from these values.
-  void adapt(const Eigen::VectorXd& values);
-  /// Inverse of the covariance of the numbers of a channel, once adapted.
+  /// Where the world is bright is seen from these values of all numbers, as far as the photos know them:
+  /// `photos` is the precision that they give a number of a channel. What they do not see stays smooth.
+  void adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos);
+  /// Inverse of the covariance of the numbers of a channel, once begun.
   const Eigen::MatrixXd& precision() const { return precision_; }
   /// Longest steps of all numbers from `values`, once begun.
   Eigen::VectorXd longest_steps(const Eigen::VectorXd& values) const;
@@ -48,6 +49,7 @@ class FieldPrior {
 
  private:
   void set_levels();
+  void set_precision();
 
   FieldPriorOptions options_;
   std::vector<std::vector<std::ptrdiff_t>> shapes_;
@@ -56,6 +58,7 @@ class FieldPrior {
   Eigen::VectorXd mean_;
   Eigen::MatrixXd precision_;
   Eigen::VectorXd level_;  ///< of each number: the mean of its field in `mean_`, of a grid 1
+  Eigen::VectorXd scale_;  ///< of each number of a channel: in which its differences count
 };
 
 }  // namespace selenite
