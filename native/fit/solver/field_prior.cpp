@@ -116,11 +116,11 @@ void FieldPrior::adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& pho
   if (!has_environment()) return;
   const Eigen::VectorXd even = level_(Eigen::seq(0, Eigen::last, Eigen::fix<3>));
   const Eigen::VectorXd brightness = values.reshaped(3, even.size()).colwise().mean();
-  scale_ = even;
+  scale_ = brightness.cwiseMax(even);
   set_precision();
   const Eigen::ArrayXd alone = precision_.diagonal();
   const Eigen::ArrayXd seen = 1 - alone / (photos.array() + alone);
-  scale_ += (seen * (brightness - even).array().max(0)).matrix();
+  scale_ = (even.array() + seen * (scale_ - even).array()).matrix();
   set_precision();
 }
 
