@@ -257,6 +257,15 @@ def test_what_cannot_be_fitted_is_refused_by_name(values, words):
     assert words in text
 
 
+@pytest.mark.skipif(bpy.app.version < (4, 0), reason="no subsurface scattering in the model")
+def test_an_image_over_subsurface_scattering_can_be_fitted():
+    nodes = board().active_material.node_tree.nodes
+    nodes["Principled BSDF"].inputs["Subsurface Weight"].default_value = 1.0
+    field = requested(start=(0.6, 0.4, 0.2))
+    assert not isinstance(field, str), field
+    assert field.name == NAME
+
+
 def test_an_object_without_uv_map_is_refused():
     item = board()
     item.data.uv_layers.remove(item.data.uv_layers[0])

@@ -276,10 +276,6 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
 
 def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
     """What keeps texels from being fitted, beside the image itself. Raises BadInput."""
-    material = next(item for item in scene.materials if item.name == owner.name)
-    if any(material.values.get("subsurface_weight", ())) or "subsurface_weight" in material.maps:
-        cause = "the surface scatters light beneath it, where there is no derivative by an image"
-        raise BadInput(Problem(title, cause, "set the subsurface weight to 0"))
     used = [item for item in scene.objects if owner.name in item.materials]
     bare = [item.name for item in used if not scene.meshes[item.mesh].uv_maps]
     if bare:
