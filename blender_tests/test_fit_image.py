@@ -218,7 +218,8 @@ def image_of(material, pixels, encoded=True):
 
 def test_it_starts_at_the_scenes_image_a_colour_or_a_file(tmp_path):
     item = board()
-    assert requested().values.shape == (256, 256, 3)
+    new = requested()
+    assert (new.values.shape, new.unseen) == ((256, 256, 3), "fill")
     assert np.allclose(requested(grid="8").values, encoded(0.5))
     grey = np.round(np.full((2, 3, 3), 0.25) * 255) / 255
     image_of(item.data.materials[0], grey)

@@ -126,14 +126,16 @@ def image_unknown(
     start = _start(scene, owner, request, title)
     assert start.texture is not None  # noqa: S101 - `_start` gives one
     pixels = np.clip(start.texture.pixels, np.float32(low), np.float32(high))
-    known = not request.grid or not request.grid.isdecimal()
+    material = next(item for item in scene.materials if item.name == owner.name)
+    of_scene = "base_color" in material.maps and not request.grid and request.start is None
+    of_file = bool(request.grid) and not request.grid.isdecimal()
     filled = replace(
         request,
         owner=owner.name,
         minimum=low,
         maximum=high,
         learning_rate=rate,
-        unseen=request.unseen or ("keep" if known and request.start is None else "fill"),
+        unseen=request.unseen or ("keep" if of_scene or of_file else "fill"),
     )
     return ImageUnknown(
         owner.name, kind, low, high, rate, 1.0, filled, file_stems(scene.owners)[owner.name],
