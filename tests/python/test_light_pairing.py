@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import pytest
+
 from selenite.fit_run.answer.light_pairing import explains
 
 
