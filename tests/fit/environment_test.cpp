@@ -91,10 +91,32 @@ TEST(UnknownEnvironment, ASavedPriorComesBack) {
   prior.members(writing);
   SavedState reading(writing.sealed());
   resumed.members(reading);
-  ASSERT_EQ(resumed.precision().size(), prior.precision().size());
   EXPECT_EQ(resumed.mean(), prior.mean());
+  const Eigen::VectorXd now = 2 * prior.mean();
+  const Eigen::VectorXd known = Eigen::VectorXd::Ones(kWidth * kHeight);
+  prior.adapt(now, known);
+  resumed.adapt(now, known);
   EXPECT_EQ(resumed.precision(), prior.precision());
   EXPECT_EQ(resumed.longest_steps(prior.mean()), prior.longest_steps(prior.mean()));
+}
+
+/// Beside a lamp a pixel may differ more from its neighbours, elsewhere as much as before.
+TEST(UnknownEnvironment, ALampMayBeBrighterThanItsNeighbours) {
+  const Fields fields(stage(0.4, even(1)), {kWanted[1]});
+  FieldPrior prior(fields);
+  prior.begin(fields.start()[0]);
+  const Eigen::MatrixXd before = prior.precision();
+  Eigen::VectorXd lit = prior.mean();
+  constexpr int kLamp = kWidth + 2;
+  lit.segment<3>(3 * kLamp).setConstant(99);
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(kWidth * kHeight);
+  prior.adapt(lit, known);
+  EXPECT_EQ(prior.precision(), before);  // no photo has seen it
+  known[kLamp] = 1e6;
+  prior.adapt(lit, known);
+  // What is left holds the mean of the sphere.
+  EXPECT_LT(prior.precision()(kLamp, kLamp), before(kLamp, kLamp) / 5);
+  EXPECT_EQ(prior.precision()(kLamp + 3, kLamp + 4), before(kLamp + 3, kLamp + 4));
 }
 
 /// The ground is known, so that light and albedo are both found from one even sky of another level.
@@ -245,7 +267,7 @@ TEST(UnknownEnvironment, ABodyIsAsRoughAsThePhotosAllow) {
   const std::vector<Photo> taken = photos_of_mirror_ball(kTruth);
   FitSettings settings = settings_for(16);
   settings.search = "off";
-  settings.seed = 4;  // a descent by other random numbers may end where the roughness is known
+  settings.seed = 4;
   Fit fit(mirror_ball(0.15, kTexels, grey), taken, wanted, settings);
   std::string state;
   double refined = 0;
@@ -254,7 +276,7 @@ TEST(UnknownEnvironment, ABodyIsAsRoughAsThePhotosAllow) {
     state = fit.saved();
     refined = fit.result().best[0];
   }
-  EXPECT_LT(refined, kTruth - 0.15);
+  EXPECT_LT(refined, kTruth - 0.05);
   EXPECT_NEAR(fit.result().best[0], kTruth, 0.08);
   EXPECT_FALSE(fit.result().report.components[0].determined);
   Fit other(mirror_ball(0.15, kTexels, grey), taken, wanted, settings);

@@ -17,9 +17,7 @@ std::unique_ptr<RoughnessProfile> RoughnessProfile::of(const FitRun& run,
   const Unknowns& unknowns = run.problem.unknowns();
   std::vector<int> components;
   for (int k = 0; k < unknowns.size(); ++k)
-    if (unknowns.description_of(k).scale == Scale::kRoughness &&
-        !run.result.report.components[static_cast<std::size_t>(k)].determined)
-      components.push_back(k);
+    if (unknowns.description_of(k).scale == Scale::kRoughness) components.push_back(k);
   if (components.empty()) return nullptr;
   return std::unique_ptr<RoughnessProfile>(new RoughnessProfile(
       run, refinement.fields(), refinement.gauss_newton(), std::move(components)));

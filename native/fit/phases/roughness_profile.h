@@ -21,8 +21,8 @@ struct RoughnessProfileOptions {
   double sigmas = kCertainSigmas;
 };
 
-/// Where the world's image is unknown and a refinement has not determined a roughness: the largest one that
-/// explains the photos as well as the best one, each beside the light that suits it (profile likelihood).
+/// Where the world's image is unknown: the largest roughness that explains the photos as well as the best
+/// one, each beside the light that suits it (profile likelihood).
 ///
 /// Blurred light on a sharp body looks like sharp light on a blurring one, and pixels of the world's
 /// image are wider than the reflection of a glossy body. Photos hence bound a roughness from above, and

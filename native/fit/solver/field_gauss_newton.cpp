@@ -33,6 +33,14 @@ Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
   return all(Eigen::seq(channel, Eigen::last, Eigen::fix<3>));
 }
 
+/// J^T J, whole.
+Eigen::MatrixXd gram(const Eigen::MatrixXf& jacobian) {
+  Eigen::MatrixXf sum = Eigen::MatrixXf::Zero(jacobian.cols(), jacobian.cols());
+  sum.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
+  sum.triangularView<Eigen::StrictlyUpper>() = sum.transpose();
+  return sum.cast<double>();
+}
+
 /// Three of each, as the numbers of pixels lie.
 Eigen::ArrayXf of_numbers(const std::vector<float>& pixels) {
   const Eigen::Map<const Eigen::VectorXf> all(pixels.data(),
@@ -175,6 +183,7 @@ void FieldGaussNewton::solve(double done) {
   const Eigen::VectorXd values = joined(values_);
   Eigen::Index rows = 0;
   for (const View& view : views_) rows += view.jacobian.rows();
+  Eigen::VectorXd known = Eigen::VectorXd::Zero(values.size() / 3);
   for (int c = 0; c < 3; ++c) {
     Channel& channel = channels_[static_cast<std::size_t>(c)];
     channel.jacobian.resize(rows, values.size() / 3);
@@ -193,29 +202,31 @@ void FieldGaussNewton::solve(double done) {
                std::max(view.seen, 1.0);
       at += cells;
     }
-    Eigen::MatrixXd normal = (channel.jacobian.transpose() * channel.jacobian).cast<double>();
-    const double all = normal.trace();
-    double damping = 1;
-    channel.variance = 0;
-    if (all > 0) {
-      channel.variance = noise / all;
-      // What no light explains is not noise: a residual that stays counts as well.
-      if (has_environment())
-        channel.variance =
-            std::max(channel.variance, variance_of_blocks(channel.jacobian, residual) / all);
-      damping = normal.diagonal().squaredNorm() / all *
-                (has_environment() ? options_.environment_damping
-                                   : std::exp(std::log(options_.first_damping) * (1 - done) +
-                                              std::log(options_.last_damping) * done));
-    }
-    normal += channel.variance * prior_.precision();
-    normal.diagonal().array() += damping;
-    channel.normal.compute(normal);
-    channel.matrix = std::move(normal);
-    channel.descent =
-        -((channel.jacobian.transpose() * residual).cast<double>() +
-          channel.variance *
-              (prior_.precision() * (of_channel(values, c) - of_channel(prior_.mean(), c))));
+    channel.matrix = gram(channel.jacobian);
+    channel.descent = -(channel.jacobian.transpose() * residual).cast<double>();
+    const double all = channel.matrix.trace();
+    channel.variance = all > 0 ? noise / all : 0;
+    // What no light explains is not noise: a residual that stays counts as well.
+    if (all > 0 && has_environment())
+      channel.variance =
+          std::max(channel.variance, variance_of_blocks(channel.jacobian, residual) / all);
+    if (channel.variance > 0) known += channel.matrix.diagonal() / (3 * channel.variance);
+  }
+  prior_.adapt(values, known);
+  for (int c = 0; c < 3; ++c) {
+    Channel& channel = channels_[static_cast<std::size_t>(c)];
+    const double all = channel.matrix.trace();
+    const double damping =
+        all > 0 ? channel.matrix.diagonal().squaredNorm() / all *
+                      (has_environment() ? options_.environment_damping
+                                         : std::exp(std::log(options_.first_damping) * (1 - done) +
+                                                    std::log(options_.last_damping) * done))
+                : 1;
+    channel.matrix += channel.variance * prior_.precision();
+    channel.matrix.diagonal().array() += damping;
+    channel.normal.compute(channel.matrix);
+    channel.descent -= channel.variance * (prior_.precision() *
+                                           (of_channel(values, c) - of_channel(prior_.mean(), c)));
   }
 }
 
@@ -267,7 +278,7 @@ Eigen::MatrixXd FieldGaussNewton::eliminate_fields(const std::vector<Regressors>
           weights[i].col(c).cwiseSqrt().asDiagonal() * of_channel(views_[i].jacobian, c);
       at += cells;
     }
-    Eigen::MatrixXd normal = (jacobian.transpose() * jacobian).cast<double>();
+    Eigen::MatrixXd normal = gram(jacobian);
     const double strength = solved.squaredNorm();
     const double variance =
         strength > 0 ? channels_[static_cast<std::size_t>(c)].variance * (normal.trace() / strength)

@@ -25,8 +25,7 @@ struct FieldGaussNewtonOptions {
   /// The same where the world's image is unknown: its light shows in detail, as shadows and highlights.
   int environment_cell = 2;
   double most_environment_entries = 1 << 23;
-  std::ptrdiff_t most_numbers =
-      3 * 12 * 12 * 12;  ///< of the fields: their normal matrices are dense
+  std::ptrdiff_t most_numbers = 3 * 2048;  ///< of the fields: their normal matrices are dense
   double jacobian_kept =
       0.9;  ///< share of a Jacobian that each iteration keeps: it changes with voxels
   FieldPriorOptions prior{};

@@ -15,12 +15,13 @@ Eigen::VectorXd of_channel(const Eigen::VectorXd& all, int channel) {
 }
 
 /// Of an equirectangular image: sum of the squared differences between neighbours, a pixel of 1
-/// steradian each.
-Eigen::MatrixXd smoothness(int height, int width) {
+/// steradian each, in units of the mean of their scales.
+Eigen::MatrixXd smoothness(int height, int width, const Eigen::ArrayXd& scale) {
   const Eigen::Index size = static_cast<Eigen::Index>(height) * width;
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(size, size);
   const auto join = [&](Eigen::Index a, Eigen::Index b, double weight) {
     if (a == b) return;
+    weight /= square((scale[a] + scale[b]) / 2);
     sum(a, a) += weight;
     sum(b, b) += weight;
     sum(a, b) -= weight;
@@ -75,30 +76,52 @@ void FieldPrior::begin(const Eigen::VectorXd& values) {
     }
     at += size;
   }
+  set_levels();
+}
+
+void FieldPrior::set_levels() {
+  level_ = Eigen::VectorXd::Ones(mean_.size());
+  Eigen::Index at = 0;
+  for (std::size_t f = 0; f < shapes_.size(); ++f) {
+    const Eigen::Index size = start_[f].size();
+    if (is_environment_[f]) level_.segment(at, size).setConstant(mean_.segment(at, size).mean());
+    at += size;
+  }
+  scale_ = level_(Eigen::seq(0, Eigen::last, Eigen::fix<3>));
   set_precision();
 }
 
 void FieldPrior::set_precision() {
-  level_ = Eigen::VectorXd::Ones(mean_.size());
-  const Eigen::Index all = mean_.size() / 3;
+  const Eigen::Index all = scale_.size();
   precision_ = Eigen::MatrixXd::Zero(all, all);
   Eigen::Index at = 0;
   for (std::size_t f = 0; f < shapes_.size(); ++f) {
     const Eigen::Index count = start_[f].size() / 3;
     auto block = precision_.block(at, at, count, count);
     if (is_environment_[f]) {
-      const double level = mean_.segment(3 * at, 3 * count).mean();
-      level_.segment(3 * at, 3 * count).setConstant(level);
       const Eigen::VectorXd share = sphere_shares(shapes_[f]);
-      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1])) /
-                  square(options_.environment_difference * level) +
-              share * share.transpose() / square(options_.environment_level * level);
-      block.diagonal().array() += 1 / square(options_.environment_deviation * level);
+      const Eigen::ArrayXd scale = scale_.segment(at, count);
+      block = smoothness(static_cast<int>(shapes_[f][0]), static_cast<int>(shapes_[f][1]), scale) /
+                  square(options_.environment_difference) +
+              share * share.transpose() / square(options_.environment_level * level_[3 * at]);
+      block.diagonal().array() += (options_.environment_deviation * scale).square().inverse();
     } else {
       block.diagonal().setConstant(1 / square(options_.deviation));
     }
     at += count;
   }
+}
+
+void FieldPrior::adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos) {
+  if (!has_environment()) return;
+  const Eigen::VectorXd even = level_(Eigen::seq(0, Eigen::last, Eigen::fix<3>));
+  const Eigen::VectorXd brightness = values.reshaped(3, even.size()).colwise().mean();
+  scale_ = even;
+  set_precision();
+  const Eigen::ArrayXd alone = precision_.diagonal();
+  const Eigen::ArrayXd seen = 1 - alone / (photos.array() + alone);
+  scale_ += (seen * (brightness - even).array().max(0)).matrix();
+  set_precision();
 }
 
 Eigen::VectorXd FieldPrior::longest_steps(const Eigen::VectorXd& values) const {
@@ -116,7 +139,7 @@ Eigen::VectorXd FieldPrior::longest_steps(const Eigen::VectorXd& values) const {
 
 void FieldPrior::members(SavedState& state) {
   state(mean_);
-  if (state.reading() && !empty()) set_precision();
+  if (state.reading() && !empty()) set_levels();
 }
 
 }  // namespace selenite

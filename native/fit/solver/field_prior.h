@@ -14,8 +14,9 @@ class SavedState;
 /// Sources: docs/measurements/constants.md, "FieldPriorOptions".
 struct FieldPriorOptions {
   double deviation = 0.3;  ///< standard deviation of voxels before any photo
-  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each, of
-  /// a pixel itself, and of a channel's mean over the sphere, all in units of the mean before any photo.
+  /// The same of the differences between neighbours in the world's image, a pixel of 1 steradian each, and
+  /// of a pixel itself, in units of the brightness there. Then of a channel's mean over the sphere, in units
+  /// of the mean before any photo, which is the least brightness too.
   double environment_difference = 3, environment_deviation = 30, environment_level = 0.2;
   double longest = 0.25;  ///< step of a voxel
   /// Of a pixel of the world's image, in units of itself and the mean that the image starts with.
@@ -24,7 +25,8 @@ struct FieldPriorOptions {
 
 /// What is known of the numbers of albedo grids and of the world's image before any photo. A voxel lies
 /// near its first value. A pixel of the world lies near its neighbours, and the mean of a channel near
-/// that of the values with which a fit begins, in the colour that the world has in the scene.
+/// that of the values with which a fit begins, in the colour that the world has in the scene. The brighter
+/// pixels are, the more neighbours differ: a lamp has an edge.
 /// Numbers of a channel lie three apart. Source: docs/method/fields.md, "Light of the world".
 class FieldPrior {
  public:
@@ -36,6 +38,9 @@ class FieldPrior {
   void begin(const Eigen::VectorXd& values);
   /// Expected values of all numbers, once begun.
   const Eigen::VectorXd& mean() const { return mean_; }
+  /// Where the world is bright is seen from these values of all numbers, as far as the photos know them:
+  /// `photos` is the precision that they give a number of a channel. What they do not see stays smooth.
+  void adapt(const Eigen::VectorXd& values, const Eigen::VectorXd& photos);
   /// Inverse of the covariance of the numbers of a channel, once begun.
   const Eigen::MatrixXd& precision() const { return precision_; }
   /// Longest steps of all numbers from `values`, once begun.
@@ -43,6 +48,7 @@ class FieldPrior {
   void members(SavedState& state);
 
  private:
+  void set_levels();
   void set_precision();
 
   FieldPriorOptions options_;
@@ -52,6 +58,7 @@ class FieldPrior {
   Eigen::VectorXd mean_;
   Eigen::MatrixXd precision_;
   Eigen::VectorXd level_;  ///< of each number: the mean of its field in `mean_`, of a grid 1
+  Eigen::VectorXd scale_;  ///< of each number of a channel: in which its differences count
 };
 
 }  // namespace selenite
