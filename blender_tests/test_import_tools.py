@@ -131,10 +131,10 @@ def test_what_is_picked_wrongly_changes_nothing(pebble):
 
 
 #: Directions from the middle of a ball, in which no two faces are equally near.
-ABOVE, BELOW, BESIDE = (0.31, 0.17, 0.9), (0.31, 0.17, -0.9), (0.9, 0.31, 0.17)
+ABOVE, BELOW, ASIDE = (0.31, 0.17, 0.9), (0.31, 0.17, -0.9), (0.9, 0.31, 0.17)
 
 
-def without_face(item, count=1, at=BESIDE):
+def without_face(item, count=1, at=ASIDE):
     """The faces next to a place: a sphere's have another order in each run of Blender 3.4."""
     scratch = bmesh.new()
     scratch.from_mesh(item.data)
@@ -245,7 +245,7 @@ def test_a_filled_hole_between_two_materials_has_one_of_them():
 
 
 def test_a_remesh_of_several_materials_has_one_and_says_so():
-    item = of_two_materials(BESIDE)
+    item = of_two_materials(ASIDE)
     assert bpy.ops.selenite.remesh(voxels=20) == {"FINISHED"}
     assert {polygon.material_index for polygon in item.data.polygons} == {0}
     lines = import_tools.FOUND[bpy.context.scene.name]
