@@ -37,6 +37,11 @@ def test_presets_of_the_panel_are_those_of_the_command_line():
     assert [item[3] for item in properties.STAGE_ITEMS] == [6, 0, 1, 2, 5, 3, 4]
 
 
+def test_the_panel_begins_with_the_stages_of_the_command_line():
+    """Where nobody chooses, `--stages` is "usual"."""
+    assert bpy.context.scene.selenite.stage_mode == "usual"
+
+
 def test_a_preset_splits_the_ticked_parameters(tmp_path):
     _, settings = prepare_fit(tmp_path, iterations=40)
     tick(settings, "base_color", "ior")

@@ -181,7 +181,10 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         description="Also list the parameters that cannot be fitted; the tooltip says why",
     )
     stage_mode: EnumProperty(
-        name="Stages", items=STAGE_ITEMS, description="What is fitted first and what later"
+        name="Stages",
+        items=STAGE_ITEMS,
+        default="usual",
+        description="What is fitted first and what later",
     )
     stages: CollectionProperty(type=SeleniteStage)
     active_stage: IntProperty()
