@@ -218,7 +218,8 @@ def image_of(material, pixels, encoded=True):
 
 def test_it_starts_at_the_scenes_image_a_colour_or_a_file(tmp_path):
     item = board()
-    assert requested().values.shape == (256, 256, 3)
+    new = requested()
+    assert (new.values.shape, new.unseen) == ((256, 256, 3), "fill")
     assert np.allclose(requested(grid="8").values, encoded(0.5))
     grey = np.round(np.full((2, 3, 3), 0.25) * 255) / 255
     image_of(item.data.materials[0], grey)
@@ -255,6 +256,15 @@ def test_what_cannot_be_fitted_is_refused_by_name(values, words):
     text = requested(**values)
     assert NAME in text
     assert words in text
+
+
+@pytest.mark.skipif(bpy.app.version < (4, 0), reason="no subsurface scattering in the model")
+def test_an_image_over_subsurface_scattering_can_be_fitted():
+    nodes = board().active_material.node_tree.nodes
+    nodes["Principled BSDF"].inputs["Subsurface Weight"].default_value = 1.0
+    field = requested(start=(0.6, 0.4, 0.2))
+    assert not isinstance(field, str), field
+    assert field.name == NAME
 
 
 def test_an_object_without_uv_map_is_refused():

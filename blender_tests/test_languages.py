@@ -12,7 +12,7 @@ import pytest
 
 from selenite.fit_run.answer import findings
 from selenite.fit_run.plan import build_scene, paths_traced
-from selenite.interface import problem_reports, texts
+from selenite.interface import problem_reports, properties, texts
 from selenite.interface.furniture.languages import TEXTS
 from selenite.problems import BadInput, refused
 
@@ -82,6 +82,31 @@ def test_what_a_fit_says_is_shown_in_german(german):
     )
     bpy.context.preferences.view.language = "en_US"
     assert texts.shown("Camera 'Front'") == "Camera 'Front'"
+
+
+_EXPOSURE = (
+    "Photo 'adam' is 2.00 times as bright as the render (99% of the difference): its exposure or "
+    "white balance is not the scene's; fit the light (World:strength, World:color) or take the "
+    "loss brightness-independent-mse"
+)
+
+
+def test_losses_and_optimisers_are_called_as_in_the_panel():
+    shown = texts.shown(_EXPOSURE)
+    assert shown.endswith("or take the loss Brightness Independent")
+    assert "Photo 'adam'" in shown, "a photo has its name"
+    assert texts.shown("choose optimiser = 'adam'") == "choose optimiser = 'Adam'"
+    assert texts.shown("loss 'mse' needs 2") == "loss 'Mean Squared Error' needs 2"
+    assert texts.shown("File '/home/dual-buffer.exr'") == "File '/home/dual-buffer.exr'"
+    for name, title, help_text, _ in properties.LOSS_ITEMS:
+        assert texts.shown(f"loss '{name}'") == f"loss '{title}'"
+        assert not any("-" in one[0] and one[0] in help_text for one in properties.LOSS_ITEMS)
+
+
+def test_losses_are_called_as_in_the_panel_in_german(german):
+    assert texts.shown(_EXPOSURE).endswith("nimm das Fehlermaß Unabhängig von der Helligkeit")
+    chosen = "choose loss = 'dual-buffer' or a brighter photo"
+    assert texts.shown(chosen) == "wähle das Fehlermaß „Doppelpuffer“ oder ein helleres Foto"
 
 
 class _Operator:

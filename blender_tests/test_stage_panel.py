@@ -37,6 +37,11 @@ def test_presets_of_the_panel_are_those_of_the_command_line():
     assert [item[3] for item in properties.STAGE_ITEMS] == [6, 0, 1, 2, 5, 3, 4]
 
 
+def test_the_panel_begins_with_the_stages_of_the_command_line():
+    """Where nobody chooses, `--stages` is "usual"."""
+    assert bpy.context.scene.selenite.stage_mode == "usual"
+
+
 def test_a_preset_splits_the_ticked_parameters(tmp_path):
     _, settings = prepare_fit(tmp_path, iterations=40)
     tick(settings, "base_color", "ior")
@@ -66,13 +71,32 @@ def test_an_own_list_is_built_from_ticks_and_runs(tmp_path):
         bpy.ops.selenite.add_stage()
     settings.stages[0].iterations, settings.stages[0].name = 3, "colour"
     drawn = draw(stages.SELENITE_PT_stages)
-    assert "Body: Roughness" in drawn and "selenite.take_ticked" in drawn and "height" in drawn
+    assert "Body: Roughness" in drawn and "selenite.take_ticked" in drawn and "own_height" in drawn
     found, problems = asked()
     assert not problems
     assert [(item.name, item.iterations) for item in found] == [("colour", 3), ("stage 2", None)]
     assert bpy.ops.selenite.start() == {"FINISHED"}
     assert [row.parameter for row in settings.results] == ["base_color", "roughness"]
     assert [item["iterations"] for item in state.RUN.result["stages"]] == [3, 4]
+
+
+def test_a_stage_shows_numbers_of_its_own_only(tmp_path):
+    _, settings = prepare_fit(tmp_path, iterations=40)
+    settings.stage_mode = "own"
+    bpy.ops.selenite.add_stage()
+    (stage,) = settings.stages
+    names = ("iterations", "spp", "height")
+    drawn = draw(stages.SELENITE_PT_stages).splitlines()
+    assert drawn.count("As in the fit") == len(names) and not set(names) & set(drawn)
+    stage.own_iterations = True
+    assert stage.iterations == 40 and stage.own_iterations
+    drawn = draw(stages.SELENITE_PT_stages).splitlines()
+    assert "iterations" in drawn and drawn.count("As in the fit") == 2
+    stage.iterations = 7
+    stage.own_iterations = True  # it has one: nothing changes
+    assert asked()[0][0].iterations == 7
+    stage.own_iterations = False
+    assert asked()[0][0].iterations is None
 
 
 def test_the_list_can_be_ordered_and_emptied(tmp_path):

@@ -212,11 +212,6 @@ const FieldMap& Scene::image(const ImageRef& ref) const {
   if (image->texture->has_alpha())
     throw InvalidArgument(who + "image '" + image->texture->name() +
                           "' has alpha; set its Alpha to None or Channel Packed");
-  if (material.values.subsurface_weight > 0 ||
-      material.map_of(material_field(&MaterialValues::subsurface_weight)))
-    throw InvalidArgument(who +
-                          "the surface scatters light beneath it (subsurface weight above 0), "
-                          "where there is no derivative by an image; set the weight to 0");
   return *image;
 }
 

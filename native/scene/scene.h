@@ -123,7 +123,7 @@ struct Scene {
   /// The grid itself; InvalidArgument when the material has none of this kind.
   const PlacedGrid& grid(const GridRef& ref) const;
   /// The image of a base colour, and how it lies on the surface. InvalidArgument when the material
-  /// has none, or one whose texels' derivatives are not told: with alpha, or over a subsurface.
+  /// has none, or one with alpha, whose texels' derivatives are not told.
   const FieldMap& image(const ImageRef& ref) const;
   /// The image of the world. InvalidArgument when it has none, or one that a colour tints: then it
   /// is not the radiance at strength 1.

@@ -6,6 +6,7 @@
 
 #include "fit/evaluate/field_loss.h"
 #include "fit/image_scenes.h"
+#include "fit/objective/photo_weights.h"
 #include "fit/problem/fields.h"
 #include "fit/run/fit.h"
 #include "fit/taken_photos.h"
@@ -77,6 +78,24 @@ TEST(ImageFields, AStepGoesAlongASmoothedGradient) {
     EXPECT_EQ(last_moved, spread > 0);
     EXPECT_EQ(values[0][1], 0.5) << "green";
   }
+}
+
+/// Photos under lamps from all sides: what is dark in one is so by its light, and its error counts by
+/// what it is, not by its share of that photo.
+TEST(ImageFields, ADarkPhotoDoesNotRule) {
+  const std::vector<float> truth = {0.8f, 0.6f, 0.6f, 0.7f};
+  const auto second_weighs = [&](GainFreedom exposure) {
+    std::vector<Photo> photos(2, taken_photos(board(truth), kSize)[0]);
+    photos[1].id = "dark";
+    photos[1].gain_freedom = exposure;
+    for (Colorf& pixel : photos[1].reference) pixel = pixel * 0.02f;
+    FitProblem problem(board({0.5f, 0.5f, 0.5f, 0.5f}), photos, {texels()}, fit_settings(10));
+    const Strategy strategy(problem);
+    const PhotoWeights& weights = *problem.scalars().weights;
+    return weights.of_loss(1).sum() / weights.of_loss(0).sum();
+  };
+  EXPECT_LT(second_weighs(GainFreedom::kNone), 3);
+  EXPECT_GT(second_weighs(GainFreedom::kScalar), 1000) << "dark by its exposure";
 }
 
 class ImageFit : public testing::TestWithParam<bool> {};

@@ -32,6 +32,7 @@ _SHIFT_PIXELS, _SHIFT_EXPLAINS = 0.5, 0.3
 _RIM_PIXELS = 3
 _RIM_HOLDS, _RIM_TIMES = 0.6, 4.0  # of the squared difference; mean over that inside
 _FEWEST_PIXELS = 20
+_FEW_PHOTOS = 3  # that are told one by one
 #: Rows; of the history at least; net way over whole way; step over the range; newer half of the
 #: rows over older half, below which the steps are converging.
 _JITTER_ROWS, _JITTER_FROM, _JITTER_NET, _JITTER, _CONVERGING = 10, 20, 0.25, 0.02, 0.7
@@ -156,13 +157,17 @@ def still_falling(result: dict[str, Any]) -> list[str]:
     if result.get("stopped_because") != "all iterations done" or trust.explained(result):
         return []
     history = result["history"]
-    stages = np.asarray(history.get("stage", ()))
-    rows = stages == stages[-1] if len(stages) else slice(None)
-    iteration, loss, error = (column[rows] for column in _losses(history))
+    iteration, loss, error = _losses(history)
     done = np.isfinite(loss)
-    iteration, loss, error = iteration[done], loss[done], error[done]
-    if len(loss) < 2:
+    stages = np.asarray(history.get("stage", ()))
+    if len(stages):
+        done &= stages == stages[-1]
+    iterations = int(np.ptp(iteration[done])) if done.any() else 0
+    # The answer is judged by weights of its own, in which no other loss is.
+    done[-1] = False
+    if done.sum() < 2:
         return []
+    iteration, loss, error = iteration[done], loss[done], error[done]
     count = int(iteration[-1] - iteration[0])
     before = int(np.flatnonzero(iteration <= iteration[-1] - _NEWEST * count)[-1])
     fall, noise = loss[before] - loss[-1], math.hypot(error[before], error[-1])
@@ -171,7 +176,7 @@ def still_falling(result: dict[str, Any]) -> list[str]:
     return [
         f"The loss was still falling when the iterations ended ({loss[before]:.3g} at iteration "
         f"{iteration[before]}, {loss[-1]:.3g} at {iteration[-1]}): the values have not converged; "
-        f"give more Iterations, such as {2 * count}, and fit again"
+        f"give more Iterations, such as {2 * iterations}, and fit again"
     ]
 
 
@@ -195,31 +200,41 @@ def exposure(views: Sequence[View]) -> list[str]:
 
 
 def misaligned(views: Sequence[View], *, transmits: bool = False) -> list[str]:
-    """Photos that are shifted against their render, or differ at the mask's rim only. A refraction
-    that is not right yet moves what is seen through the body, with the camera where it was."""
-    found = []
+    """Photos that are shifted against their render, or differ at the mask's rim only: a sentence
+    each, or one for all where there are many. A refraction that is not right yet moves what is seen
+    through the body, with the camera where it was."""
     cause = "the silhouette does not fit"
-    cure = "correct the camera, or mask the rim"
+    cure = "correct the camera, align the photo (Align, --align), or mask the rim"
     if transmits:
         cause = "the silhouette does not fit, or what is seen through the body is not right yet"
-        cure = "if the outlines differ, correct the camera, or mask the rim"
+        cure = f"if the outlines differ, {cure}"
+    shifted, rims = [], []
     for view in views:
         shift = _shift(view)
         rim = _rim(view)
         if shift is not None:
-            across, down, explained = shift
-            side, way = "right" if across > 0 else "left", "down" if down > 0 else "up"
-            words = f"{abs(across):.1f} pixels to the {side} and {abs(down):.1f} {way}"
-            found.append(
-                f"Photo '{view.id}' lies about {words} of its render "
-                f"({explained:.0%} of the difference): {cause}; {cure}"
-            )
+            shifted.append((view.id, *shift))
         elif rim is not None:
-            share, of_pixels = rim
-            found.append(
-                f"{share:.0%} of the difference of photo '{view.id}' lies within {_RIM_PIXELS} "
-                f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: {cause}; {cure}"
-            )
+            rims.append((view.id, *rim))
+    if len(shifted) + len(rims) > _FEW_PHOTOS:
+        names = [f"'{name}'" for name, *_ in shifted + rims][:_FEW_PHOTOS]
+        return [
+            f"{len(shifted) + len(rims)} of {len(views)} photos, such as {', '.join(names)}, lie "
+            f"beside their render or differ at the rim of their mask only: {cause}; {cure}"
+        ]
+    found = []
+    for name, across, down, explained in shifted:
+        side, way = "right" if across > 0 else "left", "down" if down > 0 else "up"
+        words = f"{abs(across):.1f} pixels to the {side} and {abs(down):.1f} {way}"
+        found.append(
+            f"Photo '{name}' lies about {words} of its render "
+            f"({explained:.0%} of the difference): {cause}; {cure}"
+        )
+    for name, share, of_pixels in rims:
+        found.append(
+            f"{share:.0%} of the difference of photo '{name}' lies within {_RIM_PIXELS} "
+            f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: {cause}; {cure}"
+        )
     return found
 
 

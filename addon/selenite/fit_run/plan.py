@@ -49,10 +49,13 @@ def prepare(
     request: RunRequest,
     packed: Mapping[str, bytes] | None = None,
     captures_at: Callable[[int], list[Capture]] | None = None,
+    *,
+    go_on: Callable[[], None] = lambda: None,
 ) -> FitPlan:
     """Checks everything, reads the photos, builds the native scene; writes nothing.
 
-    `captures_at`: gives the captures of a height in place of the request's photos.
+    `captures_at`: gives the captures of a height in place of the request's photos. `go_on`: called
+    before each photo and before the scene is built; raises if nobody wants the plan any more.
     Raises BadInput with all problems at once, and NativeUnavailable.
     """
     problems = list(values.problems)
@@ -76,7 +79,9 @@ def prepare(
         if (request.captures and not good) or min(sizes, default=1) < 1:
             return []  # it has been told why
         owners = {item.owner for item in requests}
-        return read_captures(values, good, height, problems, warn, packed or {}, owners)
+        return read_captures(
+            values, good, height, problems, warn, packed or {}, owners, go_on=go_on
+        )
 
     for item in request.captures:
         problems += _not_files(item)
@@ -86,6 +91,7 @@ def prepare(
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
+    go_on()
     scene = build_scene(all_fields.with_fields(values, fields))
     if not _has_light(values, unknowns, fields):
         cause = "no lamp, world or material of it gives light, and none of them is fitted"

@@ -62,8 +62,8 @@ class BackgroundJob(Generic[W]):
             raise self._error
         return True
 
-    def wait(self, seconds: float) -> bool:
-        """Waits at most so long; whether it has ended."""
+    def wait(self, seconds: float | None = None) -> bool:
+        """Waits for the end, at most so long; whether it has ended. None: without a limit."""
         self._thread.join(seconds)
         return not self._thread.is_alive()
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import atexit
+
 import bpy
 
 from . import environment_panel, panels, problem_reports, properties, stages, state
@@ -73,6 +75,7 @@ def register() -> None:
     bpy.types.Scene.selenite = bpy.props.PointerProperty(type=properties.SeleniteSettings)
     picture_operators.register()
     import_operators.add_to_menu()
+    atexit.register(state.end)  # where nobody switches the add-on off before
     if hasattr(bpy.utils, "register_cli_command"):  # 4.2 on
         _command = bpy.utils.register_cli_command("selenite", _run_command)
 
@@ -81,10 +84,8 @@ def unregister() -> None:
     """The inverse of `register`; whatever runs is stopped first."""
     global _command
     environment_panel.end()
-    state.CHECK.stop()
-    for item in (*state.JOBS, state.READING):
-        item.stop()
-    state.RUN.stop(keep=False)
+    state.end()
+    atexit.unregister(state.end)
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None

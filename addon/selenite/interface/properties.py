@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Settings that are kept in the .blend, on the Scene. Enum numbers and names must not change."""
 
+from collections.abc import Callable
+
 import bpy
 from bpy.props import (
     BoolProperty,
@@ -21,6 +23,7 @@ from .furniture.preset_items import PRESET_ITEMS
 from .output_folder import DEFAULT_FOLDER
 from .result.properties import SeleniteResult
 from .rows.properties import SeleniteOwner, SeleniteRow
+from .texts import TITLES
 
 SCHEMA = 1
 
@@ -42,6 +45,7 @@ OPTIMISER_ITEMS = (
     ("gauss-newton", "Gauss-Newton", "Least squares, by the derivatives of all iterations", 1),
     ("adam", "Adam", "Gradient steps at each parameter's rate; wants more iterations", 2),
 )
+TITLES.update({name: title for name, title, *_ in (*LOSS_ITEMS, *OPTIMISER_ITEMS)})
 SEARCH_ITEMS = (
     ("auto", "Where Useful", "Evaluate many starting points where few parameters are fitted", 0),
     ("on", "Always", "Evaluate many starting points", 1),
@@ -129,15 +133,35 @@ class SeleniteCapture(bpy.types.PropertyGroup):
     lights: PointerProperty(type=SeleniteCaptureLights)
 
 
+def _own(name: str) -> tuple[Callable[..., bool], Callable[..., None]]:
+    """Getter and setter of whether a stage has a number of its own; it begins as the fit's."""
+
+    def get(stage: bpy.types.PropertyGroup) -> bool:
+        return getattr(stage, name) > 0
+
+    def set_own(stage: bpy.types.PropertyGroup, value: bool) -> None:  # noqa: FBT001 - Blender's
+        if value != get(stage):
+            setattr(stage, name, getattr(stage.id_data.selenite, name) if value else 0)
+
+    return get, set_own
+
+
+def _own_property(name: str, label: str) -> object:
+    get, set_own = _own(name)
+    text = "A number of its own; otherwise as in the fit"
+    return BoolProperty(name=label, description=text, get=get, set=set_own)
+
+
 class SeleniteStage(bpy.types.PropertyGroup):
     """One stage of an own list. 0 means the fit's setting."""
 
     parameters: StringProperty(description="Names as on the command line, one a line")
-    iterations: IntProperty(name="Iterations", min=0, description="0: as many as without stages")
-    spp: IntProperty(name="Samples", min=0, description="0: as many as without stages")
-    height: IntProperty(
-        name="Height", min=0, subtype="PIXEL", description="0: the height of the fit"
-    )
+    iterations: IntProperty(name="Iterations", min=0, description="Of this stage")
+    spp: IntProperty(name="Samples", min=0, description="Of this stage")
+    height: IntProperty(name="Height", min=0, subtype="PIXEL", description="Of this stage")
+    own_iterations: _own_property("iterations", "Iterations")
+    own_spp: _own_property("spp", "Samples")
+    own_height: _own_property("height", "Height")
 
 
 class SeleniteSettings(bpy.types.PropertyGroup):
@@ -157,7 +181,10 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         description="Also list the parameters that cannot be fitted; the tooltip says why",
     )
     stage_mode: EnumProperty(
-        name="Stages", items=STAGE_ITEMS, description="What is fitted first and what later"
+        name="Stages",
+        items=STAGE_ITEMS,
+        default="usual",
+        description="What is fitted first and what later",
     )
     stages: CollectionProperty(type=SeleniteStage)
     active_stage: IntProperty()

@@ -17,7 +17,9 @@ from . import state
 from .chosen import chosen
 from .problem_reports import report_problems
 from .rows.labels import with_labels
-from .texts import announce, field, paragraph
+from .texts import announce, paragraph
+
+_LABEL = 0.5  # of the width
 
 
 def row_name(row: bpy.types.PropertyGroup) -> str:
@@ -234,7 +236,12 @@ class SELENITE_PT_stages(bpy.types.Panel):
         layout.operator("selenite.take_ticked", icon="CHECKMARK")
         column = layout.column()
         for name in ("iterations", "spp", "height"):
-            field(column, item, name)
+            parts = column.split(factor=_LABEL, align=True)
+            parts.prop(item, f"own_{name}")
+            if getattr(item, name):
+                parts.prop(item, name, text="")
+            else:
+                parts.label(text="As in the fit")
 
 
 def _ticked(settings: bpy.types.PropertyGroup) -> list[str]:

@@ -145,7 +145,7 @@ class Run:
         self.bring_back()
 
     def stop(self, *, keep: bool) -> None:
-        """Waits for the thread and forgets the job."""
+        """Waits for the thread and forgets the job. What is in `left` goes on: see `end`."""
         self.ask_to_stop(keep=keep)
         if self.reading is not None:
             self.reading.abandon()
@@ -153,9 +153,6 @@ class Run:
         for item in (self.job, self.finishing):
             if item is not None:
                 item.join()
-        for item in self.left:
-            item.wait(60.0)
-        self.left = []
         if self.recorder is not None:
             self.recorder.wait()
         self.finishing = None
@@ -277,6 +274,17 @@ EXPECTED: dict[str, list[str]] = {}
 SHAPES: dict[str, list[str]] = {}
 #: Scene name -> what stands in the way of what was last asked for.
 PROBLEMS: dict[str, list[Problem]] = {}
+
+
+def end() -> None:
+    """Ends all that runs and waits for every thread: one that comes back from native code while
+    Python ends takes the whole process with it."""
+    CHECK.stop()
+    for item in (*JOBS, READING):
+        item.stop()
+    RUN.stop(keep=False)
+    while RUN.left:
+        RUN.left.pop().wait()
 
 
 def is_idle() -> bool:

@@ -21,6 +21,13 @@ MESSAGES = Path(__file__).parent / "furniture" / "messages"
 _LETTER, _MARGIN = 6.6, 46
 _UNKNOWN = 258.0  # of a region without a width
 _FEWEST = 18
+#: What the command line calls a loss or an optimiser -> what the panel calls it, see properties.
+TITLES: dict[str, str] = {}
+#: Such a name: with a hyphen wherever it is no part of a path, else where a text says what it is.
+_CHOICE = re.compile(
+    r"(?<![\w./\\-])[a-z]+(?:-[a-z]+)+(?![\w/\\-]|\.\w)"
+    r"|(?:(?<=loss ')|(?<=loss = ')|(?<=optimiser = ')|(?<=Fehlermaß „)|(?<=Optimierer „))[a-z]+"
+)
 _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 #: Letters of a line in a pop-up, see result.panel.
 _POP_UP = 62
@@ -44,7 +51,11 @@ def translated_sentence(text: str) -> str:
 
 def shown(text: str) -> str:
     """A message in the language of the interface: a text of the panel, or what another part of the
-    add-on says, with names and numbers in it."""
+    add-on says, with names and numbers in it. Losses and optimisers are called as in the panel."""
+    return _CHOICE.sub(lambda found: translated(TITLES.get(found[0], found[0])), _in_language(text))
+
+
+def _in_language(text: str) -> str:
     words = translated(text)
     if words == text:
         words = translated_sentence(text)

@@ -161,7 +161,7 @@ constexpr std::array kLosses{
         2, true, true, false, dual_buffer},
     Loss{"mse", "Mean Squared Error",
          "Mean squared error. Noise adds its variance to the value and pulls the gradient towards "
-         "parameters that render with less noise; use dual-buffer unless samples are many",
+         "parameters that render with less noise; use the dual buffer unless samples are many",
          1, true, true, false, mse},
     Loss{"brightness-independent-mse", "Brightness Independent",
          "Mean squared error after each image is divided by its own mean; the render's mean is "

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "fit/state/strategy.h"
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -58,6 +59,21 @@ bool wants_refinement(const FitProblem& problem, bool joint) {
              .few_unknowns;
 }
 
+/// The mean brightness by which photos are judged where Adam steps fields: that of the brightest of them,
+/// as if all were parts of one picture, so that no dark photo rules. Photos whose exposures are to be
+/// found may be dark by those alone: each is judged by its own.
+double common_brightness(const std::vector<Photo>& photos) {
+  double most = 0;
+  for (const Photo& photo : photos) {
+    if (photo.gain_freedom != GainFreedom::kNone) return 0;
+    double mean = 0;
+    for (std::size_t i = 0; i < photo.size(); ++i)
+      for (int c = 0; c < 3; ++c) mean += photo.share(i) * std::max(photo.reference[i][c], 0.f);
+    most = std::max(most, mean);
+  }
+  return most;
+}
+
 }  // namespace
 
 Strategy::Strategy(FitProblem& problem)
@@ -74,6 +90,7 @@ Strategy::Strategy(FitProblem& problem)
   PixelWeightsOptions weights;
   if (!problem.fields().empty() && !joint) {
     weights.dim_share = weights.dim_share_of_fields;  // no dark pixel rules
+    weights.black = std::max(weights.black, common_brightness(problem.photos()));
     weights.plain_model_error = std::numeric_limits<double>::infinity();
   }
   problem.set_weights(

@@ -175,7 +175,7 @@ class PathTracer {
         const auto exit = RandomWalk<X>(medium).run(p_.geometry, hit.instance, surface, sample->wo,
                                                     random, kWalk);
         if (!exit) return false;
-        beta.multiply(material.factor(exit->weight));
+        material.attenuate(p_.geometry, hit, exit->weight, beta);
         // Lit and left as if a ray from outside had met it.
         random.start_bounce(++vertex + 1);
         surface = p_.geometry.surface(exit->hit);

@@ -32,6 +32,8 @@ _MOST_PICTURES = 400
 _LEAST = 0.05**2
 #: What other lights leave of the squared error, and the standard errors by which that is sure.
 _SHARE, _SIGMAS = 0.5, 3.0
+#: Squared error from which on lights explain nothing: then the model is wrong, not the lamp.
+_MOST = 0.5**2
 #: Of a photo's mean: brightness below which errors count as absolute.
 _DARK = 0.1
 #: Blocks along each side by whose spread an error is known.
@@ -106,7 +108,7 @@ def mismatches(
         if not errors:
             continue
         best, lights, name = min(errors, key=lambda item: item[0].mean)
-        if not best.mean < _SHARE * own.mean:
+        if not explains(best.mean, own.mean):
             continue
         # With fresh seeds: the least of many errors is less than it should be.
         before = view.error(view.capture.lights, 2, _AGAIN * _SPP)
@@ -114,6 +116,12 @@ def mismatches(
         if after.surely_below(before):
             found.append(Mismatch(view.capture, lights, name, before.root, after.root))
     return sorted(found, key=lambda item: captures.index(item.capture))
+
+
+def explains(other: float, own: float) -> bool:
+    """Whether the squared error under other lights, relative to the brightness, is so much smaller
+    than that under a photo's own that these are probably wrong."""
+    return other < min(_SHARE * own, _MOST)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -115,9 +115,12 @@ def read_captures(
     warnings: list[str],
     packed: Mapping[str, bytes],
     fitted: Collection[str] = (),
+    *,
+    go_on: Callable[[], None] = lambda: None,
 ) -> list[Capture]:
     """Reads every photo, of which several may be of one camera; all that is wrong goes to
-    `problems`. fitted: the owners of what is fitted, whose silhouettes may be asked for."""
+    `problems`. fitted: the owners of what is fitted, whose silhouettes may be asked for.
+    go_on: called before each photo, and may raise."""
     if not requests:
         cure = "give one with --photo CAMERA=FILE or in the Captures panel"
         problems.append(Problem("Fit", "there is no photo", cure))
@@ -127,6 +130,7 @@ def read_captures(
     used: set[str] = set()
     silhouettes = Silhouettes(scene, fitted)
     for request in requests:
+        go_on()
         title = f"Photo '{request.photo}'"
         if not request.camera:
             problems.append(Problem(title, "it has no camera", "choose its camera"))

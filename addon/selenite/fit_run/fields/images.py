@@ -126,14 +126,16 @@ def image_unknown(
     start = _start(scene, owner, request, title)
     assert start.texture is not None  # noqa: S101 - `_start` gives one
     pixels = np.clip(start.texture.pixels, np.float32(low), np.float32(high))
-    known = not request.grid or not request.grid.isdecimal()
+    material = next(item for item in scene.materials if item.name == owner.name)
+    of_scene = "base_color" in material.maps and not request.grid and request.start is None
+    of_file = bool(request.grid) and not request.grid.isdecimal()
     filled = replace(
         request,
         owner=owner.name,
         minimum=low,
         maximum=high,
         learning_rate=rate,
-        unseen=request.unseen or ("keep" if known and request.start is None else "fill"),
+        unseen=request.unseen or ("keep" if of_scene or of_file else "fill"),
     )
     return ImageUnknown(
         owner.name, kind, low, high, rate, 1.0, filled, file_stems(scene.owners)[owner.name],
@@ -276,10 +278,6 @@ def _start(scene: SceneValues, owner: Owner, request: UnknownRequest, title: str
 
 def _check_use(scene: SceneValues, owner: Owner, title: str) -> None:
     """What keeps texels from being fitted, beside the image itself. Raises BadInput."""
-    material = next(item for item in scene.materials if item.name == owner.name)
-    if any(material.values.get("subsurface_weight", ())) or "subsurface_weight" in material.maps:
-        cause = "the surface scatters light beneath it, where there is no derivative by an image"
-        raise BadInput(Problem(title, cause, "set the subsurface weight to 0"))
     used = [item for item in scene.objects if owner.name in item.materials]
     bare = [item.name for item in used if not scene.meshes[item.mesh].uv_maps]
     if bare:

@@ -44,17 +44,21 @@ class Preparing:
         """file: of the scene, for messages. makes_job: False where the stages are not known yet."""
         self.values, self._run, self._packed, self._file = values, run, packed, file
         self._makes_job = makes_job
+        self._stop = threading.Event()
         self.plan: FitPlan | None = None
         self.inputs: Inputs | None = None
         self.job: FitJob | StagedJob | None = None
         self.overall: Overall | None = None
 
     def steps(self) -> Iterator[Step]:
-        """A few; whoever cancels is heard after each."""
+        """A few; whoever cancels is heard after each, and after each photo."""
         yield Step(0.0, "surveying bodies")
         self.values.bodies = judge_bodies(self.values)
         yield Step(0.1, "reading the photos")
-        self.plan = prepare(self.values, self._run.request, self._packed)
+        try:
+            self.plan = prepare(self.values, self._run.request, self._packed, go_on=self._go_on)
+        except _Cancelled:
+            return
         yield Step(0.6, "comparing with the run before")
         now = inputs_of(self.values, self.plan.request, self._packed)
         before = self._run.inputs
@@ -69,7 +73,12 @@ class Preparing:
             self.overall = Overall(self.plan)
 
     def cancel(self) -> None:
-        """The step that runs goes on to its end."""
+        """The photo that is read, or the scene that is built, is the last."""
+        self._stop.set()
+
+    def _go_on(self) -> None:
+        if self._stop.is_set():
+            raise _Cancelled
 
 
 class Survey:
