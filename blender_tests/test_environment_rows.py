@@ -71,16 +71,16 @@ def test_the_world_has_a_row_that_is_reset_by_the_scene(settings):
     found = row()
     assert (found.owner, found.kind, found.width) == ("World", "world", 3)
     assert (found.value, found.reason) == ("no image", "")
-    assert (found.grid_from, found.environment_size) == ("new", 128)
+    assert (found.grid_from, found.environment_size) == ("new", 512)
     assert (found.minimum, found.maximum) == (0, 10000)
     assert tuple(found.start) == pytest.approx((0.5, 0.5, 0.5))
     sky()
     found = row()
     assert (found.value, found.grid_from) == ("8 x 4", "scene")
-    found.environment_size, found.projection, found.grid_path = 512, "mirror_ball", "ball.png"
+    found.environment_size, found.projection, found.grid_path = 128, "mirror_ball", "ball.png"
     bpy.ops.selenite.refresh_rows()
     found = row()
-    assert (found.environment_size, found.projection) == (512, "mirror_ball")
+    assert (found.environment_size, found.projection) == (128, "mirror_ball")
     found.environment_size = 5000
     assert found.environment_size == 2048
 

@@ -47,8 +47,8 @@ def test_one_colour_goes_into_the_image_and_the_strength_stays():
     made.studio()
     made.world(color=(0.2, 0.4, 0.6), strength=3.0)
     field = requested()
-    assert field.values.shape == (8, 16, 3) and field.values.dtype == np.float32
-    np.testing.assert_allclose(field.values.reshape(-1, 3), [(0.2, 0.4, 0.6)] * 128, rtol=1e-6)
+    assert field.values.shape == (16, 32, 3) and field.values.dtype == np.float32
+    np.testing.assert_allclose(field.values.reshape(-1, 3), [(0.2, 0.4, 0.6)] * 512, rtol=1e-6)
     assert (field.minimum, field.maximum) == (0, pytest.approx(1e4 / 3))
     assert not field.notes
     world = field.in_scene(made.read()).world

@@ -26,7 +26,7 @@ _NAME = ("World", "environment")
 def add_environment(parser: argparse._ActionsContainer) -> None:
     """The arguments of `selenite fit`."""
     add = parser.add_argument
-    size = "texels of World:environment, 8 to 2048; default: 128, or those of a small image"
+    size = "texels of World:environment, 8 to 2048; default: 512, or those of a small image"
     add("--environment-size", type=int, metavar="N", help=size)
     start = "a panorama or a photo of a mirror ball at which World:environment starts"
     add("--environment", metavar="FILE", help=start)

@@ -26,7 +26,7 @@ from ..unknowns import Unknown
 from .base import FieldUnknown, picture_of, rate_of, whole_number
 
 #: Texels where the request names none, and the fewest and most.
-USUAL_SIZE, LEAST_SIZE, MOST_SIZE = 128, 8, 2048
+USUAL_SIZE, LEAST_SIZE, MOST_SIZE = 512, 8, 2048
 PROJECTIONS = ("equirect", "mirror_ball")
 #: Largest radiance by default, and that at which a black world starts.
 _MOST_RADIANCE, _GREY = 1e4, 0.05
