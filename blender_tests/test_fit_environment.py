@@ -121,8 +121,8 @@ def test_what_nothing_reflects_continues_what_is_seen(photos, tmp_path, capsys):
         native.image().write_exr(str(tmp_path / f"{name}.exr"), film.image)
         words += ["--photo", f"{name}={tmp_path / name}.exr"]
     status, report, err = fit(
-        capsys, tmp_path, (path, words), "--fit", NAME, "--start", f"{NAME}=1", "--iterations",
-        "8", "--spp", "8",
+        capsys, tmp_path, (path, words), "--fit", NAME, "--environment-size", "128", "--start",
+        f"{NAME}=1", "--iterations", "8", "--spp", "8",
     )  # fmt: skip
     assert status == 0, err
     row = report["parameters"][NAME]
