@@ -253,14 +253,14 @@ def test_a_transmission_that_an_image_can_compensate_for_is_reported(
     assert trust.words(ROUGHNESS, found) == []
 
 
-@pytest.mark.parametrize("name", ["roughness", "coat_roughness"])
-def test_a_roughness_beside_an_unknown_light_depends_on_its_texels(name: str) -> None:
+@pytest.mark.parametrize("name", ["roughness", "coat_roughness", "ior", "coat_ior"])
+def test_gloss_beside_an_unknown_light_depends_on_its_texels(name: str) -> None:
     found = result()
     found["report"]["parameters"][f"Body:{name}"] = found["report"]["parameters"]["Body:roughness"]
     assert not trust.depends_on_texels(unknown(name), found)
     found["fields_best"] = {"World:environment": np.zeros((16, 32, 3))}
     assert trust.depends_on_texels(unknown(name), found)
-    assert not trust.depends_on_texels(IOR, found)
+    assert not trust.depends_on_texels(COLOUR, found)
     said = [line for line in trust.words(unknown(name), found) if "512 texels" in line]
     assert len(said) == 1
-    assert not any("texels" in line for line in trust.words(IOR, found))
+    assert not any("texels" in line for line in trust.words(COLOUR, found))

@@ -164,10 +164,11 @@ def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]
 
 
 def depends_on_texels(unknown: Unknown, result: dict[str, Any]) -> bool:
-    """Whether it is a roughness beside an image of the world: how finely this tells directions
-    apart moves it, and no interval knows of it. Measured: docs/measurements/fields.md."""
-    roughness = unknown.parameter.name.rpartition("_")[2] == "roughness"
-    return roughness and ENVIRONMENT in (result.get("fields_best") or {})
+    """Whether it shapes reflections, as a roughness or an IOR, beside an image of the world: how
+    finely this tells directions apart moves it, and no interval knows of it. Measured:
+    docs/measurements/fields.md."""
+    of_gloss = unknown.parameter.name.rpartition("_")[2] in ("roughness", "ior")
+    return of_gloss and ENVIRONMENT in (result.get("fields_best") or {})
 
 
 def _under_texels(unknown: Unknown, result: dict[str, Any]) -> list[str]:
