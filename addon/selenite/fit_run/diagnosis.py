@@ -163,8 +163,9 @@ def still_falling(result: dict[str, Any]) -> list[str]:
     if len(stages):
         done &= stages == stages[-1]
     iterations = int(np.ptp(iteration[done])) if done.any() else 0
-    # The answer is judged by weights of its own, in which no other loss is.
-    done[-1] = False
+    # Rows of the last iteration are of the answer, before and after its refinement: weights of its
+    # own judge it, in which no other loss is.
+    done &= iteration < iteration[-1]
     if done.sum() < 2:
         return []
     iteration, loss, error = iteration[done], loss[done], error[done]

@@ -16,17 +16,20 @@ int inside(int i, int count, int radius) {
 
 }  // namespace
 
-Eigen::VectorXf brightness(const Photo& photo, const PixelWeightsOptions& options) {
-  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * photo.size()));
+double mean_brightness(const Photo& photo) {
   double mean = 0;
   for (std::size_t i = 0; i < photo.size(); ++i)
-    for (int c = 0; c < 3; ++c) {
-      const float value = std::max(photo.reference[i][c], 0.f);
-      level[static_cast<Eigen::Index>(3 * i) + c] = value;
-      mean += photo.share(i) * value;
-    }
+    for (int c = 0; c < 3; ++c) mean += photo.share(i) * std::max(photo.reference[i][c], 0.f);
+  return mean;
+}
+
+Eigen::VectorXf brightness(const Photo& photo, const PixelWeightsOptions& options) {
+  Eigen::VectorXf level(static_cast<Eigen::Index>(3 * photo.size()));
+  for (std::size_t i = 0; i < photo.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      level[static_cast<Eigen::Index>(3 * i) + c] = std::max(photo.reference[i][c], 0.f);
   return mean_around(level, photo, options.radius).cwiseMax(0.f).array() +
-         static_cast<float>(options.dim_share * std::max(mean, options.black));
+         static_cast<float>(options.dim_share * std::max(mean_brightness(photo), options.black));
 }
 
 Eigen::VectorXf shares(const Photo& photo, std::size_t photos) {

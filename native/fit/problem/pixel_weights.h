@@ -17,7 +17,7 @@ struct PixelWeightsOptions {
   /// them.
   double dim_share_of_fields = 3;
   int radius = 2;             ///< of the neighbourhood whose brightness counts
-  double black = 1e-6;        ///< least mean brightness: keeps the weights of a black photo finite
+  double black = 1e-6;        ///< least mean by which a photo is judged: weights stay finite
   int noise_radius = 2;       ///< of the mean over the noise of neighbours
   double final_samples = 64;  ///< samples that a pixel has seen in the end
   double model_error = 0.05;  ///< of a pixel's brightness, at least
@@ -31,6 +31,9 @@ struct PixelWeightsOptions {
   double plain_model_error = 0.2;
 };
 inline constexpr PixelWeightsOptions kPixelWeights;
+
+/// Mean over the photo's weighted pixels and channels; what is below 0 counts as black.
+double mean_brightness(const Photo& photo);
 
 /// Brightness of the photo around each pixel, kept away from 0. The pixel itself is left out: else
 /// weights would follow the noise of the photo, and weighted residuals would be biased.

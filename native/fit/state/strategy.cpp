@@ -6,6 +6,7 @@
 #include <string>
 
 #include "fit/objective/photo_weights.h"
+#include "fit/problem/pixel_weights.h"
 #include "fit/solver/joint_gauss_newton.h"
 #include "math/error.h"
 
@@ -66,10 +67,7 @@ double common_brightness(const std::vector<Photo>& photos) {
   double most = 0;
   for (const Photo& photo : photos) {
     if (photo.gain_freedom != GainFreedom::kNone) return 0;
-    double mean = 0;
-    for (std::size_t i = 0; i < photo.size(); ++i)
-      for (int c = 0; c < 3; ++c) mean += photo.share(i) * std::max(photo.reference[i][c], 0.f);
-    most = std::max(most, mean);
+    most = std::max(most, mean_brightness(photo));
   }
   return most;
 }

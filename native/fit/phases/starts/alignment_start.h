@@ -16,8 +16,9 @@ struct AlignmentStartOptions {
 };
 
 /// Where cameras are off by pixels: how the photos lie beside pictures of what a multi-start has found.
-/// From there the descent goes on, or the search begins anew. The small pictures of the search differ from such photos at all edges, and a wrong basin may make up
-/// for it. The scene as it is would not tell the shifts: its shading can be far from the photos'.
+/// From there the descent goes on, or the search begins anew. The small pictures of the search differ from
+/// such photos at all edges, and a wrong basin may make up for it. The scene as it is would not tell the
+/// shifts: its shading can be far from the photos'.
 class AlignmentStart {
  public:
   /// Null where no photo is aligned. `photos` must outlive it.
