@@ -13,6 +13,30 @@ namespace {
 /// of a wide gamut, such a channel is 0; beyond, no render in Rec. 709 can hold the colour.
 constexpr float kGamutTolerance = 0.01f;  // of the largest channel
 
+/// Noise of a camera goes below 0 once its black level is subtracted. Left out, what remains of a
+/// shadow is too bright; values farther below 0 are marks or faults.
+constexpr float kNoiseBelowZero = 0.02f;  // of the picture's bright level
+constexpr double kBrightLevel = 0.999;    // quantile of the values above 0
+
+/// 0 where no value is below 0: nothing tells of such noise then.
+float depth_of_noise(const Samples& samples) {
+  const auto* values = std::get_if<std::vector<float>>(&samples.values);
+  if (values == nullptr) return 0;
+  bool goes_below = false;
+  std::vector<float> bright;
+  for (std::size_t i = 0; i < values->size(); i += static_cast<std::size_t>(samples.channels))
+    for (const int channel : samples.color) {
+      const float value = (*values)[i + static_cast<std::size_t>(channel)];
+      goes_below |= value < 0;
+      if (value > 0 && std::isfinite(value)) bright.push_back(value);
+    }
+  if (!goes_below || bright.empty()) return 0;
+  const auto at = bright.begin() + static_cast<std::ptrdiff_t>(
+                                       kBrightLevel * static_cast<double>(bright.size() - 1));
+  std::nth_element(bright.begin(), at, bright.end());
+  return kNoiseBelowZero * *at;
+}
+
 /// Three digits of a number above 0, never below it.
 std::string three_digits(double value) {
   const double step = std::pow(10, std::floor(std::log10(value)) - 2);
@@ -34,6 +58,9 @@ PhotoRows::PhotoRows(const std::string& path, bool as_linear, const Response& re
   }
   samples_ = decoder.read();
   if (as_linear && response.finds_clipping) clipping_ = clipping_levels(samples_);
+  const auto is_linear = [](const TransferCurve& curve) { return curve.linear(); };
+  if (as_linear && std::all_of(encoding_.curves.begin(), encoding_.curves.end(), is_linear))
+    below_zero_ = depth_of_noise(samples_);
   if (samples_.is_float()) return;
   for (CodeRange& range : counted_) range = {range.lowest * top(), range.highest * top()};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -68,11 +95,12 @@ PixelUse PhotoRows::finish(float* rgb) const {
   if (!std::isfinite(rgb[0]) || !std::isfinite(rgb[1]) || !std::isfinite(rgb[2]))
     return PixelUse::kNotFinite;
   if (!as_linear_) return PixelUse::kCounts;
-  const float tolerance = kGamutTolerance * std::max({rgb[0], rgb[1], rgb[2]});
+  const float tolerance =
+      std::max(kGamutTolerance * std::max({rgb[0], rgb[1], rgb[2]}), below_zero_);
   bool is_outside = false;
   for (std::size_t c = 0; c < 3; ++c) {
     is_outside |= rgb[c] < -tolerance;
-    rgb[c] = std::fmax(rgb[c], 0.f);
+    rgb[c] = std::fmax(rgb[c], -below_zero_);
   }
   return is_outside ? PixelUse::kOutsideGamut : PixelUse::kCounts;
 }
@@ -109,11 +137,11 @@ void PhotoRows::convert_values(const std::vector<T>& values, int y, float* rgb, 
       } else {
         if (!std::isfinite(stored))
           found = PixelUse::kNotFinite;
-        else if (stored < 0 && found != PixelUse::kNotFinite)
+        else if (stored < -below_zero_ && found != PixelUse::kNotFinite)
           found = PixelUse::kNegative;
         else if (stored > encoding_.curves[c].highest && found == PixelUse::kCounts)
           found = PixelUse::kClipped;
-        out[c] = std::isfinite(stored) && stored >= 0 ? decode(c, stored) : 0;
+        out[c] = std::isfinite(stored) && stored >= -below_zero_ ? decode(c, stored) : 0;
       }
       if (found == PixelUse::kCounts) found = counted(c, static_cast<double>(stored));
     }

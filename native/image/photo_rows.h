@@ -25,7 +25,7 @@ class PhotoRows {
   bool has_alpha() const { return samples_.alpha >= 0; }
 
   /// Row `y` of the frame: `rgb` (width, 3), `alpha` (width) and `use` (width). What is not
-  /// finite is 0 in `rgb`, as are channels below 0.
+  /// finite is 0 in `rgb`, as are channels below 0. Noise around 0 in floats is kept.
   void convert(int y, float* rgb, float* alpha, PixelUse* use) const;
 
   /// Warnings of pixels that do not count; `counts` is of the whole frame.
@@ -43,6 +43,7 @@ class PhotoRows {
   PixelUse finish(float* rgb) const;
 
   bool as_linear_;
+  float below_zero_ = 0;  ///< how far noise around 0 goes below it, in stored values
   PictureInfo info_;
   Samples samples_;
   ColorEncoding encoding_;

@@ -32,7 +32,7 @@ struct PictureInfo {
 enum class PixelUse : std::uint8_t {
   kCounts,
   kNotFinite,     ///< NaN or infinite, in a colour or alpha
-  kNegative,      ///< a stored colour is below 0
+  kNegative,      ///< a stored colour is farther below 0 than noise is
   kClipped,       ///< see clipping.h
   kOutsideGamut,  ///< Rec. 709 has no such colour
   kOutsideFile,   ///< of the frame, but not stored
@@ -68,7 +68,7 @@ PictureInfo probe_photo(const std::string& path, bool as_linear = true);
 /// Reads PNG, JPEG, TIFF (integers of 8 to 16 bits, floats), OpenEXR or Radiance HDR.
 ///
 /// Colours are converted to linear Rec. 709 as the file says (color/encoding.h); what is not finite
-/// or below 0 becomes 0. `as_linear` false: stored values, integers divided by their top.
+/// or below 0 becomes 0, but linear floats keep noise: what reaches 2 % of the bright level below 0. `as_linear` false: stored values, integers divided by their top.
 /// Throws FileError: missing, not a picture, beyond the limits, truncated or damaged, or one of
 /// those that `examine` refuses.
 Photo read_photo(const std::string& path, bool as_linear = true);

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
+#include <random>
+#include <vector>
 
 #include "image/cmyk_jpeg.h"
 #include "image/file_error.h"
@@ -201,6 +204,32 @@ TEST_F(ReadPhoto, PixelsThatAreNotFiniteOrBelowZeroAreLeftOutAndCounted) {
   ASSERT_EQ(photo.info.warnings.size(), 2u);
   EXPECT_TRUE(holds(photo.info.warnings[0], "2 of its pixels are not finite"));
   EXPECT_TRUE(holds(photo.info.warnings[1], "1 of its pixels is below 0"));
+}
+
+// Leaving out the half of it that lies below 0 makes shadows too bright.
+TEST_F(ReadPhoto, NoiseAroundZeroCounts) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0, 0.004f);
+  constexpr int kSide = 64;
+  std::vector<float> pixels(3 * kSide * kSide);
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    pixels[i] = (i < pixels.size() / 2 ? 0.f : 1.f) + noise(random);
+  write_exr(path("a.exr"), pixels.data(), kSide, kSide, 3);
+  const Photo photo = read_photo(path("a.exr"));
+  EXPECT_EQ(photo.counts[PixelUse::kCounts], kSide * kSide);
+  EXPECT_TRUE(photo.info.warnings.empty());
+  const auto middle = photo.pixels.begin() + static_cast<std::ptrdiff_t>(pixels.size() / 2);
+  const double mean = std::accumulate(photo.pixels.begin(), middle, 0.0) / (pixels.size() / 2.0);
+  EXPECT_NEAR(mean, 0, 3 * 0.004 / std::sqrt(pixels.size() / 2.0));
+}
+
+// A curve says nothing of values below 0.
+TEST_F(ReadPhoto, AMaskAndACurveKeepNothingBelowZero) {
+  std::vector<float> pixels(3 * kSize * kSize, 0.5f);
+  pixels[0] = -0.001f;
+  write_exr(path("a.exr"), pixels.data(), kSize, kSize, 3);
+  EXPECT_EQ(read_photo(path("a.exr")).pixels[0], -0.001f);
+  EXPECT_EQ(read_photo(path("a.exr"), false).counts[PixelUse::kNegative], 1);
 }
 
 TEST_F(ReadPhoto, OrientationIsReportedAndNotApplied) {

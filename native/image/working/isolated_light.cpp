@@ -16,7 +16,7 @@ void IsolatedLight::add(int y, const float* rgb, const std::uint8_t* inside) {
   row.level.reserve(static_cast<std::size_t>(width_));
   for (std::size_t x = 0; x < static_cast<std::size_t>(width_); ++x) {
     const float level = (rgb[3 * x] + rgb[3 * x + 1] + rgb[3 * x + 2]) / 3;
-    row.level.push_back(inside[x] != 0 ? level : -1);
+    row.level.push_back(inside[x] != 0 ? std::max(level, 0.f) : -1);
     if (inside[x] != 0) light_ += static_cast<double>(level);
   }
   for (int middle = y - 1; middle <= y + 1; ++middle) row.uses += judged(middle) ? 1 : 0;
