@@ -258,9 +258,12 @@ def test_gloss_beside_an_unknown_light_depends_on_its_texels(name: str) -> None:
     found = result()
     found["report"]["parameters"][f"Body:{name}"] = found["report"]["parameters"]["Body:roughness"]
     assert not trust.depends_on_texels(unknown(name), found)
+    assert trust.entries(unknown(name), found)["determined"] is True
     found["fields_best"] = {"World:environment": np.zeros((16, 32, 3))}
     assert trust.depends_on_texels(unknown(name), found)
     assert not trust.depends_on_texels(COLOUR, found)
+    entry = trust.entries(unknown(name), found)
+    assert entry["determined"] is False and entry["interval_90"] is not None
     said = [line for line in trust.words(unknown(name), found) if "512 texels" in line]
     assert len(said) == 1
     assert not any("texels" in line for line in trust.words(COLOUR, found))

@@ -33,7 +33,8 @@ UNKNOWN: dict[str, Any] = {
 def entries(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any]:
     """Keys of one parameter in result.json. Lists by channel for a colour, except `determined`:
     every channel is. Null where the photos do not determine it: an interval is given where it is
-    valid.
+    valid. Beside an image of the world, a value that depends on its texels is not determined; its
+    interval is that for these texels.
     """
     reported = _reported(unknown, result)
     if not reported:
@@ -49,7 +50,7 @@ def entries(unknown: Unknown, result: dict[str, Any]) -> dict[str, Any]:
     return {
         "standard_error": shown(reported["standard_error"]),
         "interval_90": shown(reported["interval_90"]),
-        "determined": all(determined),
+        "determined": all(determined) and not depends_on_texels(unknown, result),
         "at_bound": plain(reported["at_bound"]),
         "correlated_with": plain(reported["correlated_with"]),
     }
