@@ -149,7 +149,8 @@ void PhotoEvaluator::find_alignment(const Photo& photo, const Film& film) {
   if (!photo.align || std::ranges::none_of(model_.problem.photos, is_photo)) return;
   const Eigen::VectorXf weights = gain_weights(model_.problem, photo);
   const AlignmentEquations equations(photo, weights);
-  const auto found = alignments_.try_emplace(photo.id, equations.prior(), photo.width).first;
+  const FoundAlignment fresh{equations.prior(), photo.width};
+  const auto found = alignments_.try_emplace(photo.id, fresh).first;
   found->second.estimate = equations.improved(found->second.estimate, film);
 }
 

@@ -18,6 +18,10 @@ struct InnerVertex {
   const MediaStack<L>& media;
   const Random& random;
 };
+/// Clang before 17 deduces nothing from the members of an aggregate.
+template <int L, class Scatterer>
+InnerVertex(const Path&, Vec3f, const Scatterer&, const MediaStack<L>&, const Random&)
+    -> InnerVertex<L, Scatterer>;
 
 /// Light of lamps that reaches the inside of a body with a medium by refraction at its surface. A small
 /// lamp is hardly ever found by a path that leaves the body where it happens to. So places inside,
