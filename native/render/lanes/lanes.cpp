@@ -52,7 +52,7 @@ std::string lanes_obstacle(const Prepared<L>& prepared) {
     if (const char* what = obstacle(materials[i]))
       return "material '" + prepared.scene.appearance.materials[i].name + "' " + what;
   if (prepared.emitted.is_rotation_ticked()) return "the rotation of the world is differentiated";
-  if (!prepared.boundaries.empty()) return "a lamp shines through a surface on a medium";
+  if (!prepared.boundaries.empty()) return "a small lamp shines through a surface on a medium";
   std::set<std::pair<std::size_t, int>> media;  // objects and materials
   const auto& instances = prepared.geometry.instances();
   for (std::size_t i = 0; i < instances.size(); ++i)

@@ -33,9 +33,7 @@ template <int L>
 class RefractedLight {
  public:
   explicit RefractedLight(const Prepared<L>& prepared) : p_(prepared), direct_(prepared) {
-    if (!acts()) return;
-    for (const int i : p_.lamps)
-      if (p_.lights.probability(i) > 0) lamps_.push_back(i), all_ += p_.lights.probability(i);
+    for (const int i : p_.aims) all_ += p_.lights.probability(i);
   }
 
   /// Whether anything is found in this way.
@@ -197,11 +195,11 @@ class RefractedLight {
   }
   int choose(float u) const {
     float left = u * all_;
-    for (std::size_t i = 0; i + 1 < lamps_.size(); ++i) {
-      left -= p_.lights.probability(lamps_[i]);
-      if (left < 0) return lamps_[i];
+    for (std::size_t i = 0; i + 1 < p_.aims.size(); ++i) {
+      left -= p_.lights.probability(p_.aims[i]);
+      if (left < 0) return p_.aims[i];
     }
-    return lamps_.back();
+    return p_.aims.back();
   }
   /// By the distribution of normals, in the plane across the mean one.
   static RefractedExit::Micronormal draw(float width2, const Random& random) {
@@ -213,7 +211,8 @@ class RefractedLight {
   std::optional<Odds> odds(const Path::Inside& inside, const Hit& hit, const Surface& surface,
                            int lamp, const Vec3f& beyond, float light, float bsdf) const {
     const RefractionSpread& boundary = p_.boundaries[surface.material];
-    if (!(boundary.eta > 0) || !p_.lights.probability(lamp)) return std::nullopt;
+    if (!(boundary.eta > 0) || std::ranges::find(p_.aims, lamp) == p_.aims.end())
+      return std::nullopt;
     const Light& from = p_.scene.appearance.lights[lamp];
     const auto aimed = find_target(from, inside.place, surface.position, beyond);
     if (!aimed) return std::nullopt;
@@ -241,8 +240,7 @@ class RefractedLight {
 
   const Prepared<L>& p_;
   DirectLight<L> direct_;
-  std::vector<int> lamps_;  ///< those that are aimed at
-  float all_ = 0;           ///< their probabilities
+  float all_ = 0;  ///< probabilities of the lamps that are aimed at
 };
 
 }  // namespace selenite

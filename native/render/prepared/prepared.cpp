@@ -107,6 +107,10 @@ LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted
   return set;
 }
 
+/// Steradians. A path inside a body finds a larger lamp often enough by itself, in a tenth of the
+/// time. Measured: docs/measurements/extremes.md, "A small lamp over a medium".
+constexpr float kSmallLamp = 0.2f;
+
 template <int L>
 RefractionSpread boundary_of(const Material& source, const PreparedMaterial<L>& material) {
   if (material.transparent || !material.has_medium) return {};
@@ -122,13 +126,10 @@ RefractionSpread boundary_of(const Material& source, const PreparedMaterial<L>& 
 
 template <int L>
 std::vector<RefractionSpread> boundaries_of(const Appearance& appearance,
-                                            const std::vector<PreparedMaterial<L>>& materials,
-                                            const std::vector<int>& lamps,
-                                            const LightSampler& lights) {
+                                            const std::vector<PreparedMaterial<L>>& materials) {
   std::vector<RefractionSpread> found;
-  if (std::any_of(lamps.begin(), lamps.end(), [&](int i) { return lights.probability(i) > 0; }))
-    for (std::size_t m = 0; m < materials.size(); ++m)
-      found.push_back(boundary_of(appearance.materials[m], materials[m]));
+  for (std::size_t m = 0; m < materials.size(); ++m)
+    found.push_back(boundary_of(appearance.materials[m], materials[m]));
   const bool any =
       std::any_of(found.begin(), found.end(), [](const RefractionSpread& b) { return b.eta > 0; });
   return any ? found : std::vector<RefractionSpread>();
@@ -159,13 +160,19 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
   }
   if (!visibility.uneven) {
     find_sealed(scene, materials);
-    boundaries = boundaries_of(scene.appearance, materials, lamps, lights);
+    boundaries = boundaries_of(scene.appearance, materials);
   }
   for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
     const auto& own = geometry.instances()[i].materials;
     if (std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))
       media_bounds.include(geometry, i);
   }
+  if (boundaries.empty()) return;
+  for (const int i : lamps)
+    if (lights.probability(i) > 0 &&
+        media_bounds.solid_angle(scene.appearance.lights[i]) < kSmallLamp)
+      aims.push_back(i);
+  if (aims.empty()) boundaries.clear();
 }
 
 template class Prepared<0>;

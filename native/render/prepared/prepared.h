@@ -33,8 +33,10 @@ struct Prepared {
   std::vector<int>
       lamps;  ///< those that are on, by their numbers in the scene: no ray asks for others
   /// How the surfaces of bodies with a medium refract light out of them, by the constants of their
-  /// materials: one each of these, eta 0 for others. None where no lamp shines; see RefractedLight.
+  /// materials: one each of these, eta 0 for others. None where there is no lamp to aim at.
   std::vector<RefractionSpread> boundaries;
+  /// The lamps that paths inside these bodies aim at, with the probability of each; see RefractedLight.
+  std::vector<int> aims;
   int environment_field;  ///< the number of the world's image among the fields of unknowns
   int slots;
   int slot_room;  ///< that many with what is added behind the last one
