@@ -103,3 +103,22 @@ def test_the_panel_shows_it_while_the_fit_runs_and_afterwards(tmp_path):
         assert "has sat at its minimum 0.7" in " ".join(draw(panels.SELENITE_PT_fit).split())
     finally:
         state.RUN.job = None
+
+
+@pytest.mark.parametrize(("transmission", "said"), [(0.0, 1), (0.5, 0)])
+def test_light_where_an_opaque_body_is_dark(tmp_path, capsys, transmission, said):
+    made.studio(base_color=(0.5, 0.5, 0.5), roughness=0.8, transmission=transmission)
+    lamp = made.light("Key Light", energy=600)
+    lamp.location = (4, 0, 0)  # half of the ball is dark
+    made.world(color=(0.2, 0.2, 0.2))
+    photo = tmp_path / "photo.exr"
+    assert main(["render", made.save(tmp_path / "a.blend"), "--out", str(photo), "--spp=64"]) == 0
+    made.world(strength=0)
+    path = made.save(tmp_path / "scene.blend")
+    status, report, printed = command(
+        capsys, "fit", path, *[f"--photo=Camera={photo}"] * 3, "--fit=Body:base_color",
+        "--silhouette=1", "--iterations=12", "--height=24", "--spp=8", "--search=off",
+        "--picture-spp=1", f"--out={tmp_path / 'fits'}",
+    )  # fmt: skip
+    assert status == 0, printed
+    assert sum("leaves dark" in text for text in report["warnings"]) == said, report["warnings"]

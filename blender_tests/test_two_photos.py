@@ -11,6 +11,10 @@ from command_line import command
 from drawn_panels import FakeLayout
 
 from selenite import native
+from selenite.commands.terminal import Bar
+from selenite.fit_run.cost import phase_paths
+from selenite.fit_run.plan import prepare
+from selenite.fit_run.request import RunRequest, UnknownRequest
 from selenite.interface import panels
 from selenite.scene_read.capture_request import CaptureRequest
 from selenite.scene_read.photos import captures_of, ids_of, pair_by_name
@@ -65,6 +69,40 @@ def test_a_fit_by_the_command_line_compares_with_both(photos, tmp_path, capsys):
     status, second, printed = command(capsys, *again)
     assert status == 0, printed
     assert second["parameters"] == report["parameters"]
+
+
+def test_what_a_fit_will_render_is_known(photos):
+    captures = tuple(
+        CaptureRequest("Camera", str(path), id=name, gain="scalar")
+        for name, path in zip(IDS, photos, strict=True)
+    )
+    request = RunRequest("", (UnknownRequest("Body", "base_color"),), captures)
+    paths = phase_paths(request.settings, prepare(made.read(), request))
+    assert min(paths[name] for name in ("multi-start", "descent", "refinement")) > 0
+
+
+@pytest.mark.parametrize("slow", [True, False])
+def test_after_ctrl_c_nobody_waits_for_pictures(photos, tmp_path, capsys, monkeypatch, slow):
+    scene = made.save(tmp_path / "scene.blend")
+    shown = Bar.update
+
+    def interrupt(self, fraction, *more, note=""):
+        shown(self, fraction, *more, note=note)
+        if self._title == "fitting" and "1/" in note:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Bar, "update", interrupt)
+    status, report, printed = command(
+        capsys, "fit", scene, "--fit=Body:base_color", "--search=off", "--spp=16",
+        "--iterations=100000", f"--picture-spp={1 << 20 if slow else 1}",
+        f"--out={tmp_path / 'fits'}", *(f"--photo=Camera={path}" for path in photos),
+    )  # fmt: skip
+    assert status == 0, printed
+    assert report["stopped_because"] == "cancelled" and report["iterations"] > 0
+    assert ("pictures are left out" in printed) == slow
+    (folder,) = (tmp_path / "fits").iterdir()
+    assert {"result.json", "history.csv"} <= written(folder)
+    assert ("Camera_optimised.png" in written(folder)) != slow
 
 
 @pytest.mark.usefixtures("addon")

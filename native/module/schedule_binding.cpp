@@ -11,13 +11,15 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
-/// photos: (camera, width, height) each.
+/// photos: (id, camera, width, height) each.
 py::list schedule_list(const Scene& scene,
-                       const std::vector<std::tuple<std::string, int, int>>& photos,
+                       const std::vector<std::tuple<std::string, std::string, int, int>>& photos,
                        const py::list& unknowns, const py::dict& settings) {
   std::vector<Photo> sizes;
-  for (const auto& [camera, width, height] : photos)
+  for (const auto& [id, camera, width, height] : photos) {
     sizes.push_back(photo_of_size(camera, width, height));
+    sizes.back().id = id;
+  }
   const std::vector<UnknownParameter> wanted = unknowns_of(unknowns);
   const FitSettings with = settings_of(settings);
   const auto planned = [&] {
@@ -46,7 +48,7 @@ void bind_schedule(py::module_& m) {
   m.def("schedule", &schedule_list, "scene"_a, "photos"_a, "unknowns"_a, "settings"_a,
         R"(What a fit will render: list of dict {phase ("multi-start", "descent", "refinement",
 "comparison"), pixels (of all photos), spp, renders (on average), derivatives ("none", "scalars",
-"fields")}. photos: list of (camera, width, height); the rest as for Fit.)");
+"fields")}. photos: list of (id, camera, width, height); the rest as for Fit.)");
   m.def(
       "refinement_spp",
       [](const py::dict& settings) { return settings_of(settings).chosen_refinement_spp(); },

@@ -69,14 +69,18 @@ def test_a_fit_costs_its_planned_paths_each_by_what_it_carries(
 
     monkeypatch.setattr(cost.native, "core", lambda: SimpleNamespace(schedule=schedule))
     photos = [
-        SimpleNamespace(camera="Front", photo_size=(600, 400)),
-        SimpleNamespace(camera="Side", photo_size=(40, 50)),  # never larger than itself
+        SimpleNamespace(id="left", camera="Front", photo_size=(600, 400)),
+        SimpleNamespace(id="right", camera="Side", photo_size=(40, 50)),  # never larger than itself
     ]
     item = SimpleNamespace(native=lambda: "roughness")
     plan: Any = SimpleNamespace(scene="scene", unknowns=[item], fields=[], captures=photos)
     found = cost.paths(FitSettings(height=100, iterations=7), plan)
     assert found == pytest.approx(10_000 * (1 + 1.3 + 2.2))
-    assert asked[:3] == ["scene", [("Front", 150, 100), ("Side", 40, 50)], ["roughness"]]
+    assert asked[:3] == [
+        "scene",
+        [("left", "Front", 150, 100), ("right", "Side", 40, 50)],
+        ["roughness"],
+    ]
     assert asked[3]["iterations"] == 7
     assert cost.pixels_at(plan.captures, 100) == 15_000 + 2_000
 

@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import pytest
 
-from selenite.fit_run.answer.light_pairing import explains
+from selenite.fit_run.answer import light_pairing
+from selenite.fit_run.answer.light_pairing import explains, mismatches
 
 
 @pytest.mark.parametrize(
@@ -19,3 +22,33 @@ from selenite.fit_run.answer.light_pairing import explains
 )
 def test_lights_that_explain_nothing_are_not_said_to_be_the_right_ones(other, own, expected):
     assert explains(other**2, own**2) is expected
+
+
+def _plan(photos: int) -> SimpleNamespace:
+    lights = [{"lamps": [f"Lamp {index}"], "world": True, "places": {}} for index in range(photos)]
+    captures = [SimpleNamespace(id=str(index), lights=one) for index, one in enumerate(lights)]
+    return SimpleNamespace(captures=captures, scene=None)
+
+
+def test_after_a_fit_that_was_stopped_nothing_is_compared() -> None:
+    assert mismatches(_plan(2), {"stopped_because": "cancelled"}) == []  # type: ignore[arg-type]
+
+
+def test_a_comparison_that_takes_long_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    seconds = iter(range(0, 10000, 15))
+    monkeypatch.setattr(light_pairing.time, "monotonic", lambda: next(seconds))
+    monkeypatch.setattr(light_pairing, "scene_at", lambda _plan, _result: None)
+    rendered = []
+
+    class View:
+        @staticmethod
+        def of(_plan: object, _scenes: object, capture: object, _result: object) -> View:
+            rendered.append(capture)
+            return View()
+
+        def error(self, *_more: object) -> SimpleNamespace:
+            return SimpleNamespace(mean=1.0)
+
+    monkeypatch.setattr(light_pairing, "_View", View)
+    assert mismatches(_plan(9), {"stopped_because": "converged"}) == []  # type: ignore[arg-type]
+    assert len(rendered) == 2

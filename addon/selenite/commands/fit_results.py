@@ -11,7 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from ..fit_run.answer.light_pairing import with_warnings
-from ..fit_run.answer.results import finished, result_json, summary, write_results
+from ..fit_run.answer.results import (
+    finished,
+    result_json,
+    seconds_of_pictures,
+    summary,
+    write_results,
+)
 from ..fit_run.captures.render import alignments_of, gains_of
 from ..fit_run.checkpoint import Recorder
 from ..fit_run.fields import EnvironmentUnknown, ImageUnknown, fitted_grids
@@ -21,6 +27,8 @@ from ..problems import BadInput
 from ..scene_read.values import SceneValues
 from .terminal import bar, say, say_saved
 
+#: Seconds that pictures may take after Ctrl+C.
+_PATIENCE = 2.0
 #: What keeps results from being written, beside the user.
 _UNWRITTEN = (OSError, MemoryError, ValueError)
 
@@ -85,8 +93,15 @@ def _written(
     errors: list[str],
 ) -> Path | None:
     """The result folder; None where it could not be written."""
+    seconds = seconds_of_pictures(plan, result)
+    pictures = result["stopped_because"] != "cancelled" or seconds < _PATIENCE
+    if not pictures:
+        say(
+            f"The pictures are left out: they would take about {seconds / 60:.1f} min. "
+            "selenite render --result FOLDER --capture ID makes one"
+        )
     try:
-        return write_results(plan, result, out, host, note_progress)
+        return write_results(plan, result, out, host, note_progress, pictures=pictures)
     except (*_UNWRITTEN, KeyboardInterrupt) as error:
         errors.append(
             f"Folder '{out}': the results cannot be written ({_why(error)}); the values are "

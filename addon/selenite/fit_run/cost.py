@@ -20,20 +20,20 @@ _TIMED_HEIGHT, _TIMED_ITERATIONS, _LONG_ENOUGH = 64, 2, 0.5
 _PATH = {"none": 1.0, "scalars": 1.3, "fields": 2.2}
 
 
-def sizes_at(captures: Sequence[Capture], height: int) -> list[tuple[str, int, int]]:
-    """(camera, width, height) of all captures when they are compared at `height`, never above their
-    photo's."""
+def sizes_at(captures: Sequence[Capture], height: int) -> list[tuple[str, str, int, int]]:
+    """(id, camera, width, height) of all captures when they are compared at `height`, never above
+    that of their photo."""
     sizes = []
     for item in captures:
         columns, rows = item.photo_size
         used = min(height, rows)
-        sizes.append((item.camera, max(1, round(used * columns / rows)), used))
+        sizes.append((item.id, item.camera, max(1, round(used * columns / rows)), used))
     return sizes
 
 
 def pixels_at(captures: Sequence[Capture], height: int) -> int:
     """Pixels of all captures when they are compared at `height`."""
-    return sum(width * rows for _, width, rows in sizes_at(captures, height))
+    return sum(width * rows for *_, width, rows in sizes_at(captures, height))
 
 
 def too_many(plan: FitPlan) -> str:

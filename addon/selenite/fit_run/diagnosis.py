@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from . import trust
+from .unlit import light_in_the_dark
+from .views import View, blurred, eroded
 
 History = Mapping[str, Any]  # as the native result has it
 
@@ -54,16 +56,6 @@ class Limits:
     range_ends: frozenset[str] = frozenset()
 
 
-@dataclass(frozen=True)
-class View:
-    """A photo and its newest render: (h, w, 3) linear; weight (h, w), 0 where it is masked."""
-
-    id: str
-    reference: np.ndarray
-    weight: np.ndarray
-    picture: np.ndarray
-
-
 def diagnose(
     history: History,
     limits: Sequence[Limits],
@@ -74,11 +66,13 @@ def diagnose(
     running: bool = False,
     transmits: bool = False,
     explained: bool = False,
+    opaque: bool = False,
 ) -> tuple[str, ...]:
     """Every sentence that holds now. `from_start`: no earlier stage has brought the loss down.
     `sure`: a refinement has determined every value, so that noise is known to hide none. `running`:
     what is left to do may still show what noise hides now. `transmits`: a fitted material refracts,
     and moves edges until the end. `explained`: the photos are, within noise.
+    `opaque`: no light passes through what is fitted.
     """
     if not len(history["iteration"]):
         return ()
@@ -90,6 +84,7 @@ def diagnose(
         found += loss_flat(history) if from_start else []
         found += too_noisy(history, limits) if not sure else []
         found += hidden_loss(history, views) if not (sure or running) else []
+        found += light_in_the_dark(views) if opaque and not running else []
     return tuple(found)
 
 
@@ -321,10 +316,10 @@ def _gain(view: View) -> tuple[np.ndarray, float] | None:
 def _shift(view: View) -> tuple[float, float, float] | None:
     """(pixels to the right, pixels down, share explained) of photo against render, to first order
     in the shift: photo(x) = render(x - shift)."""
-    photo, picture = _blurred(view.reference), _blurred(view.picture)
+    photo, picture = blurred(view.reference), blurred(view.picture)
     middle = (photo + picture) / 2  # its slope is right for shifts of twice the size
     down, across = np.gradient(middle, axis=(0, 1))
-    use = _eroded(view.weight > 0, 2)
+    use = eroded(view.weight > 0, 2)
     use[:2], use[-2:], use[:, :2], use[:, -2:] = False, False, False, False
     if use.sum() < _FEWEST_PIXELS:
         return None
@@ -344,7 +339,7 @@ def _shift(view: View) -> tuple[float, float, float] | None:
 def _rim(view: View) -> tuple[float, float] | None:
     """(share of the squared difference at the mask's rim, share of the pixels there)."""
     counted = view.weight > 0
-    inside = _eroded(counted, _RIM_PIXELS)
+    inside = eroded(counted, _RIM_PIXELS)
     rim = counted & ~inside
     if rim.sum() < _FEWEST_PIXELS or inside.sum() < _FEWEST_PIXELS:
         return None
@@ -355,20 +350,3 @@ def _rim(view: View) -> tuple[float, float] | None:
         return None
     share = float(at_rim.sum()) / total
     return (share, float(rim.sum() / counted.sum())) if share >= _RIM_HOLDS else None
-
-
-def _blurred(picture: np.ndarray) -> np.ndarray:
-    """Mean over 3 x 3 pixels; the outermost repeat."""
-    padded = np.pad(picture.astype(float), ((1, 1), (1, 1), (0, 0)), mode="edge")
-    height, width = picture.shape[:2]
-    shifted = [padded[y : y + height, x : x + width] for y in range(3) for x in range(3)]
-    return np.mean(shifted, axis=0)
-
-
-def _eroded(mask: np.ndarray, pixels: int) -> np.ndarray:
-    """Without what lies within `pixels` of a pixel that is not in it; the picture's border does
-    not count as outside."""
-    for _ in range(pixels):
-        padded = np.pad(mask, 1, mode="edge")
-        mask = mask & padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
-    return mask.copy()

@@ -13,9 +13,10 @@ import numpy as np
 from .. import native
 from ..problems import BadInput, Failed, Problem, problems_of
 from . import trust
-from .diagnosis import Limits, View, diagnose, still_falling
+from .diagnosis import Limits, diagnose, still_falling
 from .plan import FitPlan
 from .staging import plan as stage_plan
+from .views import View
 
 _DIAGNOSE_EVERY = 1.0  # seconds between two diagnoses of a running fit
 #: Pixels of all photos up to which a diagnosis is made by who polls: some 20 ms. Above it has a
@@ -185,6 +186,7 @@ class FitJob:
             result["history"], limits, views, from_start=self._from_start,
             sure=trust.sure(result), running=self._fit.state()["running"],
             transmits=self.plan.transmits, explained=trust.explained(result),
+            opaque=self.plan.opaque,
         )  # fmt: skip
 
     def request_state(self) -> None:

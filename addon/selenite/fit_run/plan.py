@@ -42,6 +42,7 @@ class FitPlan:
     millimetres: float | None  # in one Blender unit, None where the scene has no units
     stages: tuple[Stage, ...] = ()
     transmits: bool = False  # a fitted material refracts, or may
+    opaque: bool = False  # no light passes through any fitted material
 
 
 def prepare(
@@ -127,6 +128,7 @@ def prepare(
         millimetres=values.millimetres,
         stages=tuple(stages),
         transmits=_transmits(values, requests),
+        opaque=not (_transmits(values, requests) or _has_medium(values, requests)),
     )
 
 
@@ -135,6 +137,16 @@ def _transmits(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
     owners = {item.owner for item in requests}
     return any(item.parameter == "transmission" for item in requests) or any(
         "transmission" in item.maps or item.values.get("transmission", (0.0,))[0] > 0
+        for item in values.materials
+        if item.name in owners
+    )
+
+
+def _has_medium(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool:
+    """Whether a fitted material holds a medium."""
+    owners = {item.owner for item in requests}
+    return any(
+        item.grids or max(item.values.get("extinction", (0.0,))) > 0
         for item in values.materials
         if item.name in owners
     )

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "fit/evaluate/field_loss.h"
+#include "fit/evaluate/rendered_pixels.h"
 #include "fit/evaluate/seeds.h"
 #include "fit/objective/closed_form_gain.h"
 #include "fit/objective/photo_weights.h"
@@ -73,10 +74,7 @@ void apply_gain(const Colorf& gain, const Photo& photo, const Fields& fields,
 }  // namespace
 
 void RenderCounts::add(const Film& film, const Photo& photo) {
-  const std::int64_t pixels =
-      photo.pixels ? std::ranges::count_if(*photo.pixels, [](auto one) { return one != 0; })
-                   : static_cast<std::int64_t>(film.size());
-  samples += pixels * film.spp;
+  samples += static_cast<std::int64_t>(rendered_count(photo)) * film.spp;
   dropped += film.dropped;
   cpu_seconds += film.cpu_seconds;
   if (film.dropped > 0 && first_dropped.empty()) first_dropped = film.first_dropped;
@@ -112,7 +110,7 @@ RenderSettings PhotoEvaluator::render_settings(const Photo& photo, int spp,
   settings.depth = settings_->depth;
   settings.threads = settings_->threads;
   settings.frame = photo.frame;
-  settings.pixels = photo.pixels;
+  settings.pixels = rendered_pixels(photo);
   return settings;
 }
 

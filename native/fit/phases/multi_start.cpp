@@ -13,6 +13,7 @@
 namespace selenite {
 namespace {
 
+constexpr double kRendersOfStep = 3;  ///< with its differences, on average
 constexpr int kRemembered = 1 << 20;  ///< iterations that steps expect: damping stays as at first
 constexpr double kMedianOfSquare = 0.455;  ///< of a standard normal number
 
@@ -36,13 +37,36 @@ double uniform(std::uint64_t key) { return static_cast<double>(mix64(key) >> 11)
 
 }  // namespace
 
-MultiStart::MultiStart(const Problem& problem, std::uint64_t seed, const MultiStartOptions& options)
+std::vector<std::size_t> searched_photos(const Problem& problem, const Scene& scene,
+                                         const MultiStartOptions& options) {
+  const std::size_t all = problem.photos.size();
+  const std::size_t count = std::min(all, static_cast<std::size_t>(options.photos));
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t first = i * all / count, next = (i + 1) * all / count;
+    const double at = uniform(i) * static_cast<double>(next - first);
+    chosen.push_back(first + static_cast<std::size_t>(at));
+  }
+  for (std::size_t p = 0; p < problem.unknowns.parameters().size(); ++p) {
+    const auto shows = [&](std::size_t photo) {
+      return problem.unknowns.is_seen(p, scene, problem.photos[photo]);
+    };
+    std::size_t first = 0;
+    while (first < all && !shows(first)) ++first;
+    if (first < all && std::ranges::none_of(chosen, shows)) chosen.push_back(first);
+  }
+  std::ranges::sort(chosen);
+  return chosen;
+}
+
+MultiStart::MultiStart(const Problem& problem, const std::vector<std::size_t>& photos,
+                       std::uint64_t seed, const MultiStartOptions& options)
     : options_(options),
       seed_(seed),
       problem_{problem.unknowns, problem.layout, photos_, problem.loss, kRemembered},
       reparametrization_(problem.unknowns) {
-  for (const Photo& photo : problem.photos) {
-    photos_.push_back(photo.resized(options_.size));
+  for (const std::size_t index : photos) {
+    photos_.push_back(problem.photos[index].resized(options_.size));
     weights_.push_back(problem.loss.weighted ? relative_weights(photos_.back(), 1)
                                              : shares(photos_.back(), 1));
   }
@@ -63,8 +87,7 @@ void MultiStart::begin_at(const Vector& values) {
   }
   result_ = {.points = static_cast<int>(candidates_.size())};
   next_ = 0;
-  round_ = 0;
-  done_ = 0;
+  round_ = stepped_ = 0;
 }
 
 /// A point of a component's range, `at` in [0, 1].
@@ -162,22 +185,23 @@ void MultiStart::rank() {
   }
 }
 
-void MultiStart::descend(Candidate& candidate, int index, int steps, Evaluator& evaluator) const {
+int MultiStart::steps_of(const Candidate& candidate) const {
+  if (round_ == 0 || round_ == last_round() || candidate.untouched) return 0;
+  return options_.rounds[static_cast<std::size_t>(round_) - 1].steps;
+}
+
+void MultiStart::descend(Candidate& candidate, int n, Evaluator& evaluator) const {
   if (!candidate.steps) candidate.steps = std::make_shared<GaussNewton>(problem_);
-  for (int n = 0; n < steps; ++n) {
-    std::vector<Observation> seen;
-    for (std::size_t v = 0; v < photos_.size(); ++v) {
-      const int purpose = 16 + 64 * round_ + n;
-      seen.push_back(
-          {static_cast<int>(v),
-           evaluator.evaluate({candidate.x}, photos_[v],
-                              {options_.step_spp, seed_for(purpose, index, static_cast<int>(v)),
-                               Differences{alternating_side(n)}}),
-           {}});
-    }
-    candidate.x = candidate.steps->step(candidate.x, seen);
+  const int purpose = 16 + 64 * round_ + n;
+  std::vector<Observation> seen;
+  for (std::size_t v = 0; v < photos_.size(); ++v) {
+    const std::uint64_t seed = seed_for(purpose, static_cast<int>(next_), static_cast<int>(v));
+    seen.push_back({static_cast<int>(v),
+                    evaluator.evaluate({candidate.x}, photos_[v],
+                                       {options_.step_spp, seed, Differences{alternating_side(n)}}),
+                    {}});
   }
-  candidate.untouched = false;
+  candidate.x = candidate.steps->step(candidate.x, seen);
 }
 
 /// Whether two points are one basin's, for all that a search can tell.
@@ -205,16 +229,16 @@ bool MultiStart::step(Evaluator& evaluator) {
   if (round_ > last_round()) return false;
   Candidate& candidate = candidates_[next_];
   const bool final = round_ == last_round();
-  if (round_ > 0 && !final && !candidate.untouched)
-    descend(candidate, static_cast<int>(next_),
-            options_.rounds[static_cast<std::size_t>(round_) - 1].steps, evaluator);
+  if (stepped_ < steps_of(candidate)) {
+    descend(candidate, stepped_++, evaluator);
+    return true;
+  }
   evaluate(candidate,
            final         ? options_.final_spp
            : round_ == 0 ? options_.first_spp
                          : options_.step_spp,
            round_, evaluator);
-  done_ = (round_ + static_cast<double>(next_ + 1) / static_cast<double>(candidates_.size())) /
-          (last_round() + 1);
+  stepped_ = 0;
   if (++next_ < candidates_.size()) return true;
   next_ = 0;
   rank();
@@ -247,10 +271,33 @@ void MultiStart::members(SavedState& state) {
     if (state.reading() && has_steps) one.steps = std::make_shared<GaussNewton>(problem_);
     if (has_steps) state(*one.steps);
   }
-  state(next_, round_, done_, chosen_, result_);
+  state(next_, round_, stepped_, chosen_, result_);
 }
 
-double MultiStart::fraction() const { return done_; }
+double MultiStart::work(int round, double candidates) const {
+  if (round == 0) return candidates * options_.first_spp;
+  if (round == last_round()) return candidates * options_.final_spp;
+  const int steps = options_.rounds[static_cast<std::size_t>(round) - 1].steps;
+  return candidates * options_.step_spp * (1 + kRendersOfStep * steps);
+}
+
+double MultiStart::fraction() const {
+  if (round_ > last_round()) return 1;
+  double done = 0, all = 0;
+  for (int round = 0; round <= last_round(); ++round) {
+    const auto place = static_cast<std::size_t>(std::clamp(round - 1, 0, last_round() - 2));
+    const double candidates = round == 0 ? 1 + options_.points : 1 + options_.rounds[place].count;
+    const double part = work(round, candidates);
+    all += part;
+    if (round < round_) done += part;
+    if (round != round_) continue;
+    const Candidate& candidate = candidates_[next_];
+    const double of_candidate = stepped_ / (steps_of(candidate) + 1 / kRendersOfStep);
+    done += part * (static_cast<double>(next_) + of_candidate) /
+            static_cast<double>(candidates_.size());
+  }
+  return done / all;
+}
 
 std::vector<Vector> MultiStart::others() const {
   std::vector<Vector> others;

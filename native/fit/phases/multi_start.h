@@ -20,6 +20,7 @@ namespace selenite {
 
 /// Sources: docs/measurements/constants.md, "MultiStartOptions".
 struct MultiStartOptions {
+  int photos = 12;  ///< looked at, but for those that alone show one of the unknowns
   int size = 40;    ///< pixels of the longer side of the pictures
   int points = 64;  ///< beside the start
   int first_spp = 8, step_spp = 8, final_spp = 48;
@@ -42,6 +43,12 @@ struct MultiStartOptions {
   double rank_sigmas = 1;
 };
 
+/// Indices of the photos that a multi-start looks at, in their order: one of each of equal stretches of
+/// the list, at a place by chance, as lists repeat cameras and lamps. For an unknown that shows in none
+/// of them, the first one that shows it.
+std::vector<std::size_t> searched_photos(const Problem& problem, const Scene& scene,
+                                         const MultiStartOptions& options = {});
+
 /// Finds the basin before the first step: evaluates points spread over the bounds in small pictures
 /// with few samples, and steps the best of them by Gauss-Newton, fewer and fewer of them.
 ///
@@ -53,8 +60,9 @@ struct MultiStartOptions {
 /// a grey, which steps mend at once. Source: docs/method/optimisation.md, "Multi-start".
 class MultiStart {
  public:
-  /// `problem` must outlive it.
-  MultiStart(const Problem& problem, std::uint64_t seed, const MultiStartOptions& options = {});
+  /// photos: indices of those that are looked at. `problem` must outlive it.
+  MultiStart(const Problem& problem, const std::vector<std::size_t>& photos, std::uint64_t seed,
+             const MultiStartOptions& options = {});
   MultiStart(const MultiStart&) = delete;  // the small problem refers to members
   MultiStart& operator=(const MultiStart&) = delete;
 
@@ -62,6 +70,7 @@ class MultiStart {
   void begin_at(const Vector& start);
   /// The next portion of the work; false when nothing is left. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
+  /// By the samples that are taken.
   double fraction() const;
   /// Once `step` has returned false: the values to go on from.
   const Vector& values() const { return chosen_; }
@@ -88,7 +97,12 @@ class MultiStart {
   std::vector<Vector> spread_points() const;
   std::uint64_t seed_for(int purpose, int index, int photo) const;
   void evaluate(Candidate& candidate, int spp, int purpose, Evaluator& evaluator) const;
-  void descend(Candidate& candidate, int index, int steps, Evaluator& evaluator) const;
+  /// How many steps a candidate makes in the running round.
+  int steps_of(const Candidate& candidate) const;
+  /// The n-th of them.
+  void descend(Candidate& candidate, int n, Evaluator& evaluator) const;
+  /// Samples that so many candidates take in a round, per pixel.
+  double work(int round, double candidates) const;
   void rank();
   bool same_basin(const Vector& x, const Vector& y) const;
   bool equivalent(const Candidate& one, const Candidate& other) const;
@@ -105,7 +119,7 @@ class MultiStart {
   std::vector<Candidate> candidates_;
   std::size_t next_ = 0;  ///< candidate of the running round
   int round_ = 0;
-  double done_ = 0;
+  int stepped_ = 0;  ///< steps that it has made in this round
   Vector chosen_;
   MultiStartResult result_;
 };

@@ -54,6 +54,7 @@ MultiStartPhase::MultiStartPhase(FitRun& run, AlternativeMinima& minima)
           stream_seed(run.problem.settings().seed, Stream::kAlignmentStart, 0, 0))),
       evaluator_(varied_scene(run), run.problem.settings(), run.result),
       multi_start_(varied(run),
+                   searched_photos(varied(run), run.problem.scene_at(run.problem.start())),
                    stream_seed(run.problem.settings().seed, Stream::kMultiStart, 0, 0)),
       minima_(&minima),
       uniform_(run.strategy.uniform.get()) {}

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "fit/evaluate/photo_evaluator.h"
+#include "fit/evaluate/rendered_pixels.h"
 #include "fit/inference/informative_pixels.h"
 #include "fit/phases/field_refinement.h"
 #include "fit/phases/minima_comparison.h"
@@ -23,7 +24,7 @@ constexpr ExpectedCourse kExpected;
 
 double pixels_of(const std::vector<Photo>& photos) {
   double sum = 0;
-  for (const Photo& photo : photos) sum += static_cast<double>(photo.width) * photo.height;
+  for (const Photo& photo : photos) sum += rendered_count(photo);
   return sum;
 }
 
@@ -94,10 +95,10 @@ class Planner {
   void plan_multi_start() {
     std::vector<Photo> small;
     for (const Photo& photo : problem_.photos()) small.push_back(photo.resized(kMultiStart.size));
-    const double pixels = pixels_of(small);
     if (LightStart::of(problem_, 0)) {
       constexpr LightStartOptions kLight;
-      add(PhaseKind::kMultiStart, pixels, kLight.spp, kLight.passes, Carried::kFieldDerivatives);
+      add(PhaseKind::kMultiStart, pixels_of(small), kLight.spp, kLight.passes,
+          Carried::kFieldDerivatives);
     }
     const SceneModel model =
         strategy_.uniform ? scene_model(problem_, *strategy_.uniform) : scene_model(problem_);
@@ -116,7 +117,10 @@ class Planner {
       std::ranges::copy_if(problem_.photos(), std::back_inserter(aligned), &Photo::align);
       add(PhaseKind::kMultiStart, pixels_of(aligned), kStart.spp, kStart.passes, Carried::kNothing);
     }
-    plan_search(model, pixels, searches);
+    std::vector<Photo> searched;
+    const Scene scene = problem_.scene_at(problem_.start());
+    for (const std::size_t i : searched_photos(model.problem, scene)) searched.push_back(small[i]);
+    plan_search(model, pixels_of(searched), searches);
   }
 
   void plan_search(const SceneModel& model, double pixels, double times) {

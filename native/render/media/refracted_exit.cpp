@@ -118,7 +118,8 @@ std::optional<RefractedExit::Place> RefractedExit::find(Place at, double eta,
                                                         double tolerance) const {
   Tangent t = tangent(at, eta);
   const auto error = [&](const Tangent& here) {
-    return std::hypot(here.micronormal.x - wanted.x, here.micronormal.y - wanted.y);
+    const double x = here.micronormal.x - wanted.x, y = here.micronormal.y - wanted.y;
+    return std::sqrt(x * x + y * y);
   };
   double off = error(t), damping = 1;
   for (int i = 0; i < kSteps; ++i) {

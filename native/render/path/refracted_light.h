@@ -109,16 +109,19 @@ class RefractedLight {
     RefractedExit::Micronormal micronormal;
   };
 
-  // None is measured; the pictures' means do not depend on them.
-  static constexpr float kRouletteScale = 8, kLeastSurvival = 0.05f;
-  static constexpr float kLeastOdds = 0.03f;  ///< below this nobody aims
+  // The pictures' means do not depend on them. Measured: docs/measurements/extremes.md, "A small lamp over a medium".
+  static constexpr float kRouletteScale = 3, kLeastSurvival = 0.05f;
+  static constexpr float kBesideChance = 0.2f;  ///< of a search on one of the lines beside
+  static constexpr float kLeastOdds = 0.03f;    ///< below this nobody aims
   static constexpr float kSamePlace = 1e-2f;
 
   static double tolerance(const RefractionSpread& boundary) {
     return std::max(1e-3 * std::sqrt(boundary.width2), 3e-6);
   }
-  /// Of a search beginning there: always on the straight line, every second time on one of the others.
-  static float chance(int start) { return start == 0 ? 1 : 0.5f / (RefractedExit::kStarts - 1); }
+  /// Of a search beginning there: always on the straight line, now and then on one of the others.
+  static float chance(int start) {
+    return start == 0 ? 1 : kBesideChance / (RefractedExit::kStarts - 1);
+  }
 
   /// The first start below `most` from which a place is found; `most`: from none.
   int finder(const RefractedExit& exits, const RefractedExit::Place& place,

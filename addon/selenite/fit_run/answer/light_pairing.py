@@ -9,6 +9,7 @@ values, and the start's: values found under a wrong lamp may make the right one 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,8 +27,9 @@ Lights = Mapping[str, Any]
 
 #: Pixels of a picture, samples of one, and by how much more the verdict has.
 _PIXELS, _SPP, _AGAIN = 32 * 32, 16, 4
-#: Pictures of all photos together under other lights: some 10 seconds on two cores.
-_MOST_PICTURES = 400
+#: Pictures of all photos together under other lights, some 10 seconds on two cores, and seconds:
+#: a medium takes longer.
+_MOST_PICTURES, _MOST_SECONDS = 400, 20.0
 #: A photo whose squared error, relative to its brightness, is less is explained well enough.
 _LEAST = 0.05**2
 #: What other lights leave of the squared error, and the standard errors by which that is sure.
@@ -84,16 +86,22 @@ def mismatches(
     progress: Callable[[str, float], None] = lambda _text, _fraction: None,
 ) -> list[Mismatch]:
     """Photos whose lights are probably not those of their captures. Renders nothing where captures
-    say nothing of lights. May be interrupted between two pictures."""
+    say nothing of lights, and after a fit that was stopped: who stops one does not wait. Photos
+    beyond `_MOST_SECONDS` are left out. May be interrupted between two pictures."""
     captures = plan.captures
+    if result.get("stopped_because") == "cancelled":
+        return []
     if all(is_as_in_scene(item.lights) for item in captures):
         return []
+    end = time.monotonic() + _MOST_SECONDS
     scenes = (scene_at(plan, result), plan.scene)
     views = []
     for index, capture in enumerate(captures):
         progress(f"lights of {capture.id}", 0.2 * index / len(captures))
         view = _View.of(plan, scenes, capture, result)
         own = view.error(capture.lights, 1)
+        if time.monotonic() > end:
+            return []
         if own.mean > _LEAST:
             views.append((own, view))
     views.sort(key=lambda item: -item[0].mean)
@@ -101,7 +109,7 @@ def mismatches(
     for index, (own, view) in enumerate(views):
         progress(f"other lights of {view.capture.id}", 0.2 + 0.8 * index / len(views))
         others = list(_others(view.capture, captures, plan.scene.light_objects))
-        if pictures + len(others) > _MOST_PICTURES:
+        if pictures + len(others) > _MOST_PICTURES or time.monotonic() > end:
             break
         pictures += len(others)
         errors = [(view.error(lights, 1), lights, name) for lights, name in others]

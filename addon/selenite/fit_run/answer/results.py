@@ -145,6 +145,13 @@ def finished(
     return result | {"fields_best": final, "coverage": coverage, "fitted_means": means}
 
 
+def seconds_of_pictures(plan: FitPlan, result: dict[str, Any]) -> float:
+    """How long the pictures of a result folder will take about, by the pace of the fit."""
+    settings = plan.request.settings
+    samples = 2 * settings.picture_spp * sum(item.weight.size for item in plan.captures)
+    return float(samples * result["seconds"] / max(result["samples"], 1))
+
+
 def write_results(
     plan: FitPlan,
     result: dict[str, Any],
