@@ -100,6 +100,11 @@ def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
 
 
+def test_a_small_misfit_is_not_said_to_be_0_percent() -> None:
+    (words,) = trust.words(ROUGHNESS, result(value=9e-6, explained=False))
+    assert "with 0.3 % unexplained" in words
+
+
 def test_a_misfit_that_remains_stands_beside_each_interval() -> None:
     words = trust.words(ROUGHNESS, result(value=0.09, explained=False))
     assert words == [

@@ -144,7 +144,9 @@ def _confidence(result: dict[str, Any]) -> str:
         return "90 %"
     if fields := _fields(result):
         return f"90 %, provided that the misfit is that of {fields}"
-    return f"90 % by how photos and their parts differ, with {_share(left):.0f} % unexplained"
+    share = _share(left)
+    text = f"{share:.1f}" if share < 10 else f"{share:.0f}"
+    return f"90 % by how photos and their parts differ, with {text} % unexplained"
 
 
 def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
