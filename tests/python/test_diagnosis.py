@@ -168,6 +168,14 @@ def test_a_mask_that_is_larger_than_the_rendered_ball():
     assert "silhouette does not fit" in note
 
 
+def test_a_rim_whose_photo_is_explained_is_not_told():
+    """What noise leaves lies where the picture is brightest, and the blur of edges at the rim."""
+    photo, inside = ball(radius=17.0)
+    picture, _ = ball(radius=15.0)
+    seen = history({"Body:roughness": converged()}), [ROUGHNESS], [view(photo, picture, inside)]
+    assert not diagnose(*seen, explained=True)
+
+
 def test_steps_that_are_noise():
     rng = np.random.default_rng(3)
     jumping = 0.5 + 0.05 * rng.choice([-1, 1], 30)
