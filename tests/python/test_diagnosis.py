@@ -103,6 +103,7 @@ def test_a_loss_that_does_not_fall():
     (note,) = diagnose(seen, [ROUGHNESS], [])
     assert "has not fallen in 15 iterations (0.02 at first, 0.0196 now)" in note
     assert not diagnose(seen, [ROUGHNESS], [], from_start=False)
+    assert not diagnose(seen, [ROUGHNESS], [], explained=True), "noise of the photos"
     assert not diagnose(
         history({"Body:roughness": converged(20)}, losses, error=0.01), [ROUGHNESS], []
     )

@@ -87,7 +87,7 @@ def diagnose(
         found += exposure(views)
         if not (transmits and (running or explained)):
             found += misaligned(views, transmits=transmits, rims=not explained)
-        found += loss_flat(history) if from_start else []
+        found += loss_flat(history) if from_start and not explained else []
         found += too_noisy(history, limits) if not sure else []
         found += hidden_loss(history, views) if not (sure or running) else []
     return tuple(found)
