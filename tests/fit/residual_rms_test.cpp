@@ -45,5 +45,17 @@ TEST(ResidualRms, OfAnExplainedPhotoIsZeroAlsoBesideANoisyHighlight) {
   EXPECT_EQ(residual_rms(taken.film, taken.photo), 0);
 }
 
+// A pattern of stripes that the render has not: its weight does not fall because it is wrong.
+TEST(UnexplainedShare, OfAPatternIsThatOfItsBrightness) {
+  Taken taken(0);
+  const int width = taken.photo.width;
+  for (std::size_t i = 0; i < taken.photo.size(); ++i)
+    taken.photo.reference[i] += Colorf(static_cast<int>(i) % width % 8 < 4 ? 0.2f : -0.2f);
+  EXPECT_GT(unexplained_share(taken.film, taken.photo), 0.25);
+  EXPECT_LT(unexplained_share(taken.film, taken.photo), 0.45) << "of 0.2 / 0.5";
+  const Taken explained(0);
+  EXPECT_EQ(unexplained_share(explained.film, explained.photo), 0);
+}
+
 }  // namespace
 }  // namespace selenite

@@ -76,6 +76,7 @@ std::vector<PhotoReport> report_photos(const FitProblem& problem, const Validati
     const Film& film = (*validation.films)[i];
     const Photo& photo = problem.photos()[i];
     reports[i].residual_rms = residual_rms(film, photo);
+    reports[i].unexplained = unexplained_share(film, photo);
     if (i < validation.alignments.size()) reports[i].alignment = validation.alignments[i];
     if (photo.gain_freedom == GainFreedom::kNone) continue;
     reports[i].gain = validation.gains[i];

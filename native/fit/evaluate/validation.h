@@ -30,6 +30,7 @@ struct PhotoReport {
   Alignment alignment;
   double residual_rms = 0;  ///< root mean square of render minus photo, without the render's noise;
                             ///< 0 where that may be all of it
+  double unexplained = 0;   ///< see `unexplained_share`
 };
 
 /// Newest picture of each photo, null before the first; never changed afterwards.
