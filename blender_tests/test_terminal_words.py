@@ -125,6 +125,10 @@ def test_gains_beside_an_unknown_light_are_said_at_its_level(scene, tmp_path, ca
 
 
 def test_of_photos_without_a_gain_nothing_is_said(scene, tmp_path, capsys):
-    _, said = fit(capsys, scene, tmp_path, 1.0, "--fit=Body:base_color", "--iterations=2")
+    """The result folder has their keys all the same, for those who read it."""
+    report, said = fit(capsys, scene, tmp_path, 1.0, "--fit=Body:base_color", "--iterations=2")
     assert "Body:base_color:" in said
     assert not [line for line in said.splitlines() if line.startswith("Photo Camera: ")]
+    row = report["captures"]["Camera"]
+    assert row["gain"] == [1, 1, 1] and row["gain_interval_90"] is None
+    assert row["shift"] == [0, 0, 0] and row["residual_rms"] >= 0 and row["mask_share"] == 1

@@ -43,6 +43,17 @@ void turn_upright(const RadianceHeader& header, Samples& samples, std::vector<T>
   values = std::move(upright);
 }
 
+/// Less than half of the least that 16 bits tell from 0.
+constexpr float kLeastAlpha = 0.5f / 65535;
+
+/// Floats that are 0 but for rounding become 0: Cycles leaves 2e-8 where its film is transparent, and
+/// a pixel with any alpha counts.
+void round_alpha(const Samples& samples, std::vector<float>& values) {
+  const auto channels = static_cast<std::size_t>(samples.channels);
+  for (std::size_t at = static_cast<std::size_t>(samples.alpha); at < values.size(); at += channels)
+    if (values[at] < kLeastAlpha) values[at] = 0;  // NaN stays
+}
+
 /// Undoes a multiplication by alpha; where alpha is 0 there is no colour to find.
 template <class T>
 void divide_by_alpha(const Samples& samples, std::vector<T>& values) {
@@ -177,6 +188,8 @@ void Decoder::fill(Samples& samples) {
   if (!ok || !error.empty())
     refuse(path_, "is truncated or damaged" + (error.empty() ? "" : ": " + error) + kAgain);
   if (contents_.format == FileFormat::kHdr) turn_upright(contents_.radiance, samples, values);
+  if constexpr (std::is_floating_point_v<T>)
+    if (samples.alpha >= 0) round_alpha(samples, values);
   if (samples.alpha >= 0 && contents_.associated_alpha) divide_by_alpha(samples, values);
   samples.values = std::move(values);
 }

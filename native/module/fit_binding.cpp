@@ -149,8 +149,8 @@ py::dict captures_dict(const FitJob& job, const std::vector<PhotoReport>& report
   py::dict found;
   for (std::size_t i = 0; i < reports.size(); ++i) {
     const Photo& photo = job.photos()[i];
-    const auto& [gain, error, alignment, rms] = reports[i];
-    py::dict one("residual_rms"_a = rms);
+    const auto& [gain, error, alignment, rms, unexplained] = reports[i];
+    py::dict one("residual_rms"_a = rms, "unexplained"_a = unexplained);
     if (photo.align) one["shift"] = py::make_tuple(alignment.x, alignment.y, alignment.roll);
     if (photo.gain_freedom != GainFreedom::kNone) {
       py::list interval;
@@ -298,7 +298,7 @@ seconds, seconds_left (NaN: unknown yet), values
       .def(
           "result", &result_dict,
           R"(dict {values_last, values_best, fields_last, fields_best, best_iteration, best_validation,
-best_validation_standard_error, captures {photo: {residual_rms, and of a free gain: gain (r, g, b), gain_interval_90, of one that is aligned: shift (x, y in pixels, roll in radians)}}, start_validation, kept_start, model_error {relative, absolute, shift},
+best_validation_standard_error, captures {photo: {residual_rms, unexplained, and of a free gain: gain (r, g, b), gain_interval_90, of one that is aligned: shift (x, y in pixels, roll in radians)}}, start_validation, kept_start, model_error {relative, absolute, shift},
 iterations, stopped_because, error, optimiser, samples, seconds,
 cpu_seconds, dropped, search, report, history}. Best are the newest values whose loss, in a render with fixed
 seed and more samples, is not worse than the smallest one by more than its noise.

@@ -165,6 +165,15 @@ TEST_F(ReadPhoto, ExrColourIsDividedByAlpha) {
   EXPECT_EQ(photo.alpha, (std::vector<float>{0.5f, 0.f}));
 }
 
+// What Cycles 3.4 writes of a transparent film.
+TEST_F(ReadPhoto, AnAlphaThatIsZeroButForRoundingIsZero) {
+  const std::vector<float> pixels{0.f, 0.f, 0.f, 2.2e-8f, 0.1f, 0.1f, 0.1f, 0.001f};
+  write_exr(path("a.exr"), pixels.data(), 2, 1, 4);
+  const Photo photo = read_photo(path("a.exr"));
+  EXPECT_EQ(photo.alpha, (std::vector<float>{0.f, 0.001f}));
+  EXPECT_FLOAT_EQ(photo.pixels[3], 100.f);
+}
+
 TEST_F(ReadPhoto, ClippedPixelsAreMarked) {
   std::vector<std::uint8_t> pixels(3 * kSize * kSize, 100);
   pixels[1] = 255;

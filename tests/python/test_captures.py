@@ -13,7 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "addon"))
 
 from selenite.commands import arguments  # noqa: E402
-from selenite.problems import Problem  # noqa: E402
+from selenite.fit_run.captures.files import read_captures_file  # noqa: E402
+from selenite.problems import BadInput, Problem  # noqa: E402
 from selenite.scene_read.capture_request import CaptureRequest, with_ids  # noqa: E402
 
 
@@ -97,3 +98,26 @@ def test_the_error_says_how_a_name_is_quoted(text: str) -> None:
     assert arguments.files([text], problems) == []
     (problem,) = problems
     assert problem.object == f"Argument '{text}'" and '"A=1"=FILE' in problem.cure
+
+
+@pytest.mark.parametrize(
+    ("content", "cause", "cure"),
+    [
+        ([], "it holds no object", "give a JSON file with 'schema' and 'captures'"),
+        ({"schema": 2}, "its schema is 2, this version reads 1", "begin it with 'schema': 1"),
+        ({"schema": 1, "captures": {}}, "its 'captures' are no list", "list one object"),
+        ({"schema": 1, "captures": [{}], "gain": "rgb"}, "its key 'gain' belongs into its", "each"),
+        ({"schema": 1, "capture": [{}]}, "its key 'capture' is not known", "'captures'?"),
+    ],
+)
+def test_a_file_of_captures_says_what_is_wrong(
+    tmp_path: Path, content: object, cause: str, cure: str
+) -> None:
+    """A key that stands beside the captures would count for none of them without a word."""
+    file = tmp_path / "captures.json"
+    file.write_text(json.dumps(content))
+    with pytest.raises(BadInput) as error:
+        read_captures_file(file)
+    (problem,) = error.value.problems
+    assert problem.object == f"Captures '{file}'"
+    assert problem.cause.startswith(cause) and cure in problem.cure

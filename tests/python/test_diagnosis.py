@@ -103,6 +103,7 @@ def test_a_loss_that_does_not_fall():
     (note,) = diagnose(seen, [ROUGHNESS], [])
     assert "has not fallen in 15 iterations (0.02 at first, 0.0196 now)" in note
     assert not diagnose(seen, [ROUGHNESS], [], from_start=False)
+    assert not diagnose(seen, [ROUGHNESS], [], explained=True), "noise of the photos"
     assert not diagnose(
         history({"Body:roughness": converged(20)}, losses, error=0.01), [ROUGHNESS], []
     )
@@ -166,6 +167,14 @@ def test_a_mask_that_is_larger_than_the_rendered_ball():
     share = re.match(r"(\d+)% of the difference of photo 'Front' lies within 3 pixels", note)
     assert share and int(share[1]) > 60, note
     assert "silhouette does not fit" in note
+
+
+def test_a_rim_whose_photo_is_explained_is_not_told():
+    """What noise leaves lies where the picture is brightest, and the blur of edges at the rim."""
+    photo, inside = ball(radius=17.0)
+    picture, _ = ball(radius=15.0)
+    seen = history({"Body:roughness": converged()}), [ROUGHNESS], [view(photo, picture, inside)]
+    assert not diagnose(*seen, explained=True)
 
 
 def test_steps_that_are_noise():

@@ -83,3 +83,21 @@ def test_before_a_fit_free_gains_are_told_with_what_makes_up_for_them() -> None:
     assert not said_before(["Body:ior"], "one"), "no matter of brightness"
     assert not said_before(["Body:base_color"], "one", "none"), "one photo holds it"
     assert not said_before(["Body:base_color"]), "no photos"
+
+
+def test_a_material_that_is_not_fitted_is_named_as_what_brightness_rests_on() -> None:
+    """Beside it the prior alone does not hold the brightness. A light has no such hold."""
+    scene: Any = SimpleNamespace(
+        materials=[SimpleNamespace(name=name) for name in ("Body", "Ground", "Lid")],
+        objects=[
+            SimpleNamespace(visible_to_camera=seen, materials=[name])
+            for seen, name in ((True, "Body"), (True, "Ground"), (False, "Lid"))
+        ],
+        lights=[],
+    )
+    captures: Any = [SimpleNamespace(free_gain="scalar")]
+    (text,) = remarks(scene, captures, ["Body:base_color"])
+    assert "brightness rests on the colors of 'Ground' in the scene" in text
+    for names in (["Body:base_color", "Ground:base_color"], ["Body:base_color", "Key:power"]):
+        (text,) = remarks(scene, captures, names)
+        assert "only the prior of a gain" in text

@@ -96,7 +96,9 @@ def test_a_matrix_may_be_one_list() -> None:
         ({"world": 1}, "'world' is 1, not true or false"),
         ({"frame": 1.5}, "'frame' is 1.5, not a whole number"),
         ({"frame": True}, "'frame' is True, not a whole number"),
-        ({"transforms": {"Key": [1, 2]}}, "not a list of 16 numbers"),
+        ({"transforms": {"Key": [1, 2]}}, "is [1, 2], not 3, 7 or 16 numbers or 4 rows of 4"),
+        ({"transforms": {"Key": ROWS[:3]}}, "not 3, 7 or 16 numbers or 4 rows of 4"),
+        ({"transforms": {"Key": "matrix"}}, "is 'matrix', not 3, 7 or 16 numbers"),
         ({"transforms": {"Key": [1, 2, 3, 0, 0, 0, 0]}}, "quaternion 0, 0, 0, 0"),
         ({"transforms": {"Key": [*ROWS[:3], [0, 0, 1, 1]]}}, "last row"),
     ],
@@ -246,3 +248,11 @@ def test_a_table_gives_places_by_id_or_file_name(tmp_path: Path) -> None:
 def test_a_table_that_cannot_be_used_is_named(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(BadInput, match=said):
         table(tmp_path, text)
+
+
+def test_a_table_that_is_not_there_is_named_in_words(tmp_path: Path) -> None:
+    file = tmp_path / "captures.json"
+    entry = {"camera": "Front", "photo": "a.png", "transforms": "none.csv"}
+    file.write_text(json.dumps({"schema": 1, "captures": [entry]}))
+    with pytest.raises(BadInput, match=r"none.csv' cannot be read \(it does not exist\)"):
+        read_captures_file(file)

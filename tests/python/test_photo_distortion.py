@@ -169,6 +169,23 @@ def test_a_lens_of_another_camera_is_named(whole: str) -> None:
     assert "camera 400.0, 400.0" in warnings[0]
 
 
+def test_a_lens_that_folds_within_the_picture_is_named(whole: str) -> None:
+    """As from coefficients for pixels, or for another order of powers. A rim is no fault."""
+    warnings: list[str] = []
+    straight = replace(LENS, k2=0.0, k3=0.0, p1=0.0, p2=0.0)
+    read(whole, HEIGHT, warnings, distortion=replace(straight, k1=-0.62))  # from r = .73 of .75
+    assert not warnings
+    read(whole, HEIGHT, warnings, distortion=replace(straight, k1=-1.0))
+    assert "lies where its distortion folds back" in warnings[0]
+
+
+def test_a_lens_whose_photo_shows_nothing_is_refused(whole: str) -> None:
+    found, problems = read(whole, HEIGHT, distortion=replace(LENS, cx=48000.0))
+    assert not found
+    assert problems[0].cause == "by its distortion it shows nothing of what camera 'Front' takes"
+    assert problems[0].cure.startswith("give fx, fy, cx, cy in pixels of the whole photo")
+
+
 def test_an_orthographic_camera_has_no_lens(whole: str) -> None:
     problems: list[Problem] = []
     request = CaptureRequest("Front", whole, distortion=LENS)

@@ -100,6 +100,22 @@ def test_a_value_that_is_known_has_error_and_interval() -> None:
     assert trust.words(ROUGHNESS, result()) == ["90 %: 0.280 to 0.320"]
 
 
+def test_a_small_misfit_is_not_said_to_be_0_percent() -> None:
+    (words,) = trust.words(ROUGHNESS, result(value=9e-6, explained=False))
+    assert "with 0.3 % unexplained" in words
+
+
+def test_what_is_very_wrong_in_places_is_said_in_full() -> None:
+    """A pattern on the body that the model has not: the tails of the weights leave 3.2 % of it."""
+    found = result(value=0.001, explained=False)
+    found["captures"] = {"Front": {"unexplained": 0.1}, "Side": {"unexplained": 0.2}}
+    (words,) = trust.words(ROUGHNESS, found)
+    assert "with 16 % unexplained" in words
+    found["report"]["misfit"]["value"] = 0.09
+    (words,) = trust.words(ROUGHNESS, found)
+    assert "with 30 % unexplained" in words
+
+
 def test_a_misfit_that_remains_stands_beside_each_interval() -> None:
     words = trust.words(ROUGHNESS, result(value=0.09, explained=False))
     assert words == [

@@ -80,8 +80,8 @@ def diagnose(
     if int(history["iteration"][-1]) >= FIRST_ITERATION:
         found += exposure(views)
         if not (transmits and (running or explained)):
-            found += misaligned(views, transmits=transmits)
-        found += loss_flat(history) if from_start else []
+            found += misaligned(views, transmits=transmits, rims=not explained)
+        found += loss_flat(history) if from_start and not explained else []
         found += too_noisy(history, limits) if not sure else []
         found += hidden_loss(history, views) if not (sure or running) else []
         found += light_in_the_dark(views) if opaque and not running else []
@@ -195,27 +195,28 @@ def exposure(views: Sequence[View]) -> list[str]:
     ]
 
 
-def misaligned(views: Sequence[View], *, transmits: bool = False) -> list[str]:
+def misaligned(views: Sequence[View], *, transmits: bool = False, rims: bool = True) -> list[str]:
     """Photos that are shifted against their render, or differ at the mask's rim only: a sentence
     each, or one for all where there are many. A refraction that is not right yet moves what is seen
-    through the body, with the camera where it was."""
+    through the body, with the camera where it was. rims: whether those of masks are judged; where
+    the photos are explained, what is left there is noise and blur of edges."""
     cause = "the silhouette does not fit"
     cure = "correct the camera, align the photo (Align, --align), or mask the rim"
     if transmits:
         cause = "the silhouette does not fit, or what is seen through the body is not right yet"
         cure = f"if the outlines differ, {cure}"
-    shifted, rims = [], []
+    shifted, at_rim = [], []
     for view in views:
         shift = _shift(view)
-        rim = _rim(view)
+        rim = _rim(view) if rims else None
         if shift is not None:
             shifted.append((view.id, *shift))
         elif rim is not None:
-            rims.append((view.id, *rim))
-    if len(shifted) + len(rims) > _FEW_PHOTOS:
-        names = [f"'{name}'" for name, *_ in shifted + rims][:_FEW_PHOTOS]
+            at_rim.append((view.id, *rim))
+    if len(shifted) + len(at_rim) > _FEW_PHOTOS:
+        names = [f"'{name}'" for name, *_ in shifted + at_rim][:_FEW_PHOTOS]
         return [
-            f"{len(shifted) + len(rims)} of {len(views)} photos, such as {', '.join(names)}, lie "
+            f"{len(shifted) + len(at_rim)} of {len(views)} photos, such as {', '.join(names)}, lie "
             f"beside their render or differ at the rim of their mask only: {cause}; {cure}"
         ]
     found = []
@@ -226,7 +227,7 @@ def misaligned(views: Sequence[View], *, transmits: bool = False) -> list[str]:
             f"Photo '{name}' lies about {words} of its render "
             f"({explained:.0%} of the difference): {cause}; {cure}"
         )
-    for name, share, of_pixels in rims:
+    for name, share, of_pixels in at_rim:
         found.append(
             f"{share:.0%} of the difference of photo '{name}' lies within {_RIM_PIXELS} "
             f"pixels of its mask's rim, {of_pixels:.0%} of the pixels: {cause}; {cure}"

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..parameters import join_name, split_name
+from ..problems import listed
 from ..scene_read.values import SceneValues
 from .captures.prepared import Capture
 
@@ -61,15 +62,22 @@ class Gauge:
 
 def remarks(values: SceneValues, captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     """Before a fit: a sentence for each factor that nothing holds. names: of all that is fitted."""
-    return [*_of_gains(captures, names), *_of_environment(values, names)]
+    return [*_of_gains(values, captures, names), *_of_environment(values, names)]
 
 
-def _of_gains(captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
+def _of_gains(values: SceneValues, captures: Sequence[Capture], names: Sequence[str]) -> list[str]:
     """Where the gain of every photo is free."""
     bright = [n for n in names if n == ENVIRONMENT or n.rpartition(":")[2] in _LIGHT + _COLOURS]
     if not bright or not captures or any(item.free_gain == "none" for item in captures):
         return []
     bright.sort(key=lambda name: name.rpartition(":")[2] in _COLOURS)  # light, which nothing ties
+    coloured = bright[0].rpartition(":")[2] in _COLOURS
+    if coloured and (known := sorted(_seen(values) - _of_unknown_colour(values, names))):
+        return [
+            f"The gain of every photo is free: brightness rests on the colors of {listed(known)} "
+            "in the scene, as far as these count in the photos, and on the prior of a gain (about "
+            "1, within a factor of two); set the gain of one photo to none to hold it by that photo"
+        ]
     return [
         f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior "
         "of a gain (about 1, within a factor of two) holds the brightness; set the gain of one "
@@ -83,11 +91,7 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
     if ENVIRONMENT not in names:
         return []
     pairs = [split_name(name) for name in names]
-    materials = {item.name for item in values.materials}
-    unknown = {owner for owner, name in pairs if owner in materials and name in _COLOURS}
-    seen = {
-        name for item in values.objects if item.visible_to_camera for name in item.materials
-    } & materials
+    unknown, seen = _of_unknown_colour(values, names), _seen(values)
     fitted = {owner for owner, name in pairs if name == "power"}
     known = [
         item.name
@@ -102,6 +106,20 @@ def _of_environment(values: SceneValues, names: Sequence[str]) -> list[str]:
         "or lamp in the scene is known: a brighter room with darker surfaces looks the same. Add a "
         "grey card or another known material to photos and scene, or fit one of the two"
     ]
+
+
+def _seen(values: SceneValues) -> set[str]:
+    """Materials that cameras may see."""
+    materials = {item.name for item in values.materials}
+    shown = (item.materials for item in values.objects if item.visible_to_camera)
+    return {name for names in shown for name in names} & materials
+
+
+def _of_unknown_colour(values: SceneValues, names: Sequence[str]) -> set[str]:
+    """Materials whose colour is fitted."""
+    materials = {item.name for item in values.materials}
+    pairs = (split_name(name) for name in names)
+    return {owner for owner, name in pairs if owner in materials and name in _COLOURS}
 
 
 def gauges(result: dict[str, Any]) -> list[Gauge]:

@@ -18,6 +18,7 @@ from . import fields as all_fields
 from . import gauge
 from .captures import light_states, suspicion
 from .captures.prepared import Capture, read_captures
+from .darkness import problems_of_darkness
 from .fields import FieldUnknown
 from .photos.silhouette import Silhouettes
 from .request import RunRequest, UnknownRequest
@@ -94,10 +95,8 @@ def prepare(
     values.physical_refraction = request.settings.physical_refraction
     go_on()
     scene = build_scene(all_fields.with_fields(values, fields))
-    if not _has_light(values, unknowns, fields):
-        cause = "no lamp, world or material of it gives light, and none of them is fitted"
-        cure = "add the light of the photos: a lamp, the world's color and strength, or an emission"
-        raise BadInput(Problem("Scene", cause, cure))
+    if dark := problems_of_darkness(values, captures, unknowns, fields):
+        raise BadInput(dark)
     warnings += gauge.remarks(values, captures, names)
     if captures_at is None:
         warnings += _suspicions(values, replace(request, unknowns=requests), captures, scene)
@@ -150,27 +149,6 @@ def _has_medium(values: SceneValues, requests: Sequence[UnknownRequest]) -> bool
         for item in values.materials
         if item.name in owners
     )
-
-
-def _has_light(
-    values: SceneValues, unknowns: Sequence[Unknown], fields: Sequence[FieldUnknown]
-) -> bool:
-    """Whether a render of the scene can show anything."""
-    # A rotation makes no light.
-    emission = any(
-        item.parameter.effect == "emission" and item.parameter.scale != "angle" for item in unknowns
-    )
-    if emission or any(item.kind.is_environment for item in fields):
-        return True
-    lamps = any(lamp.power > 0 and max(lamp.color) > 0 for lamp in values.lights)
-    world = values.world
-    sky = world.strength > 0 and max(world.color) > 0
-    shine = any(
-        material.values.get("emission_strength", (0.0,))[0] > 0
-        or "emission_strength" in material.maps
-        for material in values.materials
-    )
-    return lamps or sky or shine
 
 
 def _suspicions(

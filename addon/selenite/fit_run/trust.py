@@ -145,7 +145,9 @@ def _confidence(result: dict[str, Any]) -> str:
         return "90 %"
     if fields := _fields(result):
         return f"90 %, provided that the misfit is that of {fields}"
-    return f"90 % by how photos and their parts differ, with {_share(left):.0f} % unexplained"
+    share = unexplained_percent(result)
+    text = f"{share:.1f}" if share < 10 else f"{share:.0f}"
+    return f"90 % by how photos and their parts differ, with {text} % unexplained"
 
 
 def _fitted_with_an_image(unknown: Unknown, result: dict[str, Any]) -> list[str]:
@@ -241,7 +243,7 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
             + advice
         )
     if left is not None:
-        lines.append(_misfit_text(left, _fields(result)))
+        lines.append(_misfit_text(left, unexplained_percent(result), _fields(result)))
     noisy = unconverged(plan)
     if noisy:
         lines.append(
@@ -255,12 +257,18 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _share(left: dict[str, Any]) -> float:
-    """Percent of the photos' brightness."""
-    return float(100 * max(left["value"], 0.0) ** 0.5)
+def unexplained_percent(result: dict[str, Any]) -> float:
+    """Percent of the photos' brightness, where they are not explained. The misfit has the weights
+    of the loss, whose tails make little of what is very wrong in places: then that of the photos
+    themselves is the larger one."""
+    left = misfit(result)
+    of_fit = max(left["value"], 0.0) if left else 0.0
+    shares = [item.get("unexplained", 0.0) for item in (result.get("captures") or {}).values()]
+    of_photos = sum(share**2 for share in shares) / max(len(shares), 1)
+    return float(100 * max(of_fit, of_photos) ** 0.5)
 
 
-def _misfit_text(left: dict[str, Any], fields: str) -> str:
+def _misfit_text(left: dict[str, Any], share: float, fields: str) -> str:
     if left["hidden"]:
         return (
             f"Misfit: not known ({left['value']:.3g} +- {left['standard_error']:.2g} of squared "
@@ -269,7 +277,7 @@ def _misfit_text(left: dict[str, Any], fields: str) -> str:
         )
     if left["explained"]:
         return "Misfit: the photos are explained within noise"
-    text = f"Misfit: {_share(left):.1f} % of the photos' brightness is not explained"
+    text = f"Misfit: {share:.1f} % of the photos' brightness is not explained"
     if fields:
         return f"{text}: {fields} has not converged, or there is another cause"
     return f"{text} by these parameters; check lights, camera and geometry"

@@ -266,11 +266,13 @@ def _transforms(data: Mapping[str, Any]) -> tuple[tuple[str, tuple[float, ...]],
     found = []
     for name, rows in value.items():
         key = f"transforms['{name}']"
-        if isinstance(rows, list) and len(rows) == 4:
+        flat = rows
+        if isinstance(rows, list) and len(rows) == 4 and all(isinstance(row, list) for row in rows):
             flat = [number for row in rows for number in _numbers(row, key, 4)]
-        else:
-            count = len(rows) if isinstance(rows, list) and len(rows) in PLACES else 16
-            flat = list(_numbers(rows, key, count))
+        nested = isinstance(flat, list) and any(isinstance(item, list) for item in flat)
+        if not isinstance(flat, list) or nested or len(flat) not in PLACES:
+            raise ValueError(f"its '{key}' is {rows!r}, not 3, 7 or 16 numbers or 4 rows of 4")
+        flat = list(_numbers(flat, key, len(flat)))
         if len(flat) == 16 and flat[12:] != [0.0, 0.0, 0.0, 1.0]:
             raise ValueError(f"its '{key}' has the last row {flat[12:]}, not 0, 0, 0, 1")
         if len(flat) == 7 and not any(flat[3:]):

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/evaluate/residual_rms.h"
 #include "fit/evaluate/seeds.h"
 #include "fit/evaluate/tiled_loss.h"
 #include "fit/objective/closed_form_gain.h"
@@ -74,13 +75,8 @@ std::vector<PhotoReport> report_photos(const FitProblem& problem, const Validati
   for (std::size_t i = 0; i < reports.size(); ++i) {
     const Film& film = (*validation.films)[i];
     const Photo& photo = problem.photos()[i];
-    double squares = 0;
-    for (std::size_t k = 0; k < film.size(); ++k)
-      for (int c = 0; c < 3; ++c)
-        squares += photo.share(k) * (square(static_cast<double>(film.mean[k][c]) -
-                                            static_cast<double>(photo.reference[k][c])) -
-                                     std::max(film.variance[k][c], 0.f));
-    reports[i].residual_rms = std::sqrt(std::max(squares, 0.0));
+    reports[i].residual_rms = residual_rms(film, photo);
+    reports[i].unexplained = unexplained_share(film, photo);
     if (i < validation.alignments.size()) reports[i].alignment = validation.alignments[i];
     if (photo.gain_freedom == GainFreedom::kNone) continue;
     reports[i].gain = validation.gains[i];

@@ -28,7 +28,9 @@ struct PhotoReport {
   Colorf gain_error{0, 0, 0};  ///< its standard error; of a fit that computes intervals, theirs
                                ///< included
   Alignment alignment;
-  double residual_rms = 0;  ///< root mean square of render minus photo, without the render's noise
+  double residual_rms = 0;  ///< root mean square of render minus photo, without the render's noise;
+                            ///< 0 where that may be all of it
+  double unexplained = 0;   ///< see `unexplained_share`
 };
 
 /// Newest picture of each photo, null before the first; never changed afterwards.

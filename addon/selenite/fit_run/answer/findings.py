@@ -107,7 +107,7 @@ def _verdict(plan: FitPlan, found: Sequence[Finding], result: dict[str, Any]) ->
             "than their intervals say. Render the photos with more samples and fit again."
         )
     if not left["explained"] and not fields:
-        share = 100 * max(left["value"], 0.0) ** 0.5
+        share = trust.unexplained_percent(result)
         return OPEN if share > 10 else WEAK, (
             f"{share:.1f} % of the photos' brightness is not explained: check lights, cameras and "
             "geometry before you apply the values."

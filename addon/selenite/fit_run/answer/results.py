@@ -95,7 +95,7 @@ def result_json(plan: FitPlan, result: dict[str, Any], host: str) -> dict[str, A
         "dropped": result["dropped"],
         "model": plan.model,
         "pictures": file_stems(item.id for item in plan.captures),
-        "captures": {item.id: _of_capture(item, result) for item in plan.captures},
+        "captures": {item.id: _capture_entry(item, result) for item in plan.captures},
         "warnings": [*plan.warnings, *result.get("notes", ())],
     } | of_stages
 
@@ -110,6 +110,12 @@ def _loss(result: dict[str, Any]) -> dict[str, Any]:
         "start_kept": bool(result.get("kept_start")),
         "model_error": result.get("model_error"),
     }
+
+
+def _capture_entry(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:
+    """The same for each photo, so that a reader need not ask whether its gain or shift was free."""
+    given = {"gain": list(capture.gain), "gain_interval_90": None, "shift": [0.0, 0.0, 0.0]}
+    return given | _of_capture(capture, result)
 
 
 def _of_capture(capture: Capture, result: dict[str, Any]) -> dict[str, Any]:

@@ -3,17 +3,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from ...json_text import read_json
 from ...paths import MISSING, why_not_file
-from ...problems import BadInput, Problem
+from ...problems import BadInput, Problem, choice
 from ...scene_read.capture_request import PACKED, CaptureRequest
 from .lamp_table import LampTable
 
 SCHEMA = 1
+_KEYS = ("captures", "schema")
 
 
 def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
@@ -27,10 +28,14 @@ def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
             raise BadInput(Problem(title, cause, cure)) from error
         cure = "give a JSON file with 'schema' and 'captures'"
         raise BadInput(Problem(title, f"cannot be read ({error})", cure)) from error
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
-        found = data.get("schema") if isinstance(data, dict) else None
-        cause = f"its schema is {found!r}, this version reads {SCHEMA}"
+    if not isinstance(data, dict):
+        cure = "give a JSON file with 'schema' and 'captures'"
+        raise BadInput(Problem(title, "it holds no object", cure))
+    if data.get("schema") != SCHEMA:
+        cause = f"its schema is {data.get('schema')!r}, this version reads {SCHEMA}"
         raise BadInput(Problem(title, cause, f"begin it with 'schema': {SCHEMA}"))
+    if unknown := [_unknown(title, key) for key in data if key not in _KEYS]:
+        raise BadInput(unknown)
     items = data.get("captures")
     if not isinstance(items, list) or not items:
         cause = "its 'captures' are no list with at least one object"
@@ -49,6 +54,15 @@ def read_captures_file(path: Path) -> tuple[CaptureRequest, ...]:
     if problems:
         raise BadInput(problems)
     return tuple(found)
+
+
+def _unknown(title: str, key: str) -> Problem:
+    """A key beside the captures. What holds for all of them stands in each, or on the command
+    line."""
+    if key in {item.name for item in fields(CaptureRequest)}:
+        cause = f"its key '{key}' belongs into its captures"
+        return Problem(title, cause, "write it into each object of 'captures'")
+    return Problem(title, f"its key '{key}' is not known", choice(key, _KEYS))
 
 
 def _with_table(item: dict[str, Any], folder: Path, tables: dict[str, LampTable]) -> dict[str, Any]:

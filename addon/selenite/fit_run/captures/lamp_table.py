@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ...paths import why_not_file
+
 _NAMES = ("photo", "lamp")
 _PLACE = ("x", "y", "z")
 _ROTATION = ("qw", "qx", "qy", "qz")
@@ -22,6 +24,8 @@ class LampTable:
     def __init__(self, path: Path) -> None:
         """Raises ValueError, whose text says which row is wrong."""
         self.path = path
+        if why := why_not_file(path):
+            raise ValueError(f"its table '{path}' cannot be read ({why})")
         try:
             with path.open(newline="", encoding="utf-8-sig") as file:
                 rows = list(csv.reader(file, strict=True))

@@ -248,8 +248,15 @@ def _corners(
         return None
     seen = projection(camera, window)
     differs = distortion.disagreement(request.distortion, seen, window)
-    remarks += [f"{title}: {differs}"] if differs else []
-    return distortion.corners(request.distortion, seen, window, file_size, *working_size)
+    places = distortion.corners(request.distortion, seen, window, file_size, *working_size)
+    if distortion.misses(places, file_size):
+        cause = f"by its distortion it shows nothing of what camera '{camera.name}' takes"
+        cure = "give fx, fy, cx, cy in pixels of the whole photo, and k1 to p2 for slopes"
+        problems.append(Problem(title, cause, cure))
+        return None
+    found = (differs, distortion.folded(places))
+    remarks += [f"{title}: {text}" for text in found if text]
+    return places
 
 
 def _reasons(counts: Mapping[str, int]) -> str:

@@ -21,6 +21,8 @@ from .window import PhotoWindow, Projection
 #: Beyond these, lens and camera are not of the same photo: shares of the focal length, and of the
 #: photo's longer side.
 _FOCAL, _CENTRE = 0.02, 0.02
+#: A share of a picture's corners. Beyond it, what folds back is no rim of a wide lens.
+_FOLDED = 0.05
 
 
 def distorted(lens: LensDistortion, slopes: np.ndarray) -> np.ndarray:
@@ -79,3 +81,21 @@ def disagreement(lens: LensDistortion, camera: Projection, window: PhotoWindow) 
         f"{camera.focal[1]:.1f} and {camera.centre[0]:.1f}, {camera.centre[1]:.1f}: "
         "check focal length and shift of the camera"
     )
+
+
+def folded(places: np.ndarray) -> str:
+    """How much of the picture the lens shows nowhere, since its model folds back; "" for a rim.
+    places: those of `corners`."""
+    share = float(np.isnan(places[..., 0]).mean())
+    if share <= _FOLDED:
+        return ""
+    return (
+        f"{share:.0%} of what its camera takes lies where its distortion folds back, and does not "
+        "count: check k1, k2, k3; they belong to slopes, not to pixels"
+    )
+
+
+def misses(places: np.ndarray, file_size: tuple[int, int]) -> bool:
+    """Whether the file shows nothing of the picture. places: those of `corners`."""
+    inside = ((places >= 0) & (places <= file_size)).all(-1)  # false for NaN
+    return not inside.any()
