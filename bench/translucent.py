@@ -137,6 +137,10 @@ def photograph(folder: Path, count: int, width: int, samples: int) -> list[Captu
         item.data.shift_x, item.data.shift_y = draw.normal(0, _CAMERA_FAULT / width, 2)
         bpy.data.objects["Lamp"].location = lamps[lamp]
         halves = (folder / f"{index}a.exr", folder / f"{index}b.exr")
+        photo = folder / f"{index}.exr"
+        captures.append(Capture(f"photo{index}", camera, lamp, halves, photo))
+        if photo.exists():  # of an earlier run
+            continue
         for half, path in enumerate(halves):
             set_comparison(scene, samples // 2, seed=2 * index + half)
             # Its noise is far beyond a camera's: the lamp is small, and found through the glass.
@@ -145,9 +149,7 @@ def photograph(folder: Path, count: int, width: int, samples: int) -> list[Captu
             bpy.ops.render.render(write_still=True)
         seen = [native.image().read(str(path)) for path in halves]
         mean = np.dstack([(seen[0][0] + seen[1][0]) / 2, seen[0][1]])
-        photo = folder / f"{index}.exr"
         native.image().write_exr(str(photo), np.ascontiguousarray(mean, np.float32))
-        captures.append(Capture(f"photo{index}", camera, lamp, halves, photo))
     return captures
 
 
@@ -249,7 +251,9 @@ def main() -> int:
     asked.add_argument("--samples", type=int, default=256, help="of photos, renders (%(default)s)")
     asked.add_argument("--height", type=int, default=72, help="of the fits (%(default)s)")
     asked.add_argument("--models", nargs="+", default=["constant", "opaque", "medium"])
-    asked.add_argument("--folder", help="kept, with photos that a later run takes")
+    asked.add_argument(
+        "--folder", help="kept; a run with the same size and samples takes its photos"
+    )
     options, more = asked.parse_known_args()  # the rest goes to the fits
     table = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what Blender prints
