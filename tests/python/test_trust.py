@@ -116,6 +116,20 @@ def test_what_is_very_wrong_in_places_is_said_in_full() -> None:
     assert "with 30 % unexplained" in words
 
 
+def test_a_fit_without_a_refinement_tells_what_it_does_not_explain() -> None:
+    """As by Adam with the loss mae, which has no intervals either."""
+    found = {"captures": {"Front": {"unexplained": 0.11}}}
+    settings = SimpleNamespace(loss="mae")
+    plan: Any = SimpleNamespace(
+        unknowns=[ROUGHNESS], fields=[], captures=[], request=SimpleNamespace(settings=settings)
+    )
+    (line,) = trust.sentences(plan, found)
+    assert line.startswith("Misfit: 11.0 % of the photos' brightness is not explained")
+    assert not trust.sentences(plan, {"captures": {"Front": {"unexplained": 0.0}}})
+    settings.loss = "brightness-independent-mse"
+    assert not trust.sentences(plan, found), "its photos may have any exposure"
+
+
 def test_a_misfit_that_remains_stands_beside_each_interval() -> None:
     words = trust.words(ROUGHNESS, result(value=0.09, explained=False))
     assert words == [

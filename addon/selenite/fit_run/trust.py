@@ -20,6 +20,8 @@ _PART_CLEAR = (0.05, 0.95)
 #: Standard error of a misfit beyond which it says nothing: a fifth of the brightness, squared. And
 #: standard errors below 0 that no noise explains which a render knows of.
 _HIDDEN, _BELOW = 0.04, 3.0
+#: The loss that takes no notice of exposure, which is most of what it leaves unexplained.
+_OF_ANY_EXPOSURE = "brightness-independent-mse"
 #: What a parameter without a report says.
 UNKNOWN: dict[str, Any] = {
     "standard_error": None,
@@ -244,6 +246,9 @@ def sentences(plan: FitPlan, result: dict[str, Any]) -> list[str]:
         )
     if left is not None:
         lines.append(_misfit_text(left, unexplained_percent(result), _fields(result)))
+    elif not plan.fields and (share := unexplained_percent(result)) > 0:
+        counts = plan.request.settings.loss != _OF_ANY_EXPOSURE
+        lines += [_unexplained(share)] if counts else []
     noisy = unconverged(plan)
     if noisy:
         lines.append(
@@ -277,6 +282,10 @@ def _misfit_text(left: dict[str, Any], share: float, fields: str) -> str:
         )
     if left["explained"]:
         return "Misfit: the photos are explained within noise"
+    return _unexplained(share, fields)
+
+
+def _unexplained(share: float, fields: str = "") -> str:
     text = f"Misfit: {share:.1f} % of the photos' brightness is not explained"
     if fields:
         return f"{text}: {fields} has not converged, or there is another cause"
