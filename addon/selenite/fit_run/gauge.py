@@ -74,9 +74,10 @@ def _of_gains(values: SceneValues, captures: Sequence[Capture], names: Sequence[
     coloured = bright[0].rpartition(":")[2] in _COLOURS
     if coloured and (known := sorted(_seen(values) - _of_unknown_colour(values, names))):
         return [
-            f"The gain of every photo is free: brightness rests on the colors of {listed(known)} "
-            "in the scene, as far as these count in the photos, and on the prior of a gain (about "
-            "1, within a factor of two); set the gain of one photo to none to hold it by that photo"
+            "The gain of every photo is free: only the prior of a gain (about 1, within a factor "
+            f"of two) holds the brightness, unless the color of {listed(known)} in the scene is "
+            "right and counts in the photos; set the gain of one photo to none to hold it by that "
+            "photo"
         ]
     return [
         f"The gain of every photo is free, and {bright[0]} can compensate for it: only the prior "
