@@ -2,6 +2,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -206,7 +207,7 @@ py::object taken_state(FitJob& job) {
   char* to = PyBytes_AsString(bytes.ptr());
   {
     const py::gil_scoped_release release;
-    std::memcpy(to, saved->data(), saved->size());
+    std::copy(saved->begin(), saved->end(), to);
   }
   return bytes;
 }
