@@ -36,6 +36,7 @@ from mathutils import Vector  # noqa: E402
 from selenite import native  # noqa: E402
 from selenite.cli import main as selenite  # noqa: E402
 from selenite.cycles_check.render_settings import set_comparison  # noqa: E402
+from selenite.fit_run.views import eroded  # noqa: E402
 
 _CAMERAS, _LAMPS = 18, 28
 _SIZE, _CAMERA_AWAY, _LAMP_AWAY = 60.0, 363.0, 300.0  # units
@@ -98,7 +99,6 @@ def _scene(width: int) -> Any:  # noqa: ANN401
     scene.render.image_settings.color_depth = "32"
     scene.render.image_settings.color_mode = "RGBA"
     scene.render.film_transparent = True
-    scene.render.resolution_x, scene.render.resolution_y = width, round(width / _ASPECT)
     _body().data.materials.append(made.material("Body", base_color=(0.5, 0.5, 0.5), roughness=0.5))
     lamp = made.light("Lamp", "POINT", energy=5e6, shadow_soft_size=2.0)
     lamp.visible_camera = False
@@ -106,6 +106,7 @@ def _scene(width: int) -> Any:  # noqa: ANN401
         item = made.camera(f"Camera {index}", clip_end=1000)
         item.location = place
         item.rotation_euler = (-Vector(place)).to_track_quat("-Z", "Y").to_euler()
+    # made.camera sets a size of its own.
     scene.render.resolution_x, scene.render.resolution_y = width, round(width / _ASPECT)
     return scene
 
@@ -178,23 +179,13 @@ def _selenite(*words: str) -> dict[str, Any]:
     return found
 
 
-def _inside(alpha: np.ndarray) -> np.ndarray:
-    """Pixels of the mask with all their neighbours in it, twice."""
-    inside = np.pad(alpha > 0.99, 2)
-    for _ in range(2):
-        inside[1:-1, 1:-1] &= (
-            inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
-        )
-    return inside[2:-2, 2:-2]
-
-
 def error_of_unseen(scene: Path, unseen: Sequence[Capture], samples: int, folder: Path) -> float:
     """Products of differences with noise of their own have no bias by it."""
     captures = list_captures(folder / "unseen.json", unseen)
     left = light = 0.0
     for item in unseen:
         photos = [native.image().read(str(path)) for path in item.halves]
-        inside = _inside(np.minimum(photos[0][1], photos[1][1]))
+        inside = eroded(np.minimum(photos[0][1], photos[1][1]) > 0.99, 2)
         differences = []
         for half, (seen, _, _) in enumerate(photos):
             out = folder / f"unseen{half}.exr"

@@ -113,8 +113,8 @@ def with_degenerate(mesh: Mesh) -> Mesh:
     """The mesh and triangles without an area: all corners one, all on a line, and one of denormal
     size."""
     positions, triangles = mesh
-    first, z = len(positions), 0.9  # in the box of the ball
-    more = np.array([(0, 0, z), (1, 1, z), (2, 2, z), (1e-42, 0, z), (0, 1e-42, z)], float)
+    first = len(positions)
+    more = np.array([(0, 0, 2), (1, 1, 2), (2, 2, 2), (1e-42, 0, 2), (0, 1e-42, 2)], float)
     bad = [(0, 0, 0), (0, 1, 1), *((first + a, first + b, first + c) for a, b, c in (
         (0, 1, 2), (0, 0, 1), (0, 3, 4)))]  # fmt: skip
     return np.vstack([positions, more]), np.vstack([triangles, bad])

@@ -22,15 +22,19 @@ constexpr double kBrightLevel = 0.999;    // quantile of the values above 0
 float depth_of_noise(const Samples& samples) {
   const auto* values = std::get_if<std::vector<float>>(&samples.values);
   if (values == nullptr) return 0;
+  const auto of_colours = [&](auto&& action) {
+    for (std::size_t i = 0; i < values->size(); i += static_cast<std::size_t>(samples.channels))
+      for (const int channel : samples.color)
+        action((*values)[i + static_cast<std::size_t>(channel)]);
+  };
   bool goes_below = false;
+  of_colours([&](float value) { goes_below |= value < 0; });
+  if (!goes_below) return 0;
   std::vector<float> bright;
-  for (std::size_t i = 0; i < values->size(); i += static_cast<std::size_t>(samples.channels))
-    for (const int channel : samples.color) {
-      const float value = (*values)[i + static_cast<std::size_t>(channel)];
-      goes_below |= value < 0;
-      if (value > 0 && std::isfinite(value)) bright.push_back(value);
-    }
-  if (!goes_below || bright.empty()) return 0;
+  of_colours([&](float value) {
+    if (value > 0 && std::isfinite(value)) bright.push_back(value);
+  });
+  if (bright.empty()) return 0;
   const auto at = bright.begin() + static_cast<std::ptrdiff_t>(
                                        kBrightLevel * static_cast<double>(bright.size() - 1));
   std::nth_element(bright.begin(), at, bright.end());

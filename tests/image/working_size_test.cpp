@@ -45,7 +45,7 @@ TEST_F(WorkingSize, EveryPixelIsTheMeanOfWhatItCovers) {
 TEST_F(WorkingSize, APixelCountsOnlyIfAllBelowItCan) {
   std::vector<float> pixels = ramp();
   pixels[0] = std::numeric_limits<float>::quiet_NaN();
-  pixels[3 * 5] = -9;
+  pixels[3 * 5] = -1;
   const WorkingPhoto photo = read_at_size(exr("a.exr", 6, 4, pixels), 3, 2);
   EXPECT_EQ(photo.weight, (std::vector<float>{0, 1, 0, 1, 1, 1}));
   EXPECT_EQ(photo.counts[PixelUse::kNotFinite], 1);

@@ -100,23 +100,23 @@ class LampThroughASurface : public testing::TestWithParam<Body> {};
 TEST_P(LampThroughASurface, CannotBeToldFromAnEmissiveMesh) {
   // Nobody aims at a mesh: its light is found by chance.
   const auto [round, roughness] = GetParam();
-  const double half = 0.9, power = 1200, height = 4.4;
+  const double half = 1, power = 1500, height = 4.6;  // small enough to be aimed at
   const Material m = filled_glass(roughness, 1.4, 1.5, 0.9, 0.3);
   Light lamp = lamp_at({0, 0, height}, LightKind::kArea, power);
   lamp.size_x = lamp.size_y = 2 * half;
-  const Film aimed = render_view(lit(body(round), m, lamp), settings_of(24, 64));
+  const Film aimed = render_view(lit(body(round), m, lamp), settings_of(24, 192));
   SceneBuilder builder;
   place(builder, body(round), builder.add_material(m));
   place(builder, quad_mesh(half),
         builder.add_material(emitter("Panel", power / (kPi<double> * square(2 * half)))),
         translation({0, 0, height}));
   add_view(builder, {0, -5, 0}, {0, 0, 0}, 60);
-  const Film met = render_view(builder.build(), settings_of(24, 12288));
+  const Film met = render_view(builder.build(), settings_of(24, 8192));
   ASSERT_TRUE(complete(aimed) && complete(met));
   for (int c = 0; c < 3; ++c) {
     const Estimate a = mean_of(aimed, c), b = mean_of(met, c);
     EXPECT_LT(std::abs(a.z(b)), 4) << a.mean << " and " << b.mean;
-    EXPECT_LT(std::hypot(a.error, b.error), 0.05 * a.mean);
+    EXPECT_LT(std::hypot(a.error, b.error), 0.035 * a.mean);
   }
 }
 

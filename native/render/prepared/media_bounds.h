@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "scene/geometry.h"
-#include "scene/light.h"
 
 namespace selenite {
 
@@ -20,16 +19,6 @@ class MediaBounds {
   bool contains(const Vec3f& point) const {
     return boundless_ || std::any_of(boxes_.begin(), boxes_.end(),
                                      [&](const Box& box) { return box.contains(point); });
-  }
-  /// How large a lamp is, seen from the middle of the body next to it as if it faced that: steradians.
-  float solid_angle(const Light& lamp) const {
-    if (lamp.kind == LightKind::kSun) return 2 * kPi<float> * lamp.one_minus_cos_sun;
-    float largest = 0;
-    for (const Box& box : boxes_) {
-      const Vec3f apart = lamp.position - (box.low + box.high) / 2.0f;
-      if (lamp.area > 0) largest = std::max(largest, lamp.area / dot(apart, apart));
-    }
-    return largest;
   }
 
  private:
