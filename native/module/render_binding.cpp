@@ -7,6 +7,7 @@
 #include "fit/objective/alignment.h"
 #include "module/arrays.h"
 #include "module/bindings.h"
+#include "render/driver/aim_pilot.h"
 #include "render/driver/field_gradient.h"
 #include "render/driver/render.h"
 #include "render/lanes/lanes.h"
@@ -115,6 +116,36 @@ std::pair<std::unique_ptr<NamedFilm>, py::array_t<double>> texture_gradient(
   return {std::move(out), py::array_t<double>({image.height(), image.width(), 3}, values, owner)};
 }
 
+/// By the objects that place them; "" for a lamp without one.
+std::vector<std::string> aimed_lamps(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Light& lamp : scene.appearance.lights)
+    if (lamp.aimed.value_or(false)) names.push_back(lamp.place());
+  return names;
+}
+
+Scene with_aimed_lamps(Scene scene, const std::vector<std::string>& names) {
+  for (Light& lamp : scene.appearance.lights)
+    lamp.aimed = std::ranges::find(names, lamp.place()) != names.end();
+  return scene;
+}
+
+Scene decide_named(const Scene& scene, const std::string& camera, int width, int height, int depth,
+                   int threads, const FrameTuple& frame,
+                   const std::vector<std::pair<std::string, std::string>>& parameters) {
+  std::vector<ParameterRef> refs;
+  for (const auto& [owner, name] : parameters) refs.push_back(scene.find(owner, name));
+  const SlotLayout layout(scene, refs);
+  const Camera& from = scene.camera(camera);
+  py::gil_scoped_release release;
+  return decide_aims(scene, from, layout,
+                     {.width = width,
+                      .height = height,
+                      .depth = depth,
+                      .threads = threads,
+                      .frame = frame_of(frame)});
+}
+
 py::array_t<double> environment_gradient(const Scene& scene, const std::string& camera, int width,
                                          int height, int spp, const Array<float>& weight,
                                          std::uint64_t seed, int depth, int threads,
@@ -185,6 +216,8 @@ void bind_render(py::module_& m) {
                              [](const NamedFilm& f) { return f.film.first_dropped; })
       .def_property_readonly("truncated", [](const NamedFilm& f) { return f.film.truncated; })
       .def_property_readonly("lanes", [](const NamedFilm& f) { return f.film.lanes; })
+      .def_property_readonly("vertices", [](const NamedFilm& f) { return f.film.vertices; })
+      .def_property_readonly("exits", [](const NamedFilm& f) { return f.film.exits; })
       .def_property_readonly("spp", [](const NamedFilm& f) { return f.film.spp; })
       .def_property_readonly("seconds", [](const NamedFilm& f) { return f.film.seconds; })
       .def_property_readonly("cpu_seconds", [](const NamedFilm& f) { return f.film.cpu_seconds; });
@@ -204,6 +237,16 @@ void bind_render(py::module_& m) {
       "alignment: how the camera moved, in pixels of this picture to the right and down, and by\n"
       "radians about its axis: `shift` in the captures of a fit's result.\n"
       "Raises ValueError, KeyError, Cancelled.");
+
+  m.def("decide_aims", &decide_named, "scene"_a, "camera"_a, "width"_a, "height"_a, py::kw_only(),
+        "depth"_a = 0, "threads"_a = 0, "frame"_a = FrameTuple{},
+        "parameters"_a = std::vector<std::pair<std::string, std::string>>{},
+        "Scene in which it is decided at which lamps paths inside a medium aim: by a pilot, for\n"
+        "this picture and these derivatives. `render` decides by itself where that is open.\n"
+        "Raises KeyError.");
+  m.def("aimed_lamps", &aimed_lamps, "scene"_a, "Objects of the lamps that paths aim at.");
+  m.def("with_aimed_lamps", &with_aimed_lamps, "scene"_a, "objects"_a,
+        "Scene whose paths aim at these lamps and no others.");
 
   m.def(
       "lanes_obstacle", [](const Scene& scene) { return lanes_obstacle(scene); }, "scene"_a,

@@ -86,6 +86,9 @@ struct Light {
   bool casts_shadows = true;
   bool met_by_rays = true;  ///< else only light sampling finds it, and mirrors do not show it
   int max_bounces = std::numeric_limits<int>::max();  ///< light sampling after more passes it over
+  /// Whether paths inside bodies with a medium aim at it through the surface; it changes noise and
+  /// time of a picture alone. Empty: not decided, see render/driver/aim_pilot.h.
+  std::optional<bool> aimed{};
   LinkedSets links;
 
   // Worked out by `prepare`.

@@ -52,9 +52,12 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if camera is None:  # cannot be: native_scene raises the problem that camera_of has found
         raise BadInput(problems)
 
-    core, view = native.core(), (scene, camera.name, width, height, args.spp)
+    core = native.core()
     frame = picture_frame(camera, args.width, args.height)
     usual = {"depth": args.depth, "threads": args.threads, "frame": frame}
+    with refused(*RENDER):  # once, as a fit does, so that no iteration pays for it
+        scene = core.decide_aims(scene, camera.name, width, height, parameters=wanted, **usual)
+    view = (scene, camera.name, width, height, args.spp)
 
     def by_texels(seed: int, reference: np.ndarray | None = None) -> Any:  # noqa: ANN401
         with refused(*RENDER):

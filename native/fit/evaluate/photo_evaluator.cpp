@@ -100,6 +100,21 @@ SceneModel scene_model(const FitProblem& problem, const UniformFields& uniform) 
           [&uniform](const Point& point) { return uniform.scene_at(point.scalars); }};
 }
 
+Scene PhotoEvaluator::scene_of(const Photo& photo, const Point& point) {
+  Scene scene = photo.lights.applied_to(model_.scene_at(point));
+  auto& lamps = scene.appearance.lights;
+  const auto known = aims_.find(photo.id);
+  if (known == aims_.end()) {
+    scene = decide_aims(std::move(scene), camera_of(scene, photo), model_.problem.layout,
+                        render_settings(photo, 1, 0), &aim_verdicts_, progress_);
+    std::vector<char>& aims = aims_[photo.id];
+    for (const Light& lamp : lamps) aims.push_back(lamp.aimed.value_or(false));
+    return scene;
+  }
+  for (std::size_t i = 0; i < lamps.size(); ++i) lamps[i].aimed = known->second[i] != 0;
+  return scene;
+}
+
 RenderSettings PhotoEvaluator::render_settings(const Photo& photo, int spp,
                                                std::uint64_t seed) const {
   RenderSettings settings;

@@ -12,6 +12,7 @@
 #include "fit/objective/alignment.h"
 #include "fit/problem/fit_problem.h"
 #include "fit/problem/point.h"
+#include "render/driver/aim_pilot.h"
 #include "render/driver/field_gradient.h"
 
 namespace selenite {
@@ -64,7 +65,7 @@ class PhotoEvaluator final : public Evaluator {
       : model_(std::move(model)), settings_(&settings), counts_(&counts) {}
 
   /// What it remembers of the photos.
-  void members(SavedState& state) { state(gains_, alignments_); }
+  void members(SavedState& state) { state(gains_, alignments_, aims_, aim_verdicts_); }
 
   /// Renders from now on report to `progress` and can be cancelled through it; null: neither.
   void watch(Progress* progress) { progress_ = progress; }
@@ -85,10 +86,8 @@ class PhotoEvaluator final : public Evaluator {
                                const std::vector<float>& weights, int cell, const Evaluation& how);
 
  private:
-  /// What the photo shows.
-  Scene scene_of(const Photo& photo, const Point& point) const {
-    return photo.lights.applied_to(model_.scene_at(point));
-  }
+  /// What the photo shows. At which lamps paths aim is decided at the first point that is asked for.
+  Scene scene_of(const Photo& photo, const Point& point);
   RenderSettings render_settings(const Photo& photo, int spp, std::uint64_t seed) const;
   Colorf gain_of(const Photo& photo, const Point& point) const;
   void find_gain(const Photo& photo, const Film& film);
@@ -109,6 +108,8 @@ class PhotoEvaluator final : public Evaluator {
   Progress* progress_ = nullptr;
   std::map<std::string, Colorf> gains_{};               ///< by the id of a photo
   std::map<std::string, FoundAlignment> alignments_{};  ///< likewise
+  std::map<std::string, std::vector<char>> aims_{};     ///< likewise, of each lamp
+  std::vector<AimVerdict> aim_verdicts_{};
 };
 
 }  // namespace selenite

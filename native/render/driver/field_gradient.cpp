@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "math/error.h"
+#include "render/driver/aim_pilot.h"
 #include "render/driver/taped_tile.h"
 #include "render/driver/tile_pool.h"
 
@@ -115,6 +116,9 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
                                     const RenderSettings& settings, const PixelLoss& loss,
                                     Progress* progress) {
   settings.check();
+  if (has_undecided_aims(scene))
+    return render_field_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress), camera, unknown,
+                                 settings, loss, progress);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
   const std::vector<Field> fields = fields_of(scene, unknown);
@@ -155,6 +159,9 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
     throw InvalidArgument("There are " + std::to_string(weights.size()) + " weights for " +
                           std::to_string(settings.width) + " x " + std::to_string(settings.height) +
                           " pixels; give one a pixel");
+  if (has_undecided_aims(scene))
+    return render_field_jacobian(decide_aims(scene, camera, {}, settings, nullptr, progress), camera, unknown,
+                                 settings, weights, cell, progress);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
   const std::vector<Field> fields = fields_of(scene, unknown);

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "math/error.h"
+#include "render/driver/aim_pilot.h"
 #include "render/driver/tile_pool.h"
 #include "render/lanes/lanes.h"
 #include "render/path/path_kernel.h"
@@ -94,10 +95,14 @@ Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,
   require_setting(local <= kMaxLocalSlots, "derivative slots of one material", local,
                   "at most 16: split the parameters over several passes");
 
+  if (has_undecided_aims(scene))
+    return render(decide_aims(scene, camera, layout, settings, nullptr, progress), camera, layout, settings, progress);
+
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();
   if (progress) progress->fraction = 0;
   Film film(settings.width, settings.height, settings.spp, slots);
+  if (settings.aim_pilot) film.make_room_for_excess();
   const bool by_lanes = render_by_lanes(scene, camera, layout, local, settings, progress, film);
   if (settings.lanes == kPacket && !by_lanes)
     throw InvalidArgument(

@@ -59,6 +59,8 @@ void add_reports(const std::vector<TileReport>& reports, Film& film) {
     if (film.dropped == 0 && report.dropped > 0) film.first_dropped = report.first_dropped;
     film.dropped += report.dropped;
     film.truncated += report.truncated;
+    film.vertices += report.vertices;
+    film.exits += report.exits;
   }
 }
 

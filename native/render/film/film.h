@@ -18,6 +18,7 @@ struct SlotFilm {
   Picture half_a;      ///< the same over the even samples only
   Picture variance;    ///< of `mean`
   Picture covariance;  ///< of `mean` with the image's mean: what makes a product of both unbiased
+  Picture aim_excess;  ///< see Film
 };
 
 /// What a render gives. Samples are independent, so the two halves are too; the half over the odd
@@ -42,9 +43,18 @@ struct Film {
   std::int64_t dropped = 0;    ///< samples left out because a value was not finite
   std::string first_dropped;   ///< pixel, sample and what was not finite
   std::int64_t truncated = 0;  ///< paths ended by the hard limit on their length
+  /// Where paths that are traced alone were scattered or ended, and the places on surfaces that they
+  /// looked at on the way to lamps that they aim at.
+  std::int64_t vertices = 0, exits = 0;
+  /// By how much larger `variance` would be if paths found these lamps by chance alone; only of a pilot.
+  Picture aim_excess;
   double seconds = 0, cpu_seconds = 0;
 
   std::size_t size() const { return mean.size(); }
+  void make_room_for_excess() {
+    aim_excess.resize(size());
+    for (SlotFilm& slot : slots) slot.aim_excess.resize(size());
+  }
   /// Mean over the odd samples of a pixel, from the mean over all and over the even ones.
   Colorf half_b(const Colorf& mean, const Colorf& half_a) const {
     const int even = (spp + 1) / 2, odd = spp / 2;

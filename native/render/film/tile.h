@@ -14,10 +14,11 @@ struct Tile {
   int x0, y0, x1, y1;
 };
 
-/// Counts of what went wrong in a tile.
+/// Counts of the work on a tile, and of what went wrong.
 struct TileReport {
   std::int64_t dropped = 0;
   std::int64_t truncated = 0;
+  std::int64_t vertices = 0, exits = 0;  ///< see Film
   std::string first_dropped;
 
   /// A sample had something that is not finite: its radiance (slot -1) or a derivative. It counts as

@@ -8,6 +8,15 @@
 
 namespace selenite {
 
+/// Of n samples of a pixel.
+template <int L>
+void write_excess(const AimExcess<L>& excess, Film& film, std::size_t pixel, int n) {
+  const float share = 1 / square(static_cast<float>(n));
+  film.aim_excess[pixel] = excess.value * share;
+  for (std::size_t s = 0; s < excess.slope.size(); ++s)
+    film.slots[s].aim_excess[pixel] = excess.slope[s] * share;
+}
+
 template <int L>
 TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
                        const RenderSettings& settings, const Tile& tile, Film& film) {
@@ -16,6 +25,9 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
   const int slots = L > 0 ? prepared.slots : 0;
   const int n = settings.spp;
   std::vector<SlotSums> slot_sums(slots);
+  const bool pilot = settings.aim_pilot;
+  AimExcess<L> excess;
+  if (pilot) tracer.note_excess(&excess);
 
   for (int y = tile.y0; y < tile.y1; ++y) {
     CameraSamples samples(prepared, camera, settings, y, tile.x0, tile.x1);
@@ -23,11 +35,13 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
       const auto pixel = static_cast<std::size_t>(y) * settings.width + x;
       if (!settings.has(pixel)) continue;
       PixelSums image;
+      if (pilot) excess.start(slots);
       std::fill(slot_sums.begin(), slot_sums.end(), SlotSums{});
       for (int i = 0; i < n; ++i) {
         auto& [random, ray, hit] = samples.next();
         const Radiance<L> radiance = tracer.trace(ray, hit, random);
         report.truncated += tracer.truncated;
+        report.vertices += tracer.vertices;
 
         int bad = is_finite(radiance.value) ? -1 : slots;
         for (int s = 0; s < slots; ++s)
@@ -42,8 +56,10 @@ TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
       }
       image.write(film, pixel, n);
       for (int s = 0; s < slots; ++s) slot_sums[s].write(film.slots[s], pixel, n, image.sum);
+      if (pilot) write_excess(excess, film, pixel, n);
     }
   }
+  report.exits = tracer.exits();
   return report;
 }
 

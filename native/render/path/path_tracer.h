@@ -37,6 +37,7 @@ class PathTracer {
 
     std::uint32_t surfaces = 0;
     for (std::uint32_t vertex = 0;; ++vertex) {
+      vertices = vertex + 1;
       random.start_bounce(vertex + 1);
       float drawn = kInfinity;
       const bool sealed = path.sealed || media.sealed();
@@ -48,9 +49,12 @@ class PathTracer {
       if (vertex == 0 && hit && hit->t > path.ray.t_max) hit.reset();
       const float reach = hit ? path.travelled + hit->t : kInfinity;
       if ((!path.from_camera() || p_.visibility.seen_lamps) && !sealed)
-        direct_.add_lamps(
-            path, reach, media, random, beta, radiance,
-            [&](int lamp, const LightHit& found) { return weight_of_way_out(path, lamp, found); });
+        refracted_.noting(radiance, [&](Rarity& rarity) {
+          direct_.add_lamps(path, reach, media, random, beta, radiance,
+                            [&](int lamp, const LightHit& found) {
+                              return rarity.of_share(weight_of_way_out(path, lamp, found));
+                            });
+        });
       if (!media.empty()) {
         const float distance = hit ? hit->t : kInfinity;
         const bool scatters_once_more = depth_ == 0 || path.scatterings < depth_;
@@ -130,7 +134,11 @@ class PathTracer {
     return radiance;
   }
 
-  bool truncated = false;  ///< the last path ran into the hard limit on its length
+  bool truncated = false;    ///< the last path ran into the hard limit on its length
+  std::uint32_t vertices = 0;  ///< of the last path
+  /// Places on surfaces that all paths looked at on their way to lamps; see RefractedLight.
+  std::int64_t exits() const { return refracted_.exits(); }
+  void note_excess(AimExcess<L>* excess) { refracted_.note_excess(excess); }
   Tape tape;               ///< of the last path, in the kernel that keeps one
 
  private:
@@ -158,13 +166,14 @@ class PathTracer {
     if (sought)
       refracted_.add_sample(InnerVertex{path, inside.place, here, media, random}, beta, radiance);
     if (!bsdf.all_singular())
-      direct_.add_sample(path, surface.position, here, media, random, beta, radiance,
-                         [&](int lamp, const Vec3f& direction, float light, float density) {
-                           return path.inside.sought
-                                      ? refracted_.path_weight(path.inside, hit, surface, lamp,
-                                                               direction, light, density)
-                                      : 1;
-                         });
+      refracted_.noting(radiance, [&](Rarity& rarity) {
+        direct_.add_sample(path, surface.position, here, media, random, beta, radiance,
+                           [&](int lamp, const Vec3f& direction, float light, float density) {
+                             if (!path.inside.sought) return 1.0f;
+                             return rarity.of_share(refracted_.path_weight(
+                                 path.inside, hit, surface, lamp, direction, light, density));
+                           });
+      });
 
     auto sample = draw(bsdf, random);
     if (!sample) return false;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "render/media/refracted_exit.h"
+#include "render/path/aim_excess.h"
 #include "render/path/direct_light.h"
 #include "render/prepared/refraction_spread.h"
 
@@ -38,6 +39,19 @@ class RefractedLight {
 
   /// Whether anything is found in this way.
   bool acts() const { return !p_.boundaries.empty(); }
+  /// Notes from now on what it is worth; null: nothing.
+  void note_excess(AimExcess<L>* excess) { excess_ = excess; }
+  /// Calls `bring(rarity)`, which adds to the radiance.
+  template <class Bring>
+  void noting(Radiance<L>& radiance, Bring&& bring) const {
+    Rarity rarity;
+    if (!excess_) return bring(rarity);
+    const Radiance<L> before = radiance;
+    bring(rarity);
+    if (rarity.rarer > 1) excess_->add(before, radiance, rarity.rarer);
+  }
+  /// Places on surfaces that were looked at so far.
+  std::int64_t exits() const { return exits_; }
 
   template <class Scatterer>
   void add_sample(const InnerVertex<L, Scatterer>& at, const Throughput<L>& beta,
@@ -76,6 +90,7 @@ class RefractedLight {
     seek(0);
     const int other = 1 + static_cast<int>(at.random.uniform(kExitStart) / chance(1));
     if (other < RefractedExit::kStarts) seek(other);
+    exits_ += exits.looked_at();
   }
 
   /// Weight of a path that has gone from `inside` to `hit`, and from there to a lamp. `light` and
@@ -89,6 +104,7 @@ class RefractedLight {
     const RefractedExit::Place here{hit, surface, {}};
     const int start = finder(exits, here, p_.boundaries[surface.material], odds->micronormal,
                              RefractedExit::kStarts);
+    exits_ += exits.looked_at();
     if (start == RefractedExit::kStarts) return 1;
     return power_heuristic(odds->by_path, odds->by_aim * chance(start));
   }
@@ -192,9 +208,12 @@ class RefractedLight {
     if (light.casts_shadows && !direct_.visible(boundary.origin(beyond), beyond, lamp->distance,
                                                 light.links, at.random, outside, through))
       return;
-    boundary.bring(p_.geometry, value, p_.emitted.lamp(found.lamp, lamp->factor),
-                   power_heuristic(by_aim, odds->by_path) / (by_aim * found.survival), through,
-                   radiance);
+    const float share = power_heuristic(by_aim, odds->by_path);
+    noting(radiance, [&](Rarity& rarity) {
+      if (share > 0) rarity.rarer = by_aim * found.survival / (share * odds->by_path);
+      boundary.bring(p_.geometry, value, p_.emitted.lamp(found.lamp, lamp->factor),
+                     share / (by_aim * found.survival), through, radiance);
+    });
   }
   int choose(float u) const {
     float left = u * all_;
@@ -244,6 +263,8 @@ class RefractedLight {
   const Prepared<L>& p_;
   DirectLight<L> direct_;
   float all_ = 0;  ///< probabilities of the lamps that are aimed at
+  mutable std::int64_t exits_ = 0;
+  AimExcess<L>* excess_ = nullptr;
 };
 
 }  // namespace selenite

@@ -107,10 +107,6 @@ LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted
   return set;
 }
 
-/// Steradians. A path inside a body finds a larger lamp often enough by itself, in a tenth of the
-/// time. Measured: docs/measurements/extremes.md, "A small lamp over a medium".
-constexpr float kSmallLamp = 0.2f;
-
 template <int L>
 RefractionSpread boundary_of(const Material& source, const PreparedMaterial<L>& material) {
   if (material.transparent || !material.has_medium) return {};
@@ -133,29 +129,6 @@ std::vector<RefractionSpread> boundaries_of(const Appearance& appearance,
   const bool any =
       std::any_of(found.begin(), found.end(), [](const RefractionSpread& b) { return b.eta > 0; });
   return any ? found : std::vector<RefractionSpread>();
-}
-
-/// Mean place of an instance's surface; specks beside it do not move that.
-Vec3f middle_of(const Geometry& geometry, int instance) {
-  const int mesh = geometry.instances()[instance].mesh;
-  const auto count = static_cast<int>(geometry.meshes()[mesh].triangles.size());
-  Vec3d sum(0, 0, 0);
-  double area = 0;
-  for (int t = 0; t < count; ++t) {
-    const auto corners = geometry.corners(instance, t);
-    const Vec3d a(corners[0]), b(corners[1]), c(corners[2]);
-    const double doubled_area = length(cross(b - a, c - a));
-    sum = sum + (a + b + c) * (doubled_area / 3);
-    area += doubled_area;
-  }
-  return Vec3f(area > 0 ? sum / area : sum);
-}
-
-/// Steradians, as if lamp and place faced each other.
-float solid_angle(const Light& lamp, const Vec3f& place) {
-  if (lamp.kind == LightKind::kSun) return 2 * kPi<float> * lamp.one_minus_cos_sun;
-  const Vec3f apart = lamp.position - place;
-  return lamp.area > 0 ? lamp.area / dot(apart, apart) : 0;
 }
 
 }  // namespace
@@ -185,23 +158,15 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     find_sealed(scene, materials);
     boundaries = boundaries_of(scene.appearance, materials);
   }
-  std::vector<Vec3f> middles;  // of the bodies with a medium
   for (int i = 0; i < static_cast<int>(geometry.instances().size()); ++i) {
     const auto& own = geometry.instances()[i].materials;
-    if (!std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))
-      continue;
-    media_bounds.include(geometry, i);
-    if (!boundaries.empty()) middles.push_back(middle_of(geometry, i));
+    if (std::any_of(own.begin(), own.end(), [&](int m) { return materials[m].has_medium; }))
+      media_bounds.include(geometry, i);
   }
   if (boundaries.empty()) return;
-  for (const int i : lamps) {
-    const Light& lamp = scene.appearance.lights[i];
-    const auto is_small = [&](const Vec3f& middle) {
-      return solid_angle(lamp, middle) < kSmallLamp;
-    };
-    if (lights.probability(i) > 0 && std::all_of(middles.begin(), middles.end(), is_small))
+  for (const int i : lamps)
+    if (scene.appearance.lights[i].aimed.value_or(false) && lights.probability(i) > 0)
       aims.push_back(i);
-  }
   if (aims.empty()) boundaries.clear();
 }
 
