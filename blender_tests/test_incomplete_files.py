@@ -58,7 +58,7 @@ def test_a_photo_of_the_scene_that_is_gone_stops_a_fit_alone(tmp_path, capsys) -
     assert (status, report["photo_problems"]) == (2, [])
 
 
-def test_what_else_is_wrong_is_told_beside_a_camera_that_is_missing(tmp_path, capsys) -> None:
+def test_what_else_is_wrong_is_reported_beside_a_camera_that_is_missing(tmp_path, capsys) -> None:
     made.sphere(material=made.material())
     mesh = bpy.data.meshes.new("Line")
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [], [(0, 1, 2)])
@@ -96,12 +96,12 @@ def test_images_that_are_gone_are_named_at_once_with_their_materials(tmp_path, c
     tree.links.new(mix.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
     status, report, _ = command(capsys, "check", saved(tmp_path))
     assert status == 2
-    told = {item["object"]: item["cause"] for item in report["problems"]}
-    assert set(told) == {"Image 'Left'", "Image 'Right'", "Image 'Inside'", "Material 'Mixed'"}
+    causes = {item["object"]: item["cause"] for item in report["problems"]}
+    assert set(causes) == {"Image 'Left'", "Image 'Right'", "Image 'Inside'", "Material 'Mixed'"}
     for name, place in (
         ("Left", "for input 'Base Color' of Material 'Left'"),
         ("Right", "for input 'Base Color' of Material 'Right'"),
         ("Inside", "for Material 'Mixed'"),
     ):
-        cause = told[f"Image '{name}'"]
+        cause = causes[f"Image '{name}'"]
         assert f"{name}.png' cannot be read, so that Cycles shows magenta ({place})" in cause
