@@ -103,12 +103,14 @@ def table(now: Sequence[Row], then: Sequence[Row], processor: str) -> str:
             before = _numbers(_of(then, row["name"]), "ratio")
             text += f"| {row['name'][5:]} | {row['ratio']}{_before(before, '.3f')} |\n"
         text += "\n"
+    fits = [row for row in now if row["what"] == "fit"]
+    if not fits:
+        return text
     text += (
         "| body | fits | mean error | worst error | of determined values | right | intervals hold "
         "| undetermined | neither | CPU s | stopped because |\n"
         "|---|---|---|---|---|---|---|---|---|---|---|\n"
     )
-    fits = [row for row in now if row["what"] == "fit"]
     names = list(dict.fromkeys(row["name"] for row in fits))
     for name in names:
         text += _line(name, _of(fits, name), _of(then, name))
