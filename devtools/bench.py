@@ -12,7 +12,7 @@ from process import BUILD, PYTHON, ROOT, Failed
 WITH_MITSUBA = ("equivalence", "fit-race", "race", "texture-race")
 
 # These need the Python modules and nothing else of the build.
-WITH_MODULES_ONLY = ("golden", "mutants")
+WITH_MODULES_ONLY = ("golden", "guard", "mutants", "race")
 
 
 def targets(arguments: list[str]) -> tuple[str, ...]:

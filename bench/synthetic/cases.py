@@ -202,10 +202,15 @@ def seen(name: str, value: Any) -> Any:  # noqa: ANN401
 
 
 def errors(case: Case, answer: dict[str, Any]) -> dict[str, float]:
+    """As `errors_of` the case's target."""
+    return errors_of(case.target, answer)
+
+
+def errors_of(target: dict[str, tuple[float, ...]], answer: dict[str, Any]) -> dict[str, float]:
     """Relative error by scalar: |x - x*| / max(x*, 0.1), of an IOR to its excess over 1, of an
     extinction the mean of its channels. The IOR of an opaque body is that of its gloss."""
     found = {}
-    for name, truth in case.target.items():
+    for name, truth in target.items():
         value, true = np.asarray(answer[name], float), np.asarray(truth, float)
         if name == "ior":
             value, true = value - 1, true - 1

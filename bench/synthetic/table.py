@@ -27,11 +27,17 @@ def read(path: Path) -> list[dict[str, str]]:
 
 def append(path: Path, line: dict[str, Any], columns: Sequence[str]) -> None:
     """Adds a row; rows of an older version get the columns that they lack."""
+    write(path, [*read(path), line], columns)
+
+
+def write(path: Path, rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> None:
+    """Replaces the file."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    rows = [*read(path), line]
     partial = path.with_suffix(".partial.csv")
     with partial.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, columns, restval="", extrasaction="ignore")
+        writer = csv.DictWriter(
+            file, columns, restval="", extrasaction="ignore", lineterminator="\n"
+        )
         writer.writeheader()
         writer.writerows(rows)
     partial.replace(path)

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "math/error.h"
+#include "math/processor.h"
 #include "model/ray_kind.h"
 #include "scene/camera.h"
 #include "scene/packet.h"
@@ -31,7 +32,7 @@ class Accelerator {
     float b1, b2, t;
   };
 
-  Accelerator() : device_(rtcNewDevice(nullptr)) {
+  Accelerator() : device_(rtcNewDevice(avx2_is_forbidden() ? "isa=sse4.2" : nullptr)) {
     if (!device_) throw InvalidArgument("Embree: no device could be created");
     if (rtcGetDeviceProperty(device_, RTC_DEVICE_PROPERTY_VERSION) / 10000 != RTC_VERSION_MAJOR)
       throw InvalidArgument("Embree: the library in this process is of another version than " +

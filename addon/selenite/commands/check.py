@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from .. import mean_free_path, parameters
@@ -14,8 +15,8 @@ from ..fit_run.captures.light_states import described
 from ..fit_run.captures.prepared import read_captures
 from ..fit_run.plan import build_scene, paths_traced
 from ..fit_run.unknowns import USUAL, usual_requests
-from ..problems import BadInput, listed
-from ..scene_read.capture_request import CaptureRequest, with_ids
+from ..problems import BadInput, Problem, listed
+from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
 from .capture_arguments import captures_from
 from .scene import open_scene
@@ -26,36 +27,41 @@ PHOTO_HEIGHT = 64
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Reads and builds the scene; exit status 2 if anything stands in the way."""
+    """Reads and builds the scene; exit status 2 if anything stands in the way. A render does
+    without the photos that the scene names, so that those which are gone do not count."""
     from ..cycles_check import render_settings
     from ..scene_read.photos import captures_of, packed_photos
 
     scene, values = open_scene(args.scene)
-    problems = list(values.problems)
+    problems: list[Problem] = []
     dropped: dict[str, int] = {}
     paths = None
-    if not problems:
-        try:
-            built = build_scene(values)
-            dropped = dict(built.dropped_triangles)
-            paths = paths_traced(built)
-        except BadInput as error:
-            problems = error.problems
-    problems = list(problems)
+    try:
+        built = build_scene(values)
+        dropped = dict(built.dropped_triangles)
+        paths = paths_traced(built)
+    except BadInput as error:
+        problems = list(error.problems)
     captures: Sequence[CaptureRequest] = ()
     with suppress(BadInput):  # its problems are in `problems`
         captures = captures_from(args, captures_of(scene), values, problems)
     warnings = list(values.warnings)
     remarks_of: dict[str, list[str]] = {}
     lights_of: dict[str, str] = {}
-    if captures:
+    asked_for = args.captures or args.photo or args.mask or args.exclude
+    gone = [] if asked_for else [item for item in captures if _is_gone(item)]
+    present = [item for item in captures if item not in gone]
+    photo_problems: list[Problem] = []
+    if gone:
+        read_captures(values, gone, PHOTO_HEIGHT, photo_problems, [], packed_photos())
+    if present:
         owners = {item.owner for item in usual_requests(values, [])}
         read = read_captures(
-            values, captures, PHOTO_HEIGHT, problems, warnings, packed_photos(), owners
+            values, present, PHOTO_HEIGHT, problems, warnings, packed_photos(), owners
         )
         remarks_of = {item.id: list(item.warnings) for item in read}
         lights_of = {item.id: described(item.lights) for item in read}
-        warnings += light_states.remarks(values, captures)
+        warnings += light_states.remarks(values, present)
     remarks = render_settings.remarks(scene, render_settings.contents_of(scene))
     report = {
         "scene": args.scene,
@@ -88,6 +94,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         "model": _model(values),
         "paths": paths,
         "problems": [problem.as_json() for problem in problems],
+        "photo_problems": [problem.as_json() for problem in photo_problems],
         "warnings": warnings,
         "render_settings": [item.as_json() for item in remarks],
     }
@@ -95,6 +102,11 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     for remark in remarks:
         say(f"{'render setting' if remark.spoils else 'remark'}: {remark.line()}")
     return report
+
+
+def _is_gone(request: CaptureRequest) -> bool:
+    path = request.photo
+    return bool(path) and not path.startswith(PACKED) and not Path(path).is_file()
 
 
 def _model(values: SceneValues) -> str:
@@ -148,3 +160,5 @@ def _say(report: dict[str, Any], values: SceneValues) -> None:
         say(f"object '{body.object}' with {body.need} '{body.material}' is {state} ({count})")
     for text in report["warnings"]:
         say(f"warning: {text}")
+    for problem in report["photo_problems"]:
+        say(f"photo: {Problem(**problem).line()}; a fit needs that, a render does not")

@@ -186,12 +186,16 @@ def _not_files(capture: CaptureRequest) -> list[Problem]:
 
 
 def build_scene(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
-    """Builds the native scene; what the native side refuses becomes a Problem."""
+    """Builds the native scene; what the native side refuses becomes a Problem. What else is wrong
+    with a scene without a camera is told with that."""
     problems = [*values.problems, *not_finite(values)]
-    if problems:
+    if any(item not in values.camera_problems for item in problems):
         raise BadInput(problems)
-    with refused("Scene", "correct the scene"):
-        scene = build(values)
+    try:
+        with refused("Scene", "correct the scene"):
+            scene = build(values)
+    except BadInput as error:
+        raise BadInput([*problems, *error.problems]) from error
     triangles: dict[str, int] = {}
     for mesh in values.meshes:
         triangles[mesh.name] = triangles.get(mesh.name, 0) + len(mesh.triangles)

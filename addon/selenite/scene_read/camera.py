@@ -84,10 +84,11 @@ def read_cameras(
         read.cameras.append(read_camera(evaluated, name, scene))
     if not found:
         cure = "add a camera that stands where the photo was taken"
-        read.problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
+        read.camera_problems.append(Problem(f"Scene '{scene.name}'", "it has no camera", cure))
     elif not read.cameras:
         cure = "make it perspective or orthographic"
-        read.problems.extend(
+        read.camera_problems.extend(
             Problem(f"Camera '{name}'", reason, cure)
             for name, reason in read.unusable_cameras.items()
         )
+    read.problems.extend(read.camera_problems)

@@ -267,6 +267,7 @@ class SceneValues:
     """Everything that was read, with what stands in the way of rendering it.
 
     millimetres: in one Blender unit, None where the scene has no system of units.
+    camera_problems: those of `problems` that keep nothing but a camera from being there.
     physical_refraction: rough refraction towards lights only where a micronormal connects both
     directions; Cycles evaluates it for every pair (docs/method/rendering.md).
     """
@@ -284,6 +285,7 @@ class SceneValues:
     physical_refraction: bool = False
     unusable_cameras: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    camera_problems: list[Problem] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
     def warn(self, text: str) -> None:

@@ -5,6 +5,8 @@
 #include <tuple>
 #include <type_traits>
 
+#include "math/processor.h"
+
 namespace selenite {
 namespace {
 
@@ -37,7 +39,8 @@ const char* obstacle(const PreparedMaterial<L>& m) {
 
 bool has_lanes() {
 #if defined(SELENITE_LANES)
-  static const bool supported = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  static const bool supported =
+      __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && !avx2_is_forbidden();
   return supported;
 #else
   return false;

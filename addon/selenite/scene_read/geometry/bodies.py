@@ -27,6 +27,8 @@ import numpy as np
 from ...problems import Problem
 from ..closedness import Closedness, survey
 from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
+from .overlaps import warn_of_overlaps
+from .winding import warn_of_winding
 
 _CLOSE = (
     "in Edit Mode use Mesh > Clean Up > Merge by Distance, then Select > Select All by Trait > "
@@ -49,7 +51,8 @@ def judge_bodies(read: SceneValues) -> list[BodyValues]:
     and `read.warnings` (glass, subsurface scattering).
 
     Faces of a material with a medium have to be closed by themselves, the others together with the
-    rest of their mesh. Each mesh is surveyed once for all objects that share it.
+    rest of their mesh. Each mesh is surveyed once for all objects that share it. Faces that lie on
+    top of each other, or whose normals point backwards, are warned of, whatever their material.
     """
     needs = {item.name: _need(item) for item in read.materials}
     used_slots = [tuple(np.unique(mesh.material_slots).tolist()) for mesh in read.meshes]
@@ -77,6 +80,8 @@ def judge_bodies(read: SceneValues) -> list[BodyValues]:
             if key not in bodies:
                 body = BodyValues(item.name, material, need, found)
                 bodies[key] = replace(body, fault=_report(body, whole, read))
+    warn_of_overlaps(read)
+    warn_of_winding(read)
     return list(bodies.values())
 
 

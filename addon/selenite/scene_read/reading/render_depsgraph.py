@@ -37,6 +37,9 @@ _PLAIN = {
     "engine": _ENGINE,
 }
 _NO_WINDOW = {"render_display_type": "NONE"}
+#: A video has at least 16 pixels a side, a picture any number. The depth and the mode of its
+#: colours follow the format, so that they are put back after it.
+_A_PICTURE = {"media_type": "IMAGE", "file_format": "PNG", "color_mode": "RGB", "color_depth": "8"}
 #: How the lists of handlers begin that a render calls.
 _OF_RENDERS = ("render_", "frame_change_", "depsgraph_update_", "composite_")
 
@@ -251,6 +254,8 @@ def _prepared(
         for item in prepared.view_layers:
             stack.enter_context(_set(item, {"use": item.name == layer}))
         stack.enter_context(_set(render, wanted))
+        if render.is_movie_format:
+            stack.enter_context(_as_a_picture(render.image_settings))
         yield prepared
 
 
@@ -281,6 +286,19 @@ def _set(block: Any, values: dict[str, Any]) -> Iterator[None]:  # noqa: ANN401 
     finally:
         for name in reversed(before):
             setattr(block, name, before[name])
+
+
+@contextmanager
+def _as_a_picture(output: bpy.types.ImageFormatSettings) -> Iterator[None]:
+    """The output is no video inside. Each of its properties limits those after it."""
+    before = {name: getattr(output, name) for name in _A_PICTURE if hasattr(output, name)}
+    try:
+        for name in before:
+            setattr(output, name, _A_PICTURE[name])
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(output, name, value)
 
 
 @contextmanager

@@ -8,11 +8,13 @@ scene-linear, associated values of float images: of files, packed and generated 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, cast
 
 import bpy
 import numpy as np
 
+from ...problems import Problem
 from .. import hosts
 from . import file_alpha
 from .file_alpha import FileAlpha
@@ -90,6 +92,34 @@ def read_pixels(image: bpy.types.Image) -> Pixels:
     )
 
 
+def missing_in(tree: bpy.types.NodeTree) -> list[Problem]:
+    """What is said of the images in a node tree and its groups whose files are gone: for nodes that
+    nobody reads, as another one is refused."""
+    found: list[Problem] = []
+    trees, seen = [tree], {tree}
+    while trees:
+        for node in trees.pop().nodes:
+            inner = getattr(node, "node_tree", None)
+            if inner is not None and inner not in seen:
+                seen.add(inner)
+                trees.append(inner)
+            image = getattr(node, "image", None)
+            if image is None or image.source != "FILE" or image.packed_file:
+                continue
+            path = bpy.path.abspath(image.filepath, library=image.library)
+            if any(output.is_linked for output in node.outputs) and not Path(path).is_file():
+                problem = _gone(image, f"Image '{image.name}'").problem
+                found += [problem] if problem not in found else []
+    return found
+
+
+def _gone(image: bpy.types.Image, title: str) -> Unreadable:
+    path = bpy.path.abspath(image.filepath, library=image.library)
+    cause = f"its file '{path}' cannot be read, so that Cycles shows magenta"
+    cure = "relink it (File > External Data > Find Missing Files) or choose another image"
+    return Unreadable(title, cause, cure)
+
+
 def is_stale(image: bpy.types.Image) -> bool:
     """Whether Cycles, which reads files anew, would not see what was painted."""
     return bool(image.is_dirty and image.source == "FILE" and not image.packed_file)
@@ -135,10 +165,7 @@ def _stored(image: bpy.types.Image, title: str) -> np.ndarray:
     width, height = image.size
     stored = cast(Any, image.pixels)  # the stubs say one float; it is an array of all channels
     if width == 0 or height == 0 or len(stored) == 0:
-        path = bpy.path.abspath(image.filepath, library=image.library)
-        cause = f"its file '{path}' cannot be read"
-        cure = "relink it (File > External Data > Find Missing Files) or choose another image"
-        raise Unreadable(title, cause, cure)
+        raise _gone(image, title)
     pixels = np.empty(len(stored), np.float32)
     stored.foreach_get(pixels)
     return pixels.reshape(height, width, image.channels)[::-1]

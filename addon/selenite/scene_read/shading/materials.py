@@ -12,7 +12,7 @@ from ...parameters import Parameter, Values
 from ...problems import Problem
 from .. import hosts
 from ..values import MaterialValues, Owner
-from . import nodes, textures, volumes
+from . import images, nodes, textures, volumes
 from .nodes import Groups, Source, Unreadable
 from .textures import TextureRoom
 
@@ -101,7 +101,8 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
         fixed = {parameter.name: f"the material {found}" for parameter in table}
         problem = Problem(title, found, "connect a Principled BSDF to the Surface of the output")
         owner = Owner(name, "material", material.name, library, {}, fixed)
-        return MaterialRead(grey_material(name), owner, [problem], [], room)
+        problems = [problem, *(_of(item, title) for item in images.missing_in(material.node_tree))]
+        return MaterialRead(grey_material(name), owner, problems, [], room)
 
     node, groups = found
     read = MaterialRead(
@@ -177,6 +178,11 @@ def _read_parameter(
     read.owner.values[parameter.name] = value
 
 
+def _of(problem: Problem, place: str) -> Problem:
+    """With the place in the material that it concerns."""
+    return Problem(problem.object, f"{problem.cause} (for {place})", problem.cure)
+
+
 def _read_map(
     source: Source, parameter: Parameter, label: str, title: str, read: MaterialRead
 ) -> None:
@@ -186,8 +192,7 @@ def _read_map(
     except Unreadable as error:
         problem = error.problem
         place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
-        cause = f"{problem.cause} (for {place})"
-        read.problems.append(Problem(problem.object, cause, problem.cure))
+        read.problems.append(_of(problem, place))
         return
     if found is None:
         cause = f"input '{label}' is linked to {nodes.describe(source.node)}"

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Faces on top of each other and normals that point backwards are named, where they are seen.
+
+Which of them Cycles shows otherwise was looked at with bpy 4.5: see `geometry/overlaps.py`.
+"""
+
+import math
+
+import bpy
+import made_scenes as made
+import numpy as np
+import pytest
+
+from selenite.cycles_check.render import render
+from selenite.scene_read.scene import read_scene
+
+pytestmark = pytest.mark.blender
+ON_TOP = "have faces in one plane on top of each other"
+
+
+def plane(name, size=6.0, place=(0, 0, 0), turned=(0, 0, 0), **values):
+    bpy.ops.mesh.primitive_plane_add(size=size, location=place, rotation=turned)
+    return named(name, **values)
+
+
+def cube(name, size=1.0, place=(0, 0, 0), **values):
+    bpy.ops.mesh.primitive_cube_add(size=size, location=place)
+    return named(name, **values)
+
+
+def named(name, **values):
+    item = bpy.context.object
+    item.name = item.data.name = name
+    item.data.materials.append(made.material(name, **values))
+    return item
+
+
+def area(name, place, size=1.0):
+    lamp = made.light(name, "AREA", size=size)
+    lamp.location, lamp.rotation_euler = place, (0, 0, 0)
+    return lamp
+
+
+def room():
+    """A floor at z = 0, seen from above."""
+    made.camera(distance=5)
+    made.world()
+    return plane("Floor")
+
+
+def said(part=ON_TOP):
+    scene = bpy.context.scene
+    return [text for text in read_scene(scene).warnings if part in text]
+
+
+def pairs():
+    """The names of each warning, which stand between quotes."""
+    return [tuple(text.split("'")[1:4:2]) for text in said()]
+
+
+def _floor_twice():
+    plane("Twin", size=4)
+    return [("Floor", "Twin")]
+
+
+def _turned_over():
+    plane("Twin", turned=(math.pi, 0, 0))
+    return [("Floor", "Twin")]
+
+
+def _poster_on_a_wall():
+    cube("Wall", 2, (0, 0, 1))
+    plane("Poster", 0.5, (0.2, 0.1, 2))
+    return [("Wall", "Poster")]
+
+
+def _flush_boxes():
+    cube("Box", 2, (0, 0, 1))
+    cube("Panel", 1, (0, 0, 1.5))
+    return [("Box", "Panel")]
+
+
+def _glass_on_the_floor():
+    cube("Glass", 1, (0, 0, 0.5), transmission=1.0)
+    return [("Floor", "Glass")]
+
+
+def _lamp_in_a_ceiling():
+    plane("Ceiling", place=(0, 0, 3), turned=(math.pi, 0, 0))
+    area("Key", (0, 0, 3))
+    return [("Ceiling", "Key")]
+
+
+def _lamps_in_one_plane():
+    area("Key", (0, 0, 3))
+    area("Fill", (0.5, 0.2, 3))
+    return [("Key", "Fill")]
+
+
+def _smooth_body_twice():
+    one = made.sphere("Ball", made.material("Ball"))
+    one.location.z = 2
+    other = one.copy()
+    other.data = one.data.copy()
+    bpy.context.scene.collection.objects.link(other)
+    other.name = "Copy"
+    return [("Ball", "Copy")]
+
+
+SEEN = (
+    _floor_twice, _turned_over, _poster_on_a_wall, _flush_boxes, _glass_on_the_floor,
+    _lamp_in_a_ceiling, _lamps_in_one_plane, _smooth_body_twice,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("make", SEEN, ids=lambda make: make.__name__.strip("_"))
+def test_what_cycles_shows_otherwise_is_named(make) -> None:
+    room()
+    expected = {frozenset(pair) for pair in make()}
+    found = pairs()
+    assert {frozenset(pair) for pair in found} == expected
+    assert len(found) == len(expected)
+
+
+def _box_on_the_floor():
+    cube("Box", 1, (0, 0, 0.5))
+
+
+def _boxes_side_by_side():
+    cube("Left", 1, (-0.5, 0, 0.5))
+    cube("Right", 1, (0.5, 0, 0.5))
+
+
+def _tiles_that_touch():
+    bpy.data.objects.remove(bpy.data.objects["Floor"])
+    plane("Left", 1, (-0.5, 0, 0))
+    plane("Right", 1, (0.5, 0, 0))
+
+
+def _a_hair_above():
+    plane("Twin", place=(0, 0, 1e-6))
+
+
+def _lamp_below_a_ceiling():
+    plane("Ceiling", place=(0, 0, 3), turned=(math.pi, 0, 0))
+    area("Key", (0, 0, 2.999))
+
+
+def _lamps_side_by_side():
+    area("Key", (0, 0, 3))
+    area("Fill", (1, 0, 3))
+
+
+UNSEEN = (
+    _box_on_the_floor, _boxes_side_by_side, _tiles_that_touch, _a_hair_above,
+    _lamp_below_a_ceiling, _lamps_side_by_side,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("make", UNSEEN, ids=lambda make: make.__name__.strip("_"))
+def test_what_agrees_with_cycles_is_not(make) -> None:
+    room()
+    make()
+    assert pairs() == []
+
+
+def test_instances_at_one_place_are_named_once() -> None:
+    room()
+    group = bpy.data.collections.new("Group")
+    item = cube("Box", 1)
+    bpy.context.scene.collection.objects.unlink(item)
+    group.objects.link(item)
+    for number in range(2):
+        empty = made.add(f"Empty {number}", None)
+        empty.location.z = 2
+        empty.instance_type, empty.instance_collection = "COLLECTION", group
+    (text,) = said("is there more than once")
+    assert text.startswith("Object 'Box' is there more than once at one place")
+
+
+def test_many_pairs_are_counted() -> None:
+    room()
+    for number in range(5):
+        plane(f"Sheet {number}", size=1 + 0.1 * number)
+    assert len(said()) == 8
+    (text,) = said("more pairs")
+    assert text == "7 more pairs have faces on top of each other"  # 15 pairs of six planes
+
+
+def test_faces_that_are_there_twice_in_a_mesh_are_counted() -> None:
+    room()
+    mesh = bpy.data.meshes.new("Card")
+    corners = [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    # One face on the same vertices, the other way round; one on vertices of its own.
+    mesh.from_pydata([*corners, *corners], [], [(0, 1, 2, 3), (0, 3, 2, 1), (4, 5, 6, 7)])
+    made.add("Card", mesh)
+    (text,) = said("lie exactly on others")
+    assert text.startswith("Mesh 'Card': 4 of its triangles")
+
+
+def turn(mesh, every):
+    """Every so many faces look the other way; how many triangles these are."""
+    faces = [face for face in mesh.polygons if face.index % every == 0]
+    for face in faces:
+        face.flip()
+    mesh.update()
+    return sum(len(face.vertices) - 2 for face in faces)
+
+
+def smooth_ball():
+    made.camera()
+    made.world()
+    return made.sphere("Ball", made.material("Ball", roughness=0.3)).data
+
+
+def test_custom_normals_on_the_back_of_faces_are_named() -> None:
+    mesh = smooth_ball()
+    outwards = [tuple(vertex.co.normalized()) for vertex in mesh.vertices]
+    count = turn(mesh, every=4)
+    mesh.normals_split_custom_set([outwards[loop.vertex_index] for loop in mesh.loops])
+    (text,) = said("point out of their backs")
+    assert text.startswith(f"Object 'Ball': the normals of {count} triangles")
+
+
+def test_a_turned_face_among_others_is_named() -> None:
+    """Blender's normals of its corners are those of its neighbours."""
+    mesh = smooth_ball()
+    count = turn(mesh, every=40)
+    (text,) = said("point out of their backs")
+    assert text.startswith(f"Object 'Ball': the normals of {count} triangles")
+
+
+@pytest.mark.parametrize("scale", [1, -1])
+def test_normals_that_follow_the_faces_are_not(scale: int) -> None:
+    smooth_ball()
+    bpy.ops.mesh.primitive_monkey_add(location=(3, 0, 0))
+    bpy.context.object.scale.x = scale
+    bpy.context.object.data.polygons.foreach_set("use_smooth", [True] * 500)
+    assert said("point out of their backs") == []
+
+
+def test_cycles_shows_a_floor_that_is_there_twice_in_shadow(tmp_path) -> None:
+    """What the warning is for: less than 80 % of the light of a single floor, and all of it where
+    the second one is 1e-6 units above."""
+    room()
+
+    def light():
+        scene = bpy.context.scene
+        return float(np.mean(render(scene, "Camera", (16, 16), 64, 1, tmp_path / "x.exr")))
+
+    alone = light()
+    twin = plane("Twin")
+    assert light() < 0.8 * alone
+    twin.location.z = 1e-6
+    assert light() == pytest.approx(alone, rel=0.02)
