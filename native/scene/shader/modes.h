@@ -116,6 +116,24 @@ inline constexpr auto kImageNames =
 /// Dimensions - 1 in the upper bits of an instruction's mode, the type in the lower three.
 enum class NoiseMode : std::uint8_t { kFbm, kMultifractal, kHetero, kHybrid, kRidged };
 enum class VoronoiMode : std::uint8_t { kF1, kF2, kSmoothF1, kEdge, kSphereRadius };
+/// In the two bits above the dimensions.
+enum class VoronoiMetric : std::uint8_t { kEuclidean, kManhattan, kChebychev, kMinkowski };
+/// Which of a Voronoi Texture's outputs, in `item`.
+enum class VoronoiOutput : std::uint8_t { kDistance, kColor, kPosition, kW };
+constexpr int texture_type(std::uint8_t mode) { return mode & 7; }
+constexpr int texture_dimensions(std::uint8_t mode) { return 1 + ((mode >> 3) & 3); }
+constexpr int texture_metric(std::uint8_t mode) { return (mode >> 5) & 3; }
+inline constexpr std::uint8_t kNormalized = kPerChannel;
+
+/// Of a Wave Texture: direction (x, y, z, and diagonal or spherical), then rings, then the profile.
+constexpr int wave_direction(std::uint8_t mode) { return mode & 3; }
+constexpr bool wave_rings(std::uint8_t mode) { return (mode & 4) != 0; }
+enum class WaveProfile : std::uint8_t { kSine, kSaw, kTriangle };
+constexpr WaveProfile wave_profile(std::uint8_t mode) {
+  return static_cast<WaveProfile>((mode >> 3) & 3);
+}
+/// What a Brick Texture gives: the share of mortar, or how much of the second colour a brick has.
+enum class BrickMode : std::uint8_t { kMortar, kTint };
 
 enum class GradientMode : std::uint8_t {
   kLinear, kQuadratic, kEasing, kDiagonal, kSphere, kQuadraticSphere, kRadial,

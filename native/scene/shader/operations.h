@@ -28,7 +28,6 @@ enum class Op : std::uint8_t {
   kGamma,           ///< colour, gamma
   kInvert,          ///< factor, colour
   kBlackbody,       ///< temperature in kelvin
-  kWavelength,      ///< nanometres
   // Vectors
   kMapping,    ///< vector, location, rotation, scale; MappingMode
   kRotate,     ///< vector, centre, axis, angle, rotation; RotateMode
@@ -59,7 +58,7 @@ inline constexpr std::array kOpNames = std::to_array<std::string_view>(
     {"math",       "vector_math",    "mix",             "map_range", "clamp",     "table",
      "table_each", "luminance",      "mean",            "truncate",  "channel",   "combine",
      "convert",    "hue_saturation", "bright_contrast", "gamma",     "invert",    "blackbody",
-     "wavelength", "mapping",        "rotate",          "transform", "geometry",  "attribute",
+     "mapping",        "rotate",          "transform", "geometry",  "attribute",
      "object",     "path",           "camera",          "fresnel",   "layer_weight", "image",
      "noise",      "white_noise",    "voronoi",         "wave",      "magic",     "gradient",
      "checker",    "brick",          "normal_map",      "bump"});
