@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <type_traits>
 
 #include "math/sampling.h"
 #include "model/bsdf_sample.h"
@@ -28,11 +29,19 @@ class PrincipledBsdf {
  public:
   PrincipledBsdf(const Principled<U>& material, const Flavour& flavour,
                  const SurfacePoint<S>& point, const mask_t<S>& active = true)
+      : PrincipledBsdf(
+            [&](const S& cos_i) { return Layers<T>(material, flavour, point, cos_i, active); },
+            flavour, point, active) {}
+  /// The same lobes of other weights: `make` works them out for the viewer's cosine to the bent normal.
+  template <class Make>
+    requires(std::is_invocable_v<Make, S>)
+  PrincipledBsdf(const Make& make, const Flavour& flavour, const SurfacePoint<S>& point,
+                 const mask_t<S>& active = true)
       : point_(point),
         frame_(Frame<S>::from_normal(visible_normal(point))),
         wi_(frame_.to_local(point.wi)),
         cos_i_(clamp(wi_.z, S(1e-7), S(1))),
-        layers_(material, flavour, point, cos_i_, active),
+        layers_(make(cos_i_)),
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction) {
@@ -64,6 +73,13 @@ class PrincipledBsdf {
     f = {};
     p = 0;
     evaluate<true, true>(wo, {}, f, p);
+  }
+  /// Of the diffuse lobes alone, fibres among them.
+  Color<T> diffuse_value(const Vec3<S>& wo) const requires(!kIsLanes<T>) {
+    Color<T> f{};
+    S unused = 0;
+    add_diffuse_lobes<true, false>(wo, f, unused);
+    return f;
   }
 
   /// What light that is seen by these kinds of rays alone finds of it. Shares of samples stay those of
@@ -123,10 +139,7 @@ class PrincipledBsdf {
   /// Adds the lobes that are not singular to f and p.
   template <bool kValue, bool kDensity>
   void evaluate(const Vec3<S>& wo, const DrawnNormal<S>& drawn, Color<T>& f, S& p) const {
-    if (layers_.has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
-    for_each_top_lobe(layers_.top, [&](int i, const auto& lobe) {
-      if (layers_.has(kFirstTopLobe + i)) add_top_lobe<kValue, kDensity>(i, lobe, wo, f, p);
-    });
+    add_diffuse_lobes<kValue, kDensity>(wo, f, p);
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
     // A direction above the bent normal's horizon but behind the surface, or the other way round,
@@ -138,6 +151,14 @@ class PrincipledBsdf {
       add_refraction<kValue, kDensity>(o, drawn, behind, f, p);
     if (const mask_t<S> before = sided & !below; active_.some(before))
       add_reflection<kValue, kDensity>(o, drawn, before, f, p);
+  }
+
+  template <bool kValue, bool kDensity>
+  void add_diffuse_lobes(const Vec3<S>& wo, Color<T>& f, S& p) const {
+    if (layers_.has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
+    for_each_top_lobe(layers_.top, [&](int i, const auto& lobe) {
+      if (layers_.has(kFirstTopLobe + i)) add_top_lobe<kValue, kDensity>(i, lobe, wo, f, p);
+    });
   }
 
   template <bool kValue, bool kDensity>
@@ -237,7 +258,7 @@ class PrincipledBsdf {
             using X = decltype(n * wi_.x);
             const Refraction<X> g(wi_, o, n, drawn);
             const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
-            if (layers_.version1) return lobe;
+            if (layers_.bare_refraction) return lobe;
             if constexpr (std::is_same_v<X, S>)
               return X(lobe * (1 - layers_.glass.rise.value_at(g.cos_m)));
             else
