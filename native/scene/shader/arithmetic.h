@@ -42,7 +42,7 @@ T math(MathMode mode, const T& a, const T& b, const T& c) {
     case kAbsolute:
       return absolute(a);
     case kExponent:
-      return exponential(a);
+      return exp_of(a);
     case kMinimum:
       return min(a, b);
     case kMaximum:

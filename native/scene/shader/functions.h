@@ -84,7 +84,7 @@ T tangent(const T& x) {
   return of_one(x, t, 1 + t * t);
 }
 template <class T>
-T exponential(const T& x) {
+T exp_of(const T& x) {
   const scalar_t<T> e = std::exp(value_of(x));
   return of_one(x, e, e);
 }

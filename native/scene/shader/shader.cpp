@@ -111,6 +111,10 @@ class Finisher {
                   std::to_string(table.low) + ", " + std::to_string(table.high) +
                   "]; give 257 over a range");
     for (const ShaderClosure& closure : shader_.closures) {
+      const std::size_t wanted = closure_parameters(closure.kind).size();
+      require(closure.inputs.size() == wanted,
+              "a closure has " + std::to_string(closure.inputs.size()) + " inputs; give " +
+                  std::to_string(wanted));
       for (const int index : closure.inputs) {
         require(index >= 0, "a closure has an input without register; give every one a register");
         require_register(index, end);
@@ -161,6 +165,9 @@ class Finisher {
       if (index >= 0 && how) meet[index] = 1;
     };
     for (const ShaderClosure& closure : shader_.closures) {
+      const auto parameters = closure_parameters(closure.kind);
+      for (std::size_t i = 0; i < parameters.size(); ++i)
+        mark(closure.inputs[i], !parameters[i].diagonal);
       mark(closure.weight, true);
       mark(closure.normal, true);
     }
@@ -179,6 +186,13 @@ class Finisher {
 };
 
 }  // namespace
+
+std::vector<Parameter> closure_parameters(ClosureKind kind) {
+  std::vector<Parameter> found;
+  auto closure = default_closure<double>(kind);
+  closure_fields(closure, [&](const Parameter& p, auto&) { found.push_back(p); });
+  return found;
+}
 
 bool Shader::uses(Op op, int mode) const {
   return std::any_of(instructions.begin(), instructions.end(), [&](const Instruction& code) {

@@ -6,9 +6,8 @@
 #include <vector>
 
 #include "math/color.h"
-#include "model/closures/closure_kind.h"
+#include "model/closures/closure.h"
 #include "model/parameter.h"
-#include "model/principled.h"
 #include "scene/shader/operations.h"
 #include "scene/texture.h"
 
@@ -39,6 +38,9 @@ struct Instruction {
   int item = -1;                       ///< table, texture, name, or what the operation says
   float width = 0;                     ///< of the shift, in footprints of a pixel
 };
+
+/// The parameters of a kind of closure, in the order of its `fields`.
+std::vector<Parameter> closure_parameters(ClosureKind kind);
 
 /// A closure with its sockets. All numbers are registers.
 struct ShaderClosure {
