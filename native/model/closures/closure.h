@@ -8,7 +8,6 @@
 #include <variant>
 
 #include "math/vec.h"
-#include "model/closures/closure_kind.h"
 #include "model/closures/conductor.h"
 #include "model/closures/diffuse.h"
 #include "model/closures/emission.h"
@@ -32,7 +31,22 @@ using Closure =
                  closures::Emission<T>, closures::Subsurface<T>, closures::Sheen<T>,
                  closures::Metallic<T>, closures::Conductor<T>>;
 
-/// Their names, by ClosureKind.
+/// Which of them, in their order.
+enum class ClosureKind {
+  kPrincipled,
+  kDiffuse,
+  kGlossy,
+  kGlass,
+  kRefraction,
+  kTranslucent,
+  kTransparent,
+  kEmission,
+  kSubsurface,
+  kSheen,
+  kMetallic,
+  kConductor
+};
+/// Their names, by kind.
 inline constexpr std::array<std::string_view, 12> kClosureNames{
     "principled",  "diffuse",  "glossy",     "glass", "refraction", "translucent",
     "transparent", "emission", "subsurface", "sheen", "metallic",   "conductor"};
