@@ -29,7 +29,7 @@ float footprint_of(const PixelCamera& pixels, float x, float y, float distance) 
 /// NaN elsewhere. T: double, or its dual with one slot, for the derivative by one constant.
 template <class T>
 py::array_t<double> register_picture(const Scene& scene, int material, const Camera& camera,
-                                     int width, int height, int constant) {
+                                     int width, int height, int constant, const float* places) {
   const Material& m = scene.appearance.materials.at(static_cast<std::size_t>(material));
   const int count = m.shader->registers();
   py::array_t<double> out({height, width, count, 3});
@@ -44,10 +44,12 @@ py::array_t<double> register_picture(const Scene& scene, int material, const Cam
     constants.push_back(c);
   }
   const PixelCamera pixels(camera, width, height);
-  const CameraPlace place = CameraPlace::of(camera);
+  const CameraPlace seen_from = CameraPlace::of(camera);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x, at += 3 * count) {
-      const float px = static_cast<float>(x) + 0.5f, py = static_cast<float>(y) + 0.5f;
+      const float* place = places ? places + 2 * (y * width + x) : nullptr;
+      const float px = place ? place[0] : static_cast<float>(x) + 0.5f;
+      const float py = place ? place[1] : static_cast<float>(y) + 0.5f;
       const Ray ray = pixels.ray(px, py);
       const auto hit = scene.geometry->intersect(ray, kCameraRay);
       if (!hit) continue;
@@ -58,7 +60,7 @@ py::array_t<double> register_picture(const Scene& scene, int material, const Cam
       if (point.surface.material != material) continue;
       point.wi = -ray.direction;
       point.path.length = hit->t;
-      point.camera = &place;
+      point.camera = &seen_from;
       point.footprint = footprint_of(pixels, px, py, hit->t);
       evaluate<T>(*m.shader, point, constants, registers);
       for (int r = 0; r < count; ++r)
@@ -75,15 +77,18 @@ py::array_t<double> register_picture(const Scene& scene, int material, const Cam
 
 /// What arrives at each closure of a material, (height, width, 3) for each input, seen by a camera.
 py::list shader_values(const Scene& scene, const std::string& material, const std::string& camera,
-                       int width, int height, const std::string& by) {
+                       int width, int height, const std::string& by,
+                       const std::optional<Array<float>>& places) {
+  if (places) require_shape(*places, "places", {height, width, 2});
+  const float* at = places ? places->data() : nullptr;
   const int index = scene.material(material);
   const Material& m = scene.appearance.materials[static_cast<std::size_t>(index)];
   if (!m.shader) throw InvalidArgument("Material '" + material + "' has no shader; give it one");
   const Camera& seen = scene.camera(camera);
   const int constant = by.empty() ? -1 : shader_constant(scene.find(material, by).field);
   const py::array_t<double> all =
-      by.empty() ? register_picture<double>(scene, index, seen, width, height, -1)
-                 : register_picture<Dual<double, 1>>(scene, index, seen, width, height, constant);
+      by.empty() ? register_picture<double>(scene, index, seen, width, height, -1, at)
+                 : register_picture<Dual<double, 1>>(scene, index, seen, width, height, constant, at);
   py::list closures;
   for (const ShaderClosure& closure : m.shader->closures) {
     py::dict inputs;
@@ -107,10 +112,11 @@ py::list shader_values(const Scene& scene, const std::string& material, const st
 void bind_shaders(py::class_<Scene>& scene) {
   scene
       .def("shader_values", &shader_values, "material"_a, "camera"_a, "width"_a, "height"_a,
-           "by"_a = "",
+           "by"_a = "", "places"_a = py::none(),
            "What a material's shader gives each of its closures at the centres of pixels: "
            "[{kind, inputs: {name: (h,w,3)}, weight, normal}], NaN where another material is seen. "
-           "`by`: a constant by which all is differentiated instead.")
+           "`by`: a constant by which all is differentiated instead. `places` (h,w,2): other "
+           "places, in pixels from the top left.")
       .def(
           "shader_constants",
           [](const Scene& s, const std::string& material) {
