@@ -70,14 +70,16 @@ class Parameter:
 @lru_cache(maxsize=1)
 def table() -> dict[tuple[str, str], Parameter]:
     """(owner kind, name) -> Parameter, in the native order. Raises NativeUnavailable."""
-    rows = {}
-    for row in native.core().parameters():
-        fields = {key: row[key] for key in Parameter.__dataclass_fields__}
-        fields["sockets"] = tuple(row["sockets"])
-        fields["versions"] = tuple(row["versions"])
-        parameter = Parameter(**fields)
-        rows[parameter.owner, parameter.name] = parameter
-    return rows
+    found = [row_of(row) for row in native.core().parameters()]
+    return {(row.owner, row.name): row for row in found}
+
+
+def row_of(row: dict[str, Any]) -> Parameter:
+    """A row as the native module gives it."""
+    fields = {key: row[key] for key in Parameter.__dataclass_fields__}
+    fields["sockets"] = tuple(row["sockets"])
+    fields["versions"] = tuple(row["versions"])
+    return Parameter(**fields)
 
 
 def of(owner: str) -> list[Parameter]:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <type_traits>
 
 #include "math/sampling.h"
 #include "model/bsdf_sample.h"
@@ -26,13 +27,21 @@ class PrincipledBsdf {
   using R = number_t<T>;
 
  public:
-  PrincipledBsdf(const Principled<U>& material, const Flavour& flavour,
-                 const SurfacePoint<S>& point, const mask_t<S>& active = true)
+  /// Of a Principled<U>, or of what makes a `Layers<T>` of other weights when it is called with the
+  /// viewer's cosine to the bent normal.
+  template <class Source>
+  PrincipledBsdf(const Source& material, const Flavour& flavour, const SurfacePoint<S>& point,
+                 const mask_t<S>& active = true)
       : point_(point),
         frame_(Frame<S>::from_normal(visible_normal(point))),
         wi_(frame_.to_local(point.wi)),
         cos_i_(clamp(wi_.z, S(1e-7), S(1))),
-        layers_(material, flavour, point, cos_i_, active),
+        layers_([&]() -> Layers<T> {
+          if constexpr (std::is_invocable_v<const Source&, S>)
+            return material(cos_i_);
+          else
+            return {material, flavour, point, cos_i_, active};
+        }()),
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction) {
@@ -237,7 +246,7 @@ class PrincipledBsdf {
             using X = decltype(n * wi_.x);
             const Refraction<X> g(wi_, o, n, drawn);
             const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
-            if (layers_.version1) return lobe;
+            if (layers_.bare_refraction) return lobe;
             if constexpr (std::is_same_v<X, S>)
               return X(lobe * (1 - layers_.glass.rise.value_at(g.cos_m)));
             else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "model/active_lanes.h"
@@ -21,7 +22,8 @@ template <class T>
 struct Layers : LayerWeights<T> {
   using Weights = LayerWeights<T>;
   using typename Weights::R, typename Weights::S, typename Weights::U;
-  using Weights::coat, Weights::coat_width2, Weights::diffuse, Weights::emission,
+  using Weights::bare_refraction, Weights::coat, Weights::coat_width2, Weights::diffuse,
+      Weights::emission,
       Weights::entry_eta, Weights::entry_width2, Weights::eta, Weights::glass, Weights::glass_flat,
       Weights::glass_least, Weights::glass_most, Weights::glass_through, Weights::glass_tint,
       Weights::macro_reflected, Weights::metal, Weights::metal_weight, Weights::pick,
@@ -50,7 +52,25 @@ struct Layers : LayerWeights<T> {
     choose();
   }
 
- private:
+  /// What the lobes are likely to reflect and transmit, all together.
+  S scattered() const {
+    S total = 0;
+    for (const S& lobe : estimate_) total += lobe;
+    return total;
+  }
+  /// Whether one of them carries a derivative.
+  bool carries_slope() const {
+    return std::find(carries_slope_.begin(), carries_slope_.end(), true) != carries_slope_.end();
+  }
+
+ protected:
+  /// Without lobes: closure_layers.h adds those of other closures.
+  Layers(const Flavour& flavour, S cos_i) requires(!kIsLanes<T>)
+      : cos_i_(cos_i),
+        active_(true),
+        compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
+        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {}
+
   void stack(const Principled<U>& m, const U& alpha, const SurfacePoint<S>& point) {
     T w = alpha;  // what the layers above let through, one number for all channels
     const U roughness = clamp01(m.roughness);

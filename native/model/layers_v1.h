@@ -9,6 +9,7 @@ namespace selenite {
 /// the metal, and glass, side by side. Nothing is layered.
 template <class T>
 void Layers<T>::stack_version1(const Principled<U>& m, const U& alpha, bool backfacing) {
+  bare_refraction = true;
   const U metallic = clamp01(m.metallic), dielectric = U(1) - metallic;
   const U transmission = clamp01(m.transmission) * dielectric;
   const U roughness = clamp01(m.roughness), tinted = clamp01(m.specular_tint.r);

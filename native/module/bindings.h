@@ -12,6 +12,7 @@
 
 namespace selenite {
 
+struct Parameter;
 struct Scene;
 struct SceneBuilder;
 
@@ -27,7 +28,13 @@ inline PhotoFrame frame_of(const FrameTuple& t) {
 }
 
 void bind_parameters(pybind11::module_& m);
+/// A parameter as Python has it, without its owner and width.
+pybind11::dict parameter_row(const Parameter& parameter);
 void bind_scene(pybind11::module_& m);
+/// Materials and their textures.
+void bind_materials(pybind11::class_<SceneBuilder>& builder);
+/// What shaders compute in a scene, for tests.
+void bind_shaders(pybind11::class_<Scene>& scene);
 /// Objects, and what rays see of them and of lights.
 void bind_visibility(pybind11::class_<SceneBuilder>& builder);
 /// Light states of a scene.

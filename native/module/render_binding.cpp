@@ -63,7 +63,7 @@ std::unique_ptr<NamedFilm> render_named(
   for (const auto& [owner, name] : parameters) refs.push_back(scene.find(owner, name));
   out->layout = SlotLayout(scene, refs);
   for (std::size_t i = 0; i < refs.size(); ++i)
-    for (int c = 0; c < parameter_widths(refs[i].kind)[refs[i].field]; ++c)
+    for (int c = 0; c < scene.width(refs[i]); ++c)
       out->unknowns.emplace_back(parameters[i].first, parameters[i].second, c);
   const Alignment moved{alignment[0], alignment[1], alignment[2]};
   const Camera from = moved.apply(scene.camera(camera), width, height, frame_of(frame));

@@ -6,7 +6,7 @@
 
 #include "module/arrays.h"
 #include "module/bindings.h"
-#include "module/grids.h"
+#include "module/one_of.h"
 #include "scene/scene_builder.h"
 
 namespace py = pybind11;
@@ -15,135 +15,11 @@ using namespace pybind11::literals;
 namespace selenite {
 namespace {
 
-template <class T>
-T one_of(const std::string& what, const std::string& value,
-         const std::vector<std::pair<const char*, T>>& choices) {
-  std::string names;
-  for (const auto& [name, result] : choices) {
-    if (value == name) return result;
-    names += (names.empty() ? "" : ", ") + std::string(name);
-  }
-  throw InvalidArgument(what + " = '" + value + "' is not one of " + names);
-}
-
-Flavour make_flavour(bool multi_ggx, const std::string& version, const std::string& subsurface) {
-  Flavour flavour;
-  flavour.distribution = multi_ggx ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
-  flavour.version = one_of<Flavour::Version>(
-      "flavour", version, {{"v1", Flavour::Version::kV1}, {"v2", Flavour::Version::kV2}});
-  flavour.subsurface =
-      one_of<Flavour::Subsurface>("subsurface", subsurface,
-                                  {{"RANDOM_WALK", Flavour::Subsurface::kRandomWalk},
-                                   {"RANDOM_WALK_SKIN", Flavour::Subsurface::kRandomWalkSkin}});
-  return flavour;
-}
-
-/// Writes named values into a material; a parameter that is not named keeps its default.
-void set_values(Material& material, const py::dict& values) {
-  struct Visit {
-    const py::dict& values;
-    std::size_t used = 0;
-    void operator()(const Parameter& p, double& x) {
-      const py::str key(std::string(p.name));
-      if (!values.contains(key)) return;
-      x = values[key].cast<double>();
-      ++used;
-    }
-    void operator()(const Parameter& p, Color<double>& c) {
-      const py::str key(std::string(p.name));
-      if (!values.contains(key)) return;
-      c = color_of(values[key].cast<Array<double>>(), std::string(p.name));
-      ++used;
-    }
-  } visit{values};
-  MaterialParameters<double>::fields(material.values, visit);
-  if (visit.used == values.size()) return;
-  std::string names;
-  for (const Parameter& p : parameter_table(OwnerKind::kMaterial))
-    names += " " + std::string(p.name);
-  throw UnknownName("Material '" + material.name + "': a value's name is none of" + names);
-}
-
-/// One texture or vertex colour: {texture: index or None, attribute: str, uv: (2,3)}.
-FieldMap field_map(const SceneBuilder& b, const std::string& material, const std::string& parameter,
-                   const py::dict& values) {
-  const std::string who = "Material '" + material + "': " + parameter;
-  const auto& table = parameter_table(OwnerKind::kMaterial);
-  FieldMap map;
-  map.field =
-      static_cast<int>(std::find_if(table.begin(), table.end(),
-                                    [&](const Parameter& p) { return p.name == parameter; }) -
-                       table.begin());
-  if (map.field == static_cast<int>(table.size()))
-    throw UnknownName(who + " is no parameter of a material");
-  if (!values["texture"].is_none()) {
-    const int index = values["texture"].cast<int>();
-    if (index < 0 || index >= static_cast<int>(b.textures.size()))
-      throw InvalidArgument(who + ": texture " + std::to_string(index) + " was not added");
-    map.texture = b.textures[index];
-  }
-  map.attribute = values["attribute"].cast<std::string>();
-  if (values.contains("uv")) {
-    const auto uv = values["uv"].cast<Array<float>>();
-    require_shape(uv, who + ": uv", {2, 3});
-    std::copy(uv.data(), uv.data() + 6, map.uv.begin());
-  }
-  return map;
-}
-
-int add_texture(SceneBuilder& b, const std::string& name, const Array<float>& pixels, bool encoded,
-                const std::string& extension, const std::string& interpolation) {
-  const std::string who = "Image '" + name + "': ";
-  const bool with_alpha = pixels.ndim() == 3 && pixels.shape(2) == 4;
-  require_shape(pixels, who + "pixels", {-1, -1, with_alpha ? 4 : 3});
-  const py::ssize_t channels = pixels.shape(2), count = pixels.size() / channels;
-  std::vector<Colorf> colors(static_cast<std::size_t>(count));
-  std::vector<float> alpha(static_cast<std::size_t>(with_alpha ? count : 0));
-  const float* from = pixels.data();
-  for (py::ssize_t i = 0; i < count; ++i, from += channels) {
-    colors[i] = {from[0], from[1], from[2]};
-    if (with_alpha) alpha[i] = from[3];
-  }
-  b.textures.push_back(std::make_shared<Texture>(
-      name, static_cast<int>(pixels.shape(1)), static_cast<int>(pixels.shape(0)), std::move(colors),
-      std::move(alpha), encoded,
-      one_of<Extension>(who + "extension", extension,
-                        {{"REPEAT", Extension::kRepeat},
-                         {"EXTEND", Extension::kExtend},
-                         {"CLIP", Extension::kClip},
-                         {"MIRROR", Extension::kMirror}}),
-      one_of<Interpolation>(who + "interpolation", interpolation,
-                            {{"Linear", Interpolation::kLinear},
-                             {"Closest", Interpolation::kClosest},
-                             {"Cubic", Interpolation::kCubic}})));
-  return static_cast<int>(b.textures.size()) - 1;
-}
-
-int add_material(SceneBuilder& b, const std::string& name, const py::dict& values, bool multi_ggx,
-                 const std::string& flavour, const std::string& subsurface,
-                 bool physical_refraction, bool transparent_shadows,
-                 const std::map<std::string, py::dict>& maps,
-                 const std::map<std::string, py::dict>& grids) {
-  Material material;
-  material.name = name;
-  material.flavour = make_flavour(multi_ggx, flavour, subsurface);
-  material.flavour.evaluate_unphysical_refraction = !physical_refraction;
-  material.transparent_shadows = transparent_shadows;
-  set_values(material, values);
-  for (const auto& [parameter, value] : maps)
-    material.maps.push_back(field_map(b, name, parameter, value));
-  for (const auto& [use, value] : grids)
-    *one_of<PlacedGrid*>("Material '" + name + "': grids", use,
-                         {{"albedo", &material.albedo_grid}, {"density", &material.density_grid}}) =
-        placed_grid(name, value);
-  return b.add_material(std::move(material));
-}
-
 using NamedArrays = std::vector<std::pair<std::string, Array<float>>>;
 
 int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& positions,
              const Array<int>& triangles, const Array<float>& normals, const Array<int>& slots,
-             const NamedArrays& uv_maps, const NamedArrays& colors) {
+             const NamedArrays& uv_maps, const NamedArrays& colors, const NamedArrays& vectors) {
   const std::string who = "Mesh '" + name + "': ";
   Mesh mesh;
   mesh.name = name;
@@ -157,6 +33,8 @@ int add_mesh(SceneBuilder& b, const std::string& name, const Array<float>& posit
   for (const auto& [attribute, values] : colors)
     mesh.colors.push_back(
         {attribute, rows<Colorf>(values, who + "colour attribute '" + attribute + "'")});
+  for (const auto& [attribute, values] : vectors)
+    mesh.vectors.push_back({attribute, rows<Vec3f>(values, who + "vectors '" + attribute + "'")});
   return b.add_mesh(std::move(mesh));
 }
 
@@ -244,29 +122,14 @@ void bind_builder(py::module_& m) {
   py::class_<SceneBuilder> builder(m, "SceneBuilder",
                                    "Collects a scene in Blender's units; see `build`.");
   bind_visibility(builder);
+  bind_materials(builder);
   builder.def(py::init<>())
-      .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
-           "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK", "physical_refraction"_a = false,
-           "transparent_shadows"_a = true, "maps"_a = std::map<std::string, py::dict>{},
-           "grids"_a = std::map<std::string, py::dict>{},
-           "Principled BSDF; `values`: parameter name to number or 3 numbers, the rest takes the "
-           "node's defaults. `maps`: parameter name to {texture: index or None for the colour "
-           "attribute, attribute: UV map or colour attribute ('' for the active one), uv: (2,3)}. "
-           "`grids`: 'albedo' (in place of the medium's, within [0, 1]) or 'density' (times its "
-           "extinction) to {name, values: (nz, ny, nx, 1 or 3) float32, to_unit: (4, 4), world to "
-           "the unit cube over which the values lie}. "
-           "ValueError: out of range. KeyError: unknown name.")
-      .def(
-          "add_texture", &add_texture, "name"_a, "pixels"_a, py::kw_only(), "encoded"_a,
-          "extension"_a = "REPEAT", "interpolation"_a = "Linear",
-          "(h,w,3) float32, row 0 at the top; `encoded`: sRGB values, decoded after interpolation. "
-          "A fourth channel is the alpha by which the colours were multiplied: they are divided by "
-          "it before decoding.")
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
-           "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
+           "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{}, "vectors"_a = NamedArrays{},
            py::call_guard<py::gil_scoped_release>(),
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
-           "and linear colour attributes [(name, (3m,3))], the active ones first; object space.")
+           "and linear colour attributes [(name, (3m,3))], the active ones first; vectors that a "
+           "shader asks for by name, likewise; object space.")
       .def(
           "add_point_light",
           [](SceneBuilder& b, const std::string& name, const Array<double>& matrix, double power,
@@ -339,6 +202,7 @@ void bind_scene(py::module_& m) {
   py::class_<Scene> scene(m, "Scene", py::release_gil_before_calling_cpp_dtor(),
                           "Immutable scene; `with_values` shares its geometry.");
   bind_lights(scene);
+  bind_shaders(scene);
   scene.def_property_readonly("cameras", [](const Scene& s) { return names_of(s.cameras); })
       .def_property_readonly("materials",
                              [](const Scene& s) { return names_of(s.appearance.materials); })

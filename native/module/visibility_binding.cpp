@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <pybind11/stl.h>
 
+#include <optional>
 #include <utility>
 
 #include "math/error.h"
@@ -40,6 +41,16 @@ std::vector<std::string> all_names() {
   return names;
 }
 
+ObjectFacts facts_of(const py::dict& values, const std::string& who) {
+  const auto three = [&](const char* name) {
+    return color_of(values[name].cast<Array<double>>(), who + "facts: " + name);
+  };
+  const Color<double> location = three("location");
+  return {Vec3f(Vec3d{location.r, location.g, location.b}), Colorf(three("color")),
+          values["alpha"].cast<float>(), values["index"].cast<float>(),
+          values["random"].cast<float>()};
+}
+
 template <class List>
 auto& at(List& list, int index, const char* what) {
   if (index < 0 || index >= static_cast<int>(list.size()))
@@ -55,7 +66,7 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
           "add_object",
           [](SceneBuilder& b, const std::string& name, int mesh, const Array<double>& matrix,
              std::vector<int> materials, const std::vector<std::string>& visible_to, bool holdout,
-             int lit_set, int shadow_set, std::uint64_t lit) {
+             int lit_set, int shadow_set, std::uint64_t lit, const std::optional<py::dict>& facts) {
             const std::string who = "Object '" + name + "': ";
             Instance object;
             object.name = name;
@@ -67,16 +78,18 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
             object.lit_set = lit_set;
             object.shadow_set = shadow_set;
             object.links.lit = lit;
+            if (facts) object.facts = facts_of(*facts, who);
             return b.add_object(std::move(object));
           },
           "name"_a, "mesh"_a, "matrix"_a, "materials"_a, py::kw_only(),
           "visible_to"_a = all_names(), "holdout"_a = false, "lit_set"_a = 0, "shadow_set"_a = 0,
-          "lit"_a = LinkedSets::kAll,
+          "lit"_a = LinkedSets::kAll, "facts"_a = py::none(),
           "An instance of a mesh; materials[i] for material slot i. visible_to: rays that see it, "
           "of "
           "camera, diffuse, glossy, transmission, volume_scatter, shadow. lit_set, shadow_set: its "
           "sets of light and shadow linking, [0, 64); lit: bits of the lit_sets that its own "
-          "emission shines on. ValueError: out of range. KeyError: unknown name.")
+          "emission shines on. facts: what a shader may ask about it, {location: (3,), color: (3,), "
+          "alpha, index, random}. ValueError: out of range. KeyError: unknown name.")
       .def(
           "set_light_visibility",
           [](SceneBuilder& b, int light, const std::vector<std::string>& visible_to,

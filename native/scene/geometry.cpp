@@ -20,6 +20,7 @@ void for_each_corner_list(Mesh& mesh, Action&& action) {
   action(mesh.corner_normals);
   for (auto& map : mesh.uvs) action(map.values);
   for (auto& attribute : mesh.colors) action(attribute.values);
+  for (auto& attribute : mesh.vectors) action(attribute.values);
 }
 
 /// Keeps the triangles that have an area and finite corners; returns how many went.
@@ -151,6 +152,7 @@ Geometry::Geometry(std::vector<Mesh> meshes, std::vector<Instance> instances)
   for (std::size_t i = 0; i < instances_.size(); ++i) {
     Instance& instance = instances_[i];
     instance.to_world.translate(-origin_);
+    to_object_.push_back(instance.to_world.inverse());
     Mesh& mesh = meshes_[instance.mesh];
     if (uses[instance.mesh] == 1) {
       to_world_space(mesh, instance.to_world);
@@ -267,6 +269,13 @@ Vec2f Geometry::uv(const Hit& hit, const std::string& name) const {
 }
 Colorf Geometry::color(const Hit& hit, const std::string& name) const {
   return at_hit(meshes_[instances_[hit.instance].mesh].colors, name, hit);
+}
+
+Vec3f Geometry::vector(const Hit& hit, const std::string& name) const {
+  const auto& lists = meshes_[instances_[hit.instance].mesh].vectors;
+  const auto has = [&](const CornerData<Vec3f>& list) { return list.name == name; };
+  if (std::any_of(lists.begin(), lists.end(), has)) return at_hit(lists, name, hit);
+  return Vec3f(to_object_[hit.instance].point(Vec3d(surface(hit).position)));
 }
 
 Surface Geometry::surface(const Hit& hit) const {

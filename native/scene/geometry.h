@@ -33,7 +33,15 @@ struct Mesh {
   std::vector<Vec3f> corner_normals;          ///< three per triangle, unit
   std::vector<CornerData<Vec2f>> uvs;         ///< UV maps; the first is the active one
   std::vector<CornerData<Colorf>> colors;     ///< colour attributes, linear; likewise
+  std::vector<CornerData<Vec3f>> vectors;     ///< made for shaders, which ask by name
   std::vector<int> material_slots;            ///< one per triangle
+};
+
+/// What a shader may ask about an object: Blender's Object Info.
+struct ObjectFacts {
+  Vec3f location;  ///< world, not relative to the geometry's origin
+  Colorf color{1, 1, 1};
+  float alpha = 1, index = 0, random = 0;
 };
 
 struct Instance {
@@ -45,6 +53,7 @@ struct Instance {
   bool holdout = false;             ///< black, and cut out of the picture, where the camera sees it
   int lit_set = 0, shadow_set = 0;  ///< the sets of LinkedSets that it belongs to
   LinkedSets links;                 ///< of the light that it emits
+  ObjectFacts facts{};
 };
 
 struct Hit {
@@ -98,6 +107,8 @@ class Geometry {
   std::optional<Hit> intersect_inside(int instance, const Ray& ray) const;
   void prepare_inside(int instance) const;
   Surface surface(const Hit& hit) const;
+  /// World space, relative to `origin`, to the object's own space.
+  const Transform& to_object(int instance) const { return to_object_[instance]; }
 
   /// A triangle with all that a hit asks for side by side, in exactly two cache lines: three fewer.
   struct alignas(32) Face {
@@ -117,6 +128,8 @@ class Geometry {
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
   Colorf color(const Hit& hit, const std::string& name) const;
+  /// Of Mesh::vectors; the position in the object's space where the mesh has none of this name.
+  Vec3f vector(const Hit& hit, const std::string& name) const;
   /// Whether an instance has an inside; see `encloses`.
   bool closed(int instance) const { return closed_[instances_[instance].mesh]; }
   /// Of an instance, in world space.
@@ -137,6 +150,7 @@ class Geometry {
   std::vector<Instance> instances_;
   std::vector<char> in_world_space_;  ///< per instance
   std::vector<Box> bounds_;           ///< likewise, relative to the origin
+  std::vector<Transform> to_object_;  ///< likewise
   std::vector<char> closed_;          ///< per mesh
   Vec3d origin_;
   float radius_ = 0;

@@ -11,6 +11,9 @@
 namespace selenite {
 namespace {
 
+/// Those of MaterialValues before the medium's.
+constexpr int kSurfaceFields = material_field(&MaterialValues::extinction);
+
 constexpr const char* kNoSuchKind = "There is no such kind of owner or grid in a scene";
 
 const ParameterTable& table(OwnerKind kind) {
@@ -31,8 +34,16 @@ const ParameterTable& table(OwnerKind kind) {
 template <class Action>
 void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& action) {
   switch (ref.kind) {
-    case OwnerKind::kMaterial:
-      return visit_field(appearance.materials.at(ref.owner).values, ref.field, action);
+    case OwnerKind::kMaterial: {
+      Material& material = appearance.materials.at(ref.owner);
+      const int constant = shader_constant(ref.field);
+      if (constant < 0) return visit_field(material.values, ref.field, action);
+      const int width = material.shader->constants.at(constant).width;
+      Color<double>& color = material.constants.at(constant);
+      action(&color.r, width);
+      if (width == 1) color.g = color.b = color.r;
+      return;
+    }
     case OwnerKind::kLight:  // one lamp may stand at several places
       for (Light& light : appearance.lights)
         if (light.name == appearance.lights.at(ref.owner).name)
@@ -44,6 +55,7 @@ void visit_parameter(Appearance& appearance, const ParameterRef& ref, Action&& a
 }
 
 void require_constant(const Material& material, int field) {
+  if (shader_constant(field) >= 0) return;
   const std::string name =
       material.name + ":" + std::string(table(OwnerKind::kMaterial).rows.at(field).name);
   if (const FieldMap* map = material.map_of(field))
@@ -75,7 +87,36 @@ std::string listed(const Range& range, Name&& name) {
   return text.empty() ? "none" : text;
 }
 
+/// The number of a parameter; -1: there is none. A shader takes the place of the surface's fields.
+int field_of(const Material& material, std::string_view name) {
+  if (material.shader) {
+    const auto& constants = material.shader->constants;
+    for (std::size_t i = 0; i < constants.size(); ++i)
+      if (constants[i].parameter.name == name) return constant_field(static_cast<int>(i));
+  }
+  const int field = table(OwnerKind::kMaterial).find(name);
+  return material.shader && field < kSurfaceFields ? -1 : field;
+}
+
+std::vector<std::string_view> names_of(const Material& material) {
+  std::vector<std::string_view> names;
+  if (material.shader)
+    for (const ShaderConstant& constant : material.shader->constants)
+      names.push_back(constant.parameter.name);
+  const auto& rows = table(OwnerKind::kMaterial).rows;
+  for (std::size_t i = material.shader ? kSurfaceFields : 0; i < rows.size(); ++i)
+    names.push_back(rows[i].name);
+  return names;
+}
+
 }  // namespace
+
+int constant_field(int constant) {
+  return static_cast<int>(table(OwnerKind::kMaterial).rows.size()) + constant;
+}
+int shader_constant(int field) {
+  return std::max(field - static_cast<int>(table(OwnerKind::kMaterial).rows.size()), -1);
+}
 
 const std::vector<Parameter>& parameter_table(OwnerKind kind) { return table(kind).rows; }
 const std::vector<int>& parameter_widths(OwnerKind kind) { return table(kind).widths; }
@@ -109,12 +150,17 @@ ParameterRef Scene::find(std::string_view owner, std::string_view parameter) con
         "'" + std::string(owner) + "' is no material or light of the scene; materials: " +
         listed(appearance.materials, [](const Material& m) { return m.name; }) + "; lights: " +
         listed(appearance.lights, [](const Light& l) { return l.name; }) + "; or 'World'");
-  ref.field = table(ref.kind).find(parameter);
-  if (ref.field < 0)
-    throw UnknownName("'" + std::string(owner) + "' has no parameter '" + std::string(parameter) +
-                      "'; it has: " +
-                      listed(parameter_table(ref.kind), [](const Parameter& p) { return p.name; }));
-  return ref;
+  const Material* material =
+      ref.kind == OwnerKind::kMaterial ? &appearance.materials[ref.owner] : nullptr;
+  ref.field = material ? field_of(*material, parameter) : table(ref.kind).find(parameter);
+  if (ref.field >= 0) return ref;
+  std::vector<std::string_view> names;
+  if (material)
+    names = names_of(*material);
+  else
+    for (const Parameter& p : parameter_table(ref.kind)) names.push_back(p.name);
+  throw UnknownName("'" + std::string(owner) + "' has no parameter '" + std::string(parameter) +
+                    "'; it has: " + listed(names, [](std::string_view name) { return name; }));
 }
 
 std::string Scene::owner_name(const ParameterRef& ref) const {
@@ -130,7 +176,17 @@ std::string Scene::owner_name(const ParameterRef& ref) const {
 }
 
 const Parameter& Scene::description(const ParameterRef& ref) const {
+  if (ref.kind == OwnerKind::kMaterial)
+    if (const int constant = shader_constant(ref.field); constant >= 0)
+      return appearance.materials.at(ref.owner).shader->constants.at(constant).parameter;
   return parameter_table(ref.kind).at(ref.field);
+}
+
+int Scene::width(const ParameterRef& ref) const {
+  if (ref.kind == OwnerKind::kMaterial)
+    if (const int constant = shader_constant(ref.field); constant >= 0)
+      return appearance.materials.at(ref.owner).shader->constants.at(constant).width;
+  return parameter_widths(ref.kind).at(ref.field);
 }
 
 void Scene::require_constant(const ParameterRef& ref) const {
@@ -273,7 +329,7 @@ Scene Scene::with(const std::vector<std::pair<ParameterRef, std::vector<double>>
     require_constant(ref);
     const Parameter& p = description(ref);
     const std::string owner = owner_name(ref);
-    const int width = parameter_widths(ref.kind).at(ref.field);
+    const int width = this->width(ref);
     if (static_cast<int>(numbers.size()) != width)
       throw InvalidArgument(owner + ":" + std::string(p.name) + " takes " + std::to_string(width) +
                             " numbers, not " + std::to_string(numbers.size()));

@@ -12,6 +12,7 @@
 #include "scene/geometry.h"
 #include "scene/grid.h"
 #include "scene/light.h"
+#include "scene/shader/shader.h"
 #include "scene/texture.h"
 #include "scene/world.h"
 
@@ -71,6 +72,9 @@ struct Material {
   PlacedGrid albedo_grid;           ///< of the medium, in place of `albedo`; values at most 1
   PlacedGrid density_grid;          ///< numbers by which the medium's `extinction` is multiplied
   bool transparent_shadows = true;  ///< shadow rays pass straight through where others do (alpha)
+  /// What the surface is made of in place of the Principled BSDF of `values`; null: nothing else.
+  std::shared_ptr<const Shader> shader;
+  std::vector<Color<double>> constants;  ///< of the shader: all that a fit changes of it
 
   const PlacedGrid& grid(GridKind kind) const;
   PlacedGrid& grid(GridKind kind);
@@ -83,7 +87,8 @@ struct Material {
 /// is none of them: a render never sees it.
 enum class OwnerKind { kMaterial, kLight, kWorld };
 
-/// Where a parameter lives in a scene. `field` counts the owner's `fields` in their order.
+/// Where a parameter lives in a scene. `field` counts the owner's `fields` in their order; after
+/// those of a material come the constants of its shader.
 struct ParameterRef {
   OwnerKind kind;
   int owner;
@@ -110,6 +115,7 @@ struct Scene {
   ParameterRef find(std::string_view owner, std::string_view parameter) const;
   std::string owner_name(const ParameterRef& ref) const;
   const Parameter& description(const ParameterRef& ref) const;
+  int width(const ParameterRef& ref) const;  ///< numbers: 1 or 3
   /// InvalidArgument when a texture, vertex colours or a grid take the place of the one value, or of a
   /// rotation where the world has no image.
   void require_constant(const ParameterRef& ref) const;
@@ -139,6 +145,11 @@ struct Scene {
   /// negative or not finite.
   Scene with_environment(std::vector<Colorf> pixels) const;
 };
+
+/// The field of a ParameterRef that is a constant of a material's shader.
+int constant_field(int constant);
+/// The constant that a field of a material is; -1: it is one of MaterialValues.
+int shader_constant(int field);
 
 /// InvalidArgument unless the grids of a material fit their use.
 void check_grids(const Material& material);

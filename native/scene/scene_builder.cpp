@@ -70,6 +70,7 @@ int SceneBuilder::add_mesh(Mesh mesh) {
   };
   check_corners(mesh.uvs, "UV map");
   check_corners(mesh.colors, "colour attribute");
+  check_corners(mesh.vectors, "corner vectors");
   if (mesh.material_slots.size() != n)
     throw InvalidArgument(who + count_of(mesh.material_slots.size()) + " material slots for " +
                           count_of(n) + " triangles; give one a triangle");

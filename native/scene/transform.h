@@ -28,6 +28,16 @@ struct Transform {
     const Vec3d a = column(0), b = column(1), c = column(2);
     return cross(b, c) * n.x + cross(c, a) * n.y + cross(a, b) * n.z;
   }
+  /// Of a map with a determinant other than 0.
+  Transform inverse() const {
+    const Vec3d a = column(0), b = column(1), c = column(2), t = translation();
+    const double scale = 1 / determinant();
+    const Vec3d rows[3] = {cross(b, c) * scale, cross(c, a) * scale, cross(a, b) * scale};
+    Transform result;
+    for (int i = 0; i < 3; ++i)
+      result.m[i] = {rows[i].x, rows[i].y, rows[i].z, -dot(rows[i], t)};
+    return result;
+  }
   double determinant() const { return dot(cross(column(0), column(1)), column(2)); }
 
   void translate(const Vec3d& t) {

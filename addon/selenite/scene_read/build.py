@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from .. import native
-from .values import LightValues, MapValues, MeshValues, SceneValues, TextureValues, greyed
+from .texture_values import TextureValues
+from .values import LightValues, MapValues, MaterialValues, MeshValues, SceneValues, greyed
 
 
 def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no Python type
@@ -29,12 +30,17 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             transparent_shadows=item.transparent_shadows,
             maps={name: _native_map(builder, textures, found) for name, found in item.maps.items()},
             grids={use: vars(grid) for use, grid in item.grids.items()},
+            shader=_native_shader(builder, textures, item, values),
         )
         for item in values.materials
     }
     maps = [found for item in values.materials for found in item.maps.values()]
     uv_maps = {found.attribute for found in maps if found.texture is not None}
     colors = {(found.attribute, found.grey) for found in maps if found.texture is None}
+    for shader in (item.shader for item in values.materials):
+        if shader is not None:
+            uv_maps |= shader.attributes("uv")
+            colors |= {(name, "") for name in shader.attributes("color")}
     meshes = [
         builder.add_mesh(
             mesh.name,
@@ -44,6 +50,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             mesh.material_slots,
             uv_maps=_wanted(mesh.uv_maps, uv_maps),
             colors=_colors(mesh, colors),
+            vectors=list(mesh.vectors),
         )
         for mesh in values.meshes
     ]
@@ -58,6 +65,7 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
             lit_set=item.lit_set,
             shadow_set=item.shadow_set,
             lit=item.lit,
+            facts=vars(item.facts),
         )
     for light in values.lights:
         _add_light(builder, light)
@@ -98,7 +106,18 @@ def _native_map(
 ) -> dict[str, Any]:
     """The native form of a map; adds its texture if it is the first that uses it."""
     texture = found.texture
-    if texture is not None and texture not in textures:
+    index = _native_texture(builder, textures, texture) if texture is not None else None
+    attribute = found.attribute if texture is not None else found.called
+    return {"texture": index, "attribute": attribute, "uv": found.uv}
+
+
+def _native_texture(
+    builder: Any,  # noqa: ANN401
+    textures: dict[TextureValues, int],
+    texture: TextureValues,
+) -> int:
+    """The number of a texture, which is added if it is the first time that it is used."""
+    if texture not in textures:
         textures[texture] = builder.add_texture(
             texture.name,
             texture.pixels,
@@ -106,9 +125,20 @@ def _native_map(
             extension=texture.extension,
             interpolation=texture.interpolation,
         )
-    index = textures[texture] if texture is not None else None
-    attribute = found.attribute if texture is not None else found.called
-    return {"texture": index, "attribute": attribute, "uv": found.uv}
+    return textures[texture]
+
+
+def _native_shader(
+    builder: Any,  # noqa: ANN401
+    textures: dict[TextureValues, int],
+    item: MaterialValues,
+    values: SceneValues,
+) -> dict[str, Any] | None:
+    """The native form of a material's shader; adds its textures."""
+    if item.shader is None:
+        return None
+    used = [_native_texture(builder, textures, texture) for texture in item.shader.textures]
+    return item.shader.native(used, physical_refraction=values.physical_refraction)
 
 
 def _wanted(

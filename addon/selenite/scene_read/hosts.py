@@ -40,6 +40,26 @@ def cycles_has_booleans() -> bool:
     return not is_version_3()
 
 
+def has_textures_of_4_3() -> bool:
+    """Noise and Voronoi textures as 4.3 to 4.5 compute them; 5.0 places points of cells anew."""
+    return (4, 3, 0) <= bpy.app.version < (5, 0, 0)
+
+
+def bump_width(node: bpy.types.Node) -> float | None:
+    """Over how many pixels a Bump takes its differences; None if something varies it."""
+    socket = node.inputs.get("Filter Width")
+    if socket is None:
+        return 0.1 if bpy.app.version >= (4, 4, 0) else 1.0
+    return None if socket.is_linked else float(socket.default_value)
+
+
+def displacement_method(material: bpy.types.Material) -> str:
+    """BUMP, DISPLACEMENT or BOTH."""
+    if hasattr(material, "displacement_method"):  # 4.1 on
+        return str(material.displacement_method)
+    return str(material.cycles.displacement_method)
+
+
 def light_units() -> str:
     """Which convention the numbers of a lamp follow."""
     return "v3" if is_version_3() else "v4"

@@ -13,7 +13,7 @@ from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects
-from .geometry import mesh, not_rendered
+from .geometry import corner_vectors, mesh, not_rendered
 from .geometry.bodies import judge_bodies
 from .lamps import lights
 from .lamps.frames import LampFrames
@@ -21,7 +21,7 @@ from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view
 from .shading import materials, world
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
-from .values import ALL_SETS, MeshValues, ObjectValues, SceneValues
+from .values import ALL_SETS, MeshValues, ObjectFacts, ObjectValues, SceneValues
 
 
 def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
@@ -177,8 +177,23 @@ def _read_object(
     )
     for name in {found[slot] for slot in used}:
         _judge_attributes(title, read.meshes[index], name, read)
+        shader = next(item for item in read.materials if item.name == name).shader
+        if shader is not None:
+            _add_vectors(evaluated, index, shader.attributes("vector"), read)
     _add_object(instance, layer, links, index, found, read)
     return True
+
+
+def _add_vectors(
+    evaluated: bpy.types.Object, index: int, names: set[str], read: SceneValues
+) -> None:
+    """What a shader asks for at the corners of a mesh, if it is not there yet."""
+    values = read.meshes[index]
+    names -= {name for name, _ in values.vectors}
+    if names:
+        with mesh.mesh_of(evaluated) as of_blender:
+            found = corner_vectors.made(of_blender, values, names)
+        read.meshes[index] = replace(values, vectors=values.vectors + found)
 
 
 def _add_object(
@@ -211,14 +226,29 @@ def _add_object(
             lit_set=light.set_of(item, instancer),
             shadow_set=shadow.set_of(item, instancer),
             lit=light.bits_of(item),
+            facts=_facts(instance),
         )
+    )
+
+
+def _facts(instance: mesh.Instance) -> ObjectFacts:
+    item = instance.original
+    number = instance.random_id / 0xFFFFFFFF if instance.is_instance else None
+    return ObjectFacts(
+        location=tuple(float(x) for x in instance.matrix[:3, 3]),
+        color=tuple(item.color[:3]),
+        alpha=float(item.color[3]),
+        index=float(item.pass_index),
+        random=corner_vectors.random_of_name(item.name) if number is None else number,
     )
 
 
 def _shines(names: tuple[str, ...], read: SceneValues) -> bool:
     """Whether one of these materials emits light."""
     return any(
-        "emission_strength" in item.maps or any(item.values.get("emission_strength", ()))
+        (item.shader is not None and item.shader.emits())
+        or "emission_strength" in item.maps
+        or any(item.values.get("emission_strength", ()))
         for item in read.materials
         if item.name in names
     )

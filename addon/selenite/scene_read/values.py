@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from ..parameters import Values
+from ..parameters import Parameter, Values
 from ..problems import Problem
 from .closedness import Closedness
+from .shaders import Shader
+from .texture_values import TextureValues
 
 #: Weights by which a socket of one number takes a colour, in Blender and Cycles.
 LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
@@ -51,7 +53,8 @@ class CameraValues:
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
-    that renders by default comes first. `other_attributes`: names of what is not read."""
+    that renders by default comes first. `other_attributes`: names of what is not read. `vectors`: (3m, 3) made
+    for shaders, by their names."""
 
     name: str
     positions: np.ndarray
@@ -61,12 +64,24 @@ class MeshValues:
     uv_maps: tuple[tuple[str, np.ndarray], ...] = ()
     colors: tuple[tuple[str, np.ndarray], ...] = ()
     other_attributes: tuple[str, ...] = ()
+    vectors: tuple[tuple[str, np.ndarray], ...] = ()
 
 
 SCATTERED_RAYS = ("diffuse", "glossy", "transmission", "volume_scatter")
 ALL_RAYS = ("camera", *SCATTERED_RAYS, "shadow")
 ALL_SETS = 2**64 - 1
 NO_LIMIT = 2**31 - 1
+
+
+@dataclass(frozen=True)
+class ObjectFacts:
+    """What a shader may ask about an object; `index`: its pass index."""
+
+    location: Values = (0.0, 0.0, 0.0)
+    color: Values = (1.0, 1.0, 1.0)
+    alpha: float = 1.0
+    index: float = 0.0
+    random: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,26 +101,12 @@ class ObjectValues:
     lit_set: int = 0
     shadow_set: int = 0
     lit: int = ALL_SETS
+    facts: ObjectFacts = field(default_factory=ObjectFacts)
 
     @property
     def visible_to_camera(self) -> bool:
         """Whether photos show it, as it is."""
         return "camera" in self.visible_to and not self.holdout
-
-
-@dataclass(frozen=True, eq=False)
-class TextureValues:
-    """An image: (h, w, 3) float32, or 4 with the alpha that the colours were multiplied by.
-
-    `encoded`: sRGB code values, decoded after interpolation. `extension`, `interpolation`: as the
-    native module calls them.
-    """
-
-    name: str
-    pixels: np.ndarray
-    encoded: bool
-    extension: str
-    interpolation: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +151,7 @@ class MaterialValues:
     """Values of a Principled BSDF by parameter name; a parameter in `maps` varies instead.
 
     `grids` of the medium: "albedo" in place of the constant, "density" times the extinction.
+    `shader`: what the surface is made of in place of the Principled BSDF.
     """
 
     name: str
@@ -160,6 +162,7 @@ class MaterialValues:
     maps: dict[str, MapValues] = field(default_factory=dict)
     grids: dict[str, GridValues] = field(default_factory=dict)
     transparent_shadows: bool = True
+    shader: Shader | None = None
 
 
 @dataclass(frozen=True)
@@ -228,6 +231,7 @@ class Owner:
 
     `values`: what Blender has now. `fixed`: parameter -> why it cannot be fitted. `datablock`: its
     name in the .blend; `name` differs from it only where two owners would have the same name.
+    `parameters`: those of this owner alone, the constants of its shader.
     """
 
     name: str
@@ -236,6 +240,7 @@ class Owner:
     library: str
     values: dict[str, Values]
     fixed: dict[str, str]
+    parameters: dict[str, Parameter] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

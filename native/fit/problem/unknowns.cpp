@@ -62,8 +62,7 @@ Target target_of(const Scene& scene, const std::vector<Photo>& photos,
                       "' is a parameter of photos; photos: " + (ids.empty() ? "none" : ids));
   }
   const ParameterRef ref = scene.find(wanted.owner, wanted.parameter);
-  return {ref, scene.description(ref),
-          parameter_widths(ref.kind).at(static_cast<std::size_t>(ref.field))};
+  return {ref, scene.description(ref), scene.width(ref)};
 }
 
 bool of_same_owner(const UnknownRef& one, const UnknownRef& other) {

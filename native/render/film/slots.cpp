@@ -27,7 +27,7 @@ SlotLayout::SlotLayout(const Scene& scene, std::vector<ParameterRef> ticked)
   for (std::size_t i = 0; i < parameters.size(); ++i) {
     const ParameterRef& ref = parameters[i];
     const bool diagonal = slots[first_slot[i]].component < 0;
-    for (int c = 0; c < parameter_widths(ref.kind).at(ref.field); ++c)
+    for (int c = 0; c < scene.width(ref); ++c)
       rows.push_back({first_slot[i] + (diagonal ? 0 : c), diagonal ? c : -1, c});
   }
 }
@@ -39,7 +39,7 @@ int SlotLayout::first_of_owner(int slot) const {
 }
 
 void SlotLayout::add_slots(const Scene& scene, const ParameterRef& ref) {
-  const int width = parameter_widths(ref.kind).at(ref.field);
+  const int width = scene.width(ref);
   if (width == 3 && scene.description(ref).diagonal)
     slots.push_back({ref, -1});
   else

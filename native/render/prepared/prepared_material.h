@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -10,6 +11,7 @@
 #include "model/bsdf.h"
 #include "render/derivatives/throughput.h"
 #include "render/film/slots.h"
+#include "render/prepared/prepared_shader.h"
 #include "scene/scene.h"
 
 namespace selenite {
@@ -39,22 +41,28 @@ struct PreparedMedium {
   }
 };
 
+/// Slots of a material.
+struct OwnSlots {
+  int first = 0;  ///< slot of the layout that its first local slot is; the others follow
+  int count = 0;  ///< local slots in use
+};
+
 /// A material with its ticked parameters seeded as independent variables.
 template <int L>
-struct PreparedMaterial : PreparedMedium<L> {
+struct PreparedMaterial : PreparedMedium<L>, OwnSlots {
   MaterialParameters<PathScalar<L>> values;
   Flavour flavour;
   /// Only reflects or refracts, the same everywhere, and nothing of it is ticked: its bsdf is
   /// evaluated without derivatives.
   bool plain = false;
   Principled<float> plain_values;
-  int first = 0;  ///< slot of the layout that its first local slot is; the others follow
-  int count = 0;  ///< local slots in use
   /// No light can be seen from inside of it: its surface is closed and faces outwards, lets no shadow
   /// ray pass, and every light is outside of the boxes around its objects.
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   bool emissive = false;     ///< light sampling picks points on it
+  /// In place of the Principled BSDF of `values`; null: that.
+  std::shared_ptr<const PreparedShader<PathScalar<L>>> shader;
   const std::vector<FieldMap>* maps = nullptr;
   const FieldMap* base_color_map = nullptr;  ///< of an unknown base colour
   int base_color_field = -1;                 ///< its number among the fields of unknowns

@@ -29,6 +29,7 @@ class Instance:
     instancer: bpy.types.Object
     matrix: np.ndarray
     is_instance: bool
+    random_id: int = 0
 
 
 def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Iterator[Instance]:
@@ -43,7 +44,9 @@ def rendered_instances(depsgraph: bpy.types.Depsgraph, read: SceneValues) -> Ite
             continue
         instancer = item.parent.original if item.is_instance else original
         matrix = np.array(item.matrix_world, np.float64)
-        yield Instance(evaluated, original, instancer, matrix, item.is_instance)
+        yield Instance(
+            evaluated, original, instancer, matrix, item.is_instance, item.random_id & 0xFFFFFFFF
+        )
 
 
 @contextmanager

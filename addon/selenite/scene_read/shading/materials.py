@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 
@@ -13,11 +13,15 @@ from ...problems import Problem
 from .. import hosts
 from ..values import MaterialValues, Owner
 from . import images, nodes, textures, volumes
+from .graph.displacement import read_displacement
+from .graph.surface import compile_surface
+from .graph.tree import Tree
 from .nodes import Groups, Source, Unreadable
 from .textures import TextureRoom
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 NO_MATERIAL = "(no material)"
+_NORMALS = ("Normal", "Coat Normal", "Clearcoat Normal")
 
 
 @dataclass
@@ -97,13 +101,8 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
         return read
 
     found = principled_of(material)
-    if isinstance(found, str):
-        fixed = {parameter.name: f"the material {found}" for parameter in table}
-        problem = Problem(title, found, "connect a Principled BSDF to the Surface of the output")
-        owner = Owner(name, "material", material.name, library, {}, fixed)
-        problems = [problem, *(_of(item, title) for item in images.missing_in(material.node_tree))]
-        return MaterialRead(grey_material(name), owner, problems, [], room)
-
+    if isinstance(found, str) or needs_graph(material, *found):
+        return read_graph(material, name, room)
     node, groups = found
     read = MaterialRead(
         MaterialValues(
@@ -115,15 +114,77 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
             transparent_shadows=_has_volume(material) or hosts.transparent_shadows(material),
         ),
         Owner(name, "material", material.name, library, {}, {}),
-        _other_outputs(material, title),
+        [],
         [],
         room,
     )
     for parameter in table:
         if parameter.name not in volumes.PARAMETERS:
             _read_parameter(material, node, groups, parameter, title, read)
+    if any(item.object == title for item in read.problems):
+        # Some node before an input is no image: a program computes what it gives.
+        return read_graph(material, name, room)
     _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
+    return read
+
+
+def needs_graph(
+    material: bpy.types.Material, node: bpy.types.Node, groups: Groups
+) -> bool:
+    """Whether a Principled BSDF alone does not say what the surface is like."""
+    normals = [node.inputs[name] for name in _NORMALS if name in node.inputs]
+    output = material.node_tree.get_output_node("CYCLES")
+    linked = [*(nodes.source_of(item, groups) for item in normals)]
+    return any(
+        source.node is not None
+        for source in (*linked, nodes.source_of(output.inputs["Displacement"]))
+    )
+
+
+def graph_of(material: bpy.types.Material, room: TextureRoom) -> Tree:
+    """The program of a material with nodes, or its problems."""
+    output = material.node_tree.get_output_node("CYCLES")
+    tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
+    read_displacement(tree, nodes.source_of(output.inputs["Displacement"]), material)
+    compile_surface(tree, nodes.source_of(output.inputs["Surface"]))
+    return tree
+
+
+def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> MaterialRead:
+    """A material whose surface is a graph of closures."""
+    title = f"Material '{material.name}'"
+    library = material.library.filepath if material.library is not None else ""
+    owner = Owner(name, "material", material.name, library, {}, {})
+    values = MaterialValues(
+        name,
+        {},
+        multi_ggx=True,
+        flavour=hosts.flavour(),
+        transparent_shadows=_has_volume(material) or hosts.transparent_shadows(material),
+    )
+    if material.node_tree.get_output_node("CYCLES") is None:
+        problem = Problem(title, "has no Material Output node for Cycles", "add one")
+        return MaterialRead(grey_material(name), owner, [problem], [], room)
+    tree = graph_of(material, room)
+    problems = list(tree.problems)
+    if problems:  # what lies behind a node that is refused is said at once
+        said = {item.object for item in problems}
+        missing = images.missing_in(material.node_tree)
+        problems += [_of(item, title) for item in missing if item.object not in said]
+    read = MaterialRead(replace(values, shader=tree.shader), owner, problems, [], room)
+    for parameter in parameters.of("material"):
+        if parameter.name not in volumes.PARAMETERS:
+            owner.fixed[parameter.name] = "the surface is a graph of nodes: name one of its inputs"
+    for item in tree.shader.constants:
+        owner.parameters[item.parameter.name] = item.parameter
+        owner.values[item.parameter.name] = item.value
+        reason = nodes.why_not_writable(tree.sources[item.parameter.name], material)
+        if reason:
+            owner.fixed[item.parameter.name] = reason
+    _read_volume(material, title, read)
+    medium = {key: owner.values[key] for key in volumes.PARAMETERS if key in owner.values}
+    read.values.values.update(medium)
     return read
 
 

@@ -9,7 +9,8 @@ import bpy
 import numpy as np
 
 from ...parameters import Parameter
-from ..values import MapValues, TextureValues, greyed
+from ..texture_values import TextureValues
+from ..values import MapValues, greyed
 from . import images, nodes
 from .coordinates import read_coordinates
 from .images import Pixels
@@ -88,15 +89,23 @@ class TextureRoom:
             cause = f"{nodes.describe(node)} is projected as {node.projection.lower()}"
             raise Unreadable(title, cause, "use the projection Flat and a UV map")
         coordinates = read_coordinates(node, source.groups, title)
-        texture = self._texture(
+        texture = self.texture_of(node, title, wants_alpha=source.socket.identifier == "Alpha")
+        matrix = coordinates.matrix[:2][:, [0, 1, 3]]
+        return MapValues(texture, coordinates.attribute, matrix.astype(np.float32))
+
+    def texture_of(
+        self, node: bpy.types.ShaderNodeTexImage, title: str, *, wants_alpha: bool
+    ) -> TextureValues:
+        """The image of a node, or its alpha as a grey one. Raises Unreadable."""
+        if node.image is None:
+            raise Unreadable(title, f"{nodes.describe(node)} has no image", "choose an image")
+        return self._texture(
             node.image,
-            wants_alpha=source.socket.identifier == "Alpha",
+            wants_alpha=wants_alpha,
             alpha_linked=any(not link.is_muted for link in node.outputs["Alpha"].links),
             extension=node.extension,
             interpolation=_INTERPOLATIONS[node.interpolation],
         )
-        matrix = coordinates.matrix[:2][:, [0, 1, 3]]
-        return MapValues(texture, coordinates.attribute, matrix.astype(np.float32))
 
     def _texture(
         self,
