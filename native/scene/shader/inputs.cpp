@@ -186,7 +186,6 @@ float path_fact(const PathFacts& path, PathMode mode) {
 
 Vec3d transformed(const ShadingPoint& point, TransformMode mode, int item, const Vec3d& v) {
   const auto from = static_cast<Space>(item / 3), to = static_cast<Space>(item % 3);
-  if (from == to) return v;
   const Transform& to_object = point.geometry->to_object(point.hit.instance);
   const Vec3d& origin = point.geometry->origin();
   const CameraPlace& camera = camera_of(point);
