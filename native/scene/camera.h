@@ -95,6 +95,7 @@ class PixelCamera {
   /// Whether `in_photo` does anything: where every pixel of the photo lies in one of the picture, it
   /// need not be asked.
   bool cuts_photo() const { return photo_across_ > 0 || photo_down_ > 0; }
+  const Camera& camera() const { return camera_; }
   /// Inverse of `ray`: where a world point appears, in pixels. Behind the camera: NaN.
   Vec2<double> project(const Vec3d& point) const;
 

@@ -18,7 +18,8 @@ struct MixtureFamily {
   Mixture (*make)(double roughness);
   double ior = 1.5;
   bool backfacing = false;
-  bool low = false;  ///< see density_check::View
+  bool low = false;       ///< see density_check::View
+  double grazing = 0.1;   ///< the least cosine at which enough light is left to be counted
 };
 
 inline PlacedClosure<double> placed(const Closure<double>& closure, double weight = 1,
@@ -37,10 +38,11 @@ inline const std::vector<MixtureFamily>& mixture_families() {
        [](double r) -> Mixture { return {placed(c::Glass<double>{{.9, .5, .2}, r, 1.5})}; },
        1.5, true},
       {"refraction",
-       [](double r) -> Mixture { return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})}; }},
+       [](double r) -> Mixture { return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})}; },
+       1.5, false, false, 0.3},
       {"refraction_inside",
        [](double r) -> Mixture { return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})}; },
-       1.5, true},
+       1.5, true, false, 0.9},
       {"translucent",
        [](double) -> Mixture { return {placed(c::Translucent<double>{{.9, .5, .2}})}; }},
       {"metallic",
@@ -51,7 +53,11 @@ inline const std::vector<MixtureFamily>& mixture_families() {
        [](double r) -> Mixture {
          return {placed(c::Conductor<double>{{.2, 2.5, 1}, {3.9, 3, 0}, r})};
        }},
-      {"sheen", [](double r) -> Mixture { return {placed(c::Sheen<double>{{.9, .5, .2}, r})}; },
+      {"sheen_and_diffuse",
+       [](double r) -> Mixture {
+         return {placed(c::Sheen<double>{{.9, .5, .2}, r}, .8),
+                 placed(c::Diffuse<double>{Colord(.1), 0}, .2)};
+       },
        1.5, false, true},
       {"diffuse_and_glossy",
        [](double r) -> Mixture {
@@ -64,12 +70,6 @@ inline const std::vector<MixtureFamily>& mixture_families() {
          m.metallic = 0.4, m.roughness = 0.4;
          return {placed(m, .5), placed(c::Glass<double>{Colord(1), r, 1.5}, .3),
                  placed(c::Translucent<double>{{.2, .8, .4}}, .2)};
-       }},
-      {"tilted",
-       [](double r) -> Mixture {
-         const Vec3d n = normalize(Vec3d{.2, .1, 1});
-         return {placed(c::Diffuse<double>{{.8, .3, .1}, 0}, .7),
-                 placed(c::Metallic<double>{{.5, .6, .7}, Colord(1), r}, .3, n)};
        }},
   };
   return all;

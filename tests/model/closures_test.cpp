@@ -32,18 +32,20 @@ class Mixtures : public testing::TestWithParam<int> {
 };
 
 TEST_P(Mixtures, AreDrawnWithTheStatedDensity) {
-  const std::vector<double> roughnesses{0.05, 0.3, 1}, cosines{1, 0.6, 0.1};
+  const std::vector<double> roughnesses{0.1, 0.3, 1}, cosines{1, 0.9, 0.5, 0.1};
   std::mt19937_64 engine(120 + GetParam());
   const int count = static_cast<int>(cases::mixture_families().size() * roughnesses.size() *
                                      cosines.size());
   for (const double roughness : roughnesses)
     for (const double cosine : cosines) {
+      if (cosine < family().grazing) continue;
       SCOPED_TRACE(testing::Message() << "roughness " << roughness << ", cosine " << cosine);
       const Mixture mixture = family().make(roughness);
       const SurfaceBsdf<double> bsdf(mixture, point(cosine));
       const double eta = family().backfacing ? 1 / family().ior : family().ior;
       density_check::expect_stated_density(
-          bsdf, {cases::direction(cosine), eta, roughness, family().low, count}, engine);
+          bsdf, {cases::direction(cosine), eta, roughness,
+                 cosine < 0.3 && roughness == 1 && !family().low ? 4 : 1, family().low, count}, engine);
     }
 }
 
@@ -69,7 +71,6 @@ TEST_P(Mixtures, WeightIsValueOverDensity) {
 }
 
 TEST_P(Mixtures, GainNoEnergy) {
-  if (family().name == "tilted") return;  // its lobe has light beyond the horizon of the surface
   for (const double roughness : {0., 0.1, 0.3, 0.6, 1.})
     for (const double cosine : {1., 0.5, 0.1}) {
       const Mixture mixture = family().make(roughness);
@@ -92,6 +93,61 @@ Colord value(const Closure<double>& closure, const Vec3d& wi, const Vec3d& wo,
   return SurfaceBsdf<double>(one, cases::flat(wi, false)).value(wo);
 }
 const Vec3d kView = cases::direction(0.6), kLight = cases::direction(0.7, 2.5);
+
+// Noise-free values of a plane under a sun of no size, rendered by Cycles 4.5.15 in 32 bits.
+TEST(Closures, AreThoseOfCycles) {
+  const Colord col{.9, .5, .2};
+  const auto multi = Flavour::Distribution::kMultiGgx, single = Flavour::Distribution::kGgx;
+  struct Row {
+    Closure<double> closure;
+    Flavour::Distribution distribution;
+    bool backfacing, through;
+    Colord value;
+  };
+  const Row rows[] = {
+      {c::Diffuse<double>{col, .4}, multi, false, false,
+       {0.1685871, 0.08861844, 0.03472263}},
+      {c::Glossy<double>{col, .6}, multi, false, false,
+       {0.1705832, 0.08577862, 0.03200223}},
+      {c::Glossy<double>{col, .6}, single, false, false,
+       {0.1377657, 0.0765365, 0.0306146}},
+      {c::Glass<double>{col, .6, 1.5}, multi, false, false,
+       {0.006909681, 0.003756191, 0.001478575}},
+      {c::Glass<double>{col, .6, 1.5}, multi, false, true,
+       {0.7157884, 0.3891118, 0.1531687}},
+      {c::Glass<double>{col, .6, 1.5}, multi, true, false,
+       {0.1761491, 0.08729259, 0.03222443}},
+      {c::Glass<double>{col, .6, 1.5}, multi, true, true,
+       {0.05895756, 0.02921706, 0.0107856}},
+      {c::Glass<double>{col, .6, 1.5}, single, false, false,
+       {0.006583634, 0.003657574, 0.00146303}},
+      {c::Glass<double>{col, .6, 1.5}, single, false, true,
+       {0.6820124, 0.3788958, 0.1515583}},
+      {c::Glass<double>{col, .6, 1.5}, single, true, false,
+       {0.1377658, 0.07653656, 0.03061462}},
+      {c::Glass<double>{col, .6, 1.5}, single, true, true,
+       {0.04611057, 0.02561699, 0.01024679}},
+      {c::Refraction<double>{col, .6, 1.5}, single, false, true,
+       {0.7437119, 0.4131733, 0.1652693}},
+      {c::Refraction<double>{col, .6, 1.5}, single, true, true,
+       {0.05028204, 0.02793447, 0.01117379}},
+      {c::Translucent<double>{col}, multi, false, true,
+       {0.2291832, 0.127324, 0.05092959}},
+      {c::Metallic<double>{col, {.4, .8, 1}, .6}, multi, false, false,
+       {0.1668872, 0.08584642, 0.03244474}},
+      {c::Conductor<double>{{.2, 2.5, 1}, {3.9, 3, .5}, .6}, multi, false, false,
+       {0.1826704, 0.09103587, 0.01280726}},
+      {c::Sheen<double>{col, .4}, multi, false, false,
+       {0.004172584, 0.002318102, 0.0009272409}},
+  };
+  for (const Row& row : rows) {
+    SCOPED_TRACE(kClosureNames[row.closure.index()]);
+    const Mixture one{{row.closure, Flavour{.distribution = row.distribution}, 1, {0, 0, 1}}};
+    const SurfaceBsdf<double> bsdf(one, cases::flat(cases::direction(.6), row.backfacing));
+    const Colord f = bsdf.value(row.through ? cases::direction(-.8, 3) : cases::direction(.7, 2.5));
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(f[k], row.value[k], 1e-5 * row.value.r);
+  }
+}
 
 TEST(Closures, PrincipledAloneIsThePrincipledBsdf) {
   std::mt19937_64 engine(5);
@@ -287,6 +343,36 @@ TEST(Closures, SubsurfaceEntersWithItsOwnWalk) {
               (0.5 * 0.2 + 0.5 * 0.9) * 0.7 / kPi<double>, 1e-14);
 }
 
+TEST(Closures, EachHasItsOwnNormal) {
+  const Vec3d n = normalize(Vec3d{.2, .1, 1});
+  const c::Diffuse<double> diffuse{{.8, .3, .1}, 0};
+  const c::Metallic<double> metal{{.5, .6, .7}, Colord(1), .4};
+  const Mixture mixture{placed(diffuse, .7), placed(metal, .3, n)};
+  const auto point = cases::flat(kView, false);
+  const SurfaceBsdf<double> bsdf(mixture, point);
+  std::mt19937_64 engine(8);
+  std::uniform_real_distribution<double> u;
+  int compared = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto s = bsdf.sample(u(engine), u(engine), u(engine));
+    if (!s || dot(n, s->wo) <= 0) continue;
+    Colord f;
+    double p = 0;
+    bsdf.value_and_density(s->wo, f, p);
+    EXPECT_NEAR(s->density / p, 1, 1e-6);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(s->weight[k], f[k] / p, 1e-6 * (1 + s->weight[k]));
+    // The metal's is that of a surface of this normal.
+    const PrincipledBsdf<double> tilted([&] {
+      Principled<double> m;
+      m.metallic = 1, m.base_color = {.5, .6, .7}, m.roughness = .4;
+      return m;
+    }(), Flavour{}, {point.ng, n, point.wi, false});
+    EXPECT_NEAR(f.g, .7 * .3 * s->wo.z / kPi<double> + .3 * tilted.value(s->wo).g, 1e-12);
+    ++compared;
+  }
+  EXPECT_GT(compared, 900);
+}
+
 TEST(Closures, BumpedDiffuseEndsSoftlyWhereTheSurfaceTurnsAway) {
   const Vec3d n = normalize(Vec3d{0.6, 0, 1});
   const Mixture one{placed(c::Diffuse<double>{Colord(1), 0}, 1, n)};
@@ -302,185 +388,6 @@ TEST(Closures, BumpedDiffuseEndsSoftlyWhereTheSurfaceTurnsAway) {
   EXPECT_NEAR(bsdf.value(normalize(Vec3d{1, 0, -0.1})).g, 0, 1e-15);
   // At tan^2 = 0.36, width^2 0.045: 1 / (1 + Lambda) with tan of the light 2.
   EXPECT_NEAR(mid, 2 / (1 + std::sqrt(1 + 0.045 * 4)), 1e-9);
-}
-
-using D = Dual<double, 1>;
-
-/// A parameter of a closure, or its mix weight (`field` -1).
-struct Slope {
-  ClosureKind kind;
-  int field, channel;
-};
-std::vector<Slope> slopes() {
-  std::vector<Slope> all;
-  for (std::size_t kind = 1; kind < kClosureNames.size(); ++kind) {
-    all.push_back({static_cast<ClosureKind>(kind), -1, 0});
-    auto closure = default_closure<double>(static_cast<ClosureKind>(kind));
-    int field = 0;
-    closure_fields(closure, [&](const Parameter&, auto& member) {
-      const int channels = requires { member.r; } ? 3 : 1;
-      for (int k = 0; k < channels; ++k)
-        all.push_back({static_cast<ClosureKind>(kind), field, k});
-      ++field;
-    });
-  }
-  return all;
-}
-std::string slope_name(const Slope& slope) {
-  const std::string kind(kClosureNames[static_cast<std::size_t>(slope.kind)]);
-  if (slope.field < 0) return kind + "_weight";
-  auto closure = default_closure<double>(slope.kind);
-  std::string name;
-  int field = 0;
-  closure_fields(closure, [&](const Parameter& p, auto&) {
-    if (field++ == slope.field) name = p.name;
-  });
-  return kind + "_" + name + "_" + std::to_string(slope.channel);
-}
-
-class ClosureSlopes : public testing::TestWithParam<int> {
- protected:
-  static Parameter parameter(const Slope& slope) {
-    Parameter found = c::color_parameter("", 1, "");  // of a mix weight: 0 to 1
-    auto closure = default_closure<double>(slope.kind);
-    int field = 0;
-    closure_fields(closure, [&](const Parameter& p, auto&) {
-      if (field++ == slope.field) found = p;
-    });
-    return found;
-  }
-};
-
-TEST_P(ClosureSlopes, AgreeWithFiniteDifferences) {
-  const Slope slope = slopes()[GetParam()];
-  const Parameter p = parameter(slope);
-  struct Place {
-    const char* name;
-    double x;
-  };
-  const double upper = std::min(p.upper, 20.);
-  for (const Place& place : {Place{"lower", p.lower}, Place{"fit_lower", p.fit_lower},
-                             Place{"inside", 0.63 * p.fit_lower + 0.37 * p.fit_upper},
-                             Place{"fit_upper", p.fit_upper}, Place{"upper", upper}}) {
-    SCOPED_TRACE(place.name);
-    std::mt19937_64 engine(7);
-    std::uniform_real_distribution<double> u;
-    int agreed = 0, kinks = 0, moved = 0;
-    for (int i = 0; i < 200; ++i) {
-      // Random values; a second closure, so that shares are tried too.
-      Closure<D> closure = default_closure<D>(slope.kind);
-      D* at = nullptr;
-      PlacedClosure<D> of{closure, Flavour{}, D(0.2 + 0.7 * u(engine)), {0, 0, 1}};
-      int field = 0;
-      closure_fields(of.closure, [&](const Parameter& q, auto& member) {
-        const auto draw = [&](D& x, int channel) {
-          const double hi = std::min(q.fit_upper, 3.), lo = std::max(q.fit_lower, 0.05);
-          x = D(lo + (0.1 + 0.8 * u(engine)) * (hi - lo));
-          if (field == slope.field && channel == slope.channel) at = &x;
-        };
-        if constexpr (requires { member.r; }) {
-          for (int k = 0; k < 3; ++k) draw(member[k], k);
-        } else {
-          draw(member, 0);
-        }
-        ++field;
-      });
-      if (slope.field < 0) at = &of.weight;
-      of.flavour.distribution =
-          i % 2 ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
-      std::vector<PlacedClosure<D>> mixture(2);
-      mixture[1] = {c::Diffuse<D>{Color<D>(D(0.4)), D(0)}, Flavour{}, D(0.3), {0, 0, 1}};
-      const auto point = cases::flat(cases::direction(0.05 + 0.95 * u(engine)), u(engine) < 0.5);
-      const Vec3d wo = cases::random_direction(engine);
-      const auto outputs = [&](double x) {
-        *at = D::variable(x, 0);
-        mixture[0] = of;
-        const SurfaceBsdf<D> bsdf(mixture, point);
-        const Color<D> f = bsdf.value(wo), e = bsdf.emission(), t = bsdf.transparency();
-        return std::array<D, 9>{f.r, f.g, f.b, e.r, e.g, e.b, t.r, t.g, t.b};
-      };
-      const auto here = outputs(place.x);
-      const auto difference = [&](double h) {
-        std::array<double, 9> d;
-        const bool down = place.x - h >= p.lower, up = place.x + h <= p.upper;
-        if (down && up) {
-          const auto a = outputs(place.x - h), b = outputs(place.x + h);
-          for (int k = 0; k < 9; ++k) d[k] = (b[k].v - a[k].v) / (2 * h);
-        } else {
-          const double s = up ? h : -h;
-          const auto a = outputs(place.x + s), b = outputs(place.x + 2 * s);
-          for (int k = 0; k < 9; ++k) d[k] = (4 * a[k].v - b[k].v - 3 * here[k].v) / (2 * s);
-        }
-        return d;
-      };
-      const double h = 1e-5 * std::max(1., std::min(place.x, 10.));
-      const auto coarse = difference(2 * h), fine = difference(h);
-      for (int k = 0; k < 9; ++k) {
-        const double scale = std::abs(here[k].d[0]) + std::abs(here[k].v) + 1e-3;
-        moved += here[k].d[0] != 0;
-        EXPECT_TRUE(std::isfinite(here[k].d[0]));
-        if (std::abs(coarse[k] - fine[k]) > 1e-4 * scale) {
-          ++kinks;  // a clamp, a node of a table, or an infinite slope
-          continue;
-        }
-        EXPECT_NEAR(here[k].d[0], fine[k], 1e-3 * scale) << "output " << k << " of case " << i;
-        ++agreed;
-      }
-    }
-    EXPECT_GT(agreed, 10 * kinks);
-    const bool hidden =
-        slope.kind == ClosureKind::kSubsurface && slope.field > 0;  // they shape the walk alone
-    if (!hidden && std::string_view(place.name) == "inside") {
-      EXPECT_GT(moved, 50);
-    }
-  }
-}
-INSTANTIATE_TEST_SUITE_P(Parameters, ClosureSlopes,
-                         testing::Range(0, static_cast<int>(slopes().size())),
-                         [](const auto& info) { return slope_name(slopes()[info.param]); });
-
-TEST(ClosureSlopesAtZero, BlackColourAndWeightKeepTheirSlopesInSamples) {
-  const double step = 0.05;
-  const auto mean = [](const std::vector<PlacedClosure<D>>& mixture) {
-    const SurfaceBsdf<D> bsdf(mixture, cases::flat(kView, false));
-    const int n = 1 << 15;
-    D sum(0);
-    for (int i = 0; i < n; ++i) {
-      const auto turn = [&](double s) { return std::fmod(0.5 + s * (i + 1), 1.); };
-      if (const auto s = bsdf.sample(turn(0.8191725134), turn(0.6710436067), turn(0.5497004779)))
-        sum += s->weight.g;
-    }
-    return sum / static_cast<double>(n);
-  };
-  const Flavour flavour{.evaluate_unphysical_refraction = false};
-  const Vec3d n{0, 0, 1};
-  const PlacedClosure<D> ground{c::Diffuse<D>{Color<D>(D(.5)), D(0)}, flavour, D(1), n};
-  const auto of_weight = [&](const Closure<D>& closure) {
-    const auto at = [&](double x) {
-      return mean({ground, {closure, flavour, D::variable(x, 0), n}});
-    };
-    const D here = at(0);
-    EXPECT_NEAR(here.d[0], (at(step).v - here.v) / step, 0.02);
-    EXPECT_GT(here.d[0], 0.1);
-  };
-  of_weight(c::Glossy<D>{Color<D>(D(.8)), D(.4)});
-  of_weight(c::Glass<D>{Color<D>(D(.8)), D(.3), D(1.5)});
-  of_weight(c::Refraction<D>{Color<D>(D(.8)), D(0), D(1.5)});
-  of_weight(c::Translucent<D>{Color<D>(D(.8))});
-  of_weight(c::Conductor<D>{Color<D>(D(2.5)), Color<D>(D(3)), D(.3)});
-  of_weight(lift<D>(Principled<double>{}));
-  const auto of_colour = [&](const auto& make) {
-    const auto at = [&](double x) {
-      return mean({ground, {make(Color<D>(D::variable(x, 0))), flavour, D(1), n}});
-    };
-    const D here = at(0);
-    EXPECT_NEAR(here.d[0], (at(step).v - here.v) / step, 0.05);
-    EXPECT_GT(here.d[0], 0.1);
-  };
-  of_colour([](const Color<D>& color) { return Closure<D>(c::Glossy<D>{color, D(.4)}); });
-  of_colour([](const Color<D>& color) { return Closure<D>(c::Glass<D>{color, D(.3), D(1.5)}); });
-  of_colour([](const Color<D>& color) { return Closure<D>(c::Refraction<D>{color, D(.2), D(1.5)}); });
-  of_colour([](const Color<D>& color) { return Closure<D>(c::Translucent<D>{color}); });
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ TEST_P(Sampling, DrawsWithTheStatedDensity) {
       const PrincipledBsdf<double> bsdf(material, flavour, cases::flat(wi, family().backfacing));
       const double eta = family().backfacing ? 1 / material.ior : material.ior;
       density_check::expect_stated_density(
-          bsdf, View{wi, eta, roughness, family().name == "sheen", tests}, engine);
+          bsdf, View{wi, eta, roughness, 1, family().name == "sheen", tests}, engine);
     }
   }
 }

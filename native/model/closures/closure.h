@@ -46,6 +46,7 @@ enum class ClosureKind {
   kMetallic,
   kConductor
 };
+/// Their names, by kind.
 inline constexpr std::array<std::string_view, 12> kClosureNames{
     "principled",  "diffuse",  "glossy",     "glass", "refraction", "translucent",
     "transparent", "emission", "subsurface", "sheen", "metallic",   "conductor"};

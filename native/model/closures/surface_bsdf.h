@@ -115,6 +115,11 @@ class SurfaceBsdf {
         return false;
     return true;
   }
+  /// Of the micronormals of what a sample was drawn from; 1 of diffuse transmission.
+  S roughness(const SurfaceSample<T>& s) const {
+    const auto* lobes = std::get_if<PrincipledBsdf<T>>(&parts_[s.part]->bsdf);
+    return lobes ? std::sqrt(std::sqrt(value_of(lobes->layers().through_width2))) : S(1);
+  }
   /// What a sample walks through that `enters`.
   SubsurfaceMedium<T> medium(const SurfaceSample<T>& s) const {
     const Part& part = *parts_[s.part];

@@ -46,7 +46,7 @@ TileReport render_taped_tile(const Prepared<kTaped>& prepared, const PixelCamera
                              const TapedWork& work, Film& film,
                              std::vector<SparseGradient>& gradients) {
   TileReport report;
-  PathTracer<kTaped> tracer(prepared, settings.depth);
+  PathTracer<kTaped> tracer(prepared, settings.depth, camera);
   const int n = settings.spp;
   std::vector<Tape> tapes(n);
   std::vector<Colorf> samples(n);

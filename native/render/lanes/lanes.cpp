@@ -21,6 +21,7 @@ const char* top_lobe(const Values& values, const Acts& acts,
 template <int L>
 const char* obstacle(const PreparedMaterial<L>& m) {
   const auto acts = [](const auto& x) { return value_of(x) != 0 || has_slope(x); };
+  if (m.shader) return "is a graph of closures";
   if (!m.maps->empty()) return "has textures";
   if (m.transparent) return "lets rays pass straight through (alpha)";
   if (m.emissive) return "emits light";

@@ -7,14 +7,15 @@
 namespace selenite {
 
 /// Scatters light at a surface: where a shadow ray starts, and value and density of a direction.
-template <int L, class X>
+/// Bsdf: of the Principled BSDF or of several closures.
+template <int L, class X, class Bsdf = PrincipledBsdf<X>>
 struct SurfaceScatterer {
   using Number = X;
 
   const Hit& hit;
   const Surface& surface;
   const PreparedMaterial<L>& material;
-  const PrincipledBsdf<X>& bsdf;
+  const Bsdf& bsdf;
 
   int object() const { return hit.instance; }
   Vec3f origin(const Vec3f& direction) const { return surface.leave(direction); }

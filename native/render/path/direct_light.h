@@ -19,7 +19,9 @@ class DirectLight {
  public:
   using Scalar = PathScalar<L>;
 
-  explicit DirectLight(const Prepared<L>& prepared) : p_(prepared) {}
+  /// `camera`: for what shaders ask of it.
+  DirectLight(const Prepared<L>& prepared, const CameraPlace& camera)
+      : p_(prepared), camera_(camera) {}
 
   /// MIS weight of a direction that the bsdf chose, where light sampling has density `light`.
   static float bsdf_weight(float density, float light) {
@@ -192,6 +194,12 @@ class DirectLight {
         const PreparedMaterial<L>& source = p_.materials[t.material];
         density = p_.lights.mesh_density(target, d, false);
         heuristic = p_.lights.mesh_density(target, d, as_cycles(scatterer.refracts(direction)));
+        if (source.shader) {
+          ShadingPoint there = shading_point(on, target, direction, 0);
+          there.path.depth = path.scatterings + 1;
+          emitted = source.factor(source.shader->emission(there, room_));
+          break;
+        }
         typename PreparedMaterial<L>::Room room;
         const PrincipledBsdf<Scalar> there(source.at(p_.geometry, on, room), source.flavour,
                                            point(target, -direction));
@@ -253,10 +261,7 @@ class DirectLight {
       media.attenuate(ray, hit->t, random, kShadow + i, beta);
       if (!unlinked) {
         media.cross(*hit, s, direction);
-        typename PreparedMaterial<L>::Room room;
-        const PrincipledBsdf<Scalar> bsdf(material.at(p_.geometry, *hit, room), material.flavour,
-                                          point(s, -direction));
-        beta.multiply(material.factor(bsdf.transparency()));
+        beta.multiply(material.factor(transparency(material, *hit, s, direction)));
       }
       if (!(beta.importance() > 0)) return false;
       const Vec3f next = s.leave(direction);
@@ -287,6 +292,28 @@ class DirectLight {
     return !p_.visibility.uneven ||
            (path.scatterings <= lamp.max_bounces && lit(lamp.links, object));
   }
+  /// A point of a surface that light leaves or passes, as its shader sees it.
+  ShadingPoint shading_point(const Hit& hit, const Surface& surface, const Vec3f& direction,
+                             RayKinds kinds) const {
+    ShadingPoint point;
+    point.geometry = &p_.geometry;
+    point.hit = hit;
+    point.surface = surface;
+    point.wi = -direction;
+    point.path.kinds = kinds;
+    point.camera = &camera_;
+    return point;
+  }
+  Color<Scalar> transparency(const PreparedMaterial<L>& material, const Hit& hit,
+                             const Surface& surface, const Vec3f& direction) const {
+    if (material.shader)
+      return material.shader->transparency(shading_point(hit, surface, direction, kShadowRay),
+                                           room_);
+    typename PreparedMaterial<L>::Room room;
+    return PrincipledBsdf<Scalar>(material.at(p_.geometry, hit, room), material.flavour,
+                                  point(surface, -direction))
+        .transparency();
+  }
   bool has_transparent_shadows(int material) const {
     return p_.scene.appearance.materials[material].transparent_shadows;
   }
@@ -306,6 +333,8 @@ class DirectLight {
     }
   }
   const Prepared<L>& p_;
+  const CameraPlace& camera_;
+  mutable ShaderRoom<Scalar> room_;  // memory only: nothing stays in it
 };
 
 }  // namespace selenite

@@ -5,6 +5,7 @@
 
 #include "model/ray_kind.h"
 #include "scene/geometry.h"
+#include "scene/shader/shading_point.h"
 
 namespace selenite {
 
@@ -39,8 +40,21 @@ struct Path {
     Hit hit{};
   };
   Left left;
+  PathFacts facts;  ///< what shaders ask of its way; `length` and `depth` are filled in at a hit
+  float length = 0;  ///< of all rays before this one
+  /// Radius of a pixel on a surface: where the path starts, and by how much it grows with the length.
+  float pixel = 0, pixel_growth = 0;
   bool on_film = true;  ///< what is met belongs to the film: straight from the camera, or see World
 
+  /// Counts a scattering for the facts.
+  void count(bool transmits, bool diffuse, bool singular) {
+    facts.kinds = static_cast<RayKinds>((transmits ? kTransmissionRay : 0) |
+                                        (diffuse ? kDiffuseRay : kGlossyRay));
+    facts.singular = singular;
+    facts.transmission_depth += transmits;
+    facts.diffuse_depth += diffuse && !transmits;
+    facts.glossy_depth += !diffuse && !transmits;
+  }
   bool from_camera() const { return kind == kCameraRay; }
 };
 

@@ -12,7 +12,7 @@ template <int L>
 TileReport render_tile(const Prepared<L>& prepared, const PixelCamera& camera,
                        const RenderSettings& settings, const Tile& tile, Film& film) {
   TileReport report;
-  PathTracer<L> tracer(prepared, settings.depth);
+  PathTracer<L> tracer(prepared, settings.depth, camera);
   const int slots = L > 0 ? prepared.slots : 0;
   const int n = settings.spp;
   std::vector<SlotSums> slot_sums(slots);

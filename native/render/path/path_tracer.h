@@ -17,8 +17,15 @@ namespace selenite {
 template <int L>
 class PathTracer {
  public:
-  PathTracer(const Prepared<L>& prepared, int depth)
-      : p_(prepared), depth_(depth), direct_(prepared), refracted_(prepared) {}
+  PathTracer(const Prepared<L>& prepared, int depth, const PixelCamera& camera)
+      : p_(prepared),
+        depth_(depth),
+        camera_(camera),
+        place_(CameraPlace::of(camera.camera())),
+        direct_(prepared, place_),
+        refracted_(prepared, place_) {}
+  PathTracer(const PathTracer&) = delete;  // members refer to `place_`
+  PathTracer& operator=(const PathTracer&) = delete;
 
   /// One sample of the radiance that arrives along a camera ray, which meets `first`.
   Radiance<L> trace(const Ray& ray, const std::optional<Hit>& first, Random& random) {
@@ -27,6 +34,7 @@ class PathTracer {
     Path path;
     path.ray = ray;
     path.from = ray.origin;
+    if (p_.any_bump) measure_pixel(path);
     MediaStack<L> media(p_);
     if (p_.any_medium) media.locate(path.ray.origin);
     truncated = false;
@@ -81,6 +89,9 @@ class PathTracer {
           if (!survives(++path.scatterings, random, beta)) return radiance;
           if (vertex >= kMediumLimit) break;
           path.kind = kScatterRay;
+          path.facts.kinds = kScatterRay;
+          path.facts.singular = false;
+          path.length += path.travelled + flight.length;
           path.refracted = path.on_film = false;
           path.travelled = 0;
           path.ray = {path.from, deflect(path.ray.direction, cosine, random.uniform(kLobe2)), 0,
@@ -105,26 +116,33 @@ class PathTracer {
           return radiance;
         continue;
       }
+      const auto meet = [&](const auto& values, const auto& bsdf) {
+        if (material.emissive && !held_out)
+          add_emission(path, *hit, surface, material.factor(bsdf.emission()), beta, radiance);
+
+        if (material.transparent && pass_through(material, bsdf, random, beta)) {
+          media.cross(*hit, surface, path.ray.direction);
+          media.leave(surface, path.ray.direction);
+          // The ray goes on as if nothing had been there; its density stays that of its origin.
+          path.ray = {surface.leave(path.ray.direction), path.ray.direction, 0, kInfinity};
+          path.travelled = reach;
+          ++path.facts.transparent_depth;
+          return true;
+        }
+        return !held_out && scatter(*hit, surface, material, values, bsdf, random, vertex, media,
+                                    beta, radiance, path);
+      };
+      if (material.shader) {
+        const SurfaceBsdf<Scalar> bsdf =
+            material.shader->bsdf(seen(path, *hit, surface), path.after_diffuse, room_);
+        if (!meet(material.shader, bsdf)) return radiance;
+        continue;
+      }
       typename PreparedMaterial<L>::Room room;
       const Principled<Scalar>& values = material.at(p_.geometry, *hit, room);
       const PrincipledBsdf<Scalar> bsdf(values, material.flavour,
                                         point(surface, -path.ray.direction, path.after_diffuse));
-
-      if (material.emissive && !held_out)
-        add_emission(path, *hit, surface, material.factor(bsdf.emission()), beta, radiance);
-
-      if (material.transparent && pass_through(material, bsdf, random, beta)) {
-        media.cross(*hit, surface, path.ray.direction);
-        media.leave(surface, path.ray.direction);
-        // The ray goes on as if nothing had been there; its density stays that of its origin.
-        path.ray = {surface.leave(path.ray.direction), path.ray.direction, 0, kInfinity};
-        path.travelled = reach;
-        continue;
-      }
-      if (held_out) return radiance;
-      if (!scatter(*hit, surface, material, values, bsdf, random, vertex, media, beta, radiance,
-                   path))
-        return radiance;
+      if (!meet(values, bsdf)) return radiance;
     }
     truncated = true;
     return radiance;
@@ -135,6 +153,7 @@ class PathTracer {
 
  private:
   using Scalar = PathScalar<L>;
+  using ShaderOf = std::shared_ptr<const PreparedShader<Scalar>>;
 
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   static constexpr float kSingular = Path::kSingular;
@@ -144,14 +163,15 @@ class PathTracer {
 
   /// Lights a surface point and sends the path on from there; false if it ends. X: float where the
   /// material has no parameter that is differentiated.
-  template <class X>
+  template <class Values, class Bsdf>
   bool scatter(const Hit& hit, Surface surface, const PreparedMaterial<L>& material,
-               const Principled<X>& values, const PrincipledBsdf<X>& bsdf, Random& random,
-               std::uint32_t& vertex, MediaStack<L>& media, Throughput<L>& beta,
-               Radiance<L>& radiance, Path& path) const {
+               const Values& values, const Bsdf& bsdf, Random& random, std::uint32_t& vertex,
+               MediaStack<L>& media, Throughput<L>& beta, Radiance<L>& radiance,
+               Path& path) const {
     if (depth_ > 0 && path.scatterings >= depth_) return false;
 
-    const SurfaceScatterer<L, X> here{hit, surface, material, bsdf};
+    using X = std::decay_t<decltype(bsdf.emission().r)>;
+    const SurfaceScatterer<L, X, Bsdf> here{hit, surface, material, bsdf};
     const bool sought = !bsdf.all_singular() && seeks_lamps(path, media);
     Path::Inside inside{sought, surface.leave(-path.ray.direction), 0, mean_channel(media.rates()),
                         media.object()};
@@ -166,12 +186,15 @@ class PathTracer {
                                       : 1;
                          });
 
-    auto sample = draw(bsdf, random);
-    if (!sample) return false;
+    const auto drawn = draw(bsdf, random);
+    if (!drawn) return false;
+    const BsdfSample<X>* sample = &*drawn;
+    std::optional<BsdfSample<X>> drawn_below;
     material.attenuate(p_.geometry, hit, sample->weight, beta);
+    path.length += path.travelled + hit.t;
     if constexpr (std::is_same_v<X, Scalar>) {
       if (sample->enters) {
-        const SubsurfaceMedium<X> medium(values, material.flavour, bsdf.layers().entry_eta);
+        const SubsurfaceMedium<X> medium = this->medium(values, material, bsdf, *drawn);
         const auto exit = RandomWalk<X>(medium).run(p_.geometry, hit.instance, surface, sample->wo,
                                                     random, kWalk);
         if (!exit) return false;
@@ -184,13 +207,16 @@ class PathTracer {
         direct_.add_sample(path, surface.position,
                            SurfaceScatterer<L, X>{exit->hit, surface, p_.exit, out}, media, random,
                            beta, radiance);
-        sample = draw(out, random);
-        if (!sample) return false;
+        drawn_below = draw(out, random);
+        if (!drawn_below) return false;
+        sample = &*drawn_below;
         beta.multiply(p_.exit.factor(sample->weight));
+        path.pixel = path.pixel_growth = 0;  // as in Cycles
       }
     }
     if (sample->transmits) media.cross(hit, surface, sample->wo);
     path.after_diffuse = path.after_diffuse || sample->diffuse;
+    path.count(sample->transmits, sample->diffuse, sample->singular);
     if (!survives(++path.scatterings, random, beta)) return false;
     path.density = sample->singular ? kSingular : sample->density;
     path.refracted = sample->transmits;
@@ -200,7 +226,7 @@ class PathTracer {
     path.inside = inside;
     path.kind = sample->kind();
     path.receiver = hit.instance;
-    path.on_film = path.on_film && sample->transmits && is_film_glass(values);
+    path.on_film = path.on_film && sample->transmits && is_film_glass(values, bsdf, *drawn);
     path.from = surface.position;
     path.travelled = 0;
     path.sealed = material.sealed && dot(sample->wo, surface.ng) < 0;
@@ -219,9 +245,53 @@ class PathTracer {
   }
   /// Whether what refraction shows of the world is left out of the film.
   template <class X>
-  bool is_film_glass(const Principled<X>& values) const {
+  bool is_film_glass(const Principled<X>& values, const PrincipledBsdf<X>&,
+                     const BsdfSample<X>&) const {
     return p_.visibility.film_through_glass &&
            clamp01(value_of(values.roughness)) <= p_.scene.appearance.world.film_roughness;
+  }
+  bool is_film_glass(const ShaderOf&, const SurfaceBsdf<Scalar>& bsdf,
+                     const SurfaceSample<Scalar>& sample) const {
+    return p_.visibility.film_through_glass &&
+           bsdf.roughness(sample) <= p_.scene.appearance.world.film_roughness;
+  }
+  /// What light that has entered a surface walks through.
+  template <class X>
+  static SubsurfaceMedium<X> medium(const Principled<X>& values,
+                                    const PreparedMaterial<L>& material,
+                                    const PrincipledBsdf<X>& bsdf, const BsdfSample<X>&) {
+    return {values, material.flavour, bsdf.layers().entry_eta};
+  }
+  static SubsurfaceMedium<Scalar> medium(const ShaderOf&, const PreparedMaterial<L>&,
+                                         const SurfaceBsdf<Scalar>& bsdf,
+                                         const SurfaceSample<Scalar>& sample) {
+    return bsdf.medium(sample);
+  }
+  /// A point that a path has met, as its shader sees it.
+  ShadingPoint seen(const Path& path, const Hit& hit, const Surface& surface) const {
+    ShadingPoint point;
+    point.geometry = &p_.geometry;
+    point.hit = hit;
+    point.surface = surface;
+    point.wi = -path.ray.direction;
+    point.camera = &place_;
+    point.path = path.facts;
+    point.path.length = path.travelled + hit.t;
+    point.path.depth = path.scatterings;
+    point.footprint = path.pixel + path.pixel_growth * (path.length + point.path.length);
+    return point;
+  }
+  /// How large the pixel is that a camera ray belongs to.
+  void measure_pixel(Path& path) const {
+    const Vec3f ahead = path.ray.origin + path.ray.direction;
+    const Vec2<double> p = camera_.project(Vec3d(ahead));
+    const auto at = [&](double x, double y) {
+      return camera_.ray(static_cast<float>(x), static_cast<float>(y));
+    };
+    const Ray here = at(p.x, p.y), right = at(p.x + 1, p.y), down = at(p.x, p.y + 1);
+    path.pixel = (length(right.origin - here.origin) + length(down.origin - here.origin)) / 2;
+    path.pixel_growth =
+        (length(right.direction - here.direction) + length(down.direction - here.direction)) / 2;
   }
   /// Whether lamps are sought through the surface of the body around the path.
   bool seeks_lamps(const Path& path, const MediaStack<L>& media) const {
@@ -257,18 +327,24 @@ class PathTracer {
     beta.multiply(1 / survival);
     return true;
   }
-  template <class X>
-  static auto draw(const PrincipledBsdf<X>& bsdf, const Random& random) {
+  template <class Bsdf>
+  static auto draw(const Bsdf& bsdf, const Random& random) {
     return bsdf.sample(random.uniform(kLobe), random.uniform(kLobe1), random.uniform(kLobe2));
   }
 
   /// Decides whether the ray passes straight through; either way `beta` takes the factor.
-  bool pass_through(const PreparedMaterial<L>& material, const PrincipledBsdf<Scalar>& bsdf,
-                    const Random& random, Throughput<L>& beta) const {
+  template <class Bsdf>
+  bool pass_through(const PreparedMaterial<L>& material, const Bsdf& bsdf, const Random& random,
+                    Throughput<L>& beta) const {
     const auto transparency = bsdf.transparency();
-    float probability = mean_channel(value_of(transparency));
-    // A derivative with respect to alpha needs both events at either end of its range.
-    if (has_slope(transparency)) probability = clamp(probability, 0.1f, 0.9f);
+    float probability = 0;
+    if constexpr (std::is_same_v<Bsdf, SurfaceBsdf<Scalar>>) {
+      probability = bsdf.pass_probability();
+    } else {
+      probability = mean_channel(value_of(transparency));
+      // A derivative with respect to alpha needs both events at either end of its range.
+      if (has_slope(transparency)) probability = clamp(probability, 0.1f, 0.9f);
+    }
     if (!(probability > 0)) return false;
     if (random.uniform(kPass) < probability) {
       beta.multiply(material.factor(transparency));
@@ -281,6 +357,9 @@ class PathTracer {
 
   const Prepared<L>& p_;
   int depth_;
+  const PixelCamera& camera_;
+  CameraPlace place_;
+  ShaderRoom<Scalar> room_;
   DirectLight<L> direct_;
   RefractedLight<L> refracted_;
 };

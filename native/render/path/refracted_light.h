@@ -32,7 +32,8 @@ InnerVertex(const Path&, Vec3f, const Scatterer&, const MediaStack<L>&, const Ra
 template <int L>
 class RefractedLight {
  public:
-  explicit RefractedLight(const Prepared<L>& prepared) : p_(prepared), direct_(prepared) {
+  RefractedLight(const Prepared<L>& prepared, const CameraPlace& camera)
+      : p_(prepared), direct_(prepared, camera) {
     for (const int i : p_.aims) all_ += p_.lights.probability(i);
   }
 

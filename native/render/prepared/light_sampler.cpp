@@ -41,7 +41,7 @@ std::vector<float> shares(const std::vector<double>& flux) {
 
 LightSampler::LightSampler(const Scene& scene, const LightSet& set)
     : world_(scene.appearance.world), emitters_(scene.appearance.materials.size()) {
-  const Flux emitted = add_triangles(scene, set.materials);
+  const Flux emitted = add_triangles(scene, set);
   const auto& lamps = scene.appearance.lights;
   const float radius = scene.geometry->radius();
   std::vector<double> flux;
@@ -62,8 +62,8 @@ LightSampler::LightSampler(const Scene& scene, const LightSet& set)
   cycles_probability_ = shares(flux);
 }
 
-LightSampler::Flux LightSampler::add_triangles(const Scene& scene,
-                                               const std::vector<LightUse>& materials) {
+LightSampler::Flux LightSampler::add_triangles(const Scene& scene, const LightSet& set) {
+  const std::vector<LightUse>& materials = set.materials;
   std::vector<double> weight(materials.size(), 0);
   bool any = false;
   for (std::size_t m = 0; m < materials.size(); ++m) {
@@ -72,6 +72,10 @@ LightSampler::Flux LightSampler::add_triangles(const Scene& scene,
     weight[m] =
         std::max(luminance(values.emission_color) * values.emission_strength, kLeastEmission);
     emitters_[m].strong = max_channel(values.emission_color) * values.emission_strength > 0.5;
+    if (const auto shaded = set.shaded.find(static_cast<int>(m)); shaded != set.shaded.end()) {
+      weight[m] = std::max(luminance(shaded->second), kLeastEmission);
+      emitters_[m].strong = max_channel(shaded->second) > 0.5;
+    }
     any = true;
   }
   Flux flux;

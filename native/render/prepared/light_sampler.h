@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <map>
 #include <vector>
 
 #include "scene/scene.h"
@@ -20,6 +21,8 @@ struct LightSet {
   std::vector<LightUse> lamps;      ///< one each of the scene's lamps
   std::vector<LightUse> materials;  ///< one each: of the surfaces that emit
   LightUse world = LightUse::kNone;
+  /// Mean radiance of the surfaces of a material with a shader; without entry that of its values.
+  std::map<int, Color<double>> shaded;
 };
 
 /// Chooses a light of a scene, independently of the point that it lights, and tells the density of what
@@ -89,7 +92,7 @@ class LightSampler {
     double all = 0, strong = 0;
   };
   /// Collects the triangles that emit; their flux to one side, over pi.
-  Flux add_triangles(const Scene& scene, const std::vector<LightUse>& materials);
+  Flux add_triangles(const Scene& scene, const LightSet& set);
 
   const World& world_;
   std::vector<float> probability_, cycles_probability_;  ///< of each light

@@ -90,15 +90,24 @@ Scene with_world_at_rotation_0(Scene scene) {
 
 /// All lights of the scene that are on.
 template <int L>
-LightSet lights_of(const Appearance& appearance, const LightRadiance<L>& emitted,
+LightSet lights_of(const Scene& scene, const LightRadiance<L>& emitted,
                    const std::vector<PreparedMaterial<L>>& materials) {
   const auto use = [](bool ticked) {
     return ticked ? LightUse::kDifferentiated : LightUse::kSampled;
   };
+  const Appearance& appearance = scene.appearance;
   LightSet set;
   for (int i = 0; i < static_cast<int>(appearance.lights.size()); ++i)
     set.lamps.push_back(appearance.lights[i].on ? use(emitted.is_lamp_ticked(i)) : LightUse::kNone);
   for (const PreparedMaterial<L>& material : materials) {
+    if (material.shader) {
+      const auto m = static_cast<int>(set.materials.size());
+      const bool emits = material.shader->may_emit(), moves = material.shader->emission_moves();
+      if (emits) set.shaded[m] = mean_emission(scene, m);
+      // What a few points show as black counts as well: it may be bright between them.
+      set.materials.push_back(emits ? use(moves) : LightUse::kNone);
+      continue;
+    }
     const auto light = material.values.emission_color * material.values.emission_strength;
     const bool ticked = has_slope(light), emits = ticked || max_channel(value_of(light)) > 0;
     set.materials.push_back(emits ? use(ticked) : LightUse::kNone);
@@ -113,7 +122,7 @@ constexpr float kSmallLamp = 0.2f;
 
 template <int L>
 RefractionSpread boundary_of(const Material& source, const PreparedMaterial<L>& material) {
-  if (material.transparent || !material.has_medium) return {};
+  if (material.transparent || !material.has_medium || material.shader) return {};
   const Vec3f inward{0, 0, 1};
   const PrincipledBsdf<PathScalar<L>> bsdf(material.values, material.flavour,
                                            {inward, inward, inward, true});
@@ -168,7 +177,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
       visibility(scene, transparency_of(materials)),
       exit(white_material<L>()),
       emitted(scene.appearance, layout),
-      lights(scene, lights_of(scene.appearance, emitted, materials)),
+      lights(scene, lights_of(scene, emitted, materials)),
       lamps(lamps_of(scene.appearance)),
       environment_field(field_number(fields, EnvironmentRef{})),
       slots(fields.empty() ? static_cast<int>(layout.slots.size()) : kTaped),
@@ -179,6 +188,7 @@ Prepared<L>::Prepared(const Scene& s, const SlotLayout& layout, std::span<const 
     material.emissive = lights.samples(static_cast<int>(m));
     any_transparent = any_transparent || material.transparent;
     any_medium = any_medium || material.has_medium;
+    any_bump = any_bump || (material.shader && material.shader->has_bump());
     if (L > 0) prepare_plain(scene.appearance.materials[m], material);
   }
   if (!visibility.uneven) {

@@ -44,6 +44,7 @@ struct Prepared {
   /// gives the least variance times time; more keeps paths for derivatives that few of them feel.
   SlotScales roulette_scales{};
   bool any_transparent = false, any_medium = false;
+  bool any_bump = false;  ///< a shader asks how large a pixel is on the surface
   MediaBounds media_bounds;
 };
 

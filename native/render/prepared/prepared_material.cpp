@@ -79,6 +79,21 @@ struct Put {
   }
 };
 
+/// The constants of a shader; `first`: the field that the first of them is.
+template <int L>
+std::vector<Color<PathScalar<L>>> seeded_constants(const Material& material,
+                                                   const std::vector<std::vector<int>>& local,
+                                                   std::size_t first) {
+  using T = PathScalar<L>;
+  std::vector<double> flat;
+  for (const Color<double>& c : material.constants)
+    for (int i = 0; i < 3; ++i) flat.push_back(c[i]);
+  Seed<L> seed{flat, local, 0, first};
+  std::vector<Color<T>> constants(material.constants.size());
+  for (Color<T>& c : constants) seed(Parameter{}, c);  // a number in all channels, with one slot
+  return constants;
+}
+
 /// Walks below the surfaces of a material will need it.
 void prepare_inside(const Geometry& geometry, int material) {
   const auto& instances = geometry.instances();
@@ -148,7 +163,7 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     PreparedMaterial<L> prepared;
     prepared.flavour = material.flavour;
     prepared.maps = &material.maps;
-    std::vector<std::vector<int>> local(fields);
+    std::vector<std::vector<int>> local(fields + material.constants.size());
     if constexpr (L > 0) {
       for (int i = 0; i < static_cast<int>(layout.slots.size()); ++i) {
         const ParameterRef& ref = layout.slots[i].parameter;
@@ -163,6 +178,12 @@ std::vector<PreparedMaterial<L>> prepare_materials(const Scene& scene, const Slo
     const auto& values = prepared.values;
     prepared.transparent = value_of(values.alpha) < 1 || has_slope(values.alpha) ||
                            material.map_of(material_field(&MaterialValues::alpha));
+    if (material.shader) {
+      prepared.shader = std::make_shared<const PreparedShader<PathScalar<L>>>(
+          material, seeded_constants<L>(material, local, fields));
+      prepared.transparent = prepared.shader->may_pass();
+      if (prepared.shader->may_enter()) prepare_inside(*scene.geometry, index);
+    }
     if (value_of(values.subsurface_weight) > 0 || has_slope(values.subsurface_weight) ||
         material.map_of(material_field(&MaterialValues::subsurface_weight)))
       prepare_inside(*scene.geometry, index);
@@ -188,7 +209,7 @@ PreparedMaterial<L> white_material() {
 
 template <int L>
 void prepare_plain(const Material& from, PreparedMaterial<L>& material) {
-  material.plain = material.count == 0 && from.maps.empty() && !material.transparent &&
+  material.plain = material.count == 0 && !from.shader && from.maps.empty() && !material.transparent &&
                    !material.emissive && !(from.values.subsurface_weight > 0);
   if (!material.plain) return;
   const std::vector<double> flat = flatten(from.values);

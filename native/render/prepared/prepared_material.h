@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <span>
 #include <type_traits>
@@ -10,6 +11,7 @@
 #include "model/bsdf.h"
 #include "render/derivatives/throughput.h"
 #include "render/film/slots.h"
+#include "render/prepared/prepared_shader.h"
 #include "scene/scene.h"
 
 namespace selenite {
@@ -55,6 +57,8 @@ struct PreparedMaterial : PreparedMedium<L> {
   bool sealed = false;
   bool transparent = false;  ///< lets rays pass straight through (alpha below 1, or ticked)
   bool emissive = false;     ///< light sampling picks points on it
+  /// In place of the Principled BSDF of `values`; null: that.
+  std::shared_ptr<const PreparedShader<PathScalar<L>>> shader;
   const std::vector<FieldMap>* maps = nullptr;
   const FieldMap* base_color_map = nullptr;  ///< of an unknown base colour
   int base_color_field = -1;                 ///< its number among the fields of unknowns

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include "model/closure_cases.h"
+
+// Dual numbers against finite differences of the values, for every parameter of every closure, and
+// for its share of the mixture.
+namespace selenite {
+namespace {
+
+namespace c = closures;
+const Vec3d kView = cases::direction(0.6);
+using D = Dual<double, 1>;
+
+/// A parameter of a closure, or its mix weight (`field` -1).
+struct Slope {
+  ClosureKind kind;
+  int field, channel;
+};
+std::vector<Slope> slopes() {
+  std::vector<Slope> all;
+  for (std::size_t kind = 1; kind < kClosureNames.size(); ++kind) {
+    all.push_back({static_cast<ClosureKind>(kind), -1, 0});
+    auto closure = default_closure<double>(static_cast<ClosureKind>(kind));
+    int field = 0;
+    closure_fields(closure, [&](const Parameter&, auto& member) {
+      const int channels = requires { member.r; } ? 3 : 1;
+      for (int k = 0; k < channels; ++k)
+        all.push_back({static_cast<ClosureKind>(kind), field, k});
+      ++field;
+    });
+  }
+  return all;
+}
+std::string slope_name(const Slope& slope) {
+  const std::string kind(kClosureNames[static_cast<std::size_t>(slope.kind)]);
+  if (slope.field < 0) return kind + "_weight";
+  auto closure = default_closure<double>(slope.kind);
+  std::string name;
+  int field = 0;
+  closure_fields(closure, [&](const Parameter& p, auto&) {
+    if (field++ == slope.field) name = p.name;
+  });
+  return kind + "_" + name + "_" + std::to_string(slope.channel);
+}
+
+class ClosureSlopes : public testing::TestWithParam<int> {
+ protected:
+  static Parameter parameter(const Slope& slope) {
+    Parameter found = c::color_parameter("", 1, "");  // of a mix weight: 0 to 1
+    auto closure = default_closure<double>(slope.kind);
+    int field = 0;
+    closure_fields(closure, [&](const Parameter& p, auto&) {
+      if (field++ == slope.field) found = p;
+    });
+    return found;
+  }
+};
+
+TEST_P(ClosureSlopes, AgreeWithFiniteDifferences) {
+  const Slope slope = slopes()[GetParam()];
+  const Parameter p = parameter(slope);
+  struct Place {
+    const char* name;
+    double x;
+  };
+  const double upper = std::min(p.upper, 20.);
+  for (const Place& place : {Place{"lower", p.lower}, Place{"fit_lower", p.fit_lower},
+                             Place{"inside", 0.63 * p.fit_lower + 0.37 * p.fit_upper},
+                             Place{"fit_upper", p.fit_upper}, Place{"upper", upper}}) {
+    SCOPED_TRACE(place.name);
+    std::mt19937_64 engine(7);
+    std::uniform_real_distribution<double> u;
+    int agreed = 0, kinks = 0, moved = 0;
+    for (int i = 0; i < 200; ++i) {
+      // Random values; a second closure, so that shares are tried too.
+      Closure<D> closure = default_closure<D>(slope.kind);
+      D* at = nullptr;
+      PlacedClosure<D> of{closure, Flavour{}, D(0.2 + 0.7 * u(engine)), {0, 0, 1}};
+      int field = 0;
+      closure_fields(of.closure, [&](const Parameter& q, auto& member) {
+        const auto draw = [&](D& x, int channel) {
+          const double hi = std::min(q.fit_upper, 3.), lo = std::max(q.fit_lower, 0.05);
+          x = D(lo + (0.1 + 0.8 * u(engine)) * (hi - lo));
+          if (field == slope.field && channel == slope.channel) at = &x;
+        };
+        if constexpr (requires { member.r; }) {
+          for (int k = 0; k < 3; ++k) draw(member[k], k);
+        } else {
+          draw(member, 0);
+        }
+        ++field;
+      });
+      if (slope.field < 0) at = &of.weight;
+      of.flavour.distribution =
+          i % 2 ? Flavour::Distribution::kMultiGgx : Flavour::Distribution::kGgx;
+      std::vector<PlacedClosure<D>> mixture(2);
+      mixture[1] = {c::Diffuse<D>{Color<D>(D(0.4)), D(0)}, Flavour{}, D(0.3), {0, 0, 1}};
+      auto point = cases::flat(cases::direction(0.05 + 0.95 * u(engine)), u(engine) < 0.5);
+      point.after_diffuse = true;  // what goes under the surface is reflected, with its colour
+      const Vec3d wo = cases::random_direction(engine);
+      const auto outputs = [&](double x) {
+        *at = D::variable(x, 0);
+        mixture[0] = of;
+        const SurfaceBsdf<D> bsdf(mixture, point);
+        const Color<D> f = bsdf.value(wo), e = bsdf.emission(), t = bsdf.transparency();
+        return std::array<D, 9>{f.r, f.g, f.b, e.r, e.g, e.b, t.r, t.g, t.b};
+      };
+      const auto here = outputs(place.x);
+      const auto difference = [&](double h) {
+        std::array<double, 9> d;
+        const bool down = place.x - h >= p.lower, up = place.x + h <= p.upper;
+        if (down && up) {
+          const auto a = outputs(place.x - h), b = outputs(place.x + h);
+          for (int k = 0; k < 9; ++k) d[k] = (b[k].v - a[k].v) / (2 * h);
+        } else {
+          const double s = up ? h : -h;
+          const auto a = outputs(place.x + s), b = outputs(place.x + 2 * s);
+          for (int k = 0; k < 9; ++k) d[k] = (4 * a[k].v - b[k].v - 3 * here[k].v) / (2 * s);
+        }
+        return d;
+      };
+      const double h = 1e-5 * std::max(1., std::min(place.x, 10.));
+      const auto coarse = difference(2 * h), fine = difference(h);
+      for (int k = 0; k < 9; ++k) {
+        const double scale = std::abs(here[k].d[0]) + std::abs(here[k].v) + 1e-3;
+        moved += here[k].d[0] != 0;
+        EXPECT_TRUE(std::isfinite(here[k].d[0]));
+        if (std::abs(coarse[k] - fine[k]) > 1e-4 * scale) {
+          ++kinks;  // a clamp, a node of a table, or an infinite slope
+          continue;
+        }
+        EXPECT_NEAR(here[k].d[0], fine[k], 1e-3 * scale) << "output " << k << " of case " << i;
+        ++agreed;
+      }
+    }
+    EXPECT_GT(agreed, 5 * kinks);  // at an index of 1 the tables of albedos have theirs
+    const bool hidden =
+        slope.kind == ClosureKind::kSubsurface && slope.field > 0;  // they shape the walk alone
+    if (!hidden && std::string_view(place.name) == "inside") {
+      EXPECT_GT(moved, 50);
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Parameters, ClosureSlopes,
+                         testing::Range(0, static_cast<int>(slopes().size())),
+                         [](const auto& info) { return slope_name(slopes()[info.param]); });
+
+TEST(ClosureSlopesAtZero, BlackColourAndWeightKeepTheirSlopesInSamples) {
+  const double step = 0.05;
+  const auto mean = [](const std::vector<PlacedClosure<D>>& mixture) {
+    const SurfaceBsdf<D> bsdf(mixture, cases::flat(kView, false));
+    const int n = 1 << 15;
+    D sum(0);
+    for (int i = 0; i < n; ++i) {
+      const auto turn = [&](double s) { return std::fmod(0.5 + s * (i + 1), 1.); };
+      if (const auto s = bsdf.sample(turn(0.8191725134), turn(0.6710436067), turn(0.5497004779)))
+        sum += s->weight.g;
+    }
+    return sum / static_cast<double>(n);
+  };
+  const Flavour flavour{.evaluate_unphysical_refraction = false};
+  const Vec3d n{0, 0, 1};
+  const PlacedClosure<D> ground{c::Diffuse<D>{Color<D>(D(.5)), D(0)}, flavour, D(1), n};
+  const auto of_weight = [&](const Closure<D>& closure) {
+    const auto at = [&](double x) {
+      return mean({ground, {closure, flavour, D::variable(x, 0), n}});
+    };
+    const D here = at(0);
+    EXPECT_NEAR(here.d[0], (at(step).v - here.v) / step, 0.02);
+    EXPECT_GT(here.d[0], 0.1);
+  };
+  of_weight(c::Glossy<D>{Color<D>(D(.8)), D(.4)});
+  of_weight(c::Glass<D>{Color<D>(D(.8)), D(.3), D(1.5)});
+  of_weight(c::Refraction<D>{Color<D>(D(.8)), D(0), D(1.5)});
+  of_weight(c::Translucent<D>{Color<D>(D(.8))});
+  of_weight(c::Conductor<D>{Color<D>(D(2.5)), Color<D>(D(3)), D(.3)});
+  of_weight(lift<D>(Principled<double>{}));
+  const auto of_colour = [&](const auto& make) {
+    const auto at = [&](double x) {
+      return mean({ground, {make(Color<D>(D::variable(x, 0))), flavour, D(1), n}});
+    };
+    const D here = at(0);
+    EXPECT_NEAR(here.d[0], (at(step).v - here.v) / step, 0.05);
+    EXPECT_GT(here.d[0], 0.1);
+  };
+  of_colour([](const Color<D>& color) { return Closure<D>(c::Glossy<D>{color, D(.4)}); });
+  of_colour([](const Color<D>& color) { return Closure<D>(c::Glass<D>{color, D(.3), D(1.5)}); });
+  of_colour([](const Color<D>& color) { return Closure<D>(c::Refraction<D>{color, D(.2), D(1.5)}); });
+  of_colour([](const Color<D>& color) { return Closure<D>(c::Translucent<D>{color}); });
+}
+
+}  // namespace
+}  // namespace selenite
