@@ -53,8 +53,8 @@ class CameraValues:
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
-    that renders by default comes first. `other_attributes`: names of what is not read. `vectors`: (3m, 3) made
-    for shaders, by their names."""
+    that renders by default comes first. `other_attributes`: names of what is not read. `vectors`:
+    (3m, 3) made for shaders, by their names."""
 
     name: str
     positions: np.ndarray

@@ -8,6 +8,7 @@ namespace selenite {
                                      std::span<Color<__VA_ARGS__>>);                     \
   template void run<__VA_ARGS__>(const Shader&, const ShadingPoint&, Registers<__VA_ARGS__>)
 SELENITE_SHADER_TYPE(Dual<float, 1>);
+SELENITE_SHADER_TYPE(Dual<float, 2>);
 SELENITE_SHADER_TYPE(Dual<float, 4>);
 SELENITE_SHADER_TYPE(Dual<float, 8>);
 SELENITE_SHADER_TYPE(Dual<float, 16>);

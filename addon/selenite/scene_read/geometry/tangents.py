@@ -15,7 +15,7 @@ _TINY = 1e-20
 
 
 def of(values: MeshValues, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit tangents and signs of the bitangent at corners, (3m, 3) both; the sign in all columns."""
+    """Unit tangents and signs of the bitangent at corners, (3m, 3); a sign fills its row."""
     p = values.positions.astype(np.float64)[values.triangles]
     n = values.corner_normals.astype(np.float64).reshape(-1, 3, 3)
     t = uv.astype(np.float64).reshape(-1, 3, 2)
