@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
 from .closedness import Closedness
@@ -241,6 +242,14 @@ class Owner:
     values: dict[str, Values]
     fixed: dict[str, str]
     parameters: dict[str, Parameter] = field(default_factory=dict)
+
+    def rows(self) -> list[Parameter]:
+        """Its own parameters, and those of every owner of its kind."""
+        return [*self.parameters.values(), *parameters.of(self.kind)]
+
+    def find(self, name: str) -> Parameter | None:
+        """One of `rows`, None if there is none of that name."""
+        return self.parameters.get(name) or parameters.table().get((self.kind, name))
 
 
 @dataclass(frozen=True)

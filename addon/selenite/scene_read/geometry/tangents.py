@@ -53,8 +53,6 @@ def _angles(p: np.ndarray, n: np.ndarray) -> np.ndarray:
     angles = np.empty(p.shape[:2])
     for k in range(3):
         edges = [p[:, (k + 1) % 3] - p[:, k], p[:, (k + 2) % 3] - p[:, k]]
-        a, b = (
-            _unit(edge - n[:, k] * (n[:, k] * edge).sum(-1, keepdims=True)) for edge in edges
-        )
+        a, b = (_unit(edge - n[:, k] * (n[:, k] * edge).sum(-1, keepdims=True)) for edge in edges)
         angles[:, k] = np.arccos(np.clip((a * b).sum(-1), -1, 1))
     return angles

@@ -69,6 +69,11 @@ def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Sou
     """Where the value of `parameter` sits, and why it cannot be written ("" if it can)."""
     if not material.use_nodes or material.node_tree is None:
         return None, "the material does not use nodes: switch on Use Nodes"
+    if (parameter.owner, parameter.name) not in parameters.table():  # a constant of its graph
+        source = graph_of(material, TextureRoom()).sources.get(parameter.name)
+        if source is None:
+            return None, "the node is gone or feeds nothing any more: undo its change"
+        return source, nodes.why_not_writable(source, material)
     found = principled_of(material)
     if isinstance(found, str):
         return None, f"the material {found}"
@@ -129,9 +134,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     return read
 
 
-def needs_graph(
-    material: bpy.types.Material, node: bpy.types.Node, groups: Groups
-) -> bool:
+def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Groups) -> bool:
     """Whether a Principled BSDF alone does not say what the surface is like."""
     normals = [node.inputs[name] for name in _NORMALS if name in node.inputs]
     output = material.node_tree.get_output_node("CYCLES")
