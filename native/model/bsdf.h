@@ -27,21 +27,21 @@ class PrincipledBsdf {
   using R = number_t<T>;
 
  public:
-  PrincipledBsdf(const Principled<U>& material, const Flavour& flavour,
-                 const SurfacePoint<S>& point, const mask_t<S>& active = true)
-      : PrincipledBsdf(
-            [&](const S& cos_i) { return Layers<T>(material, flavour, point, cos_i, active); },
-            flavour, point, active) {}
-  /// The same lobes of other weights: `make` works them out for the viewer's cosine to the bent normal.
-  template <class Make>
-    requires(std::is_invocable_v<Make, S>)
-  PrincipledBsdf(const Make& make, const Flavour& flavour, const SurfacePoint<S>& point,
+  /// Of a Principled<U>, or of what makes a `Layers<T>` of other weights when it is called with the
+  /// viewer's cosine to the bent normal.
+  template <class Source>
+  PrincipledBsdf(const Source& material, const Flavour& flavour, const SurfacePoint<S>& point,
                  const mask_t<S>& active = true)
       : point_(point),
         frame_(Frame<S>::from_normal(visible_normal(point))),
         wi_(frame_.to_local(point.wi)),
         cos_i_(clamp(wi_.z, S(1e-7), S(1))),
-        layers_(make(cos_i_)),
+        layers_([&]() -> Layers<T> {
+          if constexpr (std::is_invocable_v<const Source&, S>)
+            return material(cos_i_);
+          else
+            return {material, flavour, point, cos_i_, active};
+        }()),
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction) {
@@ -73,13 +73,6 @@ class PrincipledBsdf {
     f = {};
     p = 0;
     evaluate<true, true>(wo, {}, f, p);
-  }
-  /// Of the diffuse lobes alone, fibres among them.
-  Color<T> diffuse_value(const Vec3<S>& wo) const requires(!kIsLanes<T>) {
-    Color<T> f{};
-    S unused = 0;
-    add_diffuse_lobes<true, false>(wo, f, unused);
-    return f;
   }
 
   /// What light that is seen by these kinds of rays alone finds of it. Shares of samples stay those of
@@ -139,7 +132,10 @@ class PrincipledBsdf {
   /// Adds the lobes that are not singular to f and p.
   template <bool kValue, bool kDensity>
   void evaluate(const Vec3<S>& wo, const DrawnNormal<S>& drawn, Color<T>& f, S& p) const {
-    add_diffuse_lobes<kValue, kDensity>(wo, f, p);
+    if (layers_.has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
+    for_each_top_lobe(layers_.top, [&](int i, const auto& lobe) {
+      if (layers_.has(kFirstTopLobe + i)) add_top_lobe<kValue, kDensity>(i, lobe, wo, f, p);
+    });
     if (!base_.spreads && !through_.spreads && !coat_.spreads) return;
     const Vec3<S> o = frame_.to_local(wo);
     // A direction above the bent normal's horizon but behind the surface, or the other way round,
@@ -151,14 +147,6 @@ class PrincipledBsdf {
       add_refraction<kValue, kDensity>(o, drawn, behind, f, p);
     if (const mask_t<S> before = sided & !below; active_.some(before))
       add_reflection<kValue, kDensity>(o, drawn, before, f, p);
-  }
-
-  template <bool kValue, bool kDensity>
-  void add_diffuse_lobes(const Vec3<S>& wo, Color<T>& f, S& p) const {
-    if (layers_.has(kDiffuse)) add_diffuse<kValue, kDensity>(wo, f, p);
-    for_each_top_lobe(layers_.top, [&](int i, const auto& lobe) {
-      if (layers_.has(kFirstTopLobe + i)) add_top_lobe<kValue, kDensity>(i, lobe, wo, f, p);
-    });
   }
 
   template <bool kValue, bool kDensity>

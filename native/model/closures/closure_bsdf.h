@@ -22,8 +22,6 @@ class ConductorBsdf {
     mirrors_.value_and_density(wo, f, p);
     if (p > 0) f *= fresnel(wo);
   }
-  /// It has no diffuse lobe.
-  Color<T> diffuse_value(const Vec3<S>&) const { return {}; }
   BsdfSample<T> draw(S u_lobe, S u1, S u2) const {
     BsdfSample<T> s = mirrors_.draw(u_lobe, u1, u2);
     if (s.exists) s.weight *= fresnel(s.wo);
@@ -56,12 +54,6 @@ class TranslucentBsdf {
   void value_and_density(const Vec3<S>& wo, Color<T>& f, S& p) const {
     p = present_ ? max(-dot(n_, wo), S(0)) * kInvPi<S> : S(0);
     f = color_ * p;
-  }
-  Color<T> diffuse_value(const Vec3<S>& wo) const {
-    Color<T> f;
-    S unused;
-    value_and_density(wo, f, unused);
-    return f;
   }
   BsdfSample<T> draw(S, S u1, S u2) const {
     const Vec3<S> wo =

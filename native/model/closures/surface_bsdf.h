@@ -87,7 +87,7 @@ class SurfaceBsdf {
     S p = part.pick * s.density;
     // Cycles leaves the transmission that it has drawn as it is.
     if (const auto* lobes = std::get_if<PrincipledBsdf<T>>(&part.bsdf); lobes && part.bumped)
-      f += lobes->diffuse_value(s.wo) * (bump_terminator(smooth_, part.n, s.wo) - 1);
+      f += lost_at_terminator(*lobes, part.n, s.wo);
     add_all_but(chosen, s.wo, f, p);
     s.weight = f / p;
     s.density = p;
@@ -204,6 +204,14 @@ class SurfaceBsdf {
       for (int i = 0; i < count_; ++i) parts_[i]->pick /= sum;
   }
 
+  /// What of its diffuse lobes the bumped normal n has too much; see bump_terminator.
+  template <class Bsdf>
+  Color<T> lost_at_terminator(const Bsdf& bsdf, const Vec3<S>& n, const Vec3<S>& wo) const {
+    Color<T> diffuse;
+    S unused;
+    bsdf.seen_by(kDiffuseRay).value_and_density(wo, diffuse, unused);
+    return diffuse * (bump_terminator(smooth_, n, wo) - 1);
+  }
   void add_all_but(int left_out, const Vec3<S>& wo, Color<T>& f, S& p) const {
     for (int i = 0; i < count_; ++i) {
       if (i == left_out) continue;
@@ -215,8 +223,7 @@ class SurfaceBsdf {
             b.value_and_density(wo, g, q);
             f += g;
             p += part.pick * q;
-            if (part.bumped)
-              f += b.diffuse_value(wo) * (bump_terminator(smooth_, part.n, wo) - 1);
+            if (part.bumped) f += lost_at_terminator(b, part.n, wo);
           },
           part.bsdf);
     }

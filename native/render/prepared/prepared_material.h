@@ -41,17 +41,21 @@ struct PreparedMedium {
   }
 };
 
+/// Slots of a material.
+struct OwnSlots {
+  int first = 0;  ///< slot of the layout that its first local slot is; the others follow
+  int count = 0;  ///< local slots in use
+};
+
 /// A material with its ticked parameters seeded as independent variables.
 template <int L>
-struct PreparedMaterial : PreparedMedium<L> {
+struct PreparedMaterial : PreparedMedium<L>, OwnSlots {
   MaterialParameters<PathScalar<L>> values;
   Flavour flavour;
   /// Only reflects or refracts, the same everywhere, and nothing of it is ticked: its bsdf is
   /// evaluated without derivatives.
   bool plain = false;
   Principled<float> plain_values;
-  int first = 0;  ///< slot of the layout that its first local slot is; the others follow
-  int count = 0;  ///< local slots in use
   /// No light can be seen from inside of it: its surface is closed and faces outwards, lets no shadow
   /// ray pass, and every light is outside of the boxes around its objects.
   bool sealed = false;
