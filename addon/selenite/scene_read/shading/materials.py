@@ -33,6 +33,7 @@ class MaterialRead:
     problems: list[Problem]
     warnings: list[str]
     room: TextureRoom
+    computed: bool = False  # an input is fed by nodes that are no image
 
 
 def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
@@ -126,8 +127,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     for parameter in table:
         if parameter.name not in volumes.PARAMETERS:
             _read_parameter(material, node, groups, parameter, title, read)
-    if any(item.object == title for item in read.problems):
-        # Some node before an input is no image: a program computes what it gives.
+    if read.computed:
         return read_graph(material, name, room)
     _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
@@ -245,19 +245,13 @@ def _read_map(
         found = read.room.read_map(source, title)
     except Unreadable as error:
         problem = error.problem
+        read.computed |= problem.object == title
         place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
         cause = f"{problem.cause} (for {place})"
         read.problems.append(Problem(problem.object, cause, problem.cure))
         return
     if found is None:
-        cause = f"input '{label}' is linked to {nodes.describe(source.node)}"
-        if source.node is not None and source.node.bl_idname in textures.NODES:
-            cause += f", output '{source.socket.name}'"
-        cure = (
-            "unlink it, give it a constant value, or link it straight to the Color of an Image "
-            "Texture or Color Attribute node"
-        )
-        read.problems.append(Problem(title, f"{cause}, which cannot be evaluated", cure))
+        read.computed = True
         return
     read.values.maps[parameter.name] = found
     read.values.values[parameter.name] = textures.typical_value(parameter, found)
