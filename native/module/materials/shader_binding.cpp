@@ -59,7 +59,7 @@ py::array_t<double> register_picture(const Scene& scene, int material, const Cam
       point.surface = scene.geometry->surface(*hit);
       if (point.surface.material != material) continue;
       point.wi = -ray.direction;
-      point.path.length = hit->t;
+      point.path.length = hit->t - ray.t_min;
       point.camera = &seen_from;
       point.footprint = footprint_of(pixels, px, py, hit->t);
       evaluate<T>(*m.shader, point, constants, registers);

@@ -45,13 +45,13 @@ inline std::array<float, 3> box_weights(const Vec3f& normal, float blend) {
       return w;
     }
   }
-  for (int i = 0; i < 3; ++i) {  // the third face counts for nothing
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    if (n[k] < (1 - limit) * (n[j] + n[k]) && n[k] < (1 - limit) * (n[i] + n[k])) {
-      w[i] = clamp((n[i] / (n[i] + n[j]) - 0.5f * (1 - blend)) / blend, 0.0f, 1.0f);
-      w[j] = 1 - w[i];
-      return w;
-    }
+  if (!(blend > 0)) return {1, 0, 0};
+  for (int k : {2, 0, 1}) {  // the third face counts for nothing
+    const int i = std::min((k + 1) % 3, (k + 2) % 3), j = 3 - i - k;
+    if (!(n[k] < (1 - limit) * (n[i] + n[j]))) continue;
+    w[i] = clamp((n[i] / (n[i] + n[j]) - 0.5f * (1 - blend)) / blend, 0.0f, 1.0f);
+    w[j] = 1 - w[i];
+    return w;
   }
   for (int i = 0; i < 3; ++i) w[i] = ((2 - limit) * n[i] + (limit - 1)) / (2 * limit - 1);
   return w;

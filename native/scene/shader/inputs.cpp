@@ -100,6 +100,16 @@ Colorf InputPoint::geometry(GeometryMode mode) const {
   return {};
 }
 
+Vec3f corner_vector(const Geometry& geometry, const Hit& hit, const std::string& name) {
+  for (const CornerData<Vec3f>& list :
+       geometry.meshes()[geometry.instances()[hit.instance].mesh].vectors) {
+    if (list.name != name) continue;
+    const Vec3f* corner = &list.values[3 * static_cast<std::size_t>(hit.triangle)];
+    return corner[0] * (1 - hit.b1 - hit.b2) + corner[1] * hit.b1 + corner[2] * hit.b2;
+  }
+  return Vec3f(geometry.to_object(hit.instance).point(Vec3d(geometry.surface(hit).position)));
+}
+
 Colorf InputPoint::attribute(AttributeMode mode, const std::string& name) const {
   switch (mode) {
     case AttributeMode::kUv: {
@@ -109,7 +119,7 @@ Colorf InputPoint::attribute(AttributeMode mode, const std::string& name) const 
     case AttributeMode::kColor:
       return point_.geometry->color(hit_, name);
     case AttributeMode::kVector:
-      return color_of(point_.geometry->vector(hit_, name));
+      return color_of(corner_vector(*point_.geometry, hit_, name));
   }
   return {};
 }
@@ -186,7 +196,6 @@ float path_fact(const PathFacts& path, PathMode mode) {
 
 Vec3d transformed(const ShadingPoint& point, TransformMode mode, int item, const Vec3d& v) {
   const auto from = static_cast<Space>(item / 3), to = static_cast<Space>(item % 3);
-  if (from == to) return v;
   const Transform& to_object = point.geometry->to_object(point.hit.instance);
   const Vec3d& origin = point.geometry->origin();
   const CameraPlace& camera = camera_of(point);

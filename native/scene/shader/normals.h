@@ -65,9 +65,9 @@ Vec3<T> normal_map(const ShadingPoint& point, NormalMapMode mode, const std::str
   };
   Vec3<T> n = v;
   if (mode == NormalMapMode::kTangent) {
-    const Vec3f t = point.geometry->vector(point.hit, names[0]);
-    const float sign = point.geometry->vector(point.hit, names[1]).x;
-    const Vec3f up = point.geometry->vector(point.hit, names[2]);
+    const Vec3f t = corner_vector(*point.geometry, point.hit, names[0]);
+    const float sign = corner_vector(*point.geometry, point.hit, names[1]).x;
+    const Vec3f up = corner_vector(*point.geometry, point.hit, names[2]);
     if (sign == 0) return s;  // no tangents
     v.x = v.x * strength;
     v.y = v.y * strength;

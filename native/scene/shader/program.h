@@ -162,6 +162,7 @@ template <class T>
 Color<T> transform_step(const Step<T>& s) {
   using S = scalar_t<T>;
   const auto mode = s.template mode<TransformMode>();
+  if (s.code.item / 3 == s.code.item % 3) return s.color(0);
   const Color<S> at = value_of(s.color(0));
   const Vec3d v(at.r, at.g, at.b);
   const Vec3d y = transformed(*s.point, mode, s.code.item, v);

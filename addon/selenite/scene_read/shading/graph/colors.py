@@ -10,7 +10,8 @@ from ...shaders import TABLE_SIZE, Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 #: By what a Mix node's sockets end, by its type of data.
 _ENDINGS = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color", "ROTATION": "Rotation"}
 

@@ -10,7 +10,8 @@ from ...shaders import NORMAL, SIGN, TANGENT, Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 
 
 @maker("Bump")

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import bpy
@@ -44,9 +44,7 @@ _CURE = "use a Principled BSDF, or another shader that is read"
 @lru_cache(maxsize=1)
 def closure_rows() -> dict[str, list[Parameter]]:
     """The parameters of each kind of closure. Raises NativeUnavailable."""
-    return {
-        kind: [row_of(row) for row in rows] for kind, rows in native.core().closures().items()
-    }
+    return {kind: [row_of(row) for row in rows] for kind, rows in native.core().closures().items()}
 
 
 @dataclass

@@ -181,15 +181,11 @@ class Tree:
         if key not in self._constants:
             value = nodes.constant(Source(source.node, source.socket, source.groups))
             assert value is not None  # noqa: S101 - the caller has asked
-            is_factor = getattr(
-                source.socket.bl_rna.properties.get("default_value"), "subtype", ""
-            )
+            is_factor = getattr(source.socket.bl_rna.properties.get("default_value"), "subtype", "")
             self._constants[key] = self._new_constant(source, value, None, is_factor == "FACTOR")
         return self._constants[key]
 
-    def parameter(
-        self, node: bpy.types.Node, row: Parameter, groups: Groups
-    ) -> Register:
+    def parameter(self, node: bpy.types.Node, row: Parameter, groups: Groups) -> Register:
         """An input of a closure: a constant is described as the closure describes it.
 
         Raises Unreadable for a constant that lies outside what the closure permits.
@@ -227,9 +223,7 @@ class Tree:
         socket = source.socket
         node = socket.node
         within = "".join(f"{group.name}/" for group in source.groups)
-        alike = [
-            item for item in node.inputs if item.name == socket.name and item.enabled
-        ]
+        alike = [item for item in node.inputs if item.name == socket.name and item.enabled]
         text = f"{within}{node.name}.{socket.name}".replace(":", "_")
         if not socket.is_output and len(alike) > 1:
             numbers = [item.identifier for item in alike]
