@@ -80,6 +80,12 @@ def _flush_boxes():
     return [("Box", "Panel")]
 
 
+def _poster_on_a_mirrored_wall():
+    cube("Wall", 2, (0, 0, 1)).scale.x = -1
+    plane("Poster", 0.5, (0.2, 0.1, 2))
+    return [("Wall", "Poster")]
+
+
 def _glass_on_the_floor():
     cube("Glass", 1, (0, 0, 0.5), transmission=1.0)
     return [("Floor", "Glass")]
@@ -108,8 +114,8 @@ def _smooth_body_twice():
 
 
 SEEN = (
-    _floor_twice, _turned_over, _poster_on_a_wall, _flush_boxes, _glass_on_the_floor,
-    _lamp_in_a_ceiling, _lamps_in_one_plane, _smooth_body_twice,
+    _floor_twice, _turned_over, _poster_on_a_wall, _poster_on_a_mirrored_wall, _flush_boxes,
+    _glass_on_the_floor, _lamp_in_a_ceiling, _lamps_in_one_plane, _smooth_body_twice,
 )  # fmt: skip
 
 
@@ -127,8 +133,9 @@ def _box_on_the_floor():
 
 
 def _boxes_side_by_side():
-    cube("Left", 1, (-0.5, 0, 0.5))
-    cube("Right", 1, (0.5, 0, 0.5))
+    """In a row to the left and the right of the camera, which is on both sides of what touches."""
+    for number in range(4):
+        cube(f"Box {number}", 1, (number - 1.5, 0, 0.5))
 
 
 def _tiles_that_touch():

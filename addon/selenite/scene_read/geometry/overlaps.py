@@ -249,6 +249,7 @@ def _candidates(surfaces: Sequence[Surface]) -> tuple[np.ndarray, np.ndarray]:
     low = np.array([item.box[0] for item in surfaces]).reshape(-1, 3)
     high = np.array([item.box[1] for item in surfaces]).reshape(-1, 3)
     margin = _ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    margin += _TURNED * (high - low).max(axis=1, keepdims=True, initial=0)
     low, high = low - margin, high + margin
     kept, owners = [np.empty((0, 3, 3))], [np.empty(0, int)]
     room = _MOST_TRIANGLES
