@@ -80,6 +80,12 @@ def _flush_boxes():
     return [("Box", "Panel")]
 
 
+def _poster_on_a_mirrored_wall():
+    cube("Wall", 2, (0, 0, 1)).scale.x = -1
+    plane("Poster", 0.5, (0.2, 0.1, 2))
+    return [("Wall", "Poster")]
+
+
 def _glass_on_the_floor():
     cube("Glass", 1, (0, 0, 0.5), transmission=1.0)
     return [("Floor", "Glass")]
@@ -108,8 +114,8 @@ def _smooth_body_twice():
 
 
 SEEN = (
-    _floor_twice, _turned_over, _poster_on_a_wall, _flush_boxes, _glass_on_the_floor,
-    _lamp_in_a_ceiling, _lamps_in_one_plane, _smooth_body_twice,
+    _floor_twice, _turned_over, _poster_on_a_wall, _poster_on_a_mirrored_wall, _flush_boxes,
+    _glass_on_the_floor, _lamp_in_a_ceiling, _lamps_in_one_plane, _smooth_body_twice,
 )  # fmt: skip
 
 
@@ -127,8 +133,9 @@ def _box_on_the_floor():
 
 
 def _boxes_side_by_side():
-    cube("Left", 1, (-0.5, 0, 0.5))
-    cube("Right", 1, (0.5, 0, 0.5))
+    """In a row to the left and the right of the camera, which is on both sides of what touches."""
+    for number in range(4):
+        cube(f"Box {number}", 1, (number - 1.5, 0, 0.5))
 
 
 def _tiles_that_touch():
@@ -187,15 +194,38 @@ def test_many_pairs_are_counted() -> None:
     assert text == "7 more pairs have faces on top of each other"  # 15 pairs of six planes
 
 
-def test_faces_that_are_there_twice_in_a_mesh_are_counted() -> None:
+CORNERS = [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+
+
+@pytest.mark.parametrize(
+    ("faces", "count"),
+    [
+        ([(0, 1, 2, 3), (0, 3, 2, 1)], 4),  # a card with a back
+        ([(0, 1, 2, 3), (4, 5, 6, 7)], 4),
+        ([(0, 1, 2, 3), (5, 6, 7, 4)], 4),  # by the other diagonal
+        ([(0, 1, 2), (0, 1, 3)], 2),  # folded
+        ([(0, 1, 2), (0, 2, 3)], 0),
+    ],
+)
+def test_faces_of_a_mesh_that_lie_on_each_other_are_counted(faces, count) -> None:
     room()
     mesh = bpy.data.meshes.new("Card")
-    corners = [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    # One face on the same vertices, the other way round; one on vertices of its own.
-    mesh.from_pydata([*corners, *corners], [], [(0, 1, 2, 3), (0, 3, 2, 1), (4, 5, 6, 7)])
+    mesh.from_pydata([*CORNERS, *CORNERS], [], faces)
     made.add("Card", mesh)
-    (text,) = said("lie exactly on others")
-    assert text.startswith("Mesh 'Card': 4 of its triangles")
+    found = said("lie on each other")
+    assert [text.split(" of its")[0] for text in found] == [f"Mesh 'Card': {count}"] * bool(count)
+
+
+def test_a_body_that_was_joined_with_its_copy_is_counted() -> None:
+    room()
+    bpy.ops.mesh.primitive_uv_sphere_add(location=(0, 0, 2))
+    first = named("Ball")
+    triangles = sum(len(face.vertices) - 2 for face in first.data.polygons)
+    bpy.ops.object.duplicate()
+    first.select_set(True)
+    bpy.ops.object.join()
+    (text,) = said("lie on each other")
+    assert f"': {2 * triangles} of its triangles" in text
 
 
 def turn(mesh, every):

@@ -27,6 +27,7 @@ import numpy as np
 from ...problems import Problem
 from ..closedness import Closedness, survey
 from ..values import BodyValues, MaterialValues, ObjectValues, SceneValues
+from .folds import warn_of_folds
 from .overlaps import warn_of_overlaps
 from .winding import warn_of_winding
 
@@ -80,6 +81,7 @@ def judge_bodies(read: SceneValues) -> list[BodyValues]:
             if key not in bodies:
                 body = BodyValues(item.name, material, need, found)
                 bodies[key] = replace(body, fault=_report(body, whole, read))
+    warn_of_folds(read)
     warn_of_overlaps(read)
     warn_of_winding(read)
     return list(bodies.values())

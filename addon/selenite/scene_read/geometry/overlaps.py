@@ -24,13 +24,13 @@ from ..closedness import survey
 from ..values import LightValues, MaterialValues, ObjectValues, SceneValues
 
 #: What positions in 32 bits and their transformation are off by, in parts of a coordinate.
-_ROUNDING = 3e-7
+ROUNDING = 3e-7
 #: What a quarter turn about an axis is off by, in parts of a size: its cosine is 4e-8.
-_TURNED = 5e-8
+TURNED = 5e-8
 #: Triangles that share less than this part of their size touch; they do not overlap.
 _TOUCH = 1e-4
 #: Cosine beyond which normals are parallel, and the steps into which they are sorted.
-_PARALLEL, _STEP = 1 - 1e-6, 1e-4
+PARALLEL, _STEP = 1 - 1e-6, 1e-4
 #: Triangles and pairs of them that are looked at; what is beyond that goes unnoticed.
 _MOST_TRIANGLES, _MOST_PAIRS, _PAIRS_AT_ONCE = 2_000_000, 20_000_000, 300_000
 #: Objects whose boxes are compared with those of all others.
@@ -80,14 +80,6 @@ class Overlaps:
 
 def warn_of_overlaps(read: SceneValues) -> None:
     """Adds warnings, by name. Numpy alone, 0.5 s of CPU time for a million triangles."""
-    for index, mesh in enumerate(read.meshes):
-        if any(item.mesh == index for item in read.objects):
-            count = _twice(mesh.positions, mesh.triangles)
-            if count:
-                read.warn(
-                    f"Mesh '{mesh.name}': {count} of its triangles lie exactly on others, which "
-                    "Cycles shows otherwise (with shadows, or black): delete them"
-                )
     surfaces = _surfaces(read)
     visible = _Visible(read)
     pairs: dict[tuple[str, str], None] = {}
@@ -111,23 +103,6 @@ def warn_of_overlaps(read: SceneValues) -> None:
             )
     if len(pairs) > _MOST_NAMED:
         read.warn(f"{len(pairs) - _MOST_NAMED} more pairs have faces on top of each other")
-
-
-def _twice(positions: np.ndarray, triangles: np.ndarray) -> int:
-    """How many triangles have the corners of another one."""
-    points = np.ascontiguousarray(positions, np.float32) + np.float32(0)  # -0 and 0 are one place
-    bits = points.view(np.uint32).astype(np.uint64)
-    odd = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-    with np.errstate(over="ignore"):
-        mixed = bits * odd
-        place = mixed[:, 0] ^ (mixed[:, 1] << np.uint64(21)) ^ (mixed[:, 2] >> np.uint64(7))
-        place ^= mixed.sum(axis=1, dtype=np.uint64)
-        place = (place ^ (place >> np.uint64(31))) * np.uint64(0xBF58476D1CE4E5B9)
-        corners = place[triangles]
-        real = (corners[:, 0] != corners[:, 1]) & (corners[:, 1] != corners[:, 2])
-        real &= corners[:, 2] != corners[:, 0]
-        keys = np.sort(corners[real].sum(axis=1, dtype=np.uint64))
-    return int((keys[1:] == keys[:-1]).sum())
 
 
 def _surfaces(read: SceneValues) -> list[Surface]:
@@ -225,12 +200,12 @@ def overlaps(
             new = ~np.isin(codes, [one * len(surfaces) + other for one, other in known])
             i, j = i[new], j[new]
         cosine = np.einsum("ij,ij->i", normals[i], normals[j])
-        flat = np.abs(cosine) > _PARALLEL
+        flat = np.abs(cosine) > PARALLEL
         i, j, cosine = i[flat], j[flat], cosine[flat]
         apart = triangles[j] - triangles[i][:, :1]
         between = np.abs(np.einsum("ikj,ij->ik", apart, normals[i])).max(axis=1)
         limit = np.einsum("ikj,ij->ik", np.abs(triangles[j]), np.abs(normals[i])).max(axis=1)
-        near = between <= _ROUNDING * limit + _TURNED * np.minimum(size[i], size[j])
+        near = between <= ROUNDING * limit + TURNED * np.minimum(size[i], size[j])
         i, j, cosine = i[near], j[near], cosine[near]
         inside = _share_area(triangles[i], triangles[j], axis[i])
         i, j, cosine = i[inside], j[inside], cosine[inside]
@@ -248,7 +223,8 @@ def _candidates(surfaces: Sequence[Surface]) -> tuple[np.ndarray, np.ndarray]:
     come first, as far as there is room."""
     low = np.array([item.box[0] for item in surfaces]).reshape(-1, 3)
     high = np.array([item.box[1] for item in surfaces]).reshape(-1, 3)
-    margin = _ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    margin = ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    margin += TURNED * (high - low).max(axis=1, keepdims=True, initial=0)
     low, high = low - margin, high + margin
     kept, owners = [np.empty((0, 3, 3))], [np.empty(0, int)]
     room = _MOST_TRIANGLES
@@ -282,7 +258,7 @@ def _planes(triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
     key = (steps[:, 0] * 40_009 + steps[:, 1]) * 40_009 + steps[:, 2]
     products = np.abs(triangles) @ np.ones(3)
     place = np.einsum("ij,ij->i", triangles[:, 0], normals)
-    slack = 4 * _ROUNDING * products.max(axis=1)
+    slack = 4 * ROUNDING * products.max(axis=1)
     order = np.lexsort((place, key))
     ordered_key, ordered, reach = key[order], place[order], slack[order]
     new = np.ones(len(order), bool)
