@@ -74,7 +74,7 @@ def test_what_does_not_render_is_left_out():
 
 
 def test_viewport_hidden_object_is_read():
-    made.triangle("Shown")
+    made.triangle("Shown").location.z = 1  # not on top of the other one
     made.triangle("Forgotten").hide_viewport = True
     values = made.read()
     assert sorted(item.name for item in values.objects) == ["Forgotten", "Shown"]
