@@ -18,6 +18,7 @@ SETTINGS = {
     "loss": "mse",
     "optimiser": "adam",
     "iterations": 7,
+    "most_iterations": 0,
     "spp": 6,
     "tolerance": 0.25,
     "seed": 11,

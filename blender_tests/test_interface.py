@@ -70,6 +70,7 @@ def test_every_setting_is_in_the_panel_and_reaches_the_fit():
         "loss": "mse",
         "optimiser": "adam",
         "accumulate": False,
+        "until_converged": False,
         "physical_refraction": True,
         "search": "off",
     }
@@ -87,7 +88,8 @@ def test_every_setting_is_in_the_panel_and_reaches_the_fit():
 @pytest.mark.parametrize("name", [field.name for field in fields(FitSettings)])
 def test_every_setting_is_an_argument(name):
     option = "--no-accumulate" if name == "accumulate" else f"--{name.replace('_', '-')}"
-    value = {"physical_refraction": [], "accumulate": [], "search": ["off"]}.get(name, ["3"])
+    flags = ("physical_refraction", "accumulate", "until_converged")
+    value = ["off"] if name == "search" else [] if name in flags else ["3"]
     args = build_parser().parse_args(["fit", "scene.blend", option, *value])
     assert getattr(args, name) != getattr(build_parser().parse_args(["fit", "scene.blend"]), name)
 

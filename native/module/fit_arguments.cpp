@@ -93,13 +93,14 @@ UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
 
 FitSettings settings_of(const py::handle& object) {
   const Named named(object, "settings",
-                    {"loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth",
+                    {"loss", "optimiser", "iterations", "most_iterations", "spp", "tolerance", "seed", "depth",
                      "threads", "accumulate", "validation_interval", "validation_spp", "search",
                      "refinement", "refinement_spp", "finite_differences"});
   FitSettings settings;
   named.take("loss", settings.loss);
   named.take("optimiser", settings.optimiser);
   named.take("iterations", settings.iterations);
+  named.take("most_iterations", settings.most_iterations);
   named.take("spp", settings.spp);
   named.take("tolerance", settings.tolerance);
   named.take("seed", settings.seed);

@@ -255,7 +255,8 @@ Args:
         the rate is in units of their values: the length of a step; after a search the first is four
         times as long, and the last one of an image a quarter.
     settings: dict; what is left out keeps its default: loss "robust" (see losses()), optimiser
-        "auto" (see optimisers()), iterations 100, spp 4, tolerance 0.001 (0: never), seed 0,
+        "auto" (see optimisers()), iterations 100, most_iterations 0 (up to where scalars that have
+        not converged go on; 0: no farther), spp 4, tolerance 0.001 (0: never), seed 0,
         depth 0 (no limit), threads 0 (all cores), accumulate True (one step for all cameras),
         validation_interval 5 (beside grids and images after a search: where turns begin),
         validation_spp 0 (twice spp, at least 16), search "auto" (with

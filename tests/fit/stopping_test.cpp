@@ -57,5 +57,39 @@ TEST(Tolerance, OneLowValidationStopsNothing) {
   EXPECT_EQ(found.stopped, StopReason::kIterations);
 }
 
+/// One roughness, from afar, with as many iterations as planned and at most.
+FitResult refined(int planned, int most) {
+  FitSettings settings = synthetic_settings({0.2, 0.2});
+  settings.optimiser = "gauss-newton";
+  settings.refinement = "on";
+  settings.iterations = planned;
+  settings.most_iterations = most;
+  const Scene scene = synthetic_scene();
+  Fit fit(scene, {synthetic_capture(scene, "Left")}, roughness_from(0.8), settings);
+  while (fit.step()) {
+  }
+  EXPECT_EQ(fit.result().message, "");
+  return fit.result();
+}
+
+TEST(UntilConverged, EndsAsPlannedUnlessMoreIsAllowed) {
+  const FitResult found = refined(3, 0);
+  EXPECT_EQ(found.stopped, StopReason::kIterations);
+  EXPECT_EQ(found.iterations, 3);
+}
+
+TEST(UntilConverged, GoesOnUntilTheValuesSettle) {
+  const FitResult found = refined(3, 60);
+  EXPECT_EQ(found.stopped, StopReason::kConverged);
+  EXPECT_GE(found.iterations, 10) << "fewer cannot have settled";
+  EXPECT_LT(found.iterations, 60);
+}
+
+TEST(UntilConverged, EndsAtTheMost) {
+  const FitResult found = refined(3, 7);
+  EXPECT_EQ(found.stopped, StopReason::kIterations);
+  EXPECT_EQ(found.iterations, 7);
+}
+
 }  // namespace
 }  // namespace selenite

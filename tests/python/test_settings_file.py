@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from selenite.fit_run.settings import FitSettings
+from selenite.fit_run.settings import FitSettings, with_overrides
 from selenite.problems import BadInput
 
 #: No default, no two numbers equal.
@@ -17,6 +17,7 @@ OTHER = FitSettings(
     loss="mae",
     optimiser="adam",
     iterations=7,
+    until_converged=False,
     spp=6,
     learning_rate=0.07,
     tolerance=0.25,
@@ -49,7 +50,16 @@ def test_settings_come_back_as_they_were() -> None:
 def test_what_is_left_out_takes_its_default(name: str) -> None:
     stored = OTHER.as_json()
     del stored[name]
-    assert FitSettings.from_json(stored) == replace(OTHER, **{name: getattr(FitSettings(), name)})
+    default = getattr(FitSettings(), name) if name != "until_converged" else False
+    assert FitSettings.from_json(stored) == replace(OTHER, **{name: default})
+
+
+def test_a_number_of_iterations_is_the_most_there_are() -> None:
+    assert FitSettings().native()["most_iterations"] == 120
+    given = with_overrides(FitSettings(), {"iterations": 30})
+    assert given.native()["most_iterations"] == 0
+    both = with_overrides(FitSettings(), {"iterations": 30, "until_converged": True})
+    assert both.native()["most_iterations"] == 90
 
 
 def test_a_whole_number_is_a_number() -> None:

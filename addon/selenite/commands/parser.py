@@ -199,6 +199,12 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     search = "multi-start: evaluate many starting points before the first step"
     add("--search", choices=("auto", "on", "off"), help=search)
     add("--iterations", type=int, help="maximum number; stops earlier when converged")
+    add(
+        "--until-converged",
+        action=argparse.BooleanOptionalAction,
+        help="goes on to three times the iterations where values still move "
+        "(default: with --preset balanced or accurate, unless --iterations is given)",
+    )
     add("--spp", type=int, help="samples per pixel and iteration")
     add("--height", type=int, help="pixels of the compared pictures")
     add("--learning-rate", type=float, help="of Adam")

@@ -15,7 +15,8 @@ from ..problems import BadInput, Problem, choice
 class FitSettings:
     """Settings that hold for all unknowns.
 
-    height: pixels of the pictures that are compared, their width follows the photo's aspect.
+    until_converged: where scalars have not converged after the iterations, they go on to at most
+    MOST_TIMES as many. height: pixels of the pictures that are compared, their width follows the photo's aspect.
     depth: bounces, 0 = unlimited. threads: 0 = all. accumulate: one step per iteration over all
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
     physical_refraction: see SceneValues. search: whether multi-start comes before the first step,
@@ -25,6 +26,7 @@ class FitSettings:
     loss: str = "robust"
     optimiser: str = "auto"
     iterations: int = 40
+    until_converged: bool = True
     spp: int = 4
     learning_rate: float = 0.03
     tolerance: float = 0.0
@@ -68,13 +70,15 @@ class FitSettings:
 
     @staticmethod
     def from_json(data: object) -> FitSettings:
-        """The inverse of `as_json`; keys left out take their default. Raises BadInput."""
+        """The inverse of `as_json`; keys left out take their default, as it was when there
+        was no such key. Raises BadInput."""
         if not isinstance(data, dict):
             cure = "write an object, as run.json has it"
             raise BadInput(Problem("Settings", f"they are {data!r}", cure))
         kinds = {field.name: type(field.default) for field in fields(FitSettings)}
         found: list[Problem] = []
-        values: dict[str, Any] = {}
+        # Files from before it existed: their fits ended with the iterations.
+        values: dict[str, Any] = {"until_converged": False}
         for name, value in data.items():
             kind = kinds.get(name)
             if kind is None:
@@ -96,10 +100,14 @@ class FitSettings:
     def native(self) -> dict[str, Any]:
         """What the native Fit takes."""
         names = ("loss", "optimiser", "iterations", "spp", "tolerance", "seed", "depth", "threads")
-        return {name: getattr(self, name) for name in (*names, "accumulate", "search")}
+        most = MOST_TIMES * self.iterations if self.until_converged else 0
+        own = {name: getattr(self, name) for name in (*names, "accumulate", "search")}
+        return own | {"most_iterations": most}
 
 
 SEARCHES = ("auto", "on", "off")
+#: See `until_converged`.
+MOST_TIMES = 3
 #: Ranges of what the native fit does not know. A seed fits into a property of Blender's.
 _OWN = {"learning_rate": (1e-6, 1.0), "seed": (0.0, 2.0**31 - 1)}
 
@@ -119,17 +127,22 @@ def number(value: float) -> str:
 
 
 PRESETS = {
-    "draft": FitSettings(iterations=25, height=128, picture_spp=32),
+    "draft": FitSettings(iterations=25, until_converged=False, height=128, picture_spp=32),
     "balanced": FitSettings(),
     "accurate": FitSettings(iterations=60, spp=16, picture_spp=512),
 }
 #: What `--optimiser adam` starts from: the thesis tool's run.
-THESIS = FitSettings(loss="dual-buffer", optimiser="adam", iterations=100, tolerance=0.001)
+THESIS = FitSettings(loss="dual-buffer", optimiser="adam", iterations=100, tolerance=0.001, until_converged=False)
 
 
 def with_overrides(base: FitSettings, overrides: dict[str, Any]) -> FitSettings:
-    """`base` with the settings that are not None replaced. Raises BadInput."""
+    """`base` with the settings that are not None replaced. Raises BadInput.
+
+    A number of iterations that is asked for is the most there are, unless `until_converged` is too.
+    """
     given = {name: value for name, value in overrides.items() if value is not None}
+    if "iterations" in given:
+        given = {"until_converged": False} | given
     settings = replace(base, **given)
     found = settings.problems()
     if found:

@@ -102,9 +102,14 @@ def _show_photo(capture: bpy.types.PropertyGroup, _context: bpy.types.Context) -
     data.show_background_images = True
 
 
+def _take_iterations(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
+    """A number that is asked for is the most there are."""
+    settings.until_converged = False
+
+
 def _take_preset(settings: bpy.types.PropertyGroup, _context: bpy.types.Context) -> None:
     preset = PRESETS[settings.preset]
-    for name in ("iterations", "spp", "height", "tolerance", "picture_spp"):
+    for name in ("iterations", "until_converged", "spp", "height", "tolerance", "picture_spp"):
         setattr(settings, name, getattr(preset, name))
 
 
@@ -225,8 +230,14 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         description="Maximum number; a fit of few parameters stops earlier when it has converged. "
         "Refinement passes follow, with as many samples as all these iterations have",
         default=_DEFAULTS.iterations,
+        update=_take_iterations,
         min=1,
         soft_max=1000,
+    )
+    until_converged: BoolProperty(
+        name="Until Converged",
+        default=_DEFAULTS.until_converged,
+        description="Goes on to three times the iterations where values still move",
     )
     spp: IntProperty(
         name="Samples",

@@ -204,7 +204,7 @@ double Descent::kept() const {
 }
 
 bool Descent::is_over(const FitRun& run) const {
-  return run.result.iterations >= blocks_.iterations() ||
+  return run.result.iterations >= strategy_->most_iterations(*problem_) ||
          (strategy_->refines && (joint_ ? joint_->converged() : optimiser_->converged()));
 }
 

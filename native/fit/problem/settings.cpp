@@ -17,6 +17,7 @@ constexpr double kMostSpp = 65536, kMostIterations = 1'000'000;
 const auto& ranges() {
   static const std::array table{
       SettingRange{"iterations", "iterations", 1, kMostIterations},
+      SettingRange{"most_iterations", "iterations at most", 0, kMostIterations},
       SettingRange{"spp", "samples per pixel", 1, kMostSpp},
       SettingRange{"tolerance", "tolerance", 0, 1e9},
       range_of(render_ranges(), "depth"),
@@ -58,6 +59,7 @@ void FitSettings::check() const {
     require(name, value, range.lowest, range.highest);
   };
   in_range("iterations", iterations);
+  in_range("most_iterations", most_iterations);
   in_range("spp", spp);
   in_range("tolerance", tolerance);
   in_range("depth", depth);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -18,6 +19,8 @@ struct FitSettings {
   std::string loss = "robust";
   std::string optimiser = "auto";
   int iterations = 100;
+  /// Up to where a descent of scalars alone goes on that has not converged by then; 0: no farther.
+  int most_iterations = 0;
   int spp = 4;  ///< samples per pixel of a step
   double tolerance =
       0.001;  ///< stop when the mean of the last 3 validation losses is below; 0: never
@@ -38,6 +41,7 @@ struct FitSettings {
   int refinement_spp = 0;      ///< of a pass; 0: as many as the iterations took, at least 64
   Renderer renderer = render;  ///< a test puts an analytic picture here
 
+  int chosen_most_iterations() const { return std::max(iterations, most_iterations); }
   int chosen_validation_spp() const;
   int chosen_refinement_spp() const;
   /// InvalidArgument names every setting that is out of range.

@@ -37,7 +37,12 @@ class Fit {
   const std::vector<Photo>& photos() const { return problem_.photos(); }
   const FitSettings& settings() const { return problem_.settings(); }
   /// Iterations of the descent at most.
-  int all_iterations() const { return strategy_.blocks(problem_).iterations(); }
+  int all_iterations() const { return strategy_.most_iterations(problem_); }
+  /// As many as are planned, or at most once these are done.
+  int shown_iterations() const {
+    const int planned = strategy_.blocks(problem_).iterations();
+    return run_.result.iterations <= planned ? planned : all_iterations();
+  }
   const Strategy& strategy() const { return strategy_; }
   /// Newest picture of each photo; empty before the first. Shared, never changed afterwards.
   const Previews& previews() const { return run_.previews; }

@@ -105,7 +105,7 @@ FitState FitJob::state() const {
   state.phase = phase_text(result.phase);
   state.phase_fraction = result.phase_fraction;
   state.iteration = result.iterations;
-  state.iterations = fit_.all_iterations();
+  state.iterations = fit_.shown_iterations();
   state.loss = result.history.empty() ? kNone : result.history.back().loss;
   state.validation = state.validation_standard_error = kNone;
   for (const HistoryRow& row : result.history) {

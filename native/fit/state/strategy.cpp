@@ -99,6 +99,12 @@ Strategy::Strategy(FitProblem& problem)
   problem.set_scalar_iterations(usual.count(&Block::scalars, settings.iterations));
 }
 
+/// Fields have their steps planned over all iterations; what does not converge has no end to wait for.
+int Strategy::most_iterations(const FitProblem& problem) const {
+  const bool ends = refines && problem.fields().empty() && optimiser.averages_iterations;
+  return ends ? problem.settings().chosen_most_iterations() : blocks(problem).iterations();
+}
+
 BlockSchedule Strategy::blocks(const FitProblem& problem) const {
   const int all = problem.settings().iterations;
   return {{alternates, !problem.fields().empty(), after_multi_start(), joint, has_environment,

@@ -38,6 +38,8 @@ struct Strategy {
   bool estimates_by_all_iterations() const {
     return optimiser.averages_iterations && (!alternates || joint);
   }
+  /// Iterations of the descent at most.
+  int most_iterations(const FitProblem& problem) const;
   /// Blocks of the descent. Where voxels of a grid are stepped together with scalars it takes half of the
   /// iterations: refinement passes at fixed values bring more.
   BlockSchedule blocks(const FitProblem& problem) const;
