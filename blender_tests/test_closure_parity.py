@@ -129,13 +129,13 @@ def test_spheres_are_those_of_cycles(native, empty_scene, tmp_path, label):
     made.world((1.0, 1.0, 1.0))
     scene = bpy.context.scene
     scene.render.resolution_x, scene.render.resolution_y = 8, 8
-    set_comparison(scene, 512)
+    set_comparison(scene, 2048)
     file = scene.render.image_settings
     file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"
     scene.render.filepath = str(tmp_path / "cycles.exr")
     values = made.read()
     assert not values.problems
-    ours = native.core().render(build(values), "Camera", 8, 8, 512).image
+    ours = native.core().render(build(values), "Camera", 8, 8, 2048).image
     bpy.ops.render.render(write_still=True)
     cycles = native.image().read(scene.render.filepath)[0]
     for channel in range(3):
