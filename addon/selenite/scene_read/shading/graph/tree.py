@@ -164,6 +164,9 @@ class Tree:
             if make is None:
                 cure = "unlink it, bake it into an image, or give a constant value"
                 return self.refuse(node, "cannot be evaluated", cure)
+            if _is_moved(node):
+                cause = "has a Texture Mapping in the sidebar, which is not neutral"
+                return self.refuse(node, cause, "reset it and use a Mapping node")
             try:
                 self._results[key] = make(self, node, output, source.groups)
             except Unreadable as error:
@@ -232,3 +235,13 @@ class Tree:
         while found in self.sources:
             found, number = f"{text} {number}", number + 1
         return found
+
+
+def _is_moved(node: bpy.types.Node) -> bool:
+    """Whether a texture node moves its coordinates by settings of its own."""
+    mapping = getattr(node, "texture_mapping", None)
+    if mapping is None:
+        return False
+    neutral = (*mapping.translation, *mapping.rotation) == (0.0,) * 6
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
+    return not (neutral and axes and tuple(mapping.scale) == (1.0, 1.0, 1.0))
