@@ -14,7 +14,7 @@ import bpy
 import node_probes as probes
 import numpy as np
 import pytest
-from node_probes import Graph, Socket
+from node_probes import Graph, Probe, Socket, color, first, given, part, shifted
 
 EXACT = 1e-5
 NOISE = 2e-4
@@ -46,25 +46,6 @@ STEEP = {"DIVIDE", "POWER", "LOGARITHM", "INVERSE_SQRT", "TANGENT", "MODULO", "F
 STEEP |= {"WRAP", "SNAP", "PINGPONG"}
 
 
-class Probe:
-    """A body under a camera, whose material is changed from probe to probe."""
-
-    def __init__(self, body: str, scratch: Path) -> None:
-        self.material = probes.scene(body)
-        self.scratch = scratch
-        self.where = probes.places(self.material, scratch)
-
-    def difference(self, make: probes.Make, share: float = 1.0) -> float:
-        """Largest difference over the body's pixels, in units of the largest value; `share`: of
-        the pixels, the nearest (another triangle may be hit on an edge)."""
-        probes.shine(self.material, make)
-        cycles, ours = probes.of_cycles(self.scratch), probes.ours(self.where)
-        seen = np.isfinite(ours[..., 0]) & (cycles.sum(axis=-1) != 0)
-        assert seen.sum() > 100
-        apart = np.abs(cycles - ours).max(axis=-1)[seen]
-        return float(np.quantile(apart, share) / np.abs(cycles[seen]).max())
-
-
 @pytest.fixture
 def plane(tmp_path: Path) -> Probe:
     return Probe("plane", tmp_path)
@@ -73,33 +54,6 @@ def plane(tmp_path: Path) -> Probe:
 @pytest.fixture
 def sphere(tmp_path: Path) -> Probe:
     return Probe("sphere", tmp_path)
-
-
-def given(graph: Graph, node: Any, **values: Any) -> Any:
-    """Gives those of the values that the node has inputs for."""
-    for name, value in values.items():
-        socket = node.inputs.get(name.replace("_", " "))
-        if socket is not None and socket.enabled:
-            graph.put(node, name.replace("_", " "), value)
-    return node
-
-
-def first(node: Any, name: str = "") -> Socket:
-    """The first output in use, or the one of a name."""
-    return next(item for item in node.outputs if item.enabled and name in {"", item.name})
-
-
-def part(graph: Graph, number: int, scale: float = 1.7) -> Socket:
-    return graph.node("SeparateXYZ", {0: graph.place(scale, (0.1, 0.2, 0.3))}).outputs[number]
-
-
-def color(graph: Graph) -> Socket:
-    return graph.place(0.6, (0.5, 0.45, 0.4))
-
-
-def shifted(graph: Graph, socket: Socket) -> Socket:
-    """Away from 0, where Cycles' emission could not be told from nothing."""
-    return first(graph.node("VectorMath", {0: socket, 1: (2.0, 2.0, 2.0)}, operation="ADD"))
 
 
 def test_math(plane: Probe) -> None:
@@ -259,98 +213,6 @@ def test_vectors(plane: Probe) -> None:
                                    Rotation=(0.3, 0.5, -0.8)))  # fmt: skip
 
             assert plane.difference(rotate) < EXACT, (kind, inverted)
-
-
-@pytest.mark.parametrize("dimensions", ("1D", "2D", "3D", "4D"))
-def test_noise(plane: Probe, dimensions: str) -> None:
-    kinds = ("FBM", "MULTIFRACTAL", "HETERO_TERRAIN", "HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL")
-    for kind in kinds:
-        for output in ("Fac", "Color"):
-
-            def noise(graph: Graph, kind: str = kind, output: str = output) -> Socket:
-                node = graph.node("TexNoise", noise_dimensions=dimensions, noise_type=kind)
-                node.normalize = output == "Color"
-                return given(graph, node, Vector=graph.place(), W=part(graph, 1), Scale=3.7,
-                             Detail=2.6, Roughness=0.6, Lacunarity=2.2, Offset=0.8, Gain=1.3,
-                             Distortion=0.4).outputs[output]  # fmt: skip
-
-            assert plane.difference(noise) < NOISE, (kind, output)
-    for output in ("Value", "Color"):
-
-        def white(graph: Graph, output: str = output) -> Socket:
-            whole = first(graph.node("VectorMath", {0: graph.place(3.0)}, operation="FLOOR"))
-            number = graph.node("SeparateXYZ", {0: whole}).outputs[1]
-            node = graph.node("TexWhiteNoise", noise_dimensions=dimensions)
-            return given(graph, node, Vector=whole, W=number).outputs[output]
-
-        assert plane.difference(white) < EXACT, output
-
-
-@pytest.mark.parametrize("dimensions", ("1D", "2D", "3D", "4D"))
-def test_voronoi(plane: Probe, dimensions: str) -> None:
-    def make(feature: str, detail: float, output: str, metric: str = "EUCLIDEAN") -> probes.Make:
-        def voronoi(graph: Graph) -> Socket:
-            node = graph.node("TexVoronoi", voronoi_dimensions=dimensions, feature=feature)
-            node.distance, node.normalize = metric, detail > 0
-            given(graph, node, Vector=graph.place(), W=part(graph, 1), Scale=3.7, Detail=detail,
-                  Roughness=0.6, Lacunarity=2.2, Smoothness=0.7, Randomness=0.9,
-                  Exponent=1.4)  # fmt: skip
-            return first(node, output)
-
-        return voronoi
-
-    for detail in (0.0, 1.6):
-        for feature in ("F1", "F2", "SMOOTH_F1"):
-            for output in ("Distance", "Color", "W" if dimensions == "1D" else "Position"):
-                found = plane.difference(make(feature, detail, output))
-                assert found < NOISE, (feature, detail, output)
-        assert plane.difference(make("DISTANCE_TO_EDGE", detail, "Distance")) < NOISE, detail
-    assert plane.difference(make("N_SPHERE_RADIUS", 0, "Radius")) < NOISE
-    for metric in ("MANHATTAN", "CHEBYCHEV", "MINKOWSKI"):
-        assert plane.difference(make("F2", 0, "Distance", metric)) < NOISE, metric
-
-
-def test_other_textures(plane: Probe) -> None:
-    for kind in ("BANDS", "RINGS"):
-        for direction in ("X", "Y", "Z", "DIAGONAL" if kind == "BANDS" else "SPHERICAL"):
-            for profile in ("SIN", "SAW", "TRI"):
-
-                def wave(
-                    graph: Graph, kind: str = kind, to: str = direction, profile: str = profile
-                ) -> Socket:
-                    node = graph.node("TexWave", wave_type=kind, wave_profile=profile)
-                    setattr(node, f"{kind.lower()}_direction", to)
-                    return first(given(graph, node, Vector=graph.place(), Scale=0.7, Detail=2.4,
-                                       Distortion=1.5, Detail_Scale=1.3, Detail_Roughness=0.6,
-                                       Phase_Offset=0.3))  # fmt: skip
-
-                assert plane.difference(wave, 0.99) < NOISE, (kind, direction, profile)
-    for depth in range(11):
-
-        def magic(graph: Graph, depth: int = depth) -> Socket:
-            node = graph.node("TexMagic", turbulence_depth=depth)
-            return first(given(graph, node, Vector=graph.place(), Scale=0.8, Distortion=1.2))
-
-        assert plane.difference(magic) < NOISE, depth
-    for kind in _words("LINEAR QUADRATIC EASING DIAGONAL SPHERICAL QUADRATIC_SPHERE RADIAL"):
-
-        def gradient(graph: Graph, kind: str = kind) -> Socket:
-            return first(graph.node("TexGradient", {"Vector": graph.place()}, gradient_type=kind))
-
-        assert plane.difference(gradient) < EXACT, kind
-    colors = {"Color1": (0.9, 0.3, 0.1), "Color2": (0.1, 0.2, 0.5)}
-
-    def checker(graph: Graph) -> Socket:
-        return first(graph.node("TexChecker", {"Vector": graph.place(), "Scale": 3.3, **colors}))
-
-    def brick(graph: Graph) -> Socket:
-        settings = {"offset": 0.4, "offset_frequency": 3, "squash": 0.7, "squash_frequency": 2}
-        inputs = {"Vector": graph.place(), "Scale": 4.3, "Mortar": (0.3, 0.3, 0.3), **colors}
-        node = graph.node("TexBrick", inputs, **settings)
-        return first(given(graph, node, Mortar_Size=0.05, Mortar_Smooth=0.3, Bias=-0.1))
-
-    assert plane.difference(checker) < EXACT
-    assert plane.difference(brick) < NOISE
 
 
 def _image(**settings: Any) -> bpy.types.Image:

@@ -145,8 +145,7 @@ TEST(Shader, HashesAsLookup3) {
   // Bob Jenkins' final and mix of words 0 from 0xdeadbeef + 4 n + 13: no more than that they are
   // spread, and the same for each number of words.
   std::array<int, 8> counts{};
-  for (std::uint32_t i = 0; i < 8000; ++i)
-    ++counts[shading::hash_of(std::array{i, 7u, 3u}) >> 29];
+  for (std::uint32_t i = 0; i < 8000; ++i) ++counts[shading::hash_of(std::array{i, 7u, 3u}) >> 29];
   for (const int count : counts) EXPECT_NEAR(count, 1000, 140);  // 4.7 standard deviations
   EXPECT_NE(shading::hash_of(std::array{1u}), shading::hash_of(std::array{1u, 0u}));
 }
@@ -159,9 +158,10 @@ TEST(Shader, RefusesARegisterThatIsComputedLater) {
     p.material(a);
     FAIL() << "nothing was thrown";
   } catch (const InvalidArgument& error) {
-    EXPECT_EQ(std::string(error.what()),
-              "Material 'Shown': shader: register 2 lies outside [-1, 1); name one that is computed "
-              "before");
+    EXPECT_EQ(
+        std::string(error.what()),
+        "Material 'Shown': shader: register 2 lies outside [-1, 1); name one that is computed "
+        "before");
   }
 }
 

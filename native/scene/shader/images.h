@@ -23,8 +23,7 @@ Color<T> at_place(const Texture& texture, const T& u, const T& v) {
       const Colorf by_v =
           (texture.at({at.x, at.y + dv}) - texture.at({at.x, at.y - dv})) / (2 * dv);
       using S = scalar_t<T>;
-      for (int k = 0; k < 3; ++k)
-        found[k] = of_two(u, v, S(c[k]), S(by_u[k]), S(by_v[k]));
+      for (int k = 0; k < 3; ++k) found[k] = of_two(u, v, S(c[k]), S(by_u[k]), S(by_v[k]));
     }
   }
   return found;
@@ -80,8 +79,7 @@ Color<T> image_texture(const Texture& texture, const ShadingPoint* point, ImageM
   const auto centred = [](const T& x) { return x * S(2) - S(1); };
   const Vec3<T> p{centred(at.x), centred(at.y), centred(at.z)};
   T u(0), v(0);
-  if (value_of(p.x) != 0 || value_of(p.y) != 0)
-    u = S(0.5) - arc_tangent2(p.x, p.y) / (2 * kPi<T>);
+  if (value_of(p.x) != 0 || value_of(p.y) != 0) u = S(0.5) - arc_tangent2(p.x, p.y) / (2 * kPi<T>);
   if (mode == ImageMode::kTube) {
     v = (p.z + S(1)) * S(0.5);
   } else {

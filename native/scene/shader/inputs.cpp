@@ -40,8 +40,8 @@ Footprint Footprint::of(const ShadingPoint& point) {
   // The frame that Cycles makes of a normal, so that slopes are taken along the same directions.
   const Vec3f n = point.true_normal();
   const bool even = n.x == n.y && n.x == n.z;
-  const Vec3f across = even ? Vec3f{n.z - n.y, n.x + n.z, -n.y - n.x}
-                            : Vec3f{n.z - n.y, n.x - n.z, n.y - n.x};
+  const Vec3f across =
+      even ? Vec3f{n.z - n.y, n.x + n.z, -n.y - n.x} : Vec3f{n.z - n.y, n.x - n.z, n.y - n.x};
   const Vec3f x = normalize(across);
   return {x * point.footprint, cross(n, x) * point.footprint};
 }
@@ -60,9 +60,7 @@ InputPoint::InputPoint(const ShadingPoint& point, int shift, float width)
   hit_.b2 += dot(cross(e1, way), n) / square;
 }
 
-Vec3f InputPoint::position() const {
-  return Vec3f(Vec3d(position_) + point_.geometry->origin());
-}
+Vec3f InputPoint::position() const { return Vec3f(Vec3d(position_) + point_.geometry->origin()); }
 
 Vec3f InputPoint::object_position() const {
   return Vec3f(point_.geometry->to_object(hit_.instance).point(Vec3d(position_)));
@@ -205,8 +203,8 @@ Vec3d transformed(const ShadingPoint& point, TransformMode mode, int item, const
   if (from == Space::kWorld && is_point) world = v - origin;
   if (from == Space::kObject) {
     const Transform to_world = to_object.inverse();
-    world = is_normal ? transposed(to_object, v)
-                      : (is_point ? to_world.point(v) : to_world.vector(v));
+    world =
+        is_normal ? transposed(to_object, v) : (is_point ? to_world.point(v) : to_world.vector(v));
   }
   if (from == Space::kCamera)
     world = Vec3d(camera.right) * v.x + Vec3d(camera.up) * v.y + Vec3d(camera.forward) * v.z +
@@ -223,8 +221,7 @@ Vec3f normal_to_world(const ShadingPoint& point, const Vec3f& n) {
   return unit(transposed(point.geometry->to_object(point.hit.instance), Vec3d(n)));
 }
 Vec3f normal_to_object(const ShadingPoint& point, const Vec3f& n) {
-  return unit(
-      transposed(point.geometry->to_object(point.hit.instance).inverse(), Vec3d(n)));
+  return unit(transposed(point.geometry->to_object(point.hit.instance).inverse(), Vec3d(n)));
 }
 
 }  // namespace shading

@@ -57,9 +57,7 @@ Vec3<T> normal_map(const ShadingPoint& point, NormalMapMode mode, const std::str
   Vec3<T> v{color.r * S(2) - S(1), color.g * S(2) - S(1), color.b * S(2) - S(1)};
   const auto to_world = [&](const Vec3<T>& n) {
     const auto& m = point.geometry->to_object(point.hit.instance).m;
-    const auto row = [&](int j) {
-      return n.x * S(m[0][j]) + n.y * S(m[1][j]) + n.z * S(m[2][j]);
-    };
+    const auto row = [&](int j) { return n.x * S(m[0][j]) + n.y * S(m[1][j]) + n.z * S(m[2][j]); };
     const Vec3<T> world = safe_normalize(Vec3<T>{row(0), row(1), row(2)});
     return point.backfacing() ? -world : world;
   };

@@ -20,7 +20,7 @@ _ENDINGS = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color", "ROTATION": "
 def _mix(tree: Tree, node: Node, _: Socket, groups: Groups) -> Register:
     kind = node.data_type
     if kind not in {"FLOAT", "VECTOR", "RGBA"}:
-        return tree.refuse(node, "mixes rotations", "mix vectors instead")
+        return tree.refuse(node, "{} mixes rotations", "mix vectors instead")
     uniform = kind != "VECTOR" or node.factor_mode == "UNIFORM"
     factor = tree.get(node, "Factor_Float" if uniform else "Factor_Vector", groups)
     a, b = (tree.get(node, f"{name}_{_ENDINGS[kind]}", groups) for name in "AB")

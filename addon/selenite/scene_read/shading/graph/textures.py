@@ -26,7 +26,7 @@ _VORONOI_OUTPUTS = ("Distance", "Color", "Position", "W")
 _DIRECTIONS = ("X", "Y", "Z", "DIAGONAL", "SPHERICAL")
 _PROFILES = ("SIN", "SAW", "TRI")
 #: Later and earlier versions compute these textures in another way.
-_OLDER = "is computed in another way by this Blender, which is not modelled"
+_OLDER = "{} is computed in another way by this Blender, which is not modelled"
 
 
 _KINDS = {
