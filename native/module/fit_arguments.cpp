@@ -92,10 +92,11 @@ UnknownParameter unknown_of(const py::handle& object, std::size_t index) {
 }
 
 FitSettings settings_of(const py::handle& object) {
-  const Named named(object, "settings",
-                    {"loss", "optimiser", "iterations", "most_iterations", "spp", "tolerance", "seed", "depth",
-                     "threads", "accumulate", "validation_interval", "validation_spp", "search",
-                     "refinement", "refinement_spp", "finite_differences"});
+  const Named named(
+      object, "settings",
+      {"loss", "optimiser", "iterations", "most_iterations", "spp", "tolerance", "seed", "depth",
+       "threads", "accumulate", "validation_interval", "validation_spp", "search", "refinement",
+       "refinement_spp", "finite_differences"});
   FitSettings settings;
   named.take("loss", settings.loss);
   named.take("optimiser", settings.optimiser);

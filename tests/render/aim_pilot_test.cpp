@@ -34,8 +34,7 @@ std::vector<bool> aims_of(const Scene& scene, std::vector<AimVerdict>* verdicts 
                           int threads = 1) {
   RenderSettings like;
   like.threads = threads;
-  const Scene decided =
-      decide_aims(scene, scene.cameras.front(), SlotLayout(), like, verdicts);
+  const Scene decided = decide_aims(scene, scene.cameras.front(), SlotLayout(), like, verdicts);
   EXPECT_FALSE(has_undecided_aims(decided));
   std::vector<bool> aims;
   for (const Light& lamp : decided.appearance.lights) aims.push_back(*lamp.aimed);

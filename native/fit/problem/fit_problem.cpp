@@ -49,9 +49,9 @@ std::string FitProblem::fingerprint() const {
   std::string text = settings_.loss;
   for (const std::int64_t number :
        {static_cast<std::int64_t>(settings_.seed), std::int64_t{settings_.iterations},
-        std::int64_t{settings_.chosen_most_iterations()},
-        std::int64_t{settings_.spp}, std::int64_t{settings_.depth},
-        std::int64_t{settings_.accumulate}, std::int64_t{settings_.validation_interval},
+        std::int64_t{settings_.chosen_most_iterations()}, std::int64_t{settings_.spp},
+        std::int64_t{settings_.depth}, std::int64_t{settings_.accumulate},
+        std::int64_t{settings_.validation_interval},
         std::int64_t{settings_.chosen_validation_spp()},
         std::int64_t{settings_.chosen_refinement_spp()},
         std::int64_t{settings_.finite_differences}})

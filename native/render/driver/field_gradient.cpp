@@ -117,8 +117,8 @@ FieldGradient render_field_gradient(const Scene& scene, const Camera& camera,
                                     Progress* progress) {
   settings.check();
   if (has_undecided_aims(scene))
-    return render_field_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress), camera, unknown,
-                                 settings, loss, progress);
+    return render_field_gradient(decide_aims(scene, camera, {}, settings, nullptr, progress),
+                                 camera, unknown, settings, loss, progress);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
   const std::vector<Field> fields = fields_of(scene, unknown);
@@ -160,8 +160,8 @@ FieldJacobian render_field_jacobian(const Scene& scene, const Camera& camera,
                           std::to_string(settings.width) + " x " + std::to_string(settings.height) +
                           " pixels; give one a pixel");
   if (has_undecided_aims(scene))
-    return render_field_jacobian(decide_aims(scene, camera, {}, settings, nullptr, progress), camera, unknown,
-                                 settings, weights, cell, progress);
+    return render_field_jacobian(decide_aims(scene, camera, {}, settings, nullptr, progress),
+                                 camera, unknown, settings, weights, cell, progress);
   const auto start = std::chrono::steady_clock::now();
   const std::clock_t cpu_start = std::clock();
   const std::vector<Field> fields = fields_of(scene, unknown);

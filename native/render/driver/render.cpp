@@ -96,7 +96,8 @@ Film render(const Scene& scene, const Camera& camera, const SlotLayout& layout,
                   "at most 16: split the parameters over several passes");
 
   if (has_undecided_aims(scene))
-    return render(decide_aims(scene, camera, layout, settings, nullptr, progress), camera, layout, settings, progress);
+    return render(decide_aims(scene, camera, layout, settings, nullptr, progress), camera, layout,
+                  settings, progress);
 
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = cpu_seconds();

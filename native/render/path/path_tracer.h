@@ -152,12 +152,12 @@ class PathTracer {
     return radiance;
   }
 
-  bool truncated = false;    ///< the last path ran into the hard limit on its length
+  bool truncated = false;      ///< the last path ran into the hard limit on its length
   std::uint32_t vertices = 0;  ///< of the last path
   /// Places on surfaces that all paths looked at on their way to lamps; see RefractedLight.
   std::int64_t exits() const { return refracted_.exits(); }
   void note_excess(AimExcess<L>* excess) { refracted_.note_excess(excess); }
-  Tape tape;               ///< of the last path, in the kernel that keeps one
+  Tape tape;  ///< of the last path, in the kernel that keeps one
 
  private:
   using Scalar = PathScalar<L>;
@@ -174,8 +174,7 @@ class PathTracer {
   template <class Values, class Bsdf>
   bool scatter(const Hit& hit, Surface surface, const PreparedMaterial<L>& material,
                const Values& values, const Bsdf& bsdf, Random& random, std::uint32_t& vertex,
-               MediaStack<L>& media, Throughput<L>& beta, Radiance<L>& radiance,
-               Path& path) const {
+               MediaStack<L>& media, Throughput<L>& beta, Radiance<L>& radiance, Path& path) const {
     if (depth_ > 0 && path.scatterings >= depth_) return false;
 
     using X = std::decay_t<decltype(bsdf.emission().r)>;
