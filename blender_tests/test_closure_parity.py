@@ -28,7 +28,11 @@ NODES = {
         {"distribution": "MULTI_GGX"},
         {"Color": COLOR, "Roughness": 0.4, "IOR": 1.6},
     ),
-    "refraction": ("Refraction", {"distribution": "GGX"}, {"Color": COLOR, "Roughness": 0.3, "IOR": 1.3}),
+    "refraction": (
+        "Refraction",
+        {"distribution": "GGX"},
+        {"Color": COLOR, "Roughness": 0.3, "IOR": 1.3},
+    ),
     "translucent": ("Translucent", {}, {"Color": COLOR}),
     "transparent": ("Transparent", {}, {"Color": COLOR}),
     "metallic": (

@@ -52,7 +52,7 @@ struct LayerWeights {
   /// by the Fresnel term at the shading normal and not at the micronormal, diffuse is Disney's.
   bool version1 = false;
   bool bare_refraction = false;  ///< that of single micronormals has no Fresnel term
-  S macro_reflected = 0;  ///< version 1: probability that glass reflects
+  S macro_reflected = 0;         ///< version 1: probability that glass reflects
 
   bool has(int lobe) const { return present[lobe]; }
   bool has_top_lobe() const {

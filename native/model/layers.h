@@ -23,13 +23,12 @@ struct Layers : LayerWeights<T> {
   using Weights = LayerWeights<T>;
   using typename Weights::R, typename Weights::S, typename Weights::U;
   using Weights::bare_refraction, Weights::coat, Weights::coat_width2, Weights::diffuse,
-      Weights::emission,
-      Weights::entry_eta, Weights::entry_width2, Weights::eta, Weights::glass, Weights::glass_flat,
-      Weights::glass_least, Weights::glass_most, Weights::glass_through, Weights::glass_tint,
-      Weights::macro_reflected, Weights::metal, Weights::metal_weight, Weights::pick,
-      Weights::present, Weights::retro_roughness, Weights::rough_diffuse, Weights::specular,
-      Weights::subsurface, Weights::through_width2, Weights::top, Weights::top_weight,
-      Weights::transparency, Weights::version1, Weights::width2;
+      Weights::emission, Weights::entry_eta, Weights::entry_width2, Weights::eta, Weights::glass,
+      Weights::glass_flat, Weights::glass_least, Weights::glass_most, Weights::glass_through,
+      Weights::glass_tint, Weights::macro_reflected, Weights::metal, Weights::metal_weight,
+      Weights::pick, Weights::present, Weights::retro_roughness, Weights::rough_diffuse,
+      Weights::specular, Weights::subsurface, Weights::through_width2, Weights::top,
+      Weights::top_weight, Weights::transparency, Weights::version1, Weights::width2;
 
   /// cos_i: viewer's cosine to the bent normal of the specular lobes, > 0. active: the lanes that
   /// decide whether a lobe is there.

@@ -18,8 +18,8 @@ struct MixtureFamily {
   Mixture (*make)(double roughness);
   double ior = 1.5;
   bool backfacing = false;
-  bool low = false;       ///< see density_check::View
-  double grazing = 0.1;   ///< the least cosine at which enough light is left to be counted
+  bool low = false;      ///< see density_check::View
+  double grazing = 0.1;  ///< the least cosine at which enough light is left to be counted
 };
 
 inline PlacedClosure<double> placed(const Closure<double>& closure, double weight = 1,
@@ -31,20 +31,37 @@ inline const std::vector<MixtureFamily>& mixture_families() {
   namespace c = closures;
   using Colord = Color<double>;
   static const std::vector<MixtureFamily> all{
-      {"diffuse", [](double r) -> Mixture { return {placed(c::Diffuse<double>{{.9, .5, .2}, r})}; }},
-      {"glossy", [](double r) -> Mixture { return {placed(c::Glossy<double>{{.9, .5, .2}, r})}; }},
-      {"glass", [](double r) -> Mixture { return {placed(c::Glass<double>{{.9, .5, .2}, r, 1.5})}; }},
+      {"diffuse",
+       [](double r) -> Mixture {
+         return {placed(c::Diffuse<double>{{.9, .5, .2}, r})};
+       }},
+      {"glossy",
+       [](double r) -> Mixture {
+         return {placed(c::Glossy<double>{{.9, .5, .2}, r})};
+       }},
+      {"glass",
+       [](double r) -> Mixture {
+         return {placed(c::Glass<double>{{.9, .5, .2}, r, 1.5})};
+       }},
       {"glass_inside",
-       [](double r) -> Mixture { return {placed(c::Glass<double>{{.9, .5, .2}, r, 1.5})}; },
+       [](double r) -> Mixture {
+         return {placed(c::Glass<double>{{.9, .5, .2}, r, 1.5})};
+       },
        1.5, true},
       {"refraction",
-       [](double r) -> Mixture { return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})}; },
+       [](double r) -> Mixture {
+         return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})};
+       },
        1.5, false, false, 0.3},
       {"refraction_inside",
-       [](double r) -> Mixture { return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})}; },
+       [](double r) -> Mixture {
+         return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})};
+       },
        1.5, true, false, 0.9},
       {"translucent",
-       [](double) -> Mixture { return {placed(c::Translucent<double>{{.9, .5, .2}})}; }},
+       [](double) -> Mixture {
+         return {placed(c::Translucent<double>{{.9, .5, .2}})};
+       }},
       {"metallic",
        [](double r) -> Mixture {
          return {placed(c::Metallic<double>{{.9, .5, .2}, {.9, .4, .7}, r})};

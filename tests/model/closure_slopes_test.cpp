@@ -24,9 +24,9 @@ std::vector<Slope> slopes() {
     auto closure = default_closure<double>(static_cast<ClosureKind>(kind));
     int field = 0;
     closure_fields(closure, [&](const Parameter&, auto& member) {
-      const int channels = requires { member.r; } ? 3 : 1;
-      for (int k = 0; k < channels; ++k)
-        all.push_back({static_cast<ClosureKind>(kind), field, k});
+      const int channels = requires { member.r; }
+      ? 3 : 1;
+      for (int k = 0; k < channels; ++k) all.push_back({static_cast<ClosureKind>(kind), field, k});
       ++field;
     });
   }
@@ -186,7 +186,9 @@ TEST(ClosureSlopesAtZero, BlackColourAndWeightKeepTheirSlopesInSamples) {
   };
   of_colour([](const Color<D>& color) { return Closure<D>(c::Glossy<D>{color, D(.4)}); });
   of_colour([](const Color<D>& color) { return Closure<D>(c::Glass<D>{color, D(.3), D(1.5)}); });
-  of_colour([](const Color<D>& color) { return Closure<D>(c::Refraction<D>{color, D(.2), D(1.5)}); });
+  of_colour([](const Color<D>& color) {
+    return Closure<D>(c::Refraction<D>{color, D(.2), D(1.5)});
+  });
   of_colour([](const Color<D>& color) { return Closure<D>(c::Translucent<D>{color}); });
 }
 

@@ -34,8 +34,8 @@ class Mixtures : public testing::TestWithParam<int> {
 TEST_P(Mixtures, AreDrawnWithTheStatedDensity) {
   const std::vector<double> roughnesses{0.1, 0.3, 1}, cosines{1, 0.9, 0.5, 0.1};
   std::mt19937_64 engine(120 + GetParam());
-  const int count = static_cast<int>(cases::mixture_families().size() * roughnesses.size() *
-                                     cosines.size());
+  const int count =
+      static_cast<int>(cases::mixture_families().size() * roughnesses.size() * cosines.size());
   for (const double roughness : roughnesses)
     for (const double cosine : cosines) {
       if (cosine < family().grazing) continue;
@@ -44,8 +44,10 @@ TEST_P(Mixtures, AreDrawnWithTheStatedDensity) {
       const SurfaceBsdf<double> bsdf(mixture, point(cosine));
       const double eta = family().backfacing ? 1 / family().ior : family().ior;
       density_check::expect_stated_density(
-          bsdf, {cases::direction(cosine), eta, roughness,
-                 cosine < 0.3 && roughness == 1 && !family().low ? 4 : 1, family().low, count}, engine);
+          bsdf,
+          {cases::direction(cosine), eta, roughness,
+           cosine < 0.3 && roughness == 1 && !family().low ? 4 : 1, family().low, count},
+          engine);
     }
 }
 
@@ -81,9 +83,11 @@ TEST_P(Mixtures, GainNoEnergy) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Families, Mixtures, testing::Range(0, static_cast<int>(cases::mixture_families().size())),
-    [](const auto& info) { return cases::mixture_families()[info.param].name; });
+INSTANTIATE_TEST_SUITE_P(Families, Mixtures,
+                         testing::Range(0, static_cast<int>(cases::mixture_families().size())),
+                         [](const auto& info) {
+                           return cases::mixture_families()[info.param].name;
+                         });
 
 /// One closure alone.
 Colord value(const Closure<double>& closure, const Vec3d& wi, const Vec3d& wo,
@@ -105,40 +109,43 @@ TEST(Closures, AreThoseOfCycles) {
     Colord value;
   };
   const Row rows[] = {
-      {c::Diffuse<double>{col, .4}, multi, false, false,
-       {0.1685871, 0.08861844, 0.03472263}},
-      {c::Glossy<double>{col, .6}, multi, false, false,
-       {0.1705832, 0.08577862, 0.03200223}},
-      {c::Glossy<double>{col, .6}, single, false, false,
-       {0.1377657, 0.0765365, 0.0306146}},
-      {c::Glass<double>{col, .6, 1.5}, multi, false, false,
+      {c::Diffuse<double>{col, .4}, multi, false, false, {0.1685871, 0.08861844, 0.03472263}},
+      {c::Glossy<double>{col, .6}, multi, false, false, {0.1705832, 0.08577862, 0.03200223}},
+      {c::Glossy<double>{col, .6}, single, false, false, {0.1377657, 0.0765365, 0.0306146}},
+      {c::Glass<double>{col, .6, 1.5},
+       multi,
+       false,
+       false,
        {0.006909681, 0.003756191, 0.001478575}},
-      {c::Glass<double>{col, .6, 1.5}, multi, false, true,
-       {0.7157884, 0.3891118, 0.1531687}},
-      {c::Glass<double>{col, .6, 1.5}, multi, true, false,
-       {0.1761491, 0.08729259, 0.03222443}},
-      {c::Glass<double>{col, .6, 1.5}, multi, true, true,
-       {0.05895756, 0.02921706, 0.0107856}},
-      {c::Glass<double>{col, .6, 1.5}, single, false, false,
+      {c::Glass<double>{col, .6, 1.5}, multi, false, true, {0.7157884, 0.3891118, 0.1531687}},
+      {c::Glass<double>{col, .6, 1.5}, multi, true, false, {0.1761491, 0.08729259, 0.03222443}},
+      {c::Glass<double>{col, .6, 1.5}, multi, true, true, {0.05895756, 0.02921706, 0.0107856}},
+      {c::Glass<double>{col, .6, 1.5},
+       single,
+       false,
+       false,
        {0.006583634, 0.003657574, 0.00146303}},
-      {c::Glass<double>{col, .6, 1.5}, single, false, true,
-       {0.6820124, 0.3788958, 0.1515583}},
-      {c::Glass<double>{col, .6, 1.5}, single, true, false,
-       {0.1377658, 0.07653656, 0.03061462}},
-      {c::Glass<double>{col, .6, 1.5}, single, true, true,
-       {0.04611057, 0.02561699, 0.01024679}},
-      {c::Refraction<double>{col, .6, 1.5}, single, false, true,
-       {0.7437119, 0.4131733, 0.1652693}},
-      {c::Refraction<double>{col, .6, 1.5}, single, true, true,
+      {c::Glass<double>{col, .6, 1.5}, single, false, true, {0.6820124, 0.3788958, 0.1515583}},
+      {c::Glass<double>{col, .6, 1.5}, single, true, false, {0.1377658, 0.07653656, 0.03061462}},
+      {c::Glass<double>{col, .6, 1.5}, single, true, true, {0.04611057, 0.02561699, 0.01024679}},
+      {c::Refraction<double>{col, .6, 1.5}, single, false, true, {0.7437119, 0.4131733, 0.1652693}},
+      {c::Refraction<double>{col, .6, 1.5},
+       single,
+       true,
+       true,
        {0.05028204, 0.02793447, 0.01117379}},
-      {c::Translucent<double>{col}, multi, false, true,
-       {0.2291832, 0.127324, 0.05092959}},
-      {c::Metallic<double>{col, {.4, .8, 1}, .6}, multi, false, false,
+      {c::Translucent<double>{col}, multi, false, true, {0.2291832, 0.127324, 0.05092959}},
+      {c::Metallic<double>{col, {.4, .8, 1}, .6},
+       multi,
+       false,
+       false,
        {0.1668872, 0.08584642, 0.03244474}},
-      {c::Conductor<double>{{.2, 2.5, 1}, {3.9, 3, .5}, .6}, multi, false, false,
+      {c::Conductor<double>{{.2, 2.5, 1}, {3.9, 3, .5}, .6},
+       multi,
+       false,
+       false,
        {0.1826704, 0.09103587, 0.01280726}},
-      {c::Sheen<double>{col, .4}, multi, false, false,
-       {0.004172584, 0.002318102, 0.0009272409}},
+      {c::Sheen<double>{col, .4}, multi, false, false, {0.004172584, 0.002318102, 0.0009272409}},
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(kClosureNames[row.closure.index()]);
@@ -156,8 +163,8 @@ TEST(Closures, PrincipledAloneIsThePrincipledBsdf) {
     const auto material = cases::random_material(engine);
     const auto point = cases::flat(cases::direction(0.05 + 0.95 * u(engine)), u(engine) < 0.5);
     const Vec3d wo = cases::random_direction(engine);
-    const PrincipledBsdf<double> want(
-        material, Flavour{.evaluate_unphysical_refraction = false}, point);
+    const PrincipledBsdf<double> want(material, Flavour{.evaluate_unphysical_refraction = false},
+                                      point);
     const Mixture one{placed(material)};
     const SurfaceBsdf<double> got(one, point);
     EXPECT_EQ(got.value(wo), want.value(wo));
@@ -189,11 +196,11 @@ TEST(Closures, MixtureIsTheWeightedSum) {
 TEST(Closures, DiffuseIsTheDiffuseLobeOfThePrincipled) {
   Principled<double> m;
   m.specular_level = 0, m.base_color = {.9, .5, .2}, m.diffuse_roughness = 0.4;
-  const Colord want = value(m, kView, kLight), got = value(c::Diffuse<double>{{.9, .5, .2}, .4},
-                                                           kView, kLight);
+  const Colord want = value(m, kView, kLight),
+               got = value(c::Diffuse<double>{{.9, .5, .2}, .4}, kView, kLight);
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(got[k], want[k], 1e-15);
-  EXPECT_NEAR(value(c::Diffuse<double>{{.9, .5, .2}, 0}, kView, kLight).g,
-              0.5 * 0.7 / kPi<double>, 1e-15);
+  EXPECT_NEAR(value(c::Diffuse<double>{{.9, .5, .2}, 0}, kView, kLight).g, 0.5 * 0.7 / kPi<double>,
+              1e-15);
 }
 
 TEST(Closures, MetallicIsTheMetalOfThePrincipled) {
@@ -208,8 +215,8 @@ TEST(Closures, WhiteGlassIsTheGlassOfThePrincipled) {
   Principled<double> m;
   m.transmission = 1, m.base_color = Colord(1), m.roughness = 0.4;
   for (const Vec3d& wo : {kLight, cases::direction(-0.8, 3)}) {
-    const Colord want = value(m, kView, wo), got = value(c::Glass<double>{Colord(1), .4, 1.5},
-                                                         kView, wo);
+    const Colord want = value(m, kView, wo),
+                 got = value(c::Glass<double>{Colord(1), .4, 1.5}, kView, wo);
     EXPECT_GT(want.g, 0);
     EXPECT_NEAR(got.g, want.g, 1e-14);
   }
@@ -362,11 +369,13 @@ TEST(Closures, EachHasItsOwnNormal) {
     EXPECT_NEAR(s->density / p, 1, 1e-6);
     for (int k = 0; k < 3; ++k) EXPECT_NEAR(s->weight[k], f[k] / p, 1e-6 * (1 + s->weight[k]));
     // The metal's is that of a surface of this normal.
-    const PrincipledBsdf<double> tilted([&] {
-      Principled<double> m;
-      m.metallic = 1, m.base_color = {.5, .6, .7}, m.roughness = .4;
-      return m;
-    }(), Flavour{}, {point.ng, n, point.wi, false});
+    const PrincipledBsdf<double> tilted(
+        [&] {
+          Principled<double> m;
+          m.metallic = 1, m.base_color = {.5, .6, .7}, m.roughness = .4;
+          return m;
+        }(),
+        Flavour{}, {point.ng, n, point.wi, false});
     EXPECT_NEAR(f.g, .7 * .3 * s->wo.z / kPi<double> + .3 * tilted.value(s->wo).g, 1e-12);
     ++compared;
   }
@@ -377,9 +386,7 @@ TEST(Closures, BumpedDiffuseEndsSoftlyWhereTheSurfaceTurnsAway) {
   const Vec3d n = normalize(Vec3d{0.6, 0, 1});
   const Mixture one{placed(c::Diffuse<double>{Colord(1), 0}, 1, n)};
   const SurfaceBsdf<double> bsdf(one, cases::flat({0, 0, 1}, false));
-  const auto share = [&](const Vec3d& wo) {
-    return bsdf.value(wo).g / (dot(n, wo) / kPi<double>);
-  };
+  const auto share = [&](const Vec3d& wo) { return bsdf.value(wo).g / (dot(n, wo) / kPi<double>); };
   EXPECT_GT(share({0, 0, 1}), 0.999);
   const double mid = share(normalize(Vec3d{1, 0, 0.5})), low = share(normalize(Vec3d{1, 0, 0.02}));
   EXPECT_LT(mid, 1);

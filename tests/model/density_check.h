@@ -79,11 +79,11 @@ inline Vec3d refracted(const Vec3d& wi, double eta) {
 /// What the cells and the test need to know of a case.
 struct View {
   Vec3d wi;
-  double eta = 1;       ///< of the far side over the viewer's
-  double roughness = 1; ///< of the narrowest lobe
-  int fine = 1;         ///< times as many steps of the quadrature, where a lobe ends abruptly
-  bool low = false;     ///< the light lies low above the horizon all around, as that of sheen
-  int cases = 1;        ///< in the suite
+  double eta = 1;        ///< of the far side over the viewer's
+  double roughness = 1;  ///< of the narrowest lobe
+  int fine = 1;          ///< times as many steps of the quadrature, where a lobe ends abruptly
+  bool low = false;      ///< the light lies low above the horizon all around, as that of sheen
+  int cases = 1;         ///< in the suite
 };
 
 template <class Bsdf, class Engine>
@@ -99,9 +99,9 @@ void expect_stated_density(const Bsdf& bsdf, const View& view, Engine& engine) {
   // Seen under a grazing angle a narrow lobe is 1 / cosine times as long as it is wide.
   const int turn_steps = view.roughness * wi.z < 1e-3 ? 10 * kSteps : kSteps;
   for (const Cells& half : halves)
-    for (const double p :
-         half.integrate(view.fine * (view.low ? 20 * kSteps : kSteps), view.fine * (view.low ? kSteps / 3 : turn_steps),
-                        [&](const Vec3d& w) { return bsdf.density(w); }))
+    for (const double p : half.integrate(view.fine * (view.low ? 20 * kSteps : kSteps),
+                                         view.fine * (view.low ? kSteps / 3 : turn_steps),
+                                         [&](const Vec3d& w) { return bsdf.density(w); }))
       expected.push_back(p * kSamples);
   double total = 0;
   for (const double e : expected) total += e;

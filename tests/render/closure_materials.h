@@ -66,8 +66,7 @@ class ClosureMaterial {
     Op op;
     int mode;
   };
-  int constant(const std::string& name, const Parameter& p, const Color<double>& value,
-               int width) {
+  int constant(const std::string& name, const Parameter& p, const Color<double>& value, int width) {
     ShaderConstant to;
     auto texts = std::make_shared<std::array<std::string, 3>>();
     (*texts)[0] = name;

@@ -41,7 +41,8 @@ TEST(ClosureSurfaces, PrincipledAloneIsTheMaterialOfItsValues) {
   m.values.coat_weight = 0.5, m.values.sheen_weight = 0.3;
   expect_same_pictures(
       sphere_scene(m),
-      sphere_scene(ClosureMaterial().add("P", static_cast<Principled<double>>(m.values)).build("Body")));
+      sphere_scene(
+          ClosureMaterial().add("P", static_cast<Principled<double>>(m.values)).build("Body")));
 }
 
 TEST(ClosureSurfaces, SubsurfaceWalksAsThatOfThePrincipled) {
@@ -64,9 +65,10 @@ TEST(ClosureSurfaces, ClosedRoomOfEmissionAndDiffuseIsTheSeries) {
   place(builder, box_mesh(1, 1.5, 0.7), builder.add_material(wall));
   add_view(builder, {0.3, -0.4, 0.1}, {-1, 1, -0.3}, 15);
   const Scene scene = builder.build();
-  const Film film = render_view(
-      scene, settings_of(8, 1500),
-      ticked(scene, {{"Wall", "Diffuse.color"}, {"Wall", "Emission.strength"}, {"Wall", "Diffuse.share"}}));
+  const Film film = render_view(scene, settings_of(8, 1500),
+                                ticked(scene, {{"Wall", "Diffuse.color"},
+                                               {"Wall", "Emission.strength"},
+                                               {"Wall", "Diffuse.share"}}));
   ASSERT_TRUE(complete(film));
   const double light = emission / (1 - rho), by_rho = emission / square(1 - rho);
   EXPECT_NEAR(mean_of(film).mean, light, 0.01 * light);
@@ -88,8 +90,7 @@ TEST(ClosureSurfaces, TransparentSheetTintsShadowsAndViews) {
     return film;
   };
   const Colord tint{0.5, 0.25, 1};
-  const Material sheet =
-      ClosureMaterial().add("T", c::Transparent<double>{tint}).build("Sheet");
+  const Material sheet = ClosureMaterial().add("T", c::Transparent<double>{tint}).build("Sheet");
   const Film bare = lit(nullptr), tinted = lit(&sheet);
   for (int k = 0; k < 3; ++k)
     EXPECT_NEAR(mean_of(tinted, k).mean / mean_of(bare, k).mean, tint[k] * tint[k], 1e-4);
@@ -103,8 +104,8 @@ TEST(ClosureSurfaces, TransparentSheetTintsShadowsAndViews) {
 }
 
 TEST(ClosureSurfaces, TranslucentSheetGlowsFromBehind) {
-  SceneBuilder builder = plane(
-      ClosureMaterial().add("T", c::Translucent<double>{{0.8, 0.4, 0.2}}).build("Sheet"));
+  SceneBuilder builder =
+      plane(ClosureMaterial().add("T", c::Translucent<double>{{0.8, 0.4, 0.2}}).build("Sheet"));
   builder.add_light(sun(1, {0.6, 0, -0.8}));
   const Film film = render_view(builder.build(), settings_of(4, 64));
   ASSERT_TRUE(complete(film));
@@ -121,11 +122,10 @@ Scene under_emitter(const Material& emitter) {
 
 TEST(ClosureSurfaces, EmissionIsFoundByLightSampling) {
   const Film want = render_view(under_emitter(emitter("Lamp", 100)), settings_of(4, 256)),
-             got = render_view(
-                 under_emitter(ClosureMaterial()
-                                   .add("E", c::Emission<double>{Colord(1), 200}, 0.5)
-                                   .build("Lamp")),
-                 settings_of(4, 256));
+             got = render_view(under_emitter(ClosureMaterial()
+                                                 .add("E", c::Emission<double>{Colord(1), 200}, 0.5)
+                                                 .build("Lamp")),
+                               settings_of(4, 256));
   ASSERT_TRUE(complete(want) && complete(got));
   EXPECT_NEAR(mean_of(got).mean, mean_of(want).mean, 1e-3 * mean_of(want).mean);
   EXPECT_NEAR(mean_of(got).error, mean_of(want).error, 0.05 * mean_of(want).error);

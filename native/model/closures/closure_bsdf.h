@@ -27,9 +27,7 @@ class ConductorBsdf {
     if (s.exists) s.weight *= fresnel(s.wo);
     return s;
   }
-  ConductorBsdf seen_by(RayKinds kinds) const {
-    return {mirrors_.seen_by(kinds), fresnel_, wi_};
-  }
+  ConductorBsdf seen_by(RayKinds kinds) const { return {mirrors_.seen_by(kinds), fresnel_, wi_}; }
   bool all_singular() const { return mirrors_.all_singular(); }
 
  private:
@@ -56,8 +54,7 @@ class TranslucentBsdf {
     f = color_ * p;
   }
   BsdfSample<T> draw(S, S u1, S u2) const {
-    const Vec3<S> wo =
-        -Frame<S>::from_normal(n_).to_world(square_to_cosine_hemisphere(u1, u2));
+    const Vec3<S> wo = -Frame<S>::from_normal(n_).to_world(square_to_cosine_hemisphere(u1, u2));
     BsdfSample<T> s{.wo = wo,
                     .density = S(0),
                     .weight = color_,

@@ -83,8 +83,8 @@ struct ClosureLayers : Layers<T> {
       const AlbedoTables& tables = AlbedoTables::get();
       const T e = tables.mirror(clamp01(roughness), this->cos_i_);
       const T e_mean = tables.mirror_mean(clamp01(roughness));
-      this->metal_weight *= this->map_tint(
-          mean, [&](const T& f) { return Layers<T>::compensation(f, e, e_mean); });
+      this->metal_weight *=
+          this->map_tint(mean, [&](const T& f) { return Layers<T>::compensation(f, e, e_mean); });
     }
     place(kMetal, estimate, slope || has_slope(this->metal_weight) || has_slope(this->width2));
   }
@@ -123,8 +123,8 @@ struct ClosureLayers : Layers<T> {
       const bool thinner = value_of(d.eta) < 1;
       const T e = tables.glass(roughness, this->cos_i_, d.z, thinner);
       const T e_mean = tables.glass_mean(roughness, d.z, thinner);
-      lobe *= this->map_tint(
-          color, [&](const T& f) { return Layers<T>::compensation(f, e, e_mean); });
+      lobe *=
+          this->map_tint(color, [&](const T& f) { return Layers<T>::compensation(f, e, e_mean); });
     }
     const T rest = T(1) - d.normal;
     this->glass = {lobe * d.normal, lobe * rest, DielectricRise<T>(d.excess)};
@@ -175,9 +175,7 @@ struct ClosureLayers : Layers<T> {
           has_slope(this->top_weight[kSheen]) || has_slope(m.roughness));
   }
 
-  static MetalFresnel<T> white() {
-    return MetalFresnel<T>(Color<T>(T(1)), Color<T>(T(1)));
-  }
+  static MetalFresnel<T> white() { return MetalFresnel<T>(Color<T>(T(1)), Color<T>(T(1))); }
 
  public:
   static ConductorFresnel<T> conductor_fresnel(const closures::Conductor<T>& m) {

@@ -53,9 +53,8 @@ class SurfaceBsdf {
   SurfaceBsdf seen_by(RayKinds kinds) const {
     SurfaceBsdf left = *this;
     for (int i = 0; i < count_; ++i)
-      left.parts_[i]->bsdf =
-          std::visit([&](const auto& b) -> ClosureBsdf<T> { return b.seen_by(kinds); },
-                     parts_[i]->bsdf);
+      left.parts_[i]->bsdf = std::visit(
+          [&](const auto& b) -> ClosureBsdf<T> { return b.seen_by(kinds); }, parts_[i]->bsdf);
     return left;
   }
 
@@ -71,8 +70,8 @@ class SurfaceBsdf {
     if (chosen < 0) return std::nullopt;
     const Part& part = *parts_[chosen];
     const S u = min(u_lobe / part.pick, kBelowOne);
-    SurfaceSample<T> s{
-        std::visit([&](const auto& b) { return b.draw(u, u1, u2); }, part.bsdf), chosen};
+    SurfaceSample<T> s{std::visit([&](const auto& b) { return b.draw(u, u1, u2); }, part.bsdf),
+                       chosen};
     if (!s.exists) return std::nullopt;
     if (s.enters) {
       s.weight = s.weight / part.pick;
@@ -139,7 +138,8 @@ class SurfaceBsdf {
     S pick = 0;
     Vec3<S> n{};
   };
-  static constexpr S kSlopeShare = S(0.1);  ///< least share of the samples, of all, with a derivative
+  static constexpr S kSlopeShare =
+      S(0.1);  ///< least share of the samples, of all, with a derivative
   static constexpr S kBelowOne = S(1) - std::numeric_limits<S>::epsilon() / 2;
 
   template <class OneClosure>
@@ -168,15 +168,14 @@ class SurfaceBsdf {
     const Color<T> color = map(m.color, [](const T& c) { return max(c, T(0)); }) * placed.weight;
     const S estimate = mean_channel(value_of(color));
     if (!(estimate >= kLeastWeight) && !has_slope(color)) return;
-    keep({TranslucentBsdf<T>(color, point), &placed, estimate, has_slope(color),
-          is_bumped(placed)});
+    keep(
+        {TranslucentBsdf<T>(color, point), &placed, estimate, has_slope(color), is_bumped(placed)});
   }
   void add(const closures::Transparent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>&) {
     transparency_ += m.color * placed.weight;
   }
-  void add(const closures::Emission<T>& m, const PlacedClosure<T>& placed,
-           const SurfacePoint<S>&) {
+  void add(const closures::Emission<T>& m, const PlacedClosure<T>& placed, const SurfacePoint<S>&) {
     emission_ += m.color * (m.strength * placed.weight);
   }
   static constexpr S kLeastWeight = S(1e-5);

@@ -40,7 +40,7 @@ struct Path {
     Hit hit{};
   };
   Left left;
-  PathFacts facts;  ///< what shaders ask of its way; `length` and `depth` are filled in at a hit
+  PathFacts facts;   ///< what shaders ask of its way; `length` and `depth` are filled in at a hit
   float length = 0;  ///< of all rays before this one
   /// Radius of a pixel on a surface: where the path starts, and by how much it grows with the length.
   float pixel = 0, pixel_growth = 0;

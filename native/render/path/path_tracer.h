@@ -166,8 +166,7 @@ class PathTracer {
   template <class Values, class Bsdf>
   bool scatter(const Hit& hit, Surface surface, const PreparedMaterial<L>& material,
                const Values& values, const Bsdf& bsdf, Random& random, std::uint32_t& vertex,
-               MediaStack<L>& media, Throughput<L>& beta, Radiance<L>& radiance,
-               Path& path) const {
+               MediaStack<L>& media, Throughput<L>& beta, Radiance<L>& radiance, Path& path) const {
     if (depth_ > 0 && path.scatterings >= depth_) return false;
 
     using X = std::decay_t<decltype(bsdf.emission().r)>;

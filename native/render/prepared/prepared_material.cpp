@@ -209,8 +209,9 @@ PreparedMaterial<L> white_material() {
 
 template <int L>
 void prepare_plain(const Material& from, PreparedMaterial<L>& material) {
-  material.plain = material.count == 0 && !from.shader && from.maps.empty() && !material.transparent &&
-                   !material.emissive && !(from.values.subsurface_weight > 0);
+  material.plain = material.count == 0 && !from.shader && from.maps.empty() &&
+                   !material.transparent && !material.emissive &&
+                   !(from.values.subsurface_weight > 0);
   if (!material.plain) return;
   const std::vector<double> flat = flatten(from.values);
   const std::vector<std::vector<int>> none(parameter_table(OwnerKind::kMaterial).size());

@@ -73,8 +73,8 @@ void PreparedShader<T>::judge(const ShaderClosure& closure) {
   const auto judge_emission = [&](std::string_view color, std::string_view strength) {
     if (!acts(input(color)) || !acts(input(strength))) return;
     may_emit_ = true;
-    emission_moves_ = emission_moves_ || moves(input(color)) || moves(input(strength)) ||
-                      moves(closure.weight);
+    emission_moves_ =
+        emission_moves_ || moves(input(color)) || moves(input(strength)) || moves(closure.weight);
   };
   switch (closure.kind) {
     case ClosureKind::kTransparent:

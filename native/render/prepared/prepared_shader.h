@@ -39,7 +39,7 @@ class PreparedShader {
     return bsdf(point, false, room).emission();
   }
 
-  bool may_pass() const { return may_pass_; }    ///< rays may go straight through
+  bool may_pass() const { return may_pass_; }  ///< rays may go straight through
   bool may_emit() const { return may_emit_; }
   bool may_enter() const { return may_enter_; }  ///< light may scatter under the surface
   /// Whether what is emitted has a derivative.
