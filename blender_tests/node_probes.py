@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -137,3 +138,49 @@ def ours(where: np.ndarray, by: str = "") -> np.ndarray:
     (closure,) = native.shader_values("Shown", "Camera", SIZE, SIZE, by=by, places=where)
     color, strength = closure["inputs"]["color"], closure["inputs"]["strength"]
     return color if by else color * strength[..., :1]
+
+
+class Probe:
+    """A body under a camera, whose material is changed from probe to probe."""
+
+    def __init__(self, body: str, scratch: Path) -> None:
+        self.material = scene(body)
+        self.scratch = scratch
+        self.where = places(self.material, scratch)
+
+    def difference(self, make: Make, share: float = 1.0) -> float:
+        """Largest difference over the body's pixels, in units of the largest value; `share`: of
+        the pixels, the nearest (another triangle may be hit on an edge)."""
+        shine(self.material, make)
+        cycles, program = of_cycles(self.scratch), ours(self.where)
+        seen = np.isfinite(program[..., 0]) & (cycles.sum(axis=-1) != 0)
+        assert seen.sum() > 100
+        apart = np.abs(cycles - program).max(axis=-1)[seen]
+        return float(np.quantile(apart, share) / np.abs(cycles[seen]).max())
+
+
+def given(graph: Graph, node: Any, **values: Any) -> Any:
+    """Gives those of the values that the node has inputs for."""
+    for name, value in values.items():
+        socket = node.inputs.get(name.replace("_", " "))
+        if socket is not None and socket.enabled:
+            graph.put(node, name.replace("_", " "), value)
+    return node
+
+
+def first(node: Any, name: str = "") -> Socket:
+    """The first output in use, or the one of a name."""
+    return next(item for item in node.outputs if item.enabled and name in {"", item.name})
+
+
+def part(graph: Graph, number: int, scale: float = 1.7) -> Socket:
+    return graph.node("SeparateXYZ", {0: graph.place(scale, (0.1, 0.2, 0.3))}).outputs[number]
+
+
+def color(graph: Graph) -> Socket:
+    return graph.place(0.6, (0.5, 0.45, 0.4))
+
+
+def shifted(graph: Graph, socket: Socket) -> Socket:
+    """Away from 0, where Cycles' emission could not be told from nothing."""
+    return first(graph.node("VectorMath", {0: socket, 1: (2.0, 2.0, 2.0)}, operation="ADD"))

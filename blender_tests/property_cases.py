@@ -16,7 +16,7 @@ import made_scenes as made
 from property_scenes import scene_of_everything, scope
 
 from selenite.scene_read import hosts
-from selenite.scene_read.properties.inputs import INPUTS, LINKED_ONLY
+from selenite.scene_read.properties.inputs import INPUTS
 from selenite.scene_read.properties.judge import Finding, Place, findings, places
 from selenite.scene_read.properties.rows import Effect, OneOf, Row
 from selenite.scene_read.properties.tables import TABLES, chain_of, struct_of
@@ -119,12 +119,8 @@ def _datablock(kind: str) -> bpy.types.ID:
 
 
 def _change_input(node: bpy.types.Node, name: str) -> None:
-    if name in LINKED_ONLY:
-        tree = node.id_data
-        tree.links.new(tree.nodes.new("ShaderNodeNormalMap").outputs[0], node.inputs[name])
-    else:
-        value = node.inputs[name].default_value
-        node.inputs[name].default_value = True if isinstance(value, bool) else 0.5
+    value = node.inputs[name].default_value
+    node.inputs[name].default_value = True if isinstance(value, bool) else 0.5
 
 
 def _nothing() -> None:

@@ -91,21 +91,21 @@ def _photo_argument(folder):
     return [*_good(folder), "--photo=photo.png"]
 
 
-def _no_principled(folder):
+def _other_shader(folder):
     arguments = _good(folder)
     tree = bpy.data.materials["Body"].node_tree
     output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
-    glass = tree.nodes.new("ShaderNodeBsdfGlass")
-    tree.links.new(glass.outputs[0], output.inputs["Surface"])
+    toon = tree.nodes.new("ShaderNodeBsdfToon")
+    tree.links.new(toon.outputs[0], output.inputs["Surface"])
     return arguments
 
 
 def _linked_socket(folder):
     arguments = _good(folder)
     material = bpy.data.materials["Body"]
-    node = material.node_tree.nodes.new("ShaderNodeTexNoise")
-    material.node_tree.links.new(node.outputs[0], made.socket(material, "roughness"))
-    return [*arguments, "--fit=Body:ior"]
+    node = material.node_tree.nodes.new("ShaderNodeAmbientOcclusion")
+    material.node_tree.links.new(node.outputs[1], made.socket(material, "roughness"))
+    return [*arguments, "--fit=Body:Principled BSDF.IOR"]
 
 
 def _driven_socket(folder):
@@ -183,8 +183,11 @@ CASES = {
     "mask of another shape": (_mask_of_another_shape, "it is 16 x 16 pixels, its photo 32 x 24"),
     "mask of nothing": (_mask_of_nothing, "no pixel of it can be used"),
     "photo argument": (_photo_argument, "it is not CAMERA=FILE"),
-    "no Principled": (_no_principled, "Material 'Body': is made of node 'Glass BSDF'"),
-    "linked socket": (_linked_socket, "Material 'Body': input 'Roughness' is linked to node"),
+    "other shader": (_other_shader, "Material 'Body': node 'Toon BSDF' (Toon BSDF) is a shader"),
+    "linked socket": (
+        _linked_socket,
+        "Material 'Body': node 'Ambient Occlusion' (Ambient Occlusion)",
+    ),
     "driven socket": (_driven_socket, "Parameter 'Body:roughness': driven; remove the driver"),
     "library material": (_library_material, "Parameter 'Far:roughness': linked from library"),
     "points": (_points, "Object 'Dots': it renders as a cloud of points"),

@@ -202,16 +202,17 @@ def test_reasons_against_fitting():
     assert "base_color" not in owner.fixed
 
 
-def test_texture_and_bump_are_problems_that_name_the_node():
+def test_a_texture_without_image_and_a_node_below_a_bump_are_named_together():
     material = made.material()
     tree = material.node_tree
     image = tree.nodes.new("ShaderNodeTexImage")
-    bump = tree.nodes.new("ShaderNodeBump")
+    bump, height = tree.nodes.new("ShaderNodeBump"), tree.nodes.new("ShaderNodeAmbientOcclusion")
+    tree.links.new(height.outputs["AO"], bump.inputs["Height"])
     tree.links.new(image.outputs["Color"], made.socket(material, "base_color"))
     tree.links.new(bump.outputs["Normal"], made.principled(material).inputs["Normal"])
     made.triangle(material=material)
     text = "\n".join(problem.line() for problem in made.read().problems)
-    assert "Image Texture" in text and "Bump" in text and "Material 'Body'" in text
+    assert "Image Texture" in text and "Occlusion" in text and "Material 'Body'" in text
 
 
 def test_lobes_that_the_model_lacks_are_warned_of():

@@ -135,11 +135,23 @@ def uv_map_as_colour(material, folder):
 
 
 @pytest.mark.parametrize(
+    "computed",
+    [separated, mixed, boxed, generated_coordinates, normal_mapping, linked_location],
+)
+def test_nodes_between_make_a_program(computed, tmp_path):
+    """What no image alone gives is computed; test_node_programs.py compares the values."""
+    material = made.material()
+    computed(material, tmp_path)
+    made.triangle(material=material)
+    made.camera()
+    values = made.read()
+    assert not values.problems
+    assert values.materials[0].shader is not None
+
+
+@pytest.mark.parametrize(
     ("spoil", "cause", "cure"),
     [
-        (separated, "'Roughness' is linked to node 'Separate", "link it straight"),
-        (mixed, "'Base Color' is linked to node 'RGB Curves'", "link it straight"),
-        (boxed, "projected as box", "projection Flat"),
         (moved_in_the_sidebar, "Texture Mapping in the sidebar", "Mapping node"),
         (without_image, "node 'Image Texture' (Image Texture) has no image", "choose an image"),
         (missing_file, "nowhere.png' cannot be read", "relink it"),
@@ -148,11 +160,8 @@ def uv_map_as_colour(material, folder):
         (premultiplied_png, "takes the alpha of this file as Straight", "alpha mode to Straight"),
         (straight_exr, "takes the alpha of this file as Premultiplied", "pack the image"),
         (not_finite, "NaN or infinite pixels", "repair"),
-        (generated_coordinates, "image is placed by node 'Texture Coordinate'", "UV Map node"),
-        (normal_mapping, "node 'Mapping' (Mapping) is of type Normal", "type Point"),
-        (linked_location, "the Location of node 'Mapping'", "unlink it"),
         (of_the_instancer, "takes the coordinates of the instancer", "From Instancer"),
-        (alpha_of_colours, "output 'Alpha'", "Color of an Image Texture or Color Attribute"),
+        (alpha_of_colours, "gives the alpha of a colour attribute", "use its Color"),
         (attribute_of_the_object, "names no attribute of the geometry", "type to Geometry"),
         (uv_map_as_colour, "another kind of attribute of that name", "colour attribute"),
     ],

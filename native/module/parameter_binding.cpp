@@ -65,8 +65,8 @@ py::dict parameter_row(const Parameter& p) {
   static constexpr const char* kEffects[] = {"surface", "emission", "volume", "visibility"};
   return py::dict("name"_a = std::string(p.name), "sockets"_a = sockets,
                   "unit"_a = std::string(p.unit), "lower"_a = p.lower, "upper"_a = p.upper,
-                  "fit_lower"_a = p.fit_lower, "fit_upper"_a = p.fit_upper,
-                  "initial"_a = p.initial, "scale"_a = kScales[static_cast<int>(p.scale)],
+                  "fit_lower"_a = p.fit_lower, "fit_upper"_a = p.fit_upper, "initial"_a = p.initial,
+                  "scale"_a = kScales[static_cast<int>(p.scale)],
                   "effect"_a = kEffects[static_cast<int>(p.effect)],
                   "versions"_a = kVersions[static_cast<int>(p.versions)],
                   "help"_a = std::string(p.help));
@@ -78,7 +78,8 @@ void bind_parameters(py::module_& m) {
         "width, permitted range, default range of a fit, default value, scale, effect, "
         "versions of the Principled BSDF that have it, help.");
   m.def("closures", &closure_rows,
-        "The parameters of each kind of closure, by the closure's name, in the form of `parameters`.");
+        "The parameters of each kind of closure, by the closure's name, in the form of "
+        "`parameters`.");
 }
 
 }  // namespace selenite

@@ -125,8 +125,8 @@ void bind_builder(py::module_& m) {
   bind_materials(builder);
   builder.def(py::init<>())
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
-           "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{}, "vectors"_a = NamedArrays{},
-           py::call_guard<py::gil_scoped_release>(),
+           "material_slots"_a, "uv_maps"_a = NamedArrays{}, "colors"_a = NamedArrays{},
+           "vectors"_a = NamedArrays{}, py::call_guard<py::gil_scoped_release>(),
            "(n,3) float32, (m,3) int32, (3m,3) float32 unit, (m,) int32, UV maps [(name, (3m,2))] "
            "and linear colour attributes [(name, (3m,3))], the active ones first; vectors that a "
            "shader asks for by name, likewise; object space.")

@@ -88,7 +88,8 @@ void bind_visibility(py::class_<SceneBuilder>& builder) {
           "of "
           "camera, diffuse, glossy, transmission, volume_scatter, shadow. lit_set, shadow_set: its "
           "sets of light and shadow linking, [0, 64); lit: bits of the lit_sets that its own "
-          "emission shines on. facts: what a shader may ask about it, {location: (3,), color: (3,), "
+          "emission shines on. facts: what a shader may ask about it, {location: (3,), color: "
+          "(3,), "
           "alpha, index, random}. ValueError: out of range. KeyError: unknown name.")
       .def(
           "set_light_visibility",

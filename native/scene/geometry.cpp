@@ -271,13 +271,6 @@ Colorf Geometry::color(const Hit& hit, const std::string& name) const {
   return at_hit(meshes_[instances_[hit.instance].mesh].colors, name, hit);
 }
 
-Vec3f Geometry::vector(const Hit& hit, const std::string& name) const {
-  const auto& lists = meshes_[instances_[hit.instance].mesh].vectors;
-  const auto has = [&](const CornerData<Vec3f>& list) { return list.name == name; };
-  if (std::any_of(lists.begin(), lists.end(), has)) return at_hit(lists, name, hit);
-  return Vec3f(to_object_[hit.instance].point(Vec3d(surface(hit).position)));
-}
-
 Surface Geometry::surface(const Hit& hit) const {
   const Instance& instance = instances_[hit.instance];
   const Face& face = faces_[instance.mesh][hit.triangle];

@@ -128,8 +128,6 @@ class Geometry {
   /// Cycles.
   Vec2f uv(const Hit& hit, const std::string& name) const;
   Colorf color(const Hit& hit, const std::string& name) const;
-  /// Of Mesh::vectors; the position in the object's space where the mesh has none of this name.
-  Vec3f vector(const Hit& hit, const std::string& name) const;
   /// Whether an instance has an inside; see `encloses`.
   bool closed(int instance) const { return closed_[instances_[instance].mesh]; }
   /// Of an instance, in world space.

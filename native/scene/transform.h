@@ -34,8 +34,7 @@ struct Transform {
     const double scale = 1 / determinant();
     const Vec3d rows[3] = {cross(b, c) * scale, cross(c, a) * scale, cross(a, b) * scale};
     Transform result;
-    for (int i = 0; i < 3; ++i)
-      result.m[i] = {rows[i].x, rows[i].y, rows[i].z, -dot(rows[i], t)};
+    for (int i = 0; i < 3; ++i) result.m[i] = {rows[i].x, rows[i].y, rows[i].z, -dot(rows[i], t)};
     return result;
   }
   double determinant() const { return dot(cross(column(0), column(1)), column(2)); }

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
-from .. import mean_free_path, parameters
+from .. import mean_free_path
 from ..fit_run.captures import light_states
 from ..fit_run.captures.light_states import described
 from ..fit_run.captures.prepared import read_captures
@@ -107,7 +107,7 @@ def _model(values: SceneValues) -> str:
 
 def _owner(owner: Owner, millimetres: float | None) -> dict[str, Any]:
     rows: dict[str, dict[str, Any]] = {}
-    for parameter in parameters.of(owner.kind):
+    for parameter in owner.rows():
         value = owner.values.get(parameter.name)
         rows[parameter.name] = {
             "value": list(value) if value is not None else None,

@@ -130,9 +130,9 @@ def find_parameter(
         cure = of_object(scene, owner_name) or choice(owner_name, scene.owners)
         problems.append(Problem(title, cause, cure))
         return None
-    parameter = parameters.table().get((owner.kind, name))
+    parameter = owner.find(name)
     if parameter is None:
-        names = [item.name for item in parameters.of(owner.kind)]
+        names = [item.name for item in owner.rows()]
         names += [kind.parameter for kind in KINDS.values() if fields and kind.of == owner.kind]
         cause = f"a {owner.kind} has no parameter '{name}'"
         problems.append(Problem(title, cause, choice(name, names)))

@@ -47,7 +47,7 @@ def has_textures_of_4_3() -> bool:
 
 def bump_width(node: bpy.types.Node) -> float | None:
     """Over how many pixels a Bump takes its differences; None if something varies it."""
-    socket = node.inputs.get("Filter Width")
+    socket: bpy.types.NodeSocket | None = node.inputs.get("Filter Width")
     if socket is None:
         return 0.1 if bpy.app.version >= (4, 4, 0) else 1.0
     return None if socket.is_linked else float(socket.default_value)

@@ -13,7 +13,7 @@ from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects
-from .geometry import corner_vectors, mesh, not_rendered
+from .geometry import mesh, not_rendered, shading_data
 from .geometry.bodies import judge_bodies
 from .lamps import lights
 from .lamps.frames import LampFrames
@@ -21,7 +21,7 @@ from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view
 from .shading import materials, world
 from .shading.nodes import Unreadable
 from .shading.textures import TextureRoom
-from .values import ALL_SETS, MeshValues, ObjectFacts, ObjectValues, SceneValues
+from .values import ALL_SETS, ObjectValues, SceneValues
 
 
 def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
@@ -176,24 +176,10 @@ def _read_object(
         for slot, material in enumerate(slots)
     )
     for name in {found[slot] for slot in used}:
-        _judge_attributes(title, read.meshes[index], name, read)
-        shader = next(item for item in read.materials if item.name == name).shader
-        if shader is not None:
-            _add_vectors(evaluated, index, shader.attributes("vector"), read)
+        shading_data.judge_attributes(title, read.meshes[index], name, read)
+        shading_data.add_vectors(evaluated, index, name, read)
     _add_object(instance, layer, links, index, found, read)
     return True
-
-
-def _add_vectors(
-    evaluated: bpy.types.Object, index: int, names: set[str], read: SceneValues
-) -> None:
-    """What a shader asks for at the corners of a mesh, if it is not there yet."""
-    values = read.meshes[index]
-    names -= {name for name, _ in values.vectors}
-    if names:
-        with mesh.mesh_of(evaluated) as of_blender:
-            found = corner_vectors.made(of_blender, values, names)
-        read.meshes[index] = replace(values, vectors=values.vectors + found)
 
 
 def _add_object(
@@ -226,20 +212,8 @@ def _add_object(
             lit_set=light.set_of(item, instancer),
             shadow_set=shadow.set_of(item, instancer),
             lit=light.bits_of(item),
-            facts=_facts(instance),
+            facts=shading_data.facts(instance),
         )
-    )
-
-
-def _facts(instance: mesh.Instance) -> ObjectFacts:
-    item = instance.original
-    number = instance.random_id / 0xFFFFFFFF if instance.is_instance else None
-    return ObjectFacts(
-        location=tuple(float(x) for x in instance.matrix[:3, 3]),
-        color=tuple(item.color[:3]),
-        alpha=float(item.color[3]),
-        index=float(item.pass_index),
-        random=corner_vectors.random_of_name(item.name) if number is None else number,
     )
 
 
@@ -286,29 +260,6 @@ def _read_volume(
     read.materials.append(found.material)
     read.owners[name] = found.owner
     _add_object(instance, layer, links, len(read.meshes) - 1, (name,), read)
-
-
-def _judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:
-    """Whether a mesh has the UV maps and colour attributes that a material of it looks up."""
-    values = next(item for item in read.materials if item.name == material)
-    for found in values.maps.values():
-        kind = "UV map" if found.texture is not None else "colour attribute"
-        lists = shape.uv_maps if found.texture is not None else shape.colors
-        names = [name for name, _ in lists]
-        name = found.attribute
-        if name in names or (names and not name) or not found.uv[:, :2].any():
-            continue
-        called = f"{kind} '{name}'" if name else kind
-        asks = f"it has no {called}, which material '{material}' asks for"
-        known = {*shape.other_attributes, *(item[0] for item in shape.uv_maps + shape.colors)}
-        if name and name in known:
-            cause = f"{asks}, but another kind of attribute of that name"
-            cure = f"name a {kind} in the material's node, or add one"
-            problem = Problem(title, cause, cure)
-            if problem not in read.problems:
-                read.problems.append(problem)
-        else:
-            read.warn(f"{title}: {asks}; it is taken as 0, as in Cycles")
 
 
 def _material_name(

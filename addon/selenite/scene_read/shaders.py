@@ -165,9 +165,7 @@ class Shader:
             return -1 if register is None else first[register.kind] + register.index
 
         return {
-            "constants": [
-                {**vars(item.parameter), "value": item.value} for item in self.constants
-            ],
+            "constants": [{**vars(item.parameter), "value": item.value} for item in self.constants],
             "literals": self.literals,
             "names": self.names,
             "textures": textures,

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import parameters
 from ..parameters import Parameter, Values
 from ..problems import Problem
 from .closedness import Closedness
@@ -53,8 +54,8 @@ class CameraValues:
 class MeshValues:
     """Triangles in object space: positions (n, 3), triangles (m, 3), corner_normals (3m, 3),
     material_slots (m,). UV maps (3m, 2) and linear colour attributes (3m, 3) have names; the one
-    that renders by default comes first. `other_attributes`: names of what is not read. `vectors`: (3m, 3) made
-    for shaders, by their names."""
+    that renders by default comes first. `other_attributes`: names of what is not read. `vectors`:
+    (3m, 3) made for shaders, by their names."""
 
     name: str
     positions: np.ndarray
@@ -241,6 +242,14 @@ class Owner:
     values: dict[str, Values]
     fixed: dict[str, str]
     parameters: dict[str, Parameter] = field(default_factory=dict)
+
+    def rows(self) -> list[Parameter]:
+        """Its own parameters, and those of every owner of its kind."""
+        return [*self.parameters.values(), *parameters.of(self.kind)]
+
+    def find(self, name: str) -> Parameter | None:
+        """One of `rows`, None if there is none of that name."""
+        return self.parameters.get(name) or parameters.table().get((self.kind, name))
 
 
 @dataclass(frozen=True)

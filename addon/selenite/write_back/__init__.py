@@ -48,7 +48,7 @@ def write(
     for (owner_name, name), value in values.items():
         title = f"Parameter '{parameters.join_name(owner_name, name)}'"
         owner = owners.get(owner_name)
-        parameter = parameters.table().get((owner.kind, name)) if owner is not None else None
+        parameter = owner.find(name) if owner is not None else None
         if owner is None or parameter is None:
             problems.append(Problem(title, "the scene has no such parameter", "read it again"))
             continue

@@ -7,8 +7,8 @@
 #include "module/arrays.h"
 #include "module/bindings.h"
 #include "module/grids.h"
-#include "module/one_of.h"
 #include "module/materials/shader_arguments.h"
+#include "module/one_of.h"
 #include "scene/scene_builder.h"
 
 namespace py = pybind11;
@@ -123,7 +123,8 @@ int add_material(SceneBuilder& b, const std::string& name, const py::dict& value
 }  // namespace
 
 void bind_materials(py::class_<SceneBuilder>& builder) {
-  builder.def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
+  builder
+      .def("add_material", &add_material, "name"_a, "values"_a, py::kw_only(), "multi_ggx"_a = true,
            "flavour"_a = "v2", "subsurface"_a = "RANDOM_WALK", "physical_refraction"_a = false,
            "transparent_shadows"_a = true, "maps"_a = std::map<std::string, py::dict>{},
            "grids"_a = std::map<std::string, py::dict>{}, "shader"_a = py::none(),

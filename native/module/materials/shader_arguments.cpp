@@ -16,8 +16,9 @@ namespace selenite {
 namespace {
 
 constexpr std::pair<const char*, InstructionFlag> kFlagNames[] = {
-    {"clamp_result", kClampResult}, {"clamp_factor", kClampFactor}, {"per_channel", kPerChannel},
-    {"sorted", kSorted},            {"extrapolate", kExtrapolate},  {"stepped", kStepped},
+    {"clamp_result", kClampResult}, {"clamp_factor", kClampFactor},
+    {"per_channel", kPerChannel},   {"sorted", kSorted},
+    {"extrapolate", kExtrapolate},  {"stepped", kStepped},
     {"inverted", kInverted},        {"colored", kColored}};
 
 template <class T>
@@ -97,9 +98,8 @@ class ShaderReader {
     constant.width = static_cast<int>(value.size());
     p.initial = value[0];
     for (const double x : value) check_value(material_.name, p, x);
-    material_.constants.push_back(value.size() == 1
-                                      ? Color<double>(value[0])
-                                      : Color<double>(value[0], value[1], value[2]));
+    material_.constants.push_back(value.size() == 1 ? Color<double>(value[0])
+                                                    : Color<double>(value[0], value[1], value[2]));
     shader_.constants.push_back(std::move(constant));
   }
 
@@ -152,9 +152,9 @@ class ShaderReader {
     }
     closure.weight = value_or(row, "weight", -1);
     closure.normal = value_or(row, "normal", -1);
-    closure.flavour = make_flavour(value_or(row, "multi_ggx", false),
-                                   value_or(row, "flavour", std::string("v2")),
-                                   value_or(row, "subsurface", std::string("RANDOM_WALK")));
+    closure.flavour =
+        make_flavour(value_or(row, "multi_ggx", false), value_or(row, "flavour", std::string("v2")),
+                     value_or(row, "subsurface", std::string("RANDOM_WALK")));
     closure.flavour.evaluate_unphysical_refraction = !value_or(row, "physical_refraction", false);
     shader_.closures.push_back(std::move(closure));
   }

@@ -18,8 +18,7 @@ namespace selenite {
 ///             physical_refraction}]
 ///
 /// KeyError: a name that is none of the known ones. ValueError: a number that does not fit.
-void set_shader(Material& material,
-                const std::vector<std::shared_ptr<const Texture>>& textures,
+void set_shader(Material& material, const std::vector<std::shared_ptr<const Texture>>& textures,
                 const pybind11::dict& values);
 
 Flavour make_flavour(bool multi_ggx, const std::string& version, const std::string& subsurface);

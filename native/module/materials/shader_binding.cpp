@@ -19,8 +19,7 @@ namespace {
 float footprint_of(const PixelCamera& pixels, float x, float y, float distance) {
   const Ray here = pixels.ray(x, y), right = pixels.ray(x + 1, y), down = pixels.ray(x, y + 1);
   const auto way = [&](const Ray& other) {
-    return length(other.origin - here.origin) +
-           length(other.direction - here.direction) * distance;
+    return length(other.origin - here.origin) + length(other.direction - here.direction) * distance;
   };
   return (way(right) + way(down)) / 2;
 }
@@ -59,7 +58,7 @@ py::array_t<double> register_picture(const Scene& scene, int material, const Cam
       point.surface = scene.geometry->surface(*hit);
       if (point.surface.material != material) continue;
       point.wi = -ray.direction;
-      point.path.length = hit->t;
+      point.path.length = hit->t - ray.t_min;
       point.camera = &seen_from;
       point.footprint = footprint_of(pixels, px, py, hit->t);
       evaluate<T>(*m.shader, point, constants, registers);
@@ -87,8 +86,9 @@ py::list shader_values(const Scene& scene, const std::string& material, const st
   const Camera& seen = scene.camera(camera);
   const int constant = by.empty() ? -1 : shader_constant(scene.find(material, by).field);
   const py::array_t<double> all =
-      by.empty() ? register_picture<double>(scene, index, seen, width, height, -1, at)
-                 : register_picture<Dual<double, 1>>(scene, index, seen, width, height, constant, at);
+      by.empty()
+          ? register_picture<double>(scene, index, seen, width, height, -1, at)
+          : register_picture<Dual<double, 1>>(scene, index, seen, width, height, constant, at);
   py::list closures;
   for (const ShaderClosure& closure : m.shader->closures) {
     py::dict inputs;

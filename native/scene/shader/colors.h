@@ -47,7 +47,8 @@ Color<T> to_hsl(const Color<T>& c) {
   const T high = max_channel(c), low = min(min(c.r, c.g), c.b), range = high - low;
   const T light = min(T(1), (high + low) * S(0.5));
   if (value_of(range) == 0) return {T(0), T(0), light};
-  const T saturation = value_of(light) > S(0.5) ? range / (S(2) - high - low) : range / (high + low);
+  const T saturation =
+      value_of(light) > S(0.5) ? range / (S(2) - high - low) : range / (high + low);
   T hue;
   if (value_of(c.r) == value_of(high))
     hue = (c.g - c.b) / range + S(value_of(c.g) < value_of(c.b) ? 6 : 0);

@@ -3,7 +3,7 @@
 
 namespace selenite {
 
-#define SELENITE_SHADER_TYPE(...)                                                  \
+#define SELENITE_SHADER_TYPE(...)                                                        \
   template void prepare<__VA_ARGS__>(const Shader&, std::span<const Color<__VA_ARGS__>>, \
                                      std::span<Color<__VA_ARGS__>>);                     \
   template void run<__VA_ARGS__>(const Shader&, const ShadingPoint&, Registers<__VA_ARGS__>)

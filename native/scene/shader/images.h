@@ -23,8 +23,7 @@ Color<T> at_place(const Texture& texture, const T& u, const T& v) {
       const Colorf by_v =
           (texture.at({at.x, at.y + dv}) - texture.at({at.x, at.y - dv})) / (2 * dv);
       using S = scalar_t<T>;
-      for (int k = 0; k < 3; ++k)
-        found[k] = of_two(u, v, S(c[k]), S(by_u[k]), S(by_v[k]));
+      for (int k = 0; k < 3; ++k) found[k] = of_two(u, v, S(c[k]), S(by_u[k]), S(by_v[k]));
     }
   }
   return found;
@@ -45,13 +44,13 @@ inline std::array<float, 3> box_weights(const Vec3f& normal, float blend) {
       return w;
     }
   }
-  for (int i = 0; i < 3; ++i) {  // the third face counts for nothing
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    if (n[k] < (1 - limit) * (n[j] + n[k]) && n[k] < (1 - limit) * (n[i] + n[k])) {
-      w[i] = clamp((n[i] / (n[i] + n[j]) - 0.5f * (1 - blend)) / blend, 0.0f, 1.0f);
-      w[j] = 1 - w[i];
-      return w;
-    }
+  if (!(blend > 0)) return {1, 0, 0};
+  for (int k : {2, 0, 1}) {  // the third face counts for nothing
+    const int i = std::min((k + 1) % 3, (k + 2) % 3), j = 3 - i - k;
+    if (!(n[k] < (1 - limit) * (n[i] + n[j]))) continue;
+    w[i] = clamp((n[i] / (n[i] + n[j]) - 0.5f * (1 - blend)) / blend, 0.0f, 1.0f);
+    w[j] = 1 - w[i];
+    return w;
   }
   for (int i = 0; i < 3; ++i) w[i] = ((2 - limit) * n[i] + (limit - 1)) / (2 * limit - 1);
   return w;
@@ -80,8 +79,7 @@ Color<T> image_texture(const Texture& texture, const ShadingPoint* point, ImageM
   const auto centred = [](const T& x) { return x * S(2) - S(1); };
   const Vec3<T> p{centred(at.x), centred(at.y), centred(at.z)};
   T u(0), v(0);
-  if (value_of(p.x) != 0 || value_of(p.y) != 0)
-    u = S(0.5) - arc_tangent2(p.x, p.y) / (2 * kPi<T>);
+  if (value_of(p.x) != 0 || value_of(p.y) != 0) u = S(0.5) - arc_tangent2(p.x, p.y) / (2 * kPi<T>);
   if (mode == ImageMode::kTube) {
     v = (p.z + S(1)) * S(0.5);
   } else {

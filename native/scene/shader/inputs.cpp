@@ -40,8 +40,8 @@ Footprint Footprint::of(const ShadingPoint& point) {
   // The frame that Cycles makes of a normal, so that slopes are taken along the same directions.
   const Vec3f n = point.true_normal();
   const bool even = n.x == n.y && n.x == n.z;
-  const Vec3f across = even ? Vec3f{n.z - n.y, n.x + n.z, -n.y - n.x}
-                            : Vec3f{n.z - n.y, n.x - n.z, n.y - n.x};
+  const Vec3f across =
+      even ? Vec3f{n.z - n.y, n.x + n.z, -n.y - n.x} : Vec3f{n.z - n.y, n.x - n.z, n.y - n.x};
   const Vec3f x = normalize(across);
   return {x * point.footprint, cross(n, x) * point.footprint};
 }
@@ -60,9 +60,7 @@ InputPoint::InputPoint(const ShadingPoint& point, int shift, float width)
   hit_.b2 += dot(cross(e1, way), n) / square;
 }
 
-Vec3f InputPoint::position() const {
-  return Vec3f(Vec3d(position_) + point_.geometry->origin());
-}
+Vec3f InputPoint::position() const { return Vec3f(Vec3d(position_) + point_.geometry->origin()); }
 
 Vec3f InputPoint::object_position() const {
   return Vec3f(point_.geometry->to_object(hit_.instance).point(Vec3d(position_)));
@@ -100,6 +98,16 @@ Colorf InputPoint::geometry(GeometryMode mode) const {
   return {};
 }
 
+Vec3f corner_vector(const Geometry& geometry, const Hit& hit, const std::string& name) {
+  for (const CornerData<Vec3f>& list :
+       geometry.meshes()[geometry.instances()[hit.instance].mesh].vectors) {
+    if (list.name != name) continue;
+    const Vec3f* corner = &list.values[3 * static_cast<std::size_t>(hit.triangle)];
+    return corner[0] * (1 - hit.b1 - hit.b2) + corner[1] * hit.b1 + corner[2] * hit.b2;
+  }
+  return Vec3f(geometry.to_object(hit.instance).point(Vec3d(geometry.surface(hit).position)));
+}
+
 Colorf InputPoint::attribute(AttributeMode mode, const std::string& name) const {
   switch (mode) {
     case AttributeMode::kUv: {
@@ -109,7 +117,7 @@ Colorf InputPoint::attribute(AttributeMode mode, const std::string& name) const 
     case AttributeMode::kColor:
       return point_.geometry->color(hit_, name);
     case AttributeMode::kVector:
-      return color_of(point_.geometry->vector(hit_, name));
+      return color_of(corner_vector(*point_.geometry, hit_, name));
   }
   return {};
 }
@@ -186,7 +194,6 @@ float path_fact(const PathFacts& path, PathMode mode) {
 
 Vec3d transformed(const ShadingPoint& point, TransformMode mode, int item, const Vec3d& v) {
   const auto from = static_cast<Space>(item / 3), to = static_cast<Space>(item % 3);
-  if (from == to) return v;
   const Transform& to_object = point.geometry->to_object(point.hit.instance);
   const Vec3d& origin = point.geometry->origin();
   const CameraPlace& camera = camera_of(point);
@@ -196,8 +203,8 @@ Vec3d transformed(const ShadingPoint& point, TransformMode mode, int item, const
   if (from == Space::kWorld && is_point) world = v - origin;
   if (from == Space::kObject) {
     const Transform to_world = to_object.inverse();
-    world = is_normal ? transposed(to_object, v)
-                      : (is_point ? to_world.point(v) : to_world.vector(v));
+    world =
+        is_normal ? transposed(to_object, v) : (is_point ? to_world.point(v) : to_world.vector(v));
   }
   if (from == Space::kCamera)
     world = Vec3d(camera.right) * v.x + Vec3d(camera.up) * v.y + Vec3d(camera.forward) * v.z +
@@ -214,8 +221,7 @@ Vec3f normal_to_world(const ShadingPoint& point, const Vec3f& n) {
   return unit(transposed(point.geometry->to_object(point.hit.instance), Vec3d(n)));
 }
 Vec3f normal_to_object(const ShadingPoint& point, const Vec3f& n) {
-  return unit(
-      transposed(point.geometry->to_object(point.hit.instance).inverse(), Vec3d(n)));
+  return unit(transposed(point.geometry->to_object(point.hit.instance).inverse(), Vec3d(n)));
 }
 
 }  // namespace shading

@@ -35,6 +35,9 @@ class InputPoint {
 Colorf object_fact(const ShadingPoint& point, ObjectMode mode);
 float path_fact(const PathFacts& path, PathMode mode);
 
+/// Of Mesh::vectors; the position in the object's space where the mesh has none of this name.
+Vec3f corner_vector(const Geometry& geometry, const Hit& hit, const std::string& name);
+
 /// Between spaces; `item` is 3 * from + to of Space. Not normalised.
 Vec3d transformed(const ShadingPoint& point, TransformMode mode, int item, const Vec3d& v);
 

@@ -12,35 +12,117 @@
 namespace selenite {
 
 enum class MathMode : std::uint8_t {
-  kAdd, kSubtract, kMultiply, kDivide, kMultiplyAdd, kPower, kLogarithm, kSqrt, kInverseSqrt,
-  kAbsolute, kExponent, kMinimum, kMaximum, kLessThan, kGreaterThan, kSign, kCompare, kSmoothMin,
-  kSmoothMax, kRound, kFloor, kCeil, kTrunc, kFract, kModulo, kFlooredModulo, kWrap, kSnap,
-  kPingPong, kSine, kCosine, kTangent, kArcSine, kArcCosine, kArcTangent, kArcTan2, kSinh, kCosh,
-  kTanh, kRadians, kDegrees,
+  kAdd,
+  kSubtract,
+  kMultiply,
+  kDivide,
+  kMultiplyAdd,
+  kPower,
+  kLogarithm,
+  kSqrt,
+  kInverseSqrt,
+  kAbsolute,
+  kExponent,
+  kMinimum,
+  kMaximum,
+  kLessThan,
+  kGreaterThan,
+  kSign,
+  kCompare,
+  kSmoothMin,
+  kSmoothMax,
+  kRound,
+  kFloor,
+  kCeil,
+  kTrunc,
+  kFract,
+  kModulo,
+  kFlooredModulo,
+  kWrap,
+  kSnap,
+  kPingPong,
+  kSine,
+  kCosine,
+  kTangent,
+  kArcSine,
+  kArcCosine,
+  kArcTangent,
+  kArcTan2,
+  kSinh,
+  kCosh,
+  kTanh,
+  kRadians,
+  kDegrees,
 };
 inline constexpr auto kMathNames = std::to_array<std::string_view>(
-    {"ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "POWER", "LOGARITHM", "SQRT",
-     "INVERSE_SQRT", "ABSOLUTE", "EXPONENT", "MINIMUM", "MAXIMUM", "LESS_THAN", "GREATER_THAN",
-     "SIGN", "COMPARE", "SMOOTH_MIN", "SMOOTH_MAX", "ROUND", "FLOOR", "CEIL", "TRUNC", "FRACT",
-     "MODULO", "FLOORED_MODULO", "WRAP", "SNAP", "PINGPONG", "SINE", "COSINE", "TANGENT", "ARCSINE",
-     "ARCCOSINE", "ARCTANGENT", "ARCTAN2", "SINH", "COSH", "TANH", "RADIANS", "DEGREES"});
+    {"ADD",        "SUBTRACT",       "MULTIPLY",     "DIVIDE",    "MULTIPLY_ADD", "POWER",
+     "LOGARITHM",  "SQRT",           "INVERSE_SQRT", "ABSOLUTE",  "EXPONENT",     "MINIMUM",
+     "MAXIMUM",    "LESS_THAN",      "GREATER_THAN", "SIGN",      "COMPARE",      "SMOOTH_MIN",
+     "SMOOTH_MAX", "ROUND",          "FLOOR",        "CEIL",      "TRUNC",        "FRACT",
+     "MODULO",     "FLOORED_MODULO", "WRAP",         "SNAP",      "PINGPONG",     "SINE",
+     "COSINE",     "TANGENT",        "ARCSINE",      "ARCCOSINE", "ARCTANGENT",   "ARCTAN2",
+     "SINH",       "COSH",           "TANH",         "RADIANS",   "DEGREES"});
 static_assert(kMathNames.size() == static_cast<std::size_t>(MathMode::kDegrees) + 1);
 
 enum class VectorMode : std::uint8_t {
-  kAdd, kSubtract, kMultiply, kDivide, kMultiplyAdd, kCross, kProject, kReflect, kRefract,
-  kFaceForward, kDot, kDistance, kLength, kScale, kNormalize, kAbsolute, kPower, kSign, kMinimum,
-  kMaximum, kFloor, kCeil, kFraction, kModulo, kWrap, kSnap, kSine, kCosine, kTangent,
+  kAdd,
+  kSubtract,
+  kMultiply,
+  kDivide,
+  kMultiplyAdd,
+  kCross,
+  kProject,
+  kReflect,
+  kRefract,
+  kFaceForward,
+  kDot,
+  kDistance,
+  kLength,
+  kScale,
+  kNormalize,
+  kAbsolute,
+  kPower,
+  kSign,
+  kMinimum,
+  kMaximum,
+  kFloor,
+  kCeil,
+  kFraction,
+  kModulo,
+  kWrap,
+  kSnap,
+  kSine,
+  kCosine,
+  kTangent,
 };
 inline constexpr auto kVectorNames = std::to_array<std::string_view>(
-    {"ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "CROSS_PRODUCT", "PROJECT",
-     "REFLECT", "REFRACT", "FACEFORWARD", "DOT_PRODUCT", "DISTANCE", "LENGTH", "SCALE",
-     "NORMALIZE", "ABSOLUTE", "POWER", "SIGN", "MINIMUM", "MAXIMUM", "FLOOR", "CEIL", "FRACTION",
-     "MODULO", "WRAP", "SNAP", "SINE", "COSINE", "TANGENT"});
+    {"ADD",     "SUBTRACT", "MULTIPLY",  "DIVIDE",      "MULTIPLY_ADD", "CROSS_PRODUCT",
+     "PROJECT", "REFLECT",  "REFRACT",   "FACEFORWARD", "DOT_PRODUCT",  "DISTANCE",
+     "LENGTH",  "SCALE",    "NORMALIZE", "ABSOLUTE",    "POWER",        "SIGN",
+     "MINIMUM", "MAXIMUM",  "FLOOR",     "CEIL",        "FRACTION",     "MODULO",
+     "WRAP",    "SNAP",     "SINE",      "COSINE",      "TANGENT"});
 static_assert(kVectorNames.size() == static_cast<std::size_t>(VectorMode::kTangent) + 1);
 
 enum class BlendMode : std::uint8_t {
-  kMix, kDarken, kMultiply, kBurn, kLighten, kScreen, kDodge, kAdd, kOverlay, kSoftLight,
-  kLinearLight, kDifference, kExclusion, kSubtract, kDivide, kHue, kSaturation, kColor, kValue,
+  kMix,
+  kDarken,
+  kMultiply,
+  kBurn,
+  kLighten,
+  kScreen,
+  kDodge,
+  kAdd,
+  kOverlay,
+  kSoftLight,
+  kLinearLight,
+  kDifference,
+  kExclusion,
+  kSubtract,
+  kDivide,
+  kHue,
+  kSaturation,
+  kColor,
+  kValue,
 };
 inline constexpr auto kBlendNames = std::to_array<std::string_view>(
     {"MIX", "DARKEN", "MULTIPLY", "BURN", "LIGHTEN", "SCREEN", "DODGE", "ADD", "OVERLAY",
@@ -72,14 +154,19 @@ enum class Space : std::uint8_t { kWorld, kObject, kCamera };
 
 /// Normals are on the side of the viewer.
 enum class GeometryMode : std::uint8_t {
-  kPosition, kNormal, kTrueNormal, kIncoming, kParametric, kBackfacing,
+  kPosition,
+  kNormal,
+  kTrueNormal,
+  kIncoming,
+  kParametric,
+  kBackfacing,
   kObjectPosition,  ///< position in the object's own space
   kObjectNormal,    ///< Normal of Texture Coordinate
   kReflection,      ///< of the viewer's direction
 };
 inline constexpr auto kGeometryNames = std::to_array<std::string_view>(
-    {"position", "normal", "true_normal", "incoming", "parametric", "backfacing",
-     "object_position", "object_normal", "reflection"});
+    {"position", "normal", "true_normal", "incoming", "parametric", "backfacing", "object_position",
+     "object_normal", "reflection"});
 static_assert(kGeometryNames.size() == static_cast<std::size_t>(GeometryMode::kReflection) + 1);
 
 /// UV map, colour attribute, or what was made for shaders (Mesh::vectors).
@@ -92,14 +179,25 @@ inline constexpr auto kObjectNames =
 
 /// Outputs of Light Path.
 enum class PathMode : std::uint8_t {
-  kCameraRay, kShadowRay, kDiffuseRay, kGlossyRay, kSingularRay, kReflectionRay, kTransmissionRay,
-  kVolumeRay, kRayLength, kRayDepth, kDiffuseDepth, kGlossyDepth, kTransparentDepth,
+  kCameraRay,
+  kShadowRay,
+  kDiffuseRay,
+  kGlossyRay,
+  kSingularRay,
+  kReflectionRay,
+  kTransmissionRay,
+  kVolumeRay,
+  kRayLength,
+  kRayDepth,
+  kDiffuseDepth,
+  kGlossyDepth,
+  kTransparentDepth,
   kTransmissionDepth,
 };
 inline constexpr auto kPathNames = std::to_array<std::string_view>(
     {"Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray",
-     "Is Reflection Ray", "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length",
-     "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth"});
+     "Is Reflection Ray", "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length", "Ray Depth",
+     "Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth"});
 static_assert(kPathNames.size() == static_cast<std::size_t>(PathMode::kTransmissionDepth) + 1);
 
 enum class CameraMode : std::uint8_t { kViewVector, kDepth, kDistance, kPosition };
@@ -136,7 +234,13 @@ constexpr WaveProfile wave_profile(std::uint8_t mode) {
 enum class BrickMode : std::uint8_t { kMortar, kTint };
 
 enum class GradientMode : std::uint8_t {
-  kLinear, kQuadratic, kEasing, kDiagonal, kSphere, kQuadraticSphere, kRadial,
+  kLinear,
+  kQuadratic,
+  kEasing,
+  kDiagonal,
+  kSphere,
+  kQuadraticSphere,
+  kRadial,
 };
 inline constexpr auto kGradientNames = std::to_array<std::string_view>(
     {"LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL"});

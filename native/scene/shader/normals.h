@@ -57,17 +57,15 @@ Vec3<T> normal_map(const ShadingPoint& point, NormalMapMode mode, const std::str
   Vec3<T> v{color.r * S(2) - S(1), color.g * S(2) - S(1), color.b * S(2) - S(1)};
   const auto to_world = [&](const Vec3<T>& n) {
     const auto& m = point.geometry->to_object(point.hit.instance).m;
-    const auto row = [&](int j) {
-      return n.x * S(m[0][j]) + n.y * S(m[1][j]) + n.z * S(m[2][j]);
-    };
+    const auto row = [&](int j) { return n.x * S(m[0][j]) + n.y * S(m[1][j]) + n.z * S(m[2][j]); };
     const Vec3<T> world = safe_normalize(Vec3<T>{row(0), row(1), row(2)});
     return point.backfacing() ? -world : world;
   };
   Vec3<T> n = v;
   if (mode == NormalMapMode::kTangent) {
-    const Vec3f t = point.geometry->vector(point.hit, names[0]);
-    const float sign = point.geometry->vector(point.hit, names[1]).x;
-    const Vec3f up = point.geometry->vector(point.hit, names[2]);
+    const Vec3f t = corner_vector(*point.geometry, point.hit, names[0]);
+    const float sign = corner_vector(*point.geometry, point.hit, names[1]).x;
+    const Vec3f up = corner_vector(*point.geometry, point.hit, names[2]);
     if (sign == 0) return s;  // no tangents
     v.x = v.x * strength;
     v.y = v.y * strength;

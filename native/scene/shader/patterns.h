@@ -151,8 +151,8 @@ T brick_texture(BrickMode mode, const Vec3<T>& p, const BrickNumbers<T>& n) {
   }
   const int brick = whole(floor_of(safe_divide(p.x + offset, width)));
   if (mode == BrickMode::kTint) {
-    const auto key = (static_cast<std::uint32_t>(row) << 16) +
-                     (static_cast<std::uint32_t>(brick) & 0xffffu);
+    const auto key =
+        (static_cast<std::uint32_t>(row) << 16) + (static_cast<std::uint32_t>(brick) & 0xffffu);
     return saturate(n.bias + S(brick_noise(key)));
   }
   const T x = p.x + offset - width * S(brick), y = p.y - n.row_height * S(row);

@@ -85,8 +85,13 @@ auto in_dimensions(int dimensions, Action&& action) {
 
 template <class T>
 Color<T> noise_step(const Step<T>& s) {
-  const NoiseNumbers<T> n{s.number(3), s.number(4), s.number(5), s.number(6),
-                          s.number(7), s.number(8), (s.code.flags & kNormalized) != 0};
+  const NoiseNumbers<T> n{s.number(3),
+                          s.number(4),
+                          s.number(5),
+                          s.number(6),
+                          s.number(7),
+                          s.number(8),
+                          (s.code.flags & kNormalized) != 0};
   const auto mode = static_cast<NoiseMode>(texture_type(s.code.mode));
   return in_dimensions(texture_dimensions(s.code.mode), [&](auto dimensions) {
     return noise_texture<T, dimensions.value>(mode, place<dimensions.value>(s, s.number(2)), n,
@@ -133,9 +138,9 @@ Color<T> costly_step(const Step<T>& s) {
     case Op::kVoronoi:
       return voronoi_step(s);
     case Op::kWave:
-      return Color<T>(wave_texture(s.code.mode, s.vector(0) * s.number(1),
-                                   WaveNumbers<T>{s.number(2), s.number(3), s.number(4),
-                                                  s.number(5), s.number(6)}));
+      return Color<T>(wave_texture(
+          s.code.mode, s.vector(0) * s.number(1),
+          WaveNumbers<T>{s.number(2), s.number(3), s.number(4), s.number(5), s.number(6)}));
     default:
       return magic_texture(s.code.mode, s.vector(0), s.number(1), s.number(2));
   }
@@ -149,7 +154,8 @@ Color<T> texture_step(const Step<T>& s) {
       constexpr int kMost = 9;  // inputs of a texture
       static constexpr std::array<int, kMost> kInOrder{0, 1, 2, 3, 4, 5, 6, 7, 8};
       std::array<Color<S>, kMost> values;
-      for (int k = 0; k < s.code.count; ++k) values[static_cast<std::size_t>(k)] = value_of(s.color(k));
+      for (int k = 0; k < s.code.count; ++k)
+        values[static_cast<std::size_t>(k)] = value_of(s.color(k));
       const Registers<S> plain{values, {}};
       return lifted<T>(costly_step(Step<S>{s.shader, s.code, kInOrder.data(), plain, s.point}));
     }
@@ -162,14 +168,14 @@ template <class T>
 Color<T> transform_step(const Step<T>& s) {
   using S = scalar_t<T>;
   const auto mode = s.template mode<TransformMode>();
+  if (s.code.item / 3 == s.code.item % 3) return s.color(0);
   const Color<S> at = value_of(s.color(0));
   const Vec3d v(at.r, at.g, at.b);
   const Vec3d y = transformed(*s.point, mode, s.code.item, v);
   Vec3<T> result{T(S(y.x)), T(S(y.y)), T(S(y.z))};
   if constexpr (!std::is_floating_point_v<T>) {
     if (has_slope(s.color(0))) {
-      const TransformMode linear =
-          mode == TransformMode::kPoint ? TransformMode::kVector : mode;
+      const TransformMode linear = mode == TransformMode::kPoint ? TransformMode::kVector : mode;
       const Vec3d x1 = transformed(*s.point, linear, s.code.item, {1, 0, 0});
       const Vec3d x2 = transformed(*s.point, linear, s.code.item, {0, 1, 0});
       const Vec3d x3 = transformed(*s.point, linear, s.code.item, {0, 0, 1});
@@ -247,8 +253,8 @@ Color<T> execute(const Step<T>& s) {
     case Op::kBlackbody:
       return blackbody(s.number(0));
     case Op::kMapping:
-      return color_of(mapping(s.template mode<MappingMode>(), s.vector(0), s.vector(1),
-                              s.vector(2), s.vector(3)));
+      return color_of(mapping(s.template mode<MappingMode>(), s.vector(0), s.vector(1), s.vector(2),
+                              s.vector(3)));
     case Op::kRotate:
       return color_of(vector_rotate(s.template mode<RotateMode>(), s.has(kInverted), s.vector(0),
                                     s.vector(1), s.vector(2), s.number(3), s.vector(4)));
@@ -291,12 +297,12 @@ Color<T> execute(const Step<T>& s) {
     case Op::kBrick: {
       const BrickNumbers<T> n{s.number(2), s.number(3), s.number(4), s.number(5), s.number(6),
                               s.number(7), s.number(9), s.whole(8),  s.whole(10)};
-      return Color<T>(
-          brick_texture(s.template mode<BrickMode>(), s.vector(0) * s.number(1), n));
+      return Color<T>(brick_texture(s.template mode<BrickMode>(), s.vector(0) * s.number(1), n));
     }
     case Op::kNormalMap: {
       const auto mode = s.template mode<NormalMapMode>();
-      const std::string* names = mode == NormalMapMode::kTangent ? &s.shader.names[code.item] : nullptr;
+      const std::string* names =
+          mode == NormalMapMode::kTangent ? &s.shader.names[code.item] : nullptr;
       return color_of(normal_map(*s.point, mode, names, s.number(0), s.color(1)));
     }
     case Op::kBump:
@@ -312,8 +318,7 @@ Color<T> execute(const Step<T>& s) {
 namespace selenite {
 
 template <class T>
-void prepare(const Shader& shader, std::span<const Color<T>> constants,
-             std::span<Color<T>> fixed) {
+void prepare(const Shader& shader, std::span<const Color<T>> constants, std::span<Color<T>> fixed) {
   std::size_t at = 0;
   for (const Color<T>& c : constants) fixed[at++] = c;
   for (const Colorf& c : shader.literals) fixed[at++] = shading::lifted<T>(c);

@@ -93,15 +93,13 @@ class Finisher {
     for (const Instruction& code : shader_.instructions) {
       require(code.first + code.count <= static_cast<int>(shader_.operands.size()),
               "an instruction has more inputs than there are");
-      for (int k = 0; k < code.count; ++k)
-        require_register(shader_.operands[code.first + k], end);
+      for (int k = 0; k < code.count; ++k) require_register(shader_.operands[code.first + k], end);
       if (code.op == Op::kImage) require_item(code, shader_.textures, "texture");
       if (code.op == Op::kTable || code.op == Op::kTableChannels)
         require_item(code, shader_.tables, "table");
-      const bool named =
-          code.op == Op::kAttribute ||
-          (code.op == Op::kNormalMap &&
-           static_cast<NormalMapMode>(code.mode) == NormalMapMode::kTangent);
+      const bool named = code.op == Op::kAttribute ||
+                         (code.op == Op::kNormalMap &&
+                          static_cast<NormalMapMode>(code.mode) == NormalMapMode::kTangent);
       if (named) require_item(code, shader_.names, "name");
       ++end;
     }
@@ -112,9 +110,9 @@ class Finisher {
                   "]; give 257 over a range");
     for (const ShaderClosure& closure : shader_.closures) {
       const std::size_t wanted = closure_parameters(closure.kind).size();
-      require(closure.inputs.size() == wanted,
-              "a closure has " + std::to_string(closure.inputs.size()) + " inputs; give " +
-                  std::to_string(wanted));
+      require(closure.inputs.size() == wanted, "a closure has " +
+                                                   std::to_string(closure.inputs.size()) +
+                                                   " inputs; give " + std::to_string(wanted));
       for (const int index : closure.inputs) {
         require(index >= 0, "a closure has an input without register; give every one a register");
         require_register(index, end);

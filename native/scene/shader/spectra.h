@@ -18,7 +18,11 @@ inline constexpr double kColdest = 800, kHottest = 12000;  ///< constant beyond
 template <class T>
 Color<T> blackbody(const T& kelvin) {
   using S = scalar_t<T>;
-  const T t = clamp(kelvin, S(kColdest), S(kHottest));
+  // Beyond, a colour that the pieces only nearly reach.
+  if (value_of(kelvin) < S(kColdest)) return lifted<T>(Colorf{5.41329432f, 0, 0});
+  if (!(value_of(kelvin) < S(kHottest)))
+    return lifted<T>(Colorf{0.8262955f, 0.99450803f, 1.56630766f});
+  const T& t = kelvin;
   const BlackbodyPiece& piece = blackbody_piece(static_cast<double>(value_of(t)));
   const auto rational = [&](const std::array<double, 3>& k) {
     return S(k[0]) / t + t * S(k[1]) + S(k[2]);

@@ -122,8 +122,8 @@ VoronoiResult<T, N> voronoi_nearest(const Point<T, N>& at, const VoronoiNumbers<
   typename Cells::Offset first_offset{}, second_offset{};
   T nearest(std::numeric_limits<scalar_t<T>>::max()), next = nearest;
   Cells::around({}, 1, [&](const typename Cells::Offset& offset) {
-    const T d = voronoi_distance(difference(cells.point(offset), cells.local()), n.metric,
-                                 n.exponent);
+    const T d =
+        voronoi_distance(difference(cells.point(offset), cells.local()), n.metric, n.exponent);
     if (d < nearest) {
       next = nearest, second_offset = first_offset;
       nearest = d, first_offset = offset;
@@ -157,8 +157,7 @@ VoronoiResult<T, N> voronoi_smooth(const Point<T, N>& at, const VoronoiNumbers<T
     const T less = correction / (S(1) + s * S(3));
     r.color = each(r.color, cells.color(offset),
                    [&](const T& a, const T& b) { return lerp(a, b, h) - less; });
-    for (std::size_t i = 0; i < N; ++i)
-      r.position[i] = lerp(r.position[i], point[i], h) - less;
+    for (std::size_t i = 0; i < N; ++i) r.position[i] = lerp(r.position[i], point[i], h) - less;
   });
   r.position = cells.placed(r.position);
   return r;
@@ -241,8 +240,7 @@ template <class T, std::size_t N>
 VoronoiResult<T, N> voronoi_octave(VoronoiMode mode, const Point<T, N>& at,
                                    const VoronoiNumbers<T>& n) {
   if (mode == VoronoiMode::kEdge) return {voronoi_edge(at, n.randomness), {}, {}};
-  if (mode == VoronoiMode::kSmoothF1 && value_of(n.smoothness) != 0)
-    return voronoi_smooth(at, n);
+  if (mode == VoronoiMode::kSmoothF1 && value_of(n.smoothness) != 0) return voronoi_smooth(at, n);
   return voronoi_nearest(at, n, mode == VoronoiMode::kF2);
 }
 

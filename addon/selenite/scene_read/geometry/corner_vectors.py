@@ -11,7 +11,6 @@ from ..shaders import GENERATED, ISLAND, NORMAL, SIGN, TANGENT
 from ..values import MeshValues
 from . import tangents
 
-
 MeshVectors = tuple[tuple[str, np.ndarray], ...]
 
 

@@ -15,7 +15,7 @@ _TINY = 1e-20
 
 
 def of(values: MeshValues, uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit tangents and signs of the bitangent at corners, (3m, 3) both; the sign in all columns."""
+    """Unit tangents and signs of the bitangent at corners, (3m, 3); a sign fills its row."""
     p = values.positions.astype(np.float64)[values.triangles]
     n = values.corner_normals.astype(np.float64).reshape(-1, 3, 3)
     t = uv.astype(np.float64).reshape(-1, 3, 2)
@@ -53,8 +53,6 @@ def _angles(p: np.ndarray, n: np.ndarray) -> np.ndarray:
     angles = np.empty(p.shape[:2])
     for k in range(3):
         edges = [p[:, (k + 1) % 3] - p[:, k], p[:, (k + 2) % 3] - p[:, k]]
-        a, b = (
-            _unit(edge - n[:, k] * (n[:, k] * edge).sum(-1, keepdims=True)) for edge in edges
-        )
+        a, b = (_unit(edge - n[:, k] * (n[:, k] * edge).sum(-1, keepdims=True)) for edge in edges)
         angles[:, k] = np.arccos(np.clip((a * b).sum(-1), -1, 1))
     return angles

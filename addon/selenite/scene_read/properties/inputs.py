@@ -7,7 +7,7 @@ of Blender; it takes precedence over the rows here.
 
 from __future__ import annotations
 
-from .rows import By, Effect, OneOf, Row, Table
+from .rows import By, Effect, Row, Table
 
 
 def _names(text: str) -> tuple[str, ...]:
@@ -39,19 +39,6 @@ def _not_modelled(name: str, covers: str = "") -> Row:
     )
 
 
-def _direction(name: str) -> Row:
-    """A normal that may not be linked."""
-    return Row(
-        (name,),
-        Effect.REFUSED,
-        OneOf(()),
-        "input '{label}' is linked to {value}, which cannot be evaluated",
-        "unlink it, or apply the relief to the mesh",
-    )
-
-
-LINKED_ONLY = ("Normal", "Coat Normal", "Clearcoat Normal")
-
 _PRINCIPLED = Table(
     "ShaderNodeBsdfPrincipled",
     (
@@ -72,7 +59,8 @@ _PRINCIPLED = Table(
         _not_modelled(
             "Transmission Dispersion Scale", covers="Transmission Dispersion Abbe Number"
         ),
-        *(_direction(name) for name in LINKED_ONLY),
+        _modelled("Normal"),
+        _refused_by_reader("Coat Normal, Clearcoat Normal"),
         _no_effect("Weight"),
     ),
 )

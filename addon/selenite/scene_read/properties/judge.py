@@ -12,7 +12,7 @@ import bpy
 from ...problems import Problem, listed
 from ..shading import nodes
 from .conditions import Scope
-from .inputs import INPUTS, LINKED_ONLY
+from .inputs import INPUTS
 from .rows import Effect, Row, same
 from .tables import chain_of, default_of, rows_of, unknown_properties
 
@@ -237,13 +237,9 @@ def _of_inputs(place: Place, modelled_inputs: frozenset[str]) -> Iterator[Findin
             row not in table.named or (row.covers and socket.name in row.covers)
         ):
             continue
-        if socket.name in LINKED_ONLY:
-            acts, value = source.node is not None, _feeding(source)
-        else:
-            number = nodes.constant(source)
-            acts, value = number is None or any(number), text_of(number)
-            acts = acts and (source.node is not None or not socket.hide_value)
-        if not acts:
+        number = nodes.constant(source)
+        acts, value = number is None or any(number), text_of(number)
+        if not acts or (source.node is None and socket.hide_value):
             continue
         if row is not None:
             yield _finding(row, place, socket.name, value, "0")
@@ -255,10 +251,6 @@ def _of_inputs(place: Place, modelled_inputs: frozenset[str]) -> Iterator[Findin
                 f"input '{socket.name}' of {place.part} is not known to this version of Selenite",
                 "set it to 0 and unlink it, or compare a render with Cycles",
             )
-
-
-def _feeding(source: nodes.Source) -> str:
-    return nodes.describe(source.node) if source.node is not None else ""
 
 
 def _finding(row: Row, place: Place, label: str, value: str, neutral: str) -> Finding:

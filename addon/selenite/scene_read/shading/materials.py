@@ -33,6 +33,7 @@ class MaterialRead:
     problems: list[Problem]
     warnings: list[str]
     room: TextureRoom
+    computed: bool = False  # an input is fed by nodes that are no image
 
 
 def grey_material(name: str, color: Values = (0.8, 0.8, 0.8)) -> MaterialValues:
@@ -69,6 +70,11 @@ def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Sou
     """Where the value of `parameter` sits, and why it cannot be written ("" if it can)."""
     if not material.use_nodes or material.node_tree is None:
         return None, "the material does not use nodes: switch on Use Nodes"
+    if (parameter.owner, parameter.name) not in parameters.table():  # a constant of its graph
+        source = graph_of(material, TextureRoom()).sources.get(parameter.name)
+        if source is None:
+            return None, "the node is gone or feeds nothing any more: undo its change"
+        return source, nodes.why_not_writable(source, material)
     found = principled_of(material)
     if isinstance(found, str):
         return None, f"the material {found}"
@@ -121,17 +127,14 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     for parameter in table:
         if parameter.name not in volumes.PARAMETERS:
             _read_parameter(material, node, groups, parameter, title, read)
-    if any(item.object == title for item in read.problems):
-        # Some node before an input is no image: a program computes what it gives.
+    if read.computed:
         return read_graph(material, name, room)
     _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
     return read
 
 
-def needs_graph(
-    material: bpy.types.Material, node: bpy.types.Node, groups: Groups
-) -> bool:
+def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Groups) -> bool:
     """Whether a Principled BSDF alone does not say what the surface is like."""
     normals = [node.inputs[name] for name in _NORMALS if name in node.inputs]
     output = material.node_tree.get_output_node("CYCLES")
@@ -242,19 +245,13 @@ def _read_map(
         found = read.room.read_map(source, title)
     except Unreadable as error:
         problem = error.problem
+        read.computed |= problem.object == title
         place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
         cause = f"{problem.cause} (for {place})"
         read.problems.append(Problem(problem.object, cause, problem.cure))
         return
     if found is None:
-        cause = f"input '{label}' is linked to {nodes.describe(source.node)}"
-        if source.node is not None and source.node.bl_idname in textures.NODES:
-            cause += f", output '{source.socket.name}'"
-        cure = (
-            "unlink it, give it a constant value, or link it straight to the Color of an Image "
-            "Texture or Color Attribute node"
-        )
-        read.problems.append(Problem(title, f"{cause}, which cannot be evaluated", cure))
+        read.computed = True
         return
     read.values.maps[parameter.name] = found
     read.values.values[parameter.name] = textures.typical_value(parameter, found)

@@ -10,7 +10,8 @@ from ...shaders import TABLE_SIZE, Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 #: By what a Mix node's sockets end, by its type of data.
 _ENDINGS = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color", "ROTATION": "Rotation"}
 
@@ -19,7 +20,7 @@ _ENDINGS = {"FLOAT": "Float", "VECTOR": "Vector", "RGBA": "Color", "ROTATION": "
 def _mix(tree: Tree, node: Node, _: Socket, groups: Groups) -> Register:
     kind = node.data_type
     if kind not in {"FLOAT", "VECTOR", "RGBA"}:
-        return tree.refuse(node, "mixes rotations", "mix vectors instead")
+        return tree.refuse(node, "{} mixes rotations", "mix vectors instead")
     uniform = kind != "VECTOR" or node.factor_mode == "UNIFORM"
     factor = tree.get(node, "Factor_Float" if uniform else "Factor_Vector", groups)
     a, b = (tree.get(node, f"{name}_{_ENDINGS[kind]}", groups) for name in "AB")

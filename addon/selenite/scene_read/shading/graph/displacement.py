@@ -20,14 +20,14 @@ def read_displacement(tree: Tree, source: Source, material: bpy.types.Material) 
         return
     if hosts.displacement_method(material) != "BUMP":
         cure = "set the displacement of the material to Bump Only, or unlink it"
-        tree.refuse(node, "moves the surface itself, which is not rendered", cure)
+        tree.refuse(node, "{} moves the surface itself, which is not rendered", cure)
         return
     if node.bl_idname != "ShaderNodeDisplacement":
         cure = "use a Displacement node, or unlink the Displacement of the output"
-        tree.refuse(node, "displaces along vectors, which is not rendered", cure)
+        tree.refuse(node, "{} displaces along vectors, which is not rendered", cure)
         return
     if tree.is_linked(node, "Normal", groups):
-        tree.refuse(node, "has its Normal linked, which is not modelled", "unlink it")
+        tree.refuse(node, "{} has its Normal linked, which is not modelled", "unlink it")
         return
     if not tree.is_linked(node, "Height", groups):
         return

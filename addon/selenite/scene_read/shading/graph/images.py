@@ -9,11 +9,13 @@ from ...shaders import Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 
 
 @maker("TexImage")
 def _image(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register:
+    assert isinstance(node, bpy.types.ShaderNodeTexImage)  # noqa: S101 - registered for it alone
     texture = tree.room.texture_of(node, tree.title, wants_alpha=output.identifier == "Alpha")
     if node.projection == "FLAT" and not tree.is_linked(node, "Vector", groups):
         place = tree.ask("attribute", "uv", tree.shader.name(""))

@@ -9,7 +9,8 @@ from ...shaders import ISLAND, Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 
 _BAKE = "bake it into an image, or give a constant value"
 _GEOMETRY = {
@@ -41,7 +42,7 @@ def _geometry(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     if output.identifier == "Random Per Island":
         return tree.ask("attribute", "vector", tree.shader.name(ISLAND))
     if output.identifier not in _GEOMETRY:
-        return tree.refuse(node, f"gives '{output.name}', which is not modelled", _BAKE)
+        return tree.refuse(node, f"{{}} gives '{output.name}', which is not modelled", _BAKE)
     return tree.ask("geometry", _GEOMETRY[output.identifier])
 
 
@@ -49,24 +50,24 @@ def _geometry(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
 def _coordinates(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     name = output.identifier
     if node.from_instancer and name in {"Generated", "UV"}:
-        cause = "takes the coordinates of the instancer"
+        cause = "{} takes the coordinates of the instancer"
         return tree.refuse(node, cause, "switch off From Instancer")
     if name == "Generated":
         return tree.generated()
     if name == "UV":
         return tree.ask("attribute", "uv", tree.shader.name(""))
     if name == "Object" and node.object is not None:
-        cause = f"takes the coordinates of object '{node.object.name}'"
+        cause = f"{{}} takes the coordinates of object '{node.object.name}'"
         return tree.refuse(node, cause, "clear its Object")
     if name not in _COORDINATES:
-        return tree.refuse(node, f"gives '{output.name}', which is not modelled", _BAKE)
+        return tree.refuse(node, f"{{}} gives '{output.name}', which is not modelled", _BAKE)
     return tree.ask(*_COORDINATES[name])
 
 
 @maker("UVMap")
 def _uv_map(tree: Tree, node: Node, _: Socket, __: Groups) -> Register:
     if node.from_instancer:
-        cause = "takes the coordinates of the instancer"
+        cause = "{} takes the coordinates of the instancer"
         return tree.refuse(node, cause, "switch off From Instancer")
     return tree.ask("attribute", "uv", tree.shader.name(node.uv_map))
 
@@ -74,7 +75,7 @@ def _uv_map(tree: Tree, node: Node, _: Socket, __: Groups) -> Register:
 @maker("VertexColor")
 def _vertex_color(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     if output.identifier == "Alpha":
-        cause = "gives the alpha of a colour attribute, which is not read"
+        cause = "{} gives the alpha of a colour attribute, which is not read"
         return tree.refuse(node, cause, "use its Color")
     return tree.ask("attribute", "color", tree.shader.name(node.layer_name))
 
@@ -83,9 +84,9 @@ def _vertex_color(tree: Tree, node: Node, output: Socket, _: Groups) -> Register
 def _attribute(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     if node.attribute_type != "GEOMETRY" or not node.attribute_name:
         cure = "set its type to Geometry and name an attribute"
-        return tree.refuse(node, "names no attribute of the geometry", cure)
+        return tree.refuse(node, "{} names no attribute of the geometry", cure)
     if output.identifier == "Alpha":
-        cause = "gives the alpha of an attribute, which is not read"
+        cause = "{} gives the alpha of an attribute, which is not read"
         return tree.refuse(node, cause, "use its Color")
     name = tree.shader.name(node.attribute_name)
     # A colour, or if there is none of the name a UV map: each is 0 where the mesh has none.
@@ -106,7 +107,7 @@ def _object_info(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     if output.identifier == "Material Index":
         return tree.shader.literal(tree.material_index)
     if output.identifier not in _OBJECT:
-        return tree.refuse(node, f"gives '{output.name}', which is not modelled", _BAKE)
+        return tree.refuse(node, f"{{}} gives '{output.name}', which is not modelled", _BAKE)
     return tree.ask("object", _OBJECT[output.identifier])
 
 

@@ -10,7 +10,8 @@ from ...shaders import NORMAL, SIGN, TANGENT, Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 
 
 @maker("Bump")
@@ -20,7 +21,7 @@ def _bump(tree: Tree, node: Node, _: Socket, groups: Groups) -> Register:
         return tree.given(normal)
     width = hosts.bump_width(node)
     if width is None:
-        return tree.refuse(node, "has its Filter Width linked", "unlink it")
+        return tree.refuse(node, "{} has its Filter Width linked", "unlink it")
     heights = tree.beside(node, "Height", groups, width)
     return tree.shader.emit(
         "bump",

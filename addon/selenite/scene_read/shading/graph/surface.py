@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import bpy
@@ -44,9 +44,7 @@ _CURE = "use a Principled BSDF, or another shader that is read"
 @lru_cache(maxsize=1)
 def closure_rows() -> dict[str, list[Parameter]]:
     """The parameters of each kind of closure. Raises NativeUnavailable."""
-    return {
-        kind: [row_of(row) for row in rows] for kind, rows in native.core().closures().items()
-    }
+    return {kind: [row_of(row) for row in rows] for kind, rows in native.core().closures().items()}
 
 
 @dataclass
@@ -65,7 +63,9 @@ def compile_surface(tree: Tree, source: Source) -> None:
     _walk(tree, source, None, found)
     if len(found) > MOST_CLOSURES:
         first = next(iter(found.values()))
-        cause = f"is one of {len(found)} shaders of one surface, of which {MOST_CLOSURES} are read"
+        cause = (
+            f"{{}} is one of {len(found)} shaders of one surface, of which {MOST_CLOSURES} are read"
+        )
         tree.refuse(first.node, cause, "mix fewer shaders")
     for item in found.values():
         closure = _closure(tree, item)
@@ -124,7 +124,7 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     node, groups = item.node, item.groups
     kind = _KINDS.get(node.bl_idname)
     if kind is None:
-        tree.refuse(node, "is a shader that is not modelled", _CURE)
+        tree.refuse(node, "{} is a shader that is not modelled", _CURE)
         return None
     _judge(tree, node, groups)
     if kind == "metallic" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
@@ -163,15 +163,17 @@ def _judge(tree: Tree, node: Node, groups: Groups) -> None:
     distribution = getattr(node, "distribution", "GGX")
     if node.bl_idname == "ShaderNodeBsdfSheen":
         if distribution != "MICROFIBER":
-            tree.refuse(node, f"has the distribution {distribution}", "set it to Microfiber")
+            tree.refuse(node, f"{{}} has the distribution {distribution}", "set it to Microfiber")
     elif distribution not in {"GGX", "MULTI_GGX", "SHARP"}:
-        tree.refuse(node, f"has the distribution {distribution}", "set it to GGX")
+        tree.refuse(node, f"{{}} has the distribution {distribution}", "set it to GGX")
     if node.bl_idname == "ShaderNodeSubsurfaceScattering" and node.falloff == "BURLEY":
-        tree.refuse(node, "has the method Christensen-Burley", "set it to Random Walk")
+        tree.refuse(node, "{} has the method Christensen-Burley", "set it to Random Walk")
     if node.bl_idname != "ShaderNodeBsdfPrincipled":  # of that, the table of properties warns
         for name in _WITHOUT:
             if tree.number_of(node, name, groups) not in {0.0}:
-                tree.refuse(node, f"has the input '{name}', which is not modelled", "set it to 0")
+                tree.refuse(
+                    node, f"{{}} has the input '{name}', which is not modelled", "set it to 0"
+                )
     coat = "Coat Normal" if "Coat Normal" in node.inputs else "Clearcoat Normal"
     if tree.is_linked(node, coat, groups):
-        tree.refuse(node, f"has its '{coat}' linked, which is not modelled", "unlink it")
+        tree.refuse(node, f"{{}} has its '{coat}' linked, which is not modelled", "unlink it")

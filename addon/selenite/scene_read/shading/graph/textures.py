@@ -10,7 +10,8 @@ from ...shaders import Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
-Node, Socket = bpy.types.Node, bpy.types.NodeSocket
+Node = bpy.types.Node
+Socket = bpy.types.NodeSocket
 
 _NOISES = (
     "FBM",
@@ -25,11 +26,7 @@ _VORONOI_OUTPUTS = ("Distance", "Color", "Position", "W")
 _DIRECTIONS = ("X", "Y", "Z", "DIAGONAL", "SPHERICAL")
 _PROFILES = ("SIN", "SAW", "TRI")
 #: Later and earlier versions compute these textures in another way.
-_OLDER = "is computed in another way by this Blender, which is not modelled"
-
-
-def _dimensions(node: Node) -> int:
-    return int(getattr(node, f"{_KINDS[node.bl_idname]}_dimensions")[0])
+_OLDER = "{} is computed in another way by this Blender, which is not modelled"
 
 
 _KINDS = {
@@ -37,6 +34,10 @@ _KINDS = {
     "ShaderNodeTexWhiteNoise": "noise",
     "ShaderNodeTexVoronoi": "voronoi",
 }
+
+
+def _dimensions(node: Node) -> int:
+    return int(getattr(node, f"{_KINDS[node.bl_idname]}_dimensions")[0])
 
 
 def _refused(tree: Tree, node: Node) -> bool:
@@ -79,10 +80,8 @@ def _voronoi(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register
     names = ("W", "Scale", "Detail", "Roughness", "Lacunarity", "Smoothness", "Exponent")
     numbers = [tree.get(node, name, groups) for name in (*names, "Randomness")]
     mode = _FEATURES.index(node.feature) | (dimensions - 1) << 3
-    if output.identifier == "Radius":
-        item = 0
-    else:
-        item = _VORONOI_OUTPUTS.index(output.identifier)
+    radius = output.identifier == "Radius"
+    item = 0 if radius else _VORONOI_OUTPUTS.index(output.identifier)
     return tree.emit(
         "voronoi",
         place,
@@ -116,8 +115,7 @@ def _magic(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register:
 
 @maker("TexGradient")
 def _gradient(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register:
-    kind = {"QUADRATIC_SPHERE": "QUADRATIC_SPHERE"}.get(node.gradient_type, node.gradient_type)
-    return tree.emit("gradient", tree.place(node, groups), mode=kind)
+    return tree.emit("gradient", tree.place(node, groups), mode=node.gradient_type)
 
 
 @maker("TexChecker")

@@ -69,8 +69,8 @@ class Tree:
         return self.emit("math", a, b, c, mode=mode, flags=("clamp_result",) * clamp)
 
     def refuse(self, node: bpy.types.Node, cause: str, cure: str) -> Register:
-        """Notes a problem, and goes on so that all problems are told at once."""
-        problem = Problem(self.title, f"{nodes.describe(node)} {cause}", cure)
+        """Notes a problem, and goes on so that all are told at once. `cause`: {} is the node."""
+        problem = Problem(self.title, cause.replace("{}", nodes.describe(node), 1), cure)
         if problem not in self.problems:
             self.problems.append(problem)
         return self.shader.literal(0)
@@ -163,7 +163,10 @@ class Tree:
             make = MAKERS.get(node.bl_idname)
             if make is None:
                 cure = "unlink it, bake it into an image, or give a constant value"
-                return self.refuse(node, "cannot be evaluated", cure)
+                return self.refuse(node, "{} cannot be evaluated", cure)
+            if _is_moved(node):
+                cause = "{} has a Texture Mapping in the sidebar, which is not neutral"
+                return self.refuse(node, cause, "reset it and use a Mapping node")
             try:
                 self._results[key] = make(self, node, output, source.groups)
             except Unreadable as error:
@@ -181,15 +184,11 @@ class Tree:
         if key not in self._constants:
             value = nodes.constant(Source(source.node, source.socket, source.groups))
             assert value is not None  # noqa: S101 - the caller has asked
-            is_factor = getattr(
-                source.socket.bl_rna.properties.get("default_value"), "subtype", ""
-            )
+            is_factor = getattr(source.socket.bl_rna.properties.get("default_value"), "subtype", "")
             self._constants[key] = self._new_constant(source, value, None, is_factor == "FACTOR")
         return self._constants[key]
 
-    def parameter(
-        self, node: bpy.types.Node, row: Parameter, groups: Groups
-    ) -> Register:
+    def parameter(self, node: bpy.types.Node, row: Parameter, groups: Groups) -> Register:
         """An input of a closure: a constant is described as the closure describes it.
 
         Raises Unreadable for a constant that lies outside what the closure permits.
@@ -227,9 +226,7 @@ class Tree:
         socket = source.socket
         node = socket.node
         within = "".join(f"{group.name}/" for group in source.groups)
-        alike = [
-            item for item in node.inputs if item.name == socket.name and item.enabled
-        ]
+        alike = [item for item in node.inputs if item.name == socket.name and item.enabled]
         text = f"{within}{node.name}.{socket.name}".replace(":", "_")
         if not socket.is_output and len(alike) > 1:
             numbers = [item.identifier for item in alike]
@@ -238,3 +235,13 @@ class Tree:
         while found in self.sources:
             found, number = f"{text} {number}", number + 1
         return found
+
+
+def _is_moved(node: bpy.types.Node) -> bool:
+    """Whether a texture node moves its coordinates by settings of its own."""
+    mapping = getattr(node, "texture_mapping", None)
+    if mapping is None:
+        return False
+    neutral = (*mapping.translation, *mapping.rotation) == (0.0,) * 6
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
+    return not (neutral and axes and tuple(mapping.scale) == (1.0, 1.0, 1.0))

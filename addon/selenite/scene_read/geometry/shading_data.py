@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What materials look up on meshes and objects, and whether it is there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import bpy
+
+from ...problems import Problem
+from ..values import MeshValues, ObjectFacts, SceneValues
+from . import corner_vectors, mesh
+
+
+def add_vectors(evaluated: bpy.types.Object, index: int, material: str, read: SceneValues) -> None:
+    """What the shader of a material asks for at the corners of a mesh, if it is not there yet."""
+    shader = next(item for item in read.materials if item.name == material).shader
+    if shader is None:
+        return
+    values = read.meshes[index]
+    names = shader.attributes("vector") - {name for name, _ in values.vectors}
+    if names:
+        with mesh.mesh_of(evaluated) as of_blender:
+            found = corner_vectors.made(of_blender, values, names)
+        read.meshes[index] = replace(values, vectors=values.vectors + found)
+
+
+def facts(instance: mesh.Instance) -> ObjectFacts:
+    """What Object Info gives of an object. The random number of an instance is Blender's own."""
+    item = instance.original
+    random = corner_vectors.random_of_name(item.name)
+    if instance.is_instance:
+        random = instance.random_id / 0xFFFFFFFF
+    return ObjectFacts(
+        location=tuple(float(x) for x in instance.matrix[:3, 3]),
+        color=tuple(item.color[:3]),
+        alpha=float(item.color[3]),
+        index=float(item.pass_index),
+        random=random,
+    )
+
+
+def judge_attributes(title: str, shape: MeshValues, material: str, read: SceneValues) -> None:
+    """Whether a mesh has the UV maps and colour attributes that a material of it looks up."""
+    values = next(item for item in read.materials if item.name == material)
+    asked = [
+        ("UV map" if found.texture is not None else "colour attribute", found.attribute)
+        for found in values.maps.values()
+        if found.uv[:, :2].any()
+    ]
+    if values.shader is not None:
+        both = values.shader.attributes("uv") & values.shader.attributes("color")
+        asked += [("UV map", name) for name in values.shader.attributes("uv") - both]
+        asked += [("colour attribute", name) for name in values.shader.attributes("color") - both]
+    for kind, name in asked:
+        _judge_attribute(title, shape, material, (kind, name), read)
+
+
+def _judge_attribute(
+    title: str, shape: MeshValues, material: str, asked: tuple[str, str], read: SceneValues
+) -> None:
+    kind, name = asked
+    names = [item for item, _ in (shape.uv_maps if kind == "UV map" else shape.colors)]
+    if name in names or (names and not name):
+        return
+    called = f"{kind} '{name}'" if name else kind
+    asks = f"it has no {called}, which material '{material}' asks for"
+    known = {*shape.other_attributes, *(item[0] for item in shape.uv_maps + shape.colors)}
+    if name and name in known:
+        cause = f"{asks}, but another kind of attribute of that name"
+        cure = f"name a {kind} in the material's node, or add one"
+        problem = Problem(title, cause, cure)
+        if problem not in read.problems:
+            read.problems.append(problem)
+    else:
+        read.warn(f"{title}: {asks}; it is taken as 0, as in Cycles")
