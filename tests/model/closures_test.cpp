@@ -344,8 +344,7 @@ TEST(Closures, SubsurfaceEntersWithItsOwnWalk) {
   EXPECT_NEAR(entered.r / n, 0.5, 0.02);
   EXPECT_EQ(entered.b, 0);
   EXPECT_NEAR(bsdf.value(kLight).b, (0.5 * 0.2 + 0.5 * 0.2) * 0.7 / kPi<double>, 1e-14);
-  auto after = cases::flat(kView, false);
-  after.after_diffuse = true;
+  const SurfacePoint<double> after{{0, 0, 1}, {0, 0, 1}, kView, false, true};
   EXPECT_NEAR(SurfaceBsdf<double>(mixture, after).value(kLight).r,
               (0.5 * 0.2 + 0.5 * 0.9) * 0.7 / kPi<double>, 1e-14);
 }
