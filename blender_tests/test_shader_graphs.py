@@ -51,6 +51,19 @@ def test_weights_are_products_down_the_mixture() -> None:
     np.testing.assert_allclose(np.nanmean(found[0]["inputs"]["color"], (0, 1)), (0.7, 0.3, 0.1))
 
 
+def test_what_turns_a_normal_is_not_fitted() -> None:
+    graph, output = _graph(probes.scene())
+    noise = graph.node("TexNoise", {"Scale": 3.0})
+    bump = graph.node("Bump", {"Strength": 0.5, "Height": noise.outputs[0]})
+    diffuse = graph.node("BsdfDiffuse", {"Normal": bump.outputs[0]})
+    graph.put(output, "Surface", diffuse.outputs[0])
+    values, _ = _read()
+    fixed = next(item for item in values.owners.values() if item.name == "Shown").fixed
+    assert "normal" in fixed["Bump.Strength"]
+    assert "normal" in fixed["Noise Texture.Scale"]
+    assert "Diffuse BSDF.Color" not in fixed
+
+
 def test_one_shader_on_two_ways_counts_once() -> None:
     graph, output = _graph(probes.scene())
     diffuse, clear = graph.node("BsdfDiffuse"), graph.node("BsdfTransparent")

@@ -152,6 +152,22 @@ class Shader:
             for item in self.closures
         )
 
+    def behind_normals(self) -> set[str]:
+        """Names of the constants that a normal of a closure depends on: derivatives by these are
+        not computed."""
+        found: set[str] = set()
+        left = [item.normal for item in self.closures if item.normal is not None]
+        seen = set(left)
+        while left:
+            register = left.pop()
+            if register.kind == "constant":
+                found.add(self.constants[register.index].parameter.name)
+            elif register.kind == "code":
+                inputs = {item for item in self.code[register.index].inputs if item is not None}
+                left += inputs - seen
+                seen |= inputs
+        return found
+
     @staticmethod
     def _asks(code: Instruction, mode: str) -> bool:
         return code.op == "attribute" and code.mode == mode

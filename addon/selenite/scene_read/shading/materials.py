@@ -179,10 +179,13 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     for parameter in parameters.of("material"):
         if parameter.name not in volumes.PARAMETERS:
             owner.fixed[parameter.name] = "the surface is a graph of nodes: name one of its inputs"
+    turning = tree.shader.behind_normals()
     for item in tree.shader.constants:
         owner.parameters[item.parameter.name] = item.parameter
         owner.values[item.parameter.name] = item.value
         reason = nodes.why_not_writable(tree.sources[item.parameter.name], material)
+        if item.parameter.name in turning:
+            reason = reason or "it turns a normal, by which no derivative is computed"
         if reason:
             owner.fixed[item.parameter.name] = reason
     _read_volume(material, title, read)
