@@ -45,6 +45,7 @@ class FitProblem {
   Scene scene_at(const Vector& scalars) const { return unknowns_.scene_with(scene_, scalars); }
   /// Sets the number of iterations in which a solver steps the scalars.
   void set_scalar_iterations(int iterations) { problem_.iterations = iterations; }
+  void set_goes_on() { problem_.goes_on = true; }
   void set_weights(std::shared_ptr<PhotoWeights> weights) { problem_.weights = std::move(weights); }
   /// Names and numbers that a saved state belongs to: with others it would be misread.
   std::string fingerprint() const;

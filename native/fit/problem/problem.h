@@ -26,6 +26,7 @@ struct Problem {
   /// Of the residuals, shared by all that compares renders with these photos. Null: a solver has its
   /// own.
   std::shared_ptr<PhotoWeights> weights = nullptr;
+  bool goes_on = false;  ///< beyond the iterations, see FitSettings::most_iterations
 };
 
 }  // namespace selenite

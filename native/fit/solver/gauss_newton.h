@@ -91,8 +91,14 @@ class GaussNewton final : public ResidualOptimiser {
   std::vector<Halves> begin_step(const Vector& x, std::span<const Observation> seen);
   DampingControl& damping() { return damping_; }
   const DampingControl& damping() const { return damping_; }
-  /// Share of the iterations that is over.
-  double done() const { return iteration_ / static_cast<double>(problem_->iterations); }
+  /// Share of the iterations that is over. Those beyond the planned ones begin anew: they are made
+  /// where values are still far, and a low damping lets these jump.
+  double done() const {
+    const int planned = problem_->iterations;
+    const int over = problem_->goes_on && iteration_ > planned ? (iteration_ - 1) % planned + 1
+                                                               : iteration_;
+    return over / static_cast<double>(planned);
+  }
   /// The halves' Jacobians join the instruments. Returns the share of the older ones that is kept.
   double add_jacobians(std::span<const Observation> seen, const std::vector<Halves>& halves);
   /// Whether there are instruments of all photos.

@@ -93,6 +93,7 @@ Strategy::Strategy(FitProblem& problem)
   }
   problem.set_weights(
       std::make_shared<PhotoWeights>(problem.photos(), problem.loss().weighted, weights));
+  if (most_iterations(problem) > settings.iterations) problem.set_goes_on();
   if (!alternates) return;
   // Damping falls over the blocks that a fit without a multi-start would have.
   const BlockSchedule usual({true, true, false, false}, settings.iterations);
