@@ -75,14 +75,28 @@ def test_every_setting_is_in_the_panel_and_reaches_the_fit():
         "search": "off",
     }
     drawn = draw(panels.SELENITE_PT_advanced).splitlines()
-    for field in fields(FitSettings):
-        if field.name == "learning_rate":  # that of each row
-            continue
-        assert field.name in drawn
-        default = getattr(defaults, field.name)
-        assert getattr(settings, field.name) == default
-        setattr(settings, field.name, changed.get(field.name, 3))
-        assert getattr(fit_settings(bpy.context.scene), field.name) != default
+    names = [field.name for field in fields(FitSettings)]
+    names.remove("learning_rate")  # that of each row
+    for name in names:
+        assert name in drawn
+        assert getattr(settings, name) == getattr(defaults, name)
+    for name in names:
+        setattr(settings, name, changed.get(name, 3))
+        assert getattr(fit_settings(bpy.context.scene), name) != getattr(defaults, name)
+
+
+@pytest.mark.usefixtures("addon")
+def test_iterations_that_are_typed_are_the_most_there_are():
+    made.studio()
+    settings = bpy.context.scene.selenite
+    settings.iterations = 30
+    assert not settings.until_converged
+    settings.until_converged = True
+    assert fit_settings(bpy.context.scene).native()["most_iterations"] == 90
+    settings.preset = "draft"
+    assert not settings.until_converged
+    settings.preset = "balanced"
+    assert settings.until_converged
 
 
 @pytest.mark.parametrize("name", [field.name for field in fields(FitSettings)])
