@@ -25,6 +25,7 @@ PANEL = {
     "loss": "brightness-independent-mse",
     "optimiser": "adam",
     "iterations": 7,
+    "until_converged": False,
     "spp": 6,
     "tolerance": 0.25,
     "height": 18,
@@ -37,7 +38,7 @@ PANEL = {
     "search": "off",
 }
 NATIVE = {name: PANEL[name] for name in PANEL if name not in
-          ("height", "picture_spp", "physical_refraction")}  # fmt: skip
+          ("height", "picture_spp", "physical_refraction", "until_converged")}  # fmt: skip
 COLOUR, ROUGHNESS = "Body:base_color", "Body:roughness"
 
 
