@@ -93,6 +93,7 @@ def test_images_that_are_gone_are_named_at_once_with_their_materials(tmp_path, c
     tree.nodes.new("ShaderNodeGroup").node_tree = group
     mix = tree.nodes.new("ShaderNodeMixShader")
     tree.links.new(made.principled(mixed).outputs[0], mix.inputs[1])
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfToon").outputs[0], mix.inputs[2])
     tree.links.new(mix.outputs[0], tree.get_output_node("ALL").inputs["Surface"])
     status, report, _ = command(capsys, "check", saved(tmp_path))
     assert status == 2

@@ -135,8 +135,8 @@ def test_all_that_is_not_read_is_told_at_once() -> None:
     inner = _mixed(graph, 0.5, toon, hair)
     graph.put(output, "Surface", _mixed(graph, 0.5, inner, beckmann).outputs[0])
     values, _ = _read()
-    told = sorted(item.cause for item in values.problems if item.object == "Material 'Shown'")
-    assert told == [
+    causes = sorted(item.cause for item in values.problems if item.object == "Material 'Shown'")
+    assert causes == [
         "node 'Ambient Occlusion' (Ambient Occlusion) cannot be evaluated",
         "node 'Glossy BSDF' (Glossy BSDF) has the distribution BECKMANN",
         "node 'Hair BSDF' (Hair BSDF) is a shader that is not modelled",

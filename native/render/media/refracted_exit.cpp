@@ -44,7 +44,7 @@ struct RefractedExit::Tangent {
 };
 
 std::optional<RefractedExit::Place> RefractedExit::meet(const Vec3f& direction) const {
-  ++looked_at_;
+  ++visited_;
   const auto hit = geometry_.intersect(
       {from_, direction, 0, std::numeric_limits<float>::infinity()}, kScatterRay);
   if (!hit || hit->instance != instance_) return std::nullopt;

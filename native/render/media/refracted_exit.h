@@ -40,7 +40,7 @@ class RefractedExit {
 
   const LampTarget& target() const { return target_; }
   /// Places that it has looked at: each is a ray, and equations where the ray arrives.
-  int looked_at() const { return looked_at_; }
+  int visited() const { return visited_; }
   /// Where the search begins: on the straight line to the target, or, for a body that has several
   /// such places, on lines beside it.
   static constexpr int kStarts = 5;
@@ -63,7 +63,7 @@ class RefractedExit {
   int instance_;
   Vec3f from_;
   LampTarget target_;
-  mutable int looked_at_ = 0;
+  mutable int visited_ = 0;
 };
 
 }  // namespace selenite

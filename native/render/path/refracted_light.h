@@ -91,7 +91,7 @@ class RefractedLight {
     seek(0);
     const int other = 1 + static_cast<int>(at.random.uniform(kExitStart) / chance(1));
     if (other < RefractedExit::kStarts) seek(other);
-    exits_ += exits.looked_at();
+    exits_ += exits.visited();
   }
 
   /// Weight of a path that has gone from `inside` to `hit`, and from there to a lamp. `light` and
@@ -105,7 +105,7 @@ class RefractedLight {
     const RefractedExit::Place here{hit, surface, {}};
     const int start = finder(exits, here, p_.boundaries[surface.material], odds->micronormal,
                              RefractedExit::kStarts);
-    exits_ += exits.looked_at();
+    exits_ += exits.visited();
     if (start == RefractedExit::kStarts) return 1;
     return power_heuristic(odds->by_path, odds->by_aim * chance(start));
   }

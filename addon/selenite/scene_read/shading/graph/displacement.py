@@ -41,6 +41,6 @@ def read_displacement(tree: Tree, source: Source, material: bpy.types.Material) 
         scale = tree.math("MULTIPLY", scale, along)
     heights = [
         tree.math("MULTIPLY", tree.math("SUBTRACT", height, middle), scale)
-        for height in tree.beside(node, "Height", groups, _WIDTH)
+        for height in tree.at_offsets(node, "Height", groups, _WIDTH)
     ]
     tree.base_normal = tree.shader.emit("bump", *heights, None, one, one, shift=(0, _WIDTH))

@@ -22,7 +22,7 @@ def _bump(tree: Tree, node: Node, _: Socket, groups: Groups) -> Register:
     width = hosts.bump_width(node)
     if width is None:
         return tree.refuse(node, "{} has its Filter Width linked", "unlink it")
-    heights = tree.beside(node, "Height", groups, width)
+    heights = tree.at_offsets(node, "Height", groups, width)
     return tree.shader.emit(
         "bump",
         *heights,

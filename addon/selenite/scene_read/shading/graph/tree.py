@@ -110,7 +110,7 @@ class Tree:
         """A normal as a register, whatever gives it."""
         return self.ask("geometry", "normal") if normal is None else normal
 
-    def beside(
+    def at_offsets(
         self, node: bpy.types.Node, name: str, groups: Groups, width: float
     ) -> tuple[Register, ...]:
         """An input at the point, and so many footprints beside it along x and y."""
