@@ -16,7 +16,8 @@ class FitSettings:
     """Settings that hold for all unknowns.
 
     until_converged: where scalars have not converged after the iterations, they go on to at most
-    MOST_TIMES as many. height: pixels of the pictures that are compared, their width follows the photo's aspect.
+    MOST_TIMES as many. height: pixels of the pictures that are compared, their width follows the
+    photo's aspect.
     depth: bounces, 0 = unlimited. threads: 0 = all. accumulate: one step per iteration over all
     cameras, otherwise one per camera. picture_spp: samples of the pictures in the result folder.
     physical_refraction: see SceneValues. search: whether multi-start comes before the first step,
@@ -132,7 +133,9 @@ PRESETS = {
     "accurate": FitSettings(iterations=60, spp=16, picture_spp=512),
 }
 #: What `--optimiser adam` starts from: the thesis tool's run.
-THESIS = FitSettings(loss="dual-buffer", optimiser="adam", iterations=100, tolerance=0.001, until_converged=False)
+THESIS = FitSettings(
+    loss="dual-buffer", optimiser="adam", iterations=100, tolerance=0.001, until_converged=False
+)
 
 
 def with_overrides(base: FitSettings, overrides: dict[str, Any]) -> FitSettings:

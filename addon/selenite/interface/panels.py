@@ -30,7 +30,10 @@ _TAB = {"bl_space_type": "VIEW_3D", "bl_region_type": "UI", "bl_category": "Sele
 #: Settings of a fit by what they are about.
 _GROUPS = (
     ("Pictures", ("height", "spp", "depth", "physical_refraction")),
-    ("Steps", ("iterations", "until_converged", "loss", "tolerance", "optimiser", "accumulate", "search")),
+    (
+        "Steps",
+        ("iterations", "until_converged", "loss", "tolerance", "optimiser", "accumulate", "search"),
+    ),
     ("Run", ("seed", "threads", "picture_spp")),
 )
 

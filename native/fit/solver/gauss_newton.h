@@ -95,8 +95,8 @@ class GaussNewton final : public ResidualOptimiser {
   /// where values are still far, and a low damping lets these jump.
   double done() const {
     const int planned = problem_->iterations;
-    const int over = problem_->goes_on && iteration_ > planned ? (iteration_ - 1) % planned + 1
-                                                               : iteration_;
+    const int over =
+        problem_->goes_on && iteration_ > planned ? (iteration_ - 1) % planned + 1 : iteration_;
     return over / static_cast<double>(planned);
   }
   /// The halves' Jacobians join the instruments. Returns the share of the older ones that is kept.
