@@ -25,7 +25,7 @@ void apply_gain(const Colorf& gain, Film& film, std::optional<std::size_t> slot 
   SlotFilm by_gain;
   if (slot) {
     // The film without the gain, and its covariance with the film that has it.
-    by_gain = {film.mean, film.half_a, film.variance, film.variance};
+    by_gain = {film.mean, film.half_a, film.variance, film.variance, {}};
     scale(by_gain.covariance, gain);
   }
   if (gain != Colorf(1)) {
