@@ -13,7 +13,8 @@ namespace selenite {
 
 /// Values far from the answer that may explain the photos as well: those that a multi-start left for
 /// others, and the answer with unknowns that act alike exchanged. Each refined answer is compared with
-/// them; those that matter are refined in their turn and may take its place.
+/// them; those that matter are refined in their turn and may take its place. So are those that need fewer
+/// weights (`without_weights`), which win where the photos do not tell them from the answer.
 class AlternativeMinima {
  public:
   void add_candidates(std::vector<Vector> candidates) { candidates_ = std::move(candidates); }
@@ -26,14 +27,14 @@ class AlternativeMinima {
   /// Takes the end of a comparison: moves to what explains the photos best, and reports the others.
   void take(FitRun& run, const MinimaComparison& comparison);
   /// The alternative to be refined next, if there is one.
-  std::optional<Vector> next();
+  std::optional<Alternative> next();
   void members(SavedState& state);
 
  private:
   struct Refined {
-    Vector x;
+    Alternative at;
     TrustReport report;
-    void members(SavedState& state) { state(x, report); }
+    void members(SavedState& state) { state(at, report); }
   };
   void choose(const MinimaComparison& comparison);
   void report(const FitRun& run, TrustReport& report) const;
@@ -42,9 +43,11 @@ class AlternativeMinima {
   Refined newest_;                        ///< by the newest refinement
   std::vector<Eigen::VectorXf> weights_;  ///< of the residuals there
   std::optional<Refined> answer_;         ///< once it has been compared
+  std::vector<Alternative> simpler_;      ///< than the answer, not refined yet
   std::vector<Vector> pending_;           ///< not excluded and not refined yet
   std::vector<Refined> equivalent_;       ///< refined, and nothing tells them from the answer
-  int count_ = 0;
+  int count_ = 0;                         ///< of those that have been refined
+  int others_ = 0;                        ///< of them, those that are not simpler
 };
 
 }  // namespace selenite

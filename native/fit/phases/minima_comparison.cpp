@@ -113,7 +113,7 @@ std::vector<MinimaComparison::Survivor> MinimaComparison::survivors() const {
     bool far = false;
     for (Eigen::Index k = 0; k < answer.size(); ++k)
       far = far || far_apart(reparametrization_, alternative->x, answer, k);
-    if (far) survivors.push_back({alternative->x, alternative->against_answer.z_score()});
+    survivors.push_back({alternative->x, alternative->against_answer.z_score(), far});
   }
   std::stable_sort(survivors.begin(), survivors.end(),
                    [](const Survivor& a, const Survivor& b) { return a.z_score > b.z_score; });
@@ -123,6 +123,7 @@ std::vector<MinimaComparison::Survivor> MinimaComparison::survivors() const {
 std::vector<MinimaComparison::Survivor> MinimaComparison::pending(const TrustReport& report) const {
   std::vector<Survivor> found = survivors();
   std::erase_if(found, [&](const Survivor& one) {
+    if (!one.far) return true;
     TrustReport judged = report;
     mark_ambiguous(judged, reparametrization_, candidates_.front().x, one.x, false);
     return !one.is_better() && judged.alternatives.size() == report.alternatives.size();

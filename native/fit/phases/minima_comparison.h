@@ -42,17 +42,18 @@ class MinimaComparison {
   /// The next picture; false when it was the last. Throws what `evaluate` throws.
   bool step(Evaluator& evaluator);
   double fraction() const;
-  /// An alternative that has not lost and lies far from the answer. z_score: standard deviations by
-  /// which the photos are nearer to it than to the answer. Known after the last step.
+  /// An alternative that has not lost. z_score: standard deviations by which the photos are nearer to it
+  /// than to the answer. far: it lies in another basin. Known after the last step.
   struct Survivor {
     Vector x;
     double z_score;
+    bool far;
     /// Nearer beyond doubt.
     bool is_better() const;
   };
   /// The nearest to the photos first.
   std::vector<Survivor> survivors() const;
-  /// Those of them that are better, or that make values ambiguous which `report` has as determined.
+  /// Those of them in other basins that are better, or that make values ambiguous which `report` has as determined.
   std::vector<Survivor> pending(const TrustReport& report) const;
 
   void members(SavedState& state);

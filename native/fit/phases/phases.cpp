@@ -129,13 +129,15 @@ void MultiStartPhase::hand_on(FitRun& run) {
   run.result.last = run.result.best = run.point.scalars;
 }
 
-RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Vector& x,
-                                 const GaussNewton* optimiser)
+RefinementPhase::RefinementPhase(const FitRun& run, AlternativeMinima& minima,
+                                 const Alternative& from, const GaussNewton* optimiser)
     : refinement_(
-          run.problem.scalars(), optimiser, {x, run.point.fields},
+          run.problem.scalars(), optimiser, {from.x, run.point.fields},
           stream_seed(run.problem.settings().seed, Stream::kRefinement, minima.refined(), 0),
           run.problem.settings().chosen_refinement_spp(), run.problem.settings().spp),
-      minima_(&minima) {}
+      minima_(&minima) {
+  refinement_.hold(from.absent);
+}
 
 bool RefinementPhase::step(FitRun& run) {
   refinement_.watch(run.evaluator.progress());

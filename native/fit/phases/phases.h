@@ -41,7 +41,7 @@ class MultiStartPhase final : public Phase {
 class RefinementPhase final : public Phase {
  public:
   /// optimiser: whose instruments are taken; null: none.
-  RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Vector& x,
+  RefinementPhase(const FitRun& run, AlternativeMinima& minima, const Alternative& from,
                   const GaussNewton* optimiser);
   PhaseKind kind() const override { return PhaseKind::kRefinement; }
   bool step(FitRun& run) override;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fit/inference/expansion_point.h"
+#include "fit/inference/offset_expansion.h"
 #include "fit/inference/weak_directions.h"
 #include "fit/problem/saved_state.h"
 
@@ -25,7 +26,22 @@ void RefinedPoint::gather(const Observation& derivatives, double weight) {
 }
 
 Estimate RefinedPoint::estimate_here() const {
-  return estimate(problem->unknowns, reparametrization(), u, equations, others);
+  return estimate(problem->unknowns, reparametrization(), u, equations, with_held(others));
+}
+
+OtherPasses RefinedPoint::with_held(OtherPasses with) const {
+  with.known.resize(std::max(with.known.size(), held.size()));
+  for (std::size_t i = 0; i < held.size(); ++i)
+    if (held[i]) with.known[i] = held[i];
+  return with;
+}
+
+std::optional<Vector> RefinedPoint::offset_of_free() const {
+  std::optional<Vector> there = offset_point(problem->unknowns, x);
+  for (std::size_t i = 0; there && i < held.size(); ++i)
+    if (held[i]) (*there)[static_cast<Eigen::Index>(i)] = held[i]->value;
+  if (there == x) return std::nullopt;
+  return there;
 }
 
 Estimate RefinedPoint::end_pass() {
@@ -84,7 +100,7 @@ bool RefinedPoint::is_roughness(int k) const {
 }
 
 void RefinedPoint::members(SavedState& state) {
-  state(gauss_newton, equations, u, x, gain_slopes, others, report);
+  state(gauss_newton, equations, u, x, gain_slopes, others, held, report);
 }
 
 }  // namespace selenite

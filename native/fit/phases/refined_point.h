@@ -22,6 +22,10 @@ struct RefinedPoint {
   /// The step of the pass that has just been seen; notes what it says of the misfit.
   Estimate end_pass();
   Estimate estimate_here() const;
+  /// What other passes say, with what is held.
+  OtherPasses with_held(OtherPasses others) const;
+  /// See `offset_point`, without what is held.
+  std::optional<Vector> offset_of_free() const;
   /// `derivatives` of a photo at the present values join the instruments and the slopes of its gain;
   /// `weight`: their samples in units of those of an iteration.
   void gather(const Observation& derivatives, double weight);
@@ -49,6 +53,7 @@ struct RefinedPoint {
   Vector x;
   GainSlopes gain_slopes;
   OtherPasses others;
+  std::vector<std::optional<Known>> held;  ///< values that stay; empty: none
   TrustReport report;
 };
 

@@ -28,6 +28,12 @@ Refinement::Refinement(const Problem& problem, const GaussNewton* optimiser, Poi
       spp_(spp),
       iteration_spp_(iteration_spp) {}
 
+void Refinement::hold(const std::vector<AbsentWeight>& absent) {
+  point_.held.resize(absent.empty() ? 0 : static_cast<std::size_t>(point_.x.size()));
+  for (const auto& [component, confidence] : absent)
+    point_.held[static_cast<std::size_t>(component)] = Known{0, confidence};
+}
+
 /// Of the seeds of residuals; the next one is that of the derivatives.
 int Refinement::purpose() const { return 2 * point_.report.passes + (suspended_ ? kOffset : 0); }
 
@@ -108,7 +114,7 @@ void Refinement::end_pass() {
   if (over_) {
     if (!there) point_.widen(now.step, point_.x);
     if (after_offset_) return;
-    if (const auto to = offset_point(point_.problem->unknowns, point_.x)) expand_at_offset(*to);
+    if (const auto to = point_.offset_of_free()) expand_at_offset(*to);
     return;
   }
   point_.begin_pass();
@@ -131,7 +137,8 @@ void Refinement::end_offset() {
   OtherPasses moved;
   for (Eigen::Index k = 0; k < u.size(); ++k)
     moved.squared.push_back(point_.x[k] != suspended_->x[k]);
-  const Estimate seen = estimate(unknowns, reparametrization, u, point_.equations, moved);
+  const Estimate seen =
+      estimate(unknowns, reparametrization, u, point_.equations, point_.with_held(moved));
   point_.others.known = known_from_offset(
       suspended_->x, point_.report.components, point_.x,
       unknowns.project(reparametrization.to_values(u + seen.step)), seen.components);

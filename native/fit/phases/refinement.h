@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fit/evaluate/photo_evaluator.h"
+#include "fit/phases/absent_weights.h"
 #include "fit/phases/refined_point.h"
 
 namespace selenite {
@@ -39,6 +40,8 @@ class Refinement {
   Refinement(const Problem& problem, const GaussNewton* optimiser, Point point, std::uint64_t seed,
              int spp, int iteration_spp, RefinementOptions options = {});
 
+  /// These stay at 0; before the first step.
+  void hold(const std::vector<AbsentWeight>& absent);
   /// See `Optimiser`.
   void watch(const Progress* progress) { point_.gauss_newton.watch(progress); }
   /// The next photo of a pass; false when it was the last of the last. Throws what `evaluate` throws.

@@ -39,7 +39,8 @@ std::unique_ptr<Phase> Fit::phase_to_restore(PhaseKind kind) {
       if (strategy_.joint)
         return std::make_unique<FieldRefinementPhase>(
             run_, *FieldGaussNewton::of(problem_.fields(), problem_.photos()), nullptr);
-      return std::make_unique<RefinementPhase>(run_, minima_, run_.point.scalars, nullptr);
+      return std::make_unique<RefinementPhase>(run_, minima_, Alternative{run_.point.scalars},
+                                               nullptr);
     case PhaseKind::kComparison:
       return std::make_unique<ComparisonPhase>(
           std::make_unique<MinimaComparison>(scalars, std::vector<Eigen::VectorXf>(), run_.point,

@@ -68,8 +68,8 @@ std::unique_ptr<Phase> Fit::next_phase() {
     case PhaseKind::kComparison:
       // At the bottom of its basin an alternative may win or lose. The instruments of other values say
       // little about it.
-      if (const auto x = minima_.next())
-        return std::make_unique<RefinementPhase>(run_, minima_, *x, nullptr);
+      if (const auto alternative = minima_.next())
+        return std::make_unique<RefinementPhase>(run_, minima_, *alternative, nullptr);
       return nullptr;
   }
   return nullptr;
@@ -79,7 +79,8 @@ std::unique_ptr<Phase> Fit::refinement_of_best(const Descent& descent) {
   if (const JointGaussNewton* joint = descent.joint())
     return std::make_unique<FieldRefinementPhase>(run_, joint->field_solver(),
                                                   descent.gauss_newton());
-  return std::make_unique<RefinementPhase>(run_, minima_, run_.result.best, descent.gauss_newton());
+  return std::make_unique<RefinementPhase>(run_, minima_, Alternative{run_.result.best},
+                                           descent.gauss_newton());
 }
 
 }  // namespace selenite
