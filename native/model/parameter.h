@@ -47,6 +47,8 @@ struct Parameter {
   /// square: light that enters and leaves a body crosses its surface twice.
   bool squared = false;
   Versions versions = Versions::kBoth;
+  /// A weight of what many materials do not have: 0 is preferred where photos do not tell it from 0.
+  bool optional = false;
   std::string_view help;  ///< one sentence for tooltips and the manual
 };
 

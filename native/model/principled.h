@@ -91,6 +91,7 @@ struct Principled : TopLobeParameters<T> {
                     .fit_lower = 0,
                     .fit_upper = 1,
                     .initial = 0,
+                    .optional = true,
                     .help = "Share of metal"},
           m.metallic);
     visit(Parameter{.name = "ior",
@@ -123,6 +124,7 @@ struct Principled : TopLobeParameters<T> {
                     .fit_upper = 1,
                     .initial = 0,
                     .squared = true,
+                    .optional = true,
                     .help = "Share of glass in what is not metal"},
           m.transmission);
     visit(Parameter{.name = "specular_level",
@@ -167,6 +169,7 @@ struct Principled : TopLobeParameters<T> {
                     .fit_upper = 1,
                     .initial = 0,
                     .versions = Versions::k2,
+                    .optional = true,
                     .help = "Share of the surface under a clear coat"},
           m.coat_weight);
     visit(Parameter{.name = "coat_roughness",
@@ -247,6 +250,7 @@ struct Principled : TopLobeParameters<T> {
                     .fit_upper = 1,
                     .initial = 0,
                     .versions = Versions::k2,
+                    .optional = true,
                     .help = "Share of the diffuse part that scatters under the surface"},
           m.subsurface_weight);
     visit(Parameter{.name = "subsurface_radius",

@@ -27,6 +27,7 @@ struct SheenParameters {
                     .fit_upper = 1,
                     .initial = 0,
                     .versions = Versions::k2,
+                    .optional = true,
                     .help = "Strength of the reflection by fibres on the surface, as on velvet"},
           m.sheen_weight);
     visit(Parameter{.name = "sheen_roughness",

@@ -2,20 +2,12 @@
 #include "fit/phases/absent_weights.h"
 
 #include <Eigen/Cholesky>
-#include <algorithm>
-#include <array>
-#include <string_view>
 
 namespace selenite {
 namespace {
 
-/// Weights that most materials leave at 0.
-constexpr std::array<std::string_view, 5> kWeights{"transmission", "metallic", "coat_weight",
-                                                   "sheen_weight", "subsurface_weight"};
-
 bool may_be_absent(const Unknowns& unknowns, const Vector& x, int k, const Confidence& known) {
-  if (std::ranges::find(kWeights, unknowns.description_of(k).name) == kWeights.end()) return false;
-  if (unknowns.minimum()[k] > 0 || x[k] == 0) return false;
+  if (!unknowns.description_of(k).optional || unknowns.minimum()[k] > 0 || x[k] == 0) return false;
   return !known.determined || x[k] <= kLikelySigmas * known.standard_error;
 }
 
