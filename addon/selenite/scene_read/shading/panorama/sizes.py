@@ -10,7 +10,7 @@ import numpy as np
 DETAIL = 0.02
 #: Largest error of a panorama with half as many columns and rows, in units of the mean, at which the
 #: half is enough.
-SMOOTH = 0.002
+SMOOTH = 0.005
 _SMALLEST = 64  # columns
 
 
