@@ -212,7 +212,7 @@ def _transmission(w):
     w.mix(w.ray("Is Transmission Ray"), w.second())
 
 
-GLASS = {"transmission_weight": 1.0, "base_color": (0.9, 0.9, 0.9)}
+GLASS = {"transmission": 1.0, "base_color": (0.9, 0.9, 0.9)}
 METAL = {"metallic": 1.0}
 
 

@@ -12,7 +12,6 @@ from ..nodes import Source
 from .rays import Rays, is_light_path
 
 
-
 class WorldCopy:
     """Its node groups are copies too, each for one place. Removed with the stack."""
 

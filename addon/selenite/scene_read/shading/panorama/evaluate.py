@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cycles renders what a world shows in each direction, in a scene of its own that is removed again."""
+"""Cycles renders what a world shows in each direction, in a scene of its own."""
 
 from __future__ import annotations
 
@@ -73,8 +73,8 @@ def evaluate(
 ) -> dict[str, Panorama]:
     """A panorama by name of the rays that see it. Raises Unreadable.
 
-    wanted: rays, and the shader whose Strength is 1 in their panorama (or None). Nothing in the file
-    changes. Blender must not be busy with a render.
+    wanted: rays, and the shader whose Strength is 1 in their panorama (or None). Nothing in the
+    file changes. Blender must not be busy with a render.
     """
     key = fingerprint.of_world(world, scene)
     if key != _cache.key:
@@ -190,5 +190,3 @@ def _studio(scene: bpy.types.Scene, world: bpy.types.World, title: str) -> Itera
         made.render.use_file_extension = False
         made.render.filepath = str(path)
         yield _Studio(made, camera, path)
-
-

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import numpy as np
 
-#: Mean error of every other pixel from its neighbours, in units of the mean: above it a panorama has
-#: details between its pixels.
+#: Mean error of a pixel that is taken for the mean of its neighbours, in units of the mean: above
+#: it a panorama has details between its pixels.
 DETAIL = 0.02
-#: Largest error of a panorama with half as many columns and rows, in units of the mean, at which the
-#: half is enough.
+#: Largest error of a panorama with half as many columns and rows, in units of the mean, at which
+#: the half is enough.
 SMOOTH = 0.005
 _SMALLEST = 64  # columns
 
