@@ -330,11 +330,12 @@ def _shown(
         cause = "Blender is busy and cannot evaluate its nodes"
         raise Unreadable(title, cause, "wait until that has ended, or stop it")
     width, height = seen.size
-    whose = "" if not kinds else f" for {view.rays.name}"
-    warnings.append(
-        f"{title}: its nodes are evaluated by Cycles to a panorama of {width} x {height} "
-        f"pixels{whose}"
-    )
+    size = f"{width} x {height} pixels"
+    if view.rays == LIGHT:
+        warnings.append(f"{title}: its nodes are evaluated by Cycles to a panorama of {size}")
+    else:
+        rays = view.rays.name
+        warnings.append(f"{title}: Cycles evaluates what {rays} see of it to a panorama of {size}")
     return BackdropValues(kinds, seen.pixels, np.eye(3), False, seen.sun)
 
 

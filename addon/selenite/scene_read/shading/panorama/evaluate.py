@@ -116,9 +116,6 @@ def _evaluate(
         if is_detailed(pixels):
             size = DETAILED
             pixels = studio.panorama(size, _DETAILED_SAMPLES, 1.0)
-    if not np.isfinite(pixels).all():
-        cause = "its nodes give numbers that are infinite or none"
-        raise Unreadable(title, cause, "find the node that divides by 0 or takes a root of less")
     return Panorama(reduced(pixels), sun, size)
 
 
