@@ -33,7 +33,7 @@ Scene lit_scene() {
 
 constexpr int kKey = 0, kBlack = 1, kStrong = 0, kWeak = 1, kGround = 2;
 
-LightSet all_of(LightUse use) { return {{use, use}, {use, use, LightUse::kNone}, use}; }
+LightSet all_of(LightUse use) { return {{use, use}, {use, use, LightUse::kNone}, use, {}}; }
 
 /// The share of [0, 1) in which a light is chosen, by a fine and even grid.
 double chosen(const LightSampler& sampler, LightSampler::Source source, int index) {
@@ -87,7 +87,8 @@ TEST(LightSampler, WhatIsNotInTheSetIsNeverChosen) {
 
   const LightSampler none(scene, {{LightUse::kNone, LightUse::kNone},
                                   {LightUse::kNone, LightUse::kNone, LightUse::kNone},
-                                  LightUse::kNone});
+                                  LightUse::kNone,
+                                  {}});
   for (int i = 0; i < 100; ++i)
     EXPECT_EQ(none.choose(static_cast<float>(i) / 100).source, LightSampler::Source::kNone);
 }
