@@ -62,6 +62,22 @@ def test_a_constant_node_is_looked_through(lamp):
     assert read()[1].radiance_scale == pytest.approx(7)
 
 
+def test_nodes_that_compute_with_constants_are_folded(lamp):
+    tree = lamp.node_tree
+    warm, twice = tree.nodes.new("ShaderNodeBlackbody"), tree.nodes.new("ShaderNodeMath")
+    warm.inputs[0].default_value = 3000.0
+    tree.links.new(warm.outputs[0], emission(lamp).inputs["Color"])
+    twice.operation = "MULTIPLY"
+    twice.inputs[0].default_value, twice.inputs[1].default_value = 3.0, 2.5
+    tree.links.new(twice.outputs[0], emission(lamp).inputs["Strength"])
+    values, light = read()
+    assert not values.problems
+    assert light.radiance_scale == pytest.approx(7.5)
+    # Of the blackbody as Cycles has it: 1.77, 0.80, 0.22 at 3000 K, times the lamp's colour.
+    red, green, blue = (a / b for a, b in zip(light.color, (0.5, 0.8, 1.0), strict=True))
+    assert red > 1.5 > 1.0 > green > 0.5 > 0.4 > blue > 0
+
+
 def test_what_is_not_an_emission_of_constants_is_named(lamp):
     tree = lamp.node_tree
     noise = tree.nodes.new("ShaderNodeTexNoise")

@@ -90,7 +90,7 @@ def test_what_fails_while_the_graph_lives_is_raised(monkeypatch):
     made.camera()
     from selenite.scene_read.shading import world
 
-    def fail(_world):
+    def fail(_world, _evaluated):
         raise ArithmeticError("in the midst")
 
     monkeypatch.setattr(world, "read_world", fail)

@@ -347,11 +347,21 @@ def test_environment_rotation_and_row_order(kind):
     np.testing.assert_allclose(world.to_map, expected, atol=1e-6)
 
 
-def test_world_of_another_shader_is_a_problem():
+def test_world_of_a_shader_for_surfaces_gives_no_light():
     tree = made.world().node_tree
     output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputWorld")
-    tree.links.new(tree.nodes.new("ShaderNodeEmission").outputs[0], output.inputs["Surface"])
-    assert any("World 'Studio'" in p.object and "Emission" in p.cause for p in made.read().problems)
+    tree.links.new(tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], output.inputs["Surface"])
+    values = made.read()
+    assert not values.problems
+    # As in Cycles: one black pixel.
+    np.testing.assert_array_equal(values.world.image, np.zeros((1, 1, 3), np.float32))
+
+
+def test_world_with_a_volume_is_a_problem():
+    tree = made.world().node_tree
+    output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputWorld")
+    tree.links.new(tree.nodes.new("ShaderNodeVolumeScatter").outputs[0], output.inputs["Volume"])
+    assert any("World 'Studio'" in p.object and "volume" in p.cause for p in made.read().problems)
 
 
 def test_no_camera_is_a_problem():

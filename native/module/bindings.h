@@ -5,9 +5,12 @@
 #include <pybind11/stl.h>
 
 #include <array>
+#include <string>
 #include <tuple>
 #include <variant>
+#include <vector>
 
+#include "model/ray_kind.h"
 #include "scene/camera.h"
 
 namespace selenite {
@@ -27,6 +30,8 @@ inline PhotoFrame frame_of(const FrameTuple& t) {
   return {aspect, width, height, {window[0], window[1], window[2], window[3]}};
 }
 
+/// A set of kinds of rays from their names. UnknownName: one that is none.
+RayKinds kinds_of(const std::string& who, const std::vector<std::string>& names);
 void bind_parameters(pybind11::module_& m);
 /// A parameter as Python has it, without its owner and width.
 pybind11::dict parameter_row(const Parameter& parameter);
@@ -37,6 +42,8 @@ void bind_materials(pybind11::class_<SceneBuilder>& builder);
 void bind_shaders(pybind11::class_<Scene>& scene);
 /// Objects, and what rays see of them and of lights.
 void bind_visibility(pybind11::class_<SceneBuilder>& builder);
+/// The world.
+void bind_world(pybind11::class_<SceneBuilder>& builder);
 /// Light states of a scene.
 void bind_lights(pybind11::class_<Scene>& scene);
 void bind_render(pybind11::module_& m);

@@ -53,23 +53,6 @@ Light lamp(LightKind kind, const std::string& name, const Array<double>& matrix,
   return light;
 }
 
-void set_world(SceneBuilder& b, const Array<double>& color, double strength,
-               const std::optional<Array<float>>& image, const Array<double>& to_map,
-               double rotation) {
-  World world;
-  world.values = {color_of(color, "World: colour"), strength, rotation};
-  require_shape(to_map, "World: to_map", {3, 3});
-  for (int i = 0; i < 3; ++i)
-    world.to_map[i] = Vec3f(Vec3d{to_map.at(i, 0), to_map.at(i, 1), to_map.at(i, 2)});
-  if (image) {
-    require_shape(*image, "World: image", {-1, -1, 3});
-    world.map = std::make_shared<EnvironmentMap>(
-        static_cast<int>(image->shape(1)), static_cast<int>(image->shape(0)), colors_of(*image));
-  }
-  world.check();
-  b.appearance.world = world;
-}
-
 int add_camera(SceneBuilder& b, const std::string& name, const Array<double>& matrix,
                const std::string& kind, double lens, double sensor_width, double sensor_height,
                const std::string& fit, double shift_x, double shift_y, double ortho_scale,
@@ -122,6 +105,7 @@ void bind_builder(py::module_& m) {
   py::class_<SceneBuilder> builder(m, "SceneBuilder",
                                    "Collects a scene in Blender's units; see `build`.");
   bind_visibility(builder);
+  bind_world(builder);
   bind_materials(builder);
   builder.def(py::init<>())
       .def("add_mesh", &add_mesh, "name"_a, "positions"_a, "triangles"_a, "corner_normals"_a,
@@ -182,12 +166,6 @@ void bind_builder(py::module_& m) {
           },
           "name"_a, "matrix"_a, "power"_a, "color"_a, "shape"_a, "size_x"_a, "size_y"_a, "spread"_a,
           py::kw_only(), "light_units"_a = "v4", "radiance_scale"_a = 1.0)
-      .def("set_world", &set_world, "color"_a, "strength"_a, "image"_a = py::none(),
-           "to_map"_a = std::vector<std::vector<double>>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-           "rotation"_a = 0.0,
-           "Constant background, or an equirectangular (h,w,3) float32 image, row 0 at the top, "
-           "times the colour; map direction = to_map @ world direction, rotated by so many radians "
-           "about Z.")
       .def("add_camera", &add_camera, "name"_a, "matrix"_a, "kind"_a, "lens_mm"_a, "sensor_width"_a,
            "sensor_height"_a, "sensor_fit"_a, "shift_x"_a, "shift_y"_a, "ortho_scale"_a,
            "clip_start"_a, "clip_end"_a, "pixel_aspect_x"_a = 1.0, "pixel_aspect_y"_a = 1.0)

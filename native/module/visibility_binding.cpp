@@ -20,21 +20,6 @@ constexpr std::pair<const char*, RayKind> kNames[] = {
     {"glossy", kGlossyRay},          {"transmission", kTransmissionRay},
     {"volume_scatter", kScatterRay}, {"shadow", kShadowRay}};
 
-RayKinds kinds_of(const std::string& who, const std::vector<std::string>& names) {
-  RayKinds kinds = 0;
-  for (const std::string& name : names) {
-    RayKinds kind = 0;
-    std::string known;
-    for (const auto& [called, value] : kNames) {
-      if (name == called) kind = value;
-      known += (known.empty() ? "" : ", ") + std::string(called);
-    }
-    if (!kind) throw UnknownName(who + "visible_to has '" + name + "', which is none of " + known);
-    kinds |= kind;
-  }
-  return kinds;
-}
-
 std::vector<std::string> all_names() {
   std::vector<std::string> names;
   for (const auto& [name, kind] : kNames) names.emplace_back(name);
@@ -59,6 +44,21 @@ auto& at(List& list, int index, const char* what) {
 }
 
 }  // namespace
+
+RayKinds kinds_of(const std::string& who, const std::vector<std::string>& names) {
+  RayKinds kinds = 0;
+  for (const std::string& name : names) {
+    RayKinds kind = 0;
+    std::string known;
+    for (const auto& [called, value] : kNames) {
+      if (name == called) kind = value;
+      known += (known.empty() ? "" : ", ") + std::string(called);
+    }
+    if (!kind) throw UnknownName(who + "visible_to has '" + name + "', which is none of " + known);
+    kinds |= kind;
+  }
+  return kinds;
+}
 
 void bind_visibility(py::class_<SceneBuilder>& builder) {
   builder

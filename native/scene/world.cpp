@@ -24,10 +24,20 @@ int pick(const float* cdf, int count, float& x) {
   return i;
 }
 
+void require_rotation(const std::array<Vec3f, 3>& to_map) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j <= i; ++j)
+      if (!(std::abs(dot(to_map[i], to_map[j]) - (i == j ? 1 : 0)) < 1e-4f))
+        throw InvalidArgument(
+            "World: the mapping of its image is not a rotation; set the scale of the Mapping node "
+            "to 1");
+}
+
 }  // namespace
 
-EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels, float even)
-    : width_(width), height_(height), pixels_(std::move(pixels)) {
+EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels, float even,
+                               std::optional<SunDisc> sun)
+    : width_(width), height_(height), pixels_(std::move(pixels)), sun_(std::move(sun)) {
   if (width < 1 || height < 1 || pixels_.size() != static_cast<std::size_t>(width) * height)
     throw InvalidArgument("World image: " + std::to_string(width) + " x " + std::to_string(height) +
                           " pixels do not match the data; give an image of at least 1 x 1 pixel");
@@ -59,6 +69,12 @@ EnvironmentMap::EnvironmentMap(int width, int height, std::vector<Colorf> pixels
     }
   }
   mean_ = static_cast<float>(sum / solid);
+  if (sun_ && sun_->flux() > 0) {
+    // Neither is left without samples.
+    const double of_sun = sun_->flux() / (4 * kPi<double>);
+    sun_share_ = static_cast<float>(std::clamp(of_sun / (of_sun + mean_), 0.1, 0.9));
+    mean_ += static_cast<float>(of_sun);
+  }
   if (even > 0) {
     double weighted = 0;
     for (const float one : weight) weighted += one;
@@ -110,6 +126,7 @@ EnvironmentMap::Corners EnvironmentMap::corners(const Vec3f& d) const {
 Colorf EnvironmentMap::radiance(const Vec3f& d) const {
   Colorf sum;
   for (const auto& [pixel, share] : corners(d).at) sum += pixels_[pixel] * share;
+  if (sun_) sum += sun_->radiance(d);
   return sum;
 }
 
@@ -134,6 +151,11 @@ EnvironmentMap::Place EnvironmentMap::place(const Vec3f& d) const {
 }
 
 float EnvironmentMap::density(const Vec3f& d) const {
+  if (!sun_) return image_density(d);
+  return (1 - sun_share_) * image_density(d) + sun_share_ * sun_->density(d);
+}
+
+float EnvironmentMap::image_density(const Vec3f& d) const {
   const auto [x, y, per_share] = place(d);
   const float* columns = &column_cdf_[static_cast<std::size_t>(y) * width_];
   const float row = row_cdf_[y] - (y > 0 ? row_cdf_[y - 1] : 0);
@@ -142,26 +164,41 @@ float EnvironmentMap::density(const Vec3f& d) const {
 }
 
 float EnvironmentMap::cycles_density(const Vec3f& d) const {
-  if (!(cycles_sum_ > 0)) return 0;
+  const float of_sun = sun_ ? kCyclesSunShare * sun_->density(d) : 0;
+  if (!(cycles_sum_ > 0)) return of_sun;
   const auto [x, y, per_share] = place(d);
   const float own = std::max(mean_channel(pixels_[static_cast<std::size_t>(y) * width_ + x]), 0.0f);
   const float share =
       own * std::sin(kPi<float> * (y + 0.5f) / height_) / static_cast<float>(cycles_sum_);
-  return share * per_share;
+  return share * per_share * (sun_ ? 1 - kCyclesSunShare : 1) + of_sun;
 }
 
 Vec3f EnvironmentMap::sample(float u1, float u2, float& density_out) const {
+  Vec3f d;
+  if (u1 < sun_share_) {
+    d = sun_->sample(u1 / sun_share_, u2);
+  } else {
+    // Without a sun the number goes on bit by bit.
+    d = sample_image(sun_ ? (u1 - sun_share_) / (1 - sun_share_) : u1, u2);
+  }
+  density_out = density(d);
+  return d;
+}
+
+Vec3f EnvironmentMap::sample_image(float u1, float u2) const {
   const int y = pick(row_cdf_.data(), height_, u1);
   const int x = pick(&column_cdf_[static_cast<std::size_t>(y) * width_], width_, u2);
   const float u = (x + u2) / width_, v = (y + u1) / height_;
   const float azimuth = (0.5f - u) * 2 * kPi<float>, elevation = (0.5f - v) * kPi<float>;
   const float c = std::cos(elevation);
-  const Vec3f d{c * std::cos(azimuth), c * std::sin(azimuth), std::sin(elevation)};
-  density_out = density(d);
-  return d;
+  return {c * std::cos(azimuth), c * std::sin(azimuth), std::sin(elevation)};
 }
 
 void World::check() const {
+  for (const Backdrop& one : backdrops) {
+    if (!one.map) throw InvalidArgument("World: a backdrop has no image; give it one");
+    require_rotation(one.to_map);
+  }
   for (int c = 0; c < 3; ++c)
     if (!(values.color[c] >= 0) || !std::isfinite(values.color[c]))
       throw InvalidArgument("World: colour = " + std::to_string(values.color[c]) +
@@ -172,12 +209,7 @@ void World::check() const {
   if (!std::isfinite(values.rotation))
     throw InvalidArgument("World: rotation = " + std::to_string(values.rotation) +
                           " is not permitted; set it to a finite number");
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j <= i; ++j)
-      if (!(std::abs(dot(to_map[i], to_map[j]) - (i == j ? 1 : 0)) < 1e-4f))
-        throw InvalidArgument(
-            "World: the mapping of its image is not a rotation; set the scale of the Mapping node "
-            "to 1");
+  require_rotation(to_map);
 }
 
 Colorf World::factor(const Vec3f& d) const {

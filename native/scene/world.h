@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "math/color.h"
 #include "math/vec.h"
 #include "model/parameter.h"
 #include "model/ray_kind.h"
+#include "scene/lights/sun_disc.h"
 
 namespace selenite {
 
@@ -73,8 +75,13 @@ class EnvironmentMap {
   /// is dark now may turn out to be bright.
   static constexpr float kUnknownEven = 0.5f;
 
-  /// pixels: row 0 at the top. even: share of the samples that goes to all directions evenly.
-  EnvironmentMap(int width, int height, std::vector<Colorf> pixels, float even = 0);
+  /// Share of the samples that Cycles gives to the sun disc of a sky.
+  static constexpr float kCyclesSunShare = 0.8f;
+
+  /// pixels: row 0 at the top. even: share of the samples that goes to all directions evenly. sun:
+  /// adds its light to that of the pixels.
+  EnvironmentMap(int width, int height, std::vector<Colorf> pixels, float even = 0,
+                 std::optional<SunDisc> sun = {});
 
   int width() const { return width_; }
   int height() const { return height_; }
@@ -106,6 +113,8 @@ class EnvironmentMap {
     float down;                ///< share of the lower two
   };
   Corners corners(const Vec3f& map_direction) const;
+  float image_density(const Vec3f& map_direction) const;  // of the samples of the image alone
+  Vec3f sample_image(float u1, float u2) const;
   /// The pixel of a direction, and the density per solid angle if it had all of the samples.
   struct Place {
     int x, y;
@@ -117,7 +126,22 @@ class EnvironmentMap {
   std::vector<Colorf> pixels_;
   std::vector<float> row_cdf_, column_cdf_;
   float mean_ = 0;
+  std::optional<SunDisc> sun_;
+  float sun_share_ = 0;    // of the samples
   double cycles_sum_ = 0;  // over the pixels, times the sine of their row
+};
+
+/// What the background is to some of the rays, where it is not to them what it is to light samples.
+struct Backdrop {
+  RayKinds seen_by = kCameraRay;  ///< by rays of exactly these kinds, as `PathFacts` has them
+  std::shared_ptr<const EnvironmentMap> map;
+  std::array<Vec3f, 3> to_map{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};  ///< as of a World
+  bool scaled = false;  ///< colour and strength of the world multiply it too
+
+  /// Radiance, but for these.
+  Colorf factor(const Vec3f& d) const {
+    return map->radiance({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)});
+  }
 };
 
 /// Background: constant, or an image times the colour.
@@ -134,8 +158,15 @@ struct World {
   /// With a transparent film the world is not seen either through glass that is at most that rough.
   /// Negative: it is.
   double film_roughness = -1;
+  std::vector<Backdrop> backdrops;  ///< none of them moves with `rotation`
 
   void check() const;
+  /// What rays of these kinds see; null: what `factor` says.
+  const Backdrop* backdrop(RayKinds kinds) const {
+    for (const Backdrop& one : backdrops)
+      if (one.seen_by == kinds) return &one;
+    return nullptr;
+  }
   /// A direction as the image has it: by `to_map`, then rotated about Z.
   Vec3f to_map_frame(const Vec3f& d) const {
     return rotated({dot(to_map[0], d), dot(to_map[1], d), dot(to_map[2], d)}, values.rotation);

@@ -72,7 +72,11 @@ def build(values: SceneValues) -> Any:  # noqa: ANN401 - a native Scene has no P
     world = values.world
     c, s = np.cos(world.rotation), np.sin(world.rotation)
     before = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) @ world.to_map
-    builder.set_world(world.color, world.strength, world.image, before, world.rotation)
+    sun = world.sun.arguments if world.sun is not None else None
+    builder.set_world(world.color, world.strength, world.image, before, world.rotation, sun)
+    for seen in world.backdrops:
+        disc = seen.sun.arguments if seen.sun is not None else None
+        builder.add_backdrop(seen.kinds, seen.image, seen.to_map, seen.scaled, disc)
     builder.set_world_visibility(
         world.visible_to,
         max_bounces=world.max_bounces,

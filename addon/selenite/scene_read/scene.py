@@ -51,11 +51,12 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
+    background = world.evaluate(scene, view_layers.world_of(scene, layer))
     problem = yield GraphRead(
         scene,
         list(found.values()),
         lambda depsgraph, check: rendered.extend(
-            _read(scene, layer, found, depsgraph, check, read)
+            _read(scene, layer, found, background, depsgraph, check, read)
         ),
     )
     if problem is not None:
@@ -71,6 +72,7 @@ def _read(
     scene: bpy.types.Scene,
     layer: bpy.types.ViewLayer,
     found_cameras: dict[str, bpy.types.Object],
+    background: world.Evaluated,
     depsgraph: bpy.types.Depsgraph,
     check: Callable[[], None],
     read: SceneValues,
@@ -114,7 +116,7 @@ def _read(
             Problem(f"Scene '{scene.name}'", "nothing with faces is rendered", cure)
         )
     rendered_world = view_layers.world_of(scene, layer)
-    world_values, owner, problems, warnings = world.read_world(rendered_world)
+    world_values, owner, problems, warnings = world.read_world(rendered_world, background)
     read.world = visibility.of_world(world_values, rendered_world, scene)
     _note(read, problems, warnings)
     if owner is not None:

@@ -205,6 +205,34 @@ class LampFrame:
     warnings: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, eq=False)
+class SunValues:
+    """The disc of a sun in a panorama, in the frame of that image: axis (3,) and direction to the
+    top of its picture, up (3,), radius in radians, picture (n, n, 3) of all within the radius."""
+
+    axis: np.ndarray
+    up: np.ndarray
+    radius: float
+    picture: np.ndarray
+
+    @property
+    def arguments(self) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
+        """As the native scene takes it."""
+        return self.axis, self.up, self.radius, self.picture
+
+
+@dataclass(frozen=True, eq=False)
+class BackdropValues:
+    """What the background is to rays of exactly these kinds. `scaled`: times its colour and
+    strength. The rest is as of WorldValues."""
+
+    kinds: tuple[str, ...]
+    image: np.ndarray
+    to_map: np.ndarray
+    scaled: bool
+    sun: SunValues | None = None
+
+
 @dataclass(frozen=True)
 class WorldValues:
     """Background: colour (a tint if there is an image) times strength.
@@ -212,7 +240,8 @@ class WorldValues:
     `to_map` (3, 3): direction in the image's frame = to_map @ direction in the world. `rotation`:
     what of it is one about Z that can be fitted, radians; it comes last.
     `visible_to`, `max_bounces`: as of a lamp. `transparent_film`: the camera does not see it, nor
-    through glass up to `film_roughness`, unless that is negative.
+    through glass up to `film_roughness`, unless that is negative. `sun` adds to the image.
+    `backdrops`: of the rays that see another background.
     """
 
     color: Values = (0.0, 0.0, 0.0)
@@ -224,6 +253,8 @@ class WorldValues:
     max_bounces: int = NO_LIMIT
     transparent_film: bool = False
     film_roughness: float = -1.0
+    sun: SunValues | None = None
+    backdrops: tuple[BackdropValues, ...] = ()
 
 
 @dataclass(frozen=True)

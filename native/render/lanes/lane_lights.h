@@ -25,6 +25,7 @@ class LaneLights {
       if (p_.lights.probability(i) == 1) only_ = i;
     const World& world = p_.scene.appearance.world;
     camera_sees_world_ = (world.visible_to & kCameraRay) && !world.transparent_film;
+    backdrop_ = world.backdrop(kCameraRay);
   }
   /// By a lamp (its index) or the world, for a shape of 1.
   const Factor<L>& emitted(int source) const { return emitted_[source]; }
@@ -76,6 +77,10 @@ class LaneLights {
   void add_world(LaneMask missed, Paths& paths) const {
     const World& world = p_.scene.appearance.world;
     if (!camera_sees_world_) missed &= !paths.camera;
+    if (backdrop_ && world.on) {
+      add_backdrop(missed & paths.camera, paths);
+      missed &= !paths.camera;
+    }
     if (!world.on || !any(missed)) return;
     Color<Lanes> shape(Lanes(1));
     Lanes light(0);
@@ -127,15 +132,32 @@ class LaneLights {
  private:
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-  /// Radiance that a ray has met, which light sampling would have met with density `light`.
+  /// What the camera sees in place of the world.
+  void add_backdrop(const LaneMask& missed, Paths& paths) const {
+    if (!any(missed)) return;
+    Color<Lanes> shape(Lanes(0));
+    for_each_lane(missed, [&](int k) {
+      const Colorf c = backdrop_->factor(at(paths.direction, k));
+      for (int i = 0; i < 3; ++i) shape[i].set(k, c[i]);
+    });
+    const Factor<L> alone{Colorf(1)};
+    add(missed, backdrop_->scaled ? emitted_[p_.lights.world_source()] : alone, shape, Lanes(0),
+        paths);
+  }
+
   void add(const LaneMask& met, int source, const Color<Lanes>& shape, const Lanes& light,
            Paths& paths) const {
+    add(met, emitted_[source], shape, light, paths);
+  }
+  /// Radiance that a ray has met, which light sampling would have met with density `light`.
+  void add(const LaneMask& met, const Factor<L>& emitted, const Color<Lanes>& shape,
+           const Lanes& light, Paths& paths) const {
     // Of a direction that cannot be met by chance all of it counts.
     const Lanes weight = select((paths.density == kInfinity) | !(light > 0), Lanes(1),
                                 power_heuristic(paths.density, light));
     const Color<Lanes> w = masked(met, shape * weight, 0);
-    paths.radiance.add(paths.beta, w * lanes_of(emitted_[source].value));
-    paths.radiance.add_slopes(emitted_[source], paths.beta.value * w);
+    paths.radiance.add(paths.beta, w * lanes_of(emitted.value));
+    paths.radiance.add_slopes(emitted, paths.beta.value * w);
   }
 
   /// Directions to one lamp or the world.
@@ -190,7 +212,8 @@ class LaneLights {
   const Prepared<L>& p_;
   std::vector<Factor<L>> emitted_;
   bool camera_sees_world_ = true;
-  int only_ = -1;  ///< the one that is looked for, if there is one
+  const Backdrop* backdrop_ = nullptr;  ///< null: the camera sees the world that lights
+  int only_ = -1;                       ///< the one that is looked for, if there is one
 };
 
 }  // namespace selenite

@@ -89,6 +89,10 @@ class DirectLight {
     const float light =
         path.from_camera() ? 0 : p_.lights.world_density(direction, as_cycles(path.refracted));
     const float weight = bsdf_weight(path.density, light);
+    if (const Backdrop* seen = world.backdrop(path.facts.kinds)) {
+      radiance.add(beta, p_.emitted.backdrop(*seen, direction), weight);
+      return;
+    }
     radiance.add(beta, p_.emitted.world_along(direction), weight);
     record_world(direction, beta.value * weight, beta);
   }

@@ -36,6 +36,11 @@ class LightRadiance {
                                              static_cast<float>(world.values.strength));
     return f;
   }
+  /// Of a backdrop of the world in a direction.
+  Factor<L> backdrop(const Backdrop& seen, const Vec3f& direction) const {
+    const Colorf shape = seen.factor(direction);
+    return seen.scaled ? world(shape) : Factor<L>{shape};
+  }
   bool is_lamp_ticked(int light) const { return lamp_slots_[light].count > 0; }
   bool is_world_ticked() const { return world_slots_.count > 0; }
   bool is_rotation_ticked() const { return world_slots_.rotation >= 0; }

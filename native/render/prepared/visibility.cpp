@@ -28,6 +28,7 @@ Visibility::Visibility(const Scene& scene, const std::vector<bool>& transparent)
   if (world.on) {
     add(world.visible_to, kScatteredRays);
     uneven = uneven || world.max_bounces < kNoLimit;
+    for (const Backdrop& one : world.backdrops) uneven = uneven || one.seen_by != kCameraRay;
   }
   film_through_glass = world.transparent_film && world.film_roughness >= 0;
   for (std::size_t m = 0; m < materials.size(); ++m)

@@ -12,6 +12,7 @@ from ... import parameters
 from ...problems import Problem
 from .. import hosts
 from ..shading import nodes
+from ..shading.graph.constants import fold
 from ..values import LightValues, Owner
 from . import places as lamp_places
 
@@ -99,7 +100,8 @@ def _sides(light: bpy.types.Light) -> tuple[float, float]:
 def _through_nodes(
     light: bpy.types.Light, values: LightValues, title: str
 ) -> tuple[LightValues, list[Problem]]:
-    """An Emission node with constant inputs multiplies the lamp; anything else is a problem."""
+    """An Emission node whose inputs are constants, or are computed from them, multiplies the lamp;
+    anything else is a problem."""
     cure = "switch off Use Nodes of the lamp or use one Emission node with constant inputs"
     output = light.node_tree.get_output_node("CYCLES")
     source = nodes.source_of(output.inputs["Surface"]) if output is not None else None
@@ -107,15 +109,13 @@ def _through_nodes(
         return values, [Problem(title, "its nodes have no output", cure)]
     if source.node.bl_idname != "ShaderNodeEmission":
         return values, [Problem(title, f"it is lit by {nodes.describe(source.node)}", cure)]
-    inputs = [nodes.source_of(source.node.inputs[name], source.groups) for name in _EMISSION]
-    color, strength = map(nodes.constant, inputs)
+    inputs = [source.node.inputs[name] for name in _EMISSION]
+    color, strength = (fold(socket, source.groups, title) for socket in inputs)
     if color is None or strength is None:
-        name, what = next(
-            (name, item.node)
-            for name, item in zip(_EMISSION, inputs, strict=True)
-            if nodes.constant(item) is None
-        )
+        name = _EMISSION[0 if color is None else 1]
+        what = nodes.source_of(source.node.inputs[name], source.groups).node
         cause = f"the {name} of its Emission node is linked to {nodes.describe(what)}"
         return values, [Problem(title, cause, cure)]
+    color = nodes.broadcast(color, 3)
     color = tuple(a * b for a, b in zip(values.color, color, strict=True))
     return replace(values, color=color, radiance_scale=values.radiance_scale * strength[0]), []

@@ -120,7 +120,7 @@ class GraphRender:
         layer = view_layer_of(scene)
         layer.update()  # what is pending reaches the user's handlers
         stack = self._stack
-        stack.enter_context(_without_handlers())
+        stack.enter_context(without_handlers())
         reader = _engine_of(self)
         bpy.utils.register_class(reader)
         stack.callback(bpy.utils.unregister_class, reader)
@@ -216,7 +216,8 @@ def remarks(scene: bpy.types.Scene) -> Iterator[str]:
 
 
 @contextmanager
-def _without_handlers() -> Iterator[None]:
+def without_handlers() -> Iterator[None]:
+    """The user's handlers of renders do not run inside."""
     names = [name for name in dir(bpy.app.handlers) if name.startswith(_OF_RENDERS)]
     lists = {name: getattr(bpy.app.handlers, name) for name in names}
     kept = {name: list(item) for name, item in lists.items()}
@@ -237,7 +238,7 @@ def _prepared(
     pictures = {item for item in bpy.data.images if item.type == "RENDER_RESULT"}
     copied = _is_copied(scene)
     with ExitStack() as stack:
-        stack.callback(_remove_new_pictures, pictures)
+        stack.callback(remove_new_pictures, pictures)
         prepared = scene
         if copied:
             prepared = scene.copy()
@@ -268,7 +269,8 @@ def _side(render: bpy.types.RenderSettings, axis: str) -> float:
     return float(getattr(render, f"resolution_{axis}") * render.resolution_percentage / 100)
 
 
-def _remove_new_pictures(known: set[bpy.types.Image]) -> None:
+def remove_new_pictures(known: set[bpy.types.Image]) -> None:
+    """Results of renders that are not `known`."""
     for item in [item for item in bpy.data.images if item.type == "RENDER_RESULT"]:
         if item not in known:
             item.user_clear()  # it counts itself

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world: a Background node with a constant colour or an Environment Texture."""
+"""The world: a Background node with a constant colour or an Environment Texture, and whatever
+else Cycles evaluates to panoramas."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
 
 from ... import parameters
+from ...parameters import Values
 from ...problems import Problem
-from ..values import Owner, WorldValues
-from . import images, nodes
+from ..values import BackdropValues, Owner, WorldValues
+from . import images, nodes, panorama
 from .coordinates import read_coordinates
 from .nodes import Groups, Source, Unreadable
+from .panorama import LIGHT, Panorama, Rays
 
 WORLD = "World"  # the owner's name, whatever the datablock is called
 #: Of its image among what can be fixed.
@@ -24,8 +28,31 @@ _FORWARD = ("POINT", "VECTOR")
 _CURE = "use a Background node with a colour or an equirectangular Environment Texture"
 
 
+@dataclass(frozen=True, eq=False)
+class Evaluated:
+    """What Cycles has made of a world, by name of the rays that see it; or why it has not."""
+
+    panoramas: Mapping[str, Panorama] = field(default_factory=dict)
+    problem: Problem | None = None
+
+
+def evaluate(scene: bpy.types.Scene, world: bpy.types.World | None) -> Evaluated:
+    """What `read_world` needs. It renders: nothing else may render meanwhile."""
+    if world is None or not world.use_nodes or world.node_tree is None:
+        return Evaluated()
+    title = f"World '{world.name}'"
+    try:
+        views = _views(world, title)
+        wanted = [(view.rays, view.background) for view in views if view.is_evaluated]
+        if not wanted or bpy.app.is_job_running("RENDER"):
+            return Evaluated()
+        return Evaluated(panorama.evaluate(scene, world, wanted, _output(world, title), title))
+    except Unreadable as error:
+        return Evaluated(problem=error.problem)
+
+
 def read_world(
-    world: bpy.types.World | None,
+    world: bpy.types.World | None, evaluated: Evaluated
 ) -> tuple[WorldValues, Owner | None, list[Problem], list[str]]:
     """Values, owner, problems, warnings. Without a world the background is black."""
     if world is None:
@@ -35,7 +62,9 @@ def read_world(
     owner = Owner(WORLD, "world", world.name, library, {}, {})
     warnings: list[str] = []
     try:
-        values = _read(world, title, warnings)
+        if evaluated.problem is not None:
+            raise Unreadable(*_parts(evaluated.problem))
+        values = _read(world, title, evaluated.panoramas, warnings)
     except Unreadable as error:
         owner.fixed.update({row.name: error.problem.cause for row in parameters.of("world")})
         return WorldValues(), owner, [error.problem], warnings
@@ -108,6 +137,8 @@ def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
     texture = source.node
     if not isinstance(texture, bpy.types.ShaderNodeTexEnvironment):
         return None, "the world has no image: give it an Environment Texture with a panorama"
+    if reason := _why_not_rotated(world):
+        return None, reason
     if reason := nodes.why_tree_fixed(texture.id_data, source.groups, world):
         return None, reason
     inlet = texture.inputs["Vector"]
@@ -122,62 +153,190 @@ def find_rotation(world: bpy.types.World) -> tuple[RotationPlace | None, str]:
     return RotationPlace(inlet, None), ""
 
 
+def _why_not_rotated(world: bpy.types.World) -> str:
+    """Why the image of its lone background does not turn by itself; empty if it does."""
+    try:
+        light, *others = _views(world, f"World '{world.name}'")
+    except Unreadable as error:
+        return error.problem.cause
+    if light.image is None:
+        return "its image is evaluated by Cycles together with other nodes: link it alone"
+    if any(view.color is None for view in others):
+        return f"{others[0].rays.name} see another image: give them a colour"
+    return ""
+
+
 def _found_background(world: bpy.types.World) -> tuple[Source | None, str]:
-    """The Background node; None where there is none, and why."""
+    """The shader whose Color and Strength light the scene; None where there is none, and why."""
     if not world.use_nodes or world.node_tree is None:
         return None, "the world does not use nodes: switch on Use Nodes"
     try:
-        return _background(world, f"World '{world.name}'"), ""
+        source = panorama.surface_of(_output(world, f"World '{world.name}'"), LIGHT)
     except Unreadable as error:
         return None, error.problem.cause
+    if not panorama.is_background(source):
+        what = nodes.describe(source.node) if source.node is not None else "empty"
+        return None, f"its surface is {what}: use one Background node"
+    return source, ""
 
 
-def _read(world: bpy.types.World, title: str, warnings: list[str]) -> WorldValues:
-    if not world.use_nodes or world.node_tree is None:
-        return WorldValues(tuple(world.color), 1.0)
-    background = _background(world, title)
-    inputs, groups = background.node.inputs, background.groups
-    strength = nodes.constant(nodes.source_of(inputs["Strength"], groups))
-    if strength is None:
-        cause = "the Strength of its Background node is linked to what varies"
-        raise Unreadable(title, cause, "unlink it")
-    source = nodes.source_of(inputs["Color"], groups)
-    color = nodes.constant(source)
-    if color is not None:
-        return WorldValues(color, strength[0])
-    node = source.node
-    if (
-        not isinstance(node, bpy.types.ShaderNodeTexEnvironment)
-        or source.socket.identifier != "Color"
-    ):
-        cause = f"its colour comes from {nodes.describe(node)}, output '{source.socket.name}'"
-        raise Unreadable(title, cause, _CURE)
-    if source.conversion:
-        cause = f"its Environment Texture passes {source.conversion}, which makes it grey"
-        raise Unreadable(
-            title, cause, "link its Color to the Background through sockets of colours"
-        )
-    return WorldValues(
-        (1.0, 1.0, 1.0),
-        strength[0],
-        _environment_image(node, title, warnings),
-        _to_map(node, source.groups, title),
-        place.angle if (place := find_rotation(world)[0]) is not None else 0.0,
-    )
-
-
-def _background(world: bpy.types.World, title: str) -> Source:
+def _output(world: bpy.types.World, title: str) -> bpy.types.Node:
     output = world.node_tree.get_output_node("CYCLES")
     if output is None:
         raise Unreadable(title, "it has no World Output node", _CURE)
     if nodes.source_of(output.inputs["Volume"]).node is not None:
         raise Unreadable(title, "it is filled with a volume", "unlink the Volume of its output")
-    source = nodes.source_of(output.inputs["Surface"])
-    if source.node is None:
+    if nodes.source_of(output.inputs["Surface"]).node is None:
         raise Unreadable(title, "nothing is linked to the Surface of its output", _CURE)
-    if source.node.bl_idname != "ShaderNodeBackground":
-        raise Unreadable(title, f"its surface is {nodes.describe(source.node)}", _CURE)
-    return source
+    return output
+
+
+@dataclass(frozen=True)
+class _View:
+    """What these rays see. background: the shader whose Strength, a constant, scales it; None: the
+    mixture of several. color: of that shader, if it is constant. image: node of the image that it
+    is. If neither is there, Cycles evaluates it."""
+
+    rays: Rays
+    background: Source | None = None
+    strength: float = 1.0
+    color: Values | None = None
+    image: Source | None = None
+
+    @property
+    def is_evaluated(self) -> bool:
+        return self.color is None and self.image is None
+
+    def is_same(self, other: _View) -> bool:
+        """Whether the other rays see the same."""
+        evaluated = self.is_evaluated or other.is_evaluated
+        return not evaluated and self.shares_shader(other)
+
+    def shares_shader(self, other: _View) -> bool:
+        """Whether Color and Strength of one shader are in both."""
+        own, others = self.background, other.background
+        return (
+            own is not None
+            and others is not None
+            and (own.node, own.groups) == (others.node, others.groups)
+        )
+
+
+def _views(world: bpy.types.World, title: str) -> list[_View]:
+    """What light samples see, and then what rays see to which the background is another one."""
+    output = _output(world, title)
+    used = panorama.used_outputs(output, title)
+    light = _view(output, LIGHT, title)
+    views = [_view(output, item, title) for item in panorama.OTHERS if item.outputs & used]
+    return [light, *(view for view in views if not view.is_same(light))]
+
+
+def _view(output: bpy.types.Node, rays: Rays, title: str) -> _View:
+    source = panorama.surface_of(output, rays)
+    if source.node is None:  # no shader: black
+        return _View(rays, color=(0.0, 0.0, 0.0))
+    if not panorama.is_background(source):
+        _require_evaluable(output, rays, title)
+        return _View(rays)
+    inputs, groups = source.node.inputs, source.groups
+    strength = nodes.constant(nodes.source_of(inputs["Strength"], groups))
+    inlet = nodes.source_of(inputs["Color"], groups)
+    color = nodes.constant(inlet)
+    if strength is not None and color is not None:
+        return _View(rays, source, strength[0], nodes.broadcast(color, 3))
+    if strength is not None and _is_plain_image(inlet, title):
+        return _View(rays, source, strength[0], image=inlet)
+    _require_evaluable(output, rays, title)
+    return _View(rays, source if strength is not None else None, strength[0] if strength else 1.0)
+
+
+def _require_evaluable(output: bpy.types.Node, rays: Rays, title: str) -> None:
+    missing = images.missing_in(output.id_data)
+    if missing:
+        raise Unreadable(*_parts(missing[0]))
+    panorama.require_direction_only(output, rays, title)
+
+
+def _is_plain_image(source: Source, title: str) -> bool:
+    """Whether the image of an Environment Texture can be looked up as it is."""
+    node = source.node
+    if not isinstance(node, bpy.types.ShaderNodeTexEnvironment):
+        return False
+    if node.image is None:
+        raise Unreadable(title, "its Environment Texture has no image", "choose an image")
+    if (
+        source.socket.identifier != "Color"
+        or source.conversion
+        or node.projection != "EQUIRECTANGULAR"
+        or node.image.source not in {"FILE", "GENERATED"}
+    ):
+        return False
+    try:
+        _to_map(node, source.groups, title)
+    except Unreadable:
+        return False
+    return True
+
+
+def _read(
+    world: bpy.types.World, title: str, found: Mapping[str, Panorama], warnings: list[str]
+) -> WorldValues:
+    if not world.use_nodes or world.node_tree is None:
+        return WorldValues(tuple(world.color), 1.0)
+    views = _views(world, title)
+    shown = [_shown(view, found, title, warnings) for view in views]
+    light, lit = views[0], shown[0]
+    color = light.color
+    backdrops = []
+    for view, seen in zip(views[1:], shown[1:], strict=True):
+        scaled = color is None and light.shares_shader(view)
+        factor = np.float32(1 if scaled else view.strength)
+        backdrops.append(replace(seen, image=seen.image * factor, scaled=scaled))
+    if color is not None:
+        # Cycles samples what it takes to vary with the direction.
+        output = _output(world, title)
+        image = np.ones((1, 1, 3), np.float32)
+        is_sampled = bool(backdrops) and panorama.is_spatial(output)
+        return WorldValues(
+            color, light.strength, image if is_sampled else None, backdrops=tuple(backdrops)
+        )
+    place = find_rotation(world)[0]
+    return WorldValues(
+        (1.0, 1.0, 1.0),
+        light.strength,
+        lit.image,
+        lit.to_map,
+        place.angle if place is not None else 0.0,
+        sun=lit.sun,
+        backdrops=tuple(backdrops),
+    )
+
+
+def _shown(
+    view: _View, found: Mapping[str, Panorama], title: str, warnings: list[str]
+) -> BackdropValues:
+    """What the rays see at strength 1."""
+    kinds = view.rays.kinds
+    if view.color is not None:
+        return BackdropValues(
+            kinds, np.array(view.color, np.float32).reshape(1, 1, 3), np.eye(3), False
+        )
+    if view.image is not None:
+        image = _environment_image(view.image.node, title, warnings)
+        to_map = _to_map(view.image.node, view.image.groups, title)
+        return BackdropValues(kinds, image, to_map, False)
+    seen = found.get(view.rays.name)
+    if seen is None:
+        cause = "Blender is busy and cannot evaluate its nodes"
+        raise Unreadable(title, cause, "wait until that has ended, or stop it")
+    width, height = seen.size
+    size = f"{width} x {height} pixels"
+    if view.rays == LIGHT:
+        warnings.append(f"{title}: its nodes are evaluated by Cycles to a panorama of {size}")
+    else:
+        rays = view.rays.name
+        warnings.append(f"{title}: Cycles evaluates what {rays} see of it to a panorama of {size}")
+    return BackdropValues(kinds, seen.pixels, np.eye(3), False, seen.sun)
 
 
 def _environment_image(
@@ -188,8 +347,6 @@ def _environment_image(
     if image is None:
         raise Unreadable(title, "its Environment Texture has no image", "choose an image")
     title = f"Image '{image.name}'"
-    if node.projection != "EQUIRECTANGULAR":
-        raise Unreadable(title, "it is a mirror ball", "use an equirectangular image")
     pixels = images.read_pixels(image)
     if pixels.encoded:
         warnings.append(f"{title}: sRGB environment, decoded before it is interpolated")
@@ -218,3 +375,7 @@ def _to_map(node: bpy.types.ShaderNodeTexEnvironment, groups: Groups, title: str
         cause = "its Mapping moves, mirrors or stretches the image"
         raise Unreadable(title, cause, "set Location to 0 and Scale to 1")
     return turn / scale
+
+
+def _parts(problem: Problem) -> tuple[str, str, str]:
+    return problem.object, problem.cause, problem.cure

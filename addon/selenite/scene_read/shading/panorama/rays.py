@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a world's Light Path nodes tell apart, and which shader a ray sees of a mixture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import bpy
+
+from .. import nodes
+from ..nodes import Groups, Source, Unreadable
+
+_LIGHT_PATH = "ShaderNodeLightPath"
+_SHADERS = {"ShaderNodeBackground", "ShaderNodeEmission"}
+_CAMERA_DEPENDENT = {"Window", "Camera"}
+#: Nodes by which Cycles knows that a world varies with the direction, apart from textures.
+_SPATIAL = {
+    "ShaderNodeNewGeometry",
+    "ShaderNodeUVMap",
+    "ShaderNodeAttribute",
+    "ShaderNodeVertexColor",
+    "ShaderNodeWireframe",
+}
+#: Of a Math node, what two numbers give.
+_MATH = {
+    "ADD": lambda a, b: a + b,
+    "SUBTRACT": lambda a, b: a - b,
+    "MULTIPLY": lambda a, b: a * b,
+    "MAXIMUM": max,
+    "MINIMUM": min,
+    "GREATER_THAN": lambda a, b: float(a > b),
+    "LESS_THAN": lambda a, b: float(a < b),
+}
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Rays to which a background may be a special one.
+
+    kinds: as the native scene has them. name: for messages. outputs: of Light Path, that are 1 to
+    them; all others are 0.
+    """
+
+    name: str
+    kinds: tuple[str, ...]
+    outputs: frozenset[str]
+
+
+#: Light samples are of no kind to Cycles.
+LIGHT = Rays("light samples", (), frozenset())
+OTHERS = (
+    Rays("camera rays", ("camera",), frozenset({"Is Camera Ray"})),
+    Rays("diffuse rays", ("diffuse",), frozenset({"Is Diffuse Ray", "Is Reflection Ray"})),
+    Rays("glossy rays", ("glossy",), frozenset({"Is Glossy Ray", "Is Reflection Ray"})),
+    Rays(
+        "diffusely transmitted rays",
+        ("transmission", "diffuse"),
+        frozenset({"Is Diffuse Ray", "Is Transmission Ray"}),
+    ),
+    Rays(
+        "transmitted rays",
+        ("transmission", "glossy"),
+        frozenset({"Is Glossy Ray", "Is Transmission Ray"}),
+    ),
+    Rays("rays scattered in a volume", ("volume_scatter",), frozenset({"Is Volume Scatter Ray"})),
+)
+#: The world is asked by no shadow ray.
+_KNOWN = frozenset({"Is Shadow Ray"}).union(*(rays.outputs for rays in OTHERS))
+
+
+def reached(
+    socket: bpy.types.NodeSocket, rays: Rays | None = None, groups: Groups = ()
+) -> Iterator[Source]:
+    """The nodes on which an input depends, as these rays see it: without the shaders that a mixture
+    hides from them. Each output of a node comes once."""
+    seen = set()
+    waiting = [(socket, groups)]
+    while waiting:
+        source = nodes.source_of(*waiting.pop())
+        node = source.node
+        if node is None:
+            continue
+        names = tuple(group.name for group in source.groups)
+        key = (names, node.id_data.name, node.name, source.socket.identifier)
+        if key in seen:
+            continue
+        seen.add(key)
+        yield source
+        hidden = _hidden(source, rays)
+        waiting += [
+            (item, source.groups)
+            for item in node.inputs
+            if item.enabled and not item.is_unavailable and item != hidden
+        ]
+
+
+def used_outputs(output: bpy.types.Node, title: str) -> frozenset[str]:
+    """The outputs of Light Path that tell rays apart. Raises Unreadable where one tells more than
+    the kinds of rays apart."""
+    found = set()
+    for source in reached(output.inputs["Surface"]):
+        if source.node.bl_idname != _LIGHT_PATH:
+            continue
+        name = source.socket.identifier
+        if name not in _KNOWN:
+            cause = f"it depends on {nodes.describe(source.node)}, output '{source.socket.name}'"
+            raise Unreadable(title, cause, "use an output that tells kinds of rays apart")
+        found.add(name)
+    return frozenset(found - {"Is Shadow Ray"})
+
+
+def require_direction_only(output: bpy.types.Node, rays: Rays, title: str) -> None:
+    """Raises Unreadable where what the rays see depends on more than their direction."""
+    for source in reached(output.inputs["Surface"], rays):
+        node, name = source.node, source.socket.name
+        kind = node.bl_idname
+        if (
+            (kind == "ShaderNodeTexCoord" and source.socket.identifier in _CAMERA_DEPENDENT)
+            or kind == "ShaderNodeCameraData"
+            or (
+                kind == "ShaderNodeVectorTransform"
+                and "CAMERA" in {node.convert_from, node.convert_to}
+            )
+        ):
+            cause = f"it depends on the camera by {nodes.describe(node)}, output '{name}'"
+            cure = "link the Generated output of Texture Coordinate in its place"
+            raise Unreadable(title, cause, cure)
+
+
+def is_spatial(output: bpy.types.Node) -> bool:
+    """Whether Cycles takes the world for one that varies with the direction."""
+    return any(
+        source.node.bl_idname.startswith("ShaderNodeTex") or source.node.bl_idname in _SPATIAL
+        for source in reached(output.inputs["Surface"])
+    )
+
+
+def surface_of(output: bpy.types.Node, rays: Rays) -> Source:
+    """The shader that these rays see: through mixtures that show them one side only."""
+    source = nodes.source_of(output.inputs["Surface"])
+    while source.node is not None and source.node.bl_idname == "ShaderNodeMixShader":
+        hidden = _hidden(source, rays)
+        if hidden is None:
+            break
+        shown = next(item for item in source.node.inputs[1:3] if item != hidden)
+        source = nodes.source_of(shown, source.groups)
+    return source
+
+
+def is_background(source: Source) -> bool:
+    """A shader whose Color times Strength is all that the world emits."""
+    return source.node is not None and source.node.bl_idname in _SHADERS
+
+
+def is_light_path(node: bpy.types.Node) -> bool:
+    """Whether its outputs depend on the ray."""
+    return node.bl_idname == _LIGHT_PATH and not node.mute
+
+
+def _hidden(source: Source, rays: Rays | None) -> bpy.types.NodeSocket | None:
+    """The input of a Mix Shader that the rays do not see; None: they see both, or it is another
+    node."""
+    node = source.node
+    if rays is None or node is None or node.bl_idname != "ShaderNodeMixShader":
+        return None
+    factor = _number(nodes.source_of(node.inputs[0], source.groups), rays)
+    if factor is None or 0 < factor < 1:
+        return None
+    return node.inputs[2] if factor <= 0 else node.inputs[1]
+
+
+def _number(source: Source, rays: Rays) -> float | None:
+    """The number that arrives, as the rays see it; None if it varies or is not known."""
+    value = nodes.constant(source)
+    if value is not None:
+        return value[0] if len(value) == 1 else None
+    node = source.node
+    if node is None or source.conversion or source.socket.type != "VALUE":
+        return None
+    if node.bl_idname == _LIGHT_PATH:
+        return float(source.socket.identifier in rays.outputs)
+    if node.bl_idname != "ShaderNodeMath" or node.operation not in _MATH:
+        return None
+    numbers = [_number(nodes.source_of(node.inputs[i], source.groups), rays) for i in (0, 1)]
+    if numbers[0] is None or numbers[1] is None:
+        return None
+    result = float(_MATH[node.operation](numbers[0], numbers[1]))
+    return min(max(result, 0.0), 1.0) if node.use_clamp else result
