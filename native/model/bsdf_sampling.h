@@ -88,6 +88,11 @@ inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& 
     const S width2 =
         select(coat, S(coat_.width2), select(refracted, S(through_.width2), S(base_.width2)));
     m = select(mirror, m, ggx_sample_visible(wi_, S(sqrt(width2)), u1, u2));
+    if constexpr (!kIsLanes<S>)
+      if (layers_.stretched && !mirror) {
+        const S width = sqrt(width2), root = sqrt(value_of(layers_.stretch));
+        m = ggx_sample_stretched(wi_, S(width / root), S(width * root), u1, u2);
+      }
   }
   const S cos_m = dot(wi_, m);
   Mask exists = chosen & (cos_m > S(0));
@@ -192,6 +197,17 @@ inline BsdfSample<T> PrincipledBsdf<T>::enter(S u, S u1, S u2) const requires(!k
           .exists = dot(point_.ng, wo) < 0};
 }
 
+/// Density of the direction in which light enters by refraction; 0 where it is a single one, or of
+/// skin (see `entry_change`).
+template <class T>
+inline T PrincipledBsdf<T>::entry_density(const Vec3<S>& wo) const requires(!kIsLanes<T>) {
+  const T &width2 = layers_.entry_width2, &eta = layers_.entry_eta;
+  if (!layers_.has(kSubsurface) || skin_ || value_of(width2) <= S(kSingularWidth2)) return T(0);
+  const Refraction<T> g(wi_, frame_.to_local(wo), eta, nullptr);
+  return refracted_flow(T(ggx_normals(g.r2, g.z2, width2)), g, eta) /
+         (ggx_lambda(tangent2(wi_), width2) + S(1));
+}
+
 /// 1, with the relative derivative of the density of the refracted direction o: the direction is
 /// drawn from a distribution that is not divided out again. A mirror-like entry has none, and that
 /// of skin is left out: its micronormals end abruptly at the horizon, so that their image moves.
@@ -207,7 +223,9 @@ inline T PrincipledBsdf<T>::entry_change(const Vec3<S>& o, const Vec3<S>& m) con
     const S tan2 = tangent2(wi_);
     const T density = narrow(width2, eta, [&](const auto& w2, const auto& n) {
       const Refraction<std::decay_t<decltype(n)>> g(wi_, o, n, &m);
-      return refracted_flow(g, w2, n) / (ggx_lambda(tan2, w2) + S(1));
+      using X = std::decay_t<decltype(n)>;
+      return X(refracted_flow(X(ggx_normals(g.r2, g.z2, w2)), g, n) /
+               (ggx_lambda(tan2, w2) + S(1)));
     });
     return density.v > 0 ? with_value(density / density.v, S(1)) : T(1);
   }

@@ -48,6 +48,16 @@ Vec3<S> ggx_sample_visible(const Vec3<S>& wi, S width, const Vec2<S>& turn, S u)
   // Off zero: h vanishes where u tends to 1.
   return normalize(Vec3<S>{h.x * width, h.y * width, max(h.z, S(1e-12))});
 }
+/// The same of micronormals of two widths.
+template <class S>
+Vec3<S> ggx_sample_stretched(const Vec3<S>& wi, S x_width, S y_width, S u1, S u2) {
+  using std::cos, std::sin;
+  const Vec3<S> stretched = normalize(Vec3<S>{wi.x * x_width, wi.y * y_width, wi.z});
+  const S z = (1 - u2) * (1 + stretched.z) - stretched.z, phi = 2 * kPi<S> * u1;
+  const S r = safe_sqrt((1 - z) * (1 + z));
+  const Vec3<S> h = Vec3<S>{r * cos(phi), r * sin(phi), z} + stretched;
+  return normalize(Vec3<S>{h.x * x_width, h.y * y_width, max(h.z, S(1e-12))});
+}
 template <class S>
 Vec3<S> ggx_sample_visible(const Vec3<S>& wi, S width, S u1, S u2) {
   using std::cos, std::sin;

@@ -9,6 +9,7 @@
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
+#include "model/micronormals.h"
 #include "model/ray_kind.h"
 #include "model/top_lobes.h"
 
@@ -52,7 +53,12 @@ struct LayerWeights {
   /// by the Fresnel term at the shading normal and not at the micronormal, diffuse is Disney's.
   bool version1 = false;
   bool bare_refraction = false;  ///< that of single micronormals has no Fresnel term
-  S macro_reflected = 0;         ///< version 1: probability that glass reflects
+  /// What reflects and refracts; drawn are GGX micronormals of the same widths in any case. Lanes have
+  /// no others.
+  Micronormals micronormals = Micronormals::kGgx;
+  bool stretched = false;  ///< reflections have two widths, whose ratio is `stretch`
+  U stretch{1};
+  S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
   bool has(int lobe) const { return present[lobe]; }
   bool has_top_lobe() const {

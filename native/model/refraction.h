@@ -26,7 +26,8 @@ struct DrawnNormal {
 /// Refraction that Cycles samples as if it were singular.
 template <class R>
 bool bends_nothing(R eta) {
-  return std::abs(eta - 1) < R(1e-4);
+  using std::abs;
+  return abs(eta - 1) < R(1e-4);
 }
 
 /// Micronormal geometry of a refraction, over any scalar: the half vector depends on eta.

@@ -8,6 +8,7 @@
 
 #include "model/closures/bump_terminator.h"
 #include "model/closures/closure_bsdf.h"
+#include "model/closures/tilted_closure.h"
 #include "model/subsurface.h"
 
 namespace selenite {
@@ -52,9 +53,12 @@ class SurfaceBsdf {
   }
   SurfaceBsdf seen_by(RayKinds kinds) const {
     SurfaceBsdf left = *this;
-    for (int i = 0; i < count_; ++i)
+    for (int i = 0; i < count_; ++i) {
       left.parts_[i]->bsdf = std::visit(
           [&](const auto& b) -> ClosureBsdf<T> { return b.seen_by(kinds); }, parts_[i]->bsdf);
+      if constexpr (kTurns)
+        if (auto& turning = left.parts_[i]->turning) turning->closure.keep(kinds);
+    }
     return left;
   }
 
@@ -75,6 +79,10 @@ class SurfaceBsdf {
     if (!s.exists) return std::nullopt;
     if (s.enters) {
       s.weight = s.weight / part.pick;
+      if constexpr (kTurns)
+        if (part.turning)
+          s.weight =
+              s.weight * (T(1) + part.turning->slopes(part.turning->closure.entry_change(s.wo)));
       return s;
     }
     if (s.singular) {
@@ -87,6 +95,9 @@ class SurfaceBsdf {
     // Cycles leaves the transmission that it has drawn as it is.
     if (const auto* lobes = std::get_if<PrincipledBsdf<T>>(&part.bsdf); lobes && part.bumped)
       f += lost_at_terminator(*lobes, part.n, s.wo);
+    if constexpr (kTurns)
+      if (part.turning)
+        f += part.turning->slopes(part.turning->closure.value_of_drawn(s.wo, s.diffuse));
     add_all_but(chosen, s.wo, f, p);
     s.weight = f / p;
     s.density = p;
@@ -129,6 +140,20 @@ class SurfaceBsdf {
   }
 
  private:
+  /// A normal has derivatives only where numbers have.
+  static constexpr bool kTurns = !std::is_same_v<T, S>;
+  struct Turning {
+    TiltedClosure<S> closure;
+    std::array<T, 2> angles;  ///< by which the normal tilts: 0, with their derivatives
+
+    T slopes(const Tilted<S>& x) const requires(kTurns) {
+      return chain(angles[0], S(0), x.slope(0)) + chain(angles[1], S(0), x.slope(1));
+    }
+    Color<T> slopes(const Color<Tilted<S>>& c) const requires(kTurns) {
+      return {slopes(c.r), slopes(c.g), slopes(c.b)};
+    }
+  };
+  struct Still {};
   struct Part {
     ClosureBsdf<T> bsdf;
     const PlacedClosure<T>* from;
@@ -137,6 +162,7 @@ class SurfaceBsdf {
     bool bumped;  ///< its normal is not that of the surface
     S pick = 0;
     Vec3<S> n{};
+    std::conditional_t<kTurns, std::optional<Turning>, Still> turning{};
   };
   static constexpr S kSlopeShare =
       S(0.1);  ///< least share of the samples, of all, with a derivative
@@ -144,8 +170,7 @@ class SurfaceBsdf {
 
   template <class OneClosure>
   void add(const OneClosure& m, const PlacedClosure<T>& placed, const SurfacePoint<S>& at) {
-    SurfacePoint<S> point = at;
-    point.n = placed.n;
+    const SurfacePoint<S> point = of_closure(at, placed);
     PrincipledBsdf<T> lobes(
         [&](S cos_i) { return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i); },
         placed.flavour, point);
@@ -153,23 +178,23 @@ class SurfaceBsdf {
     emission_ += layers.emission;
     transparency_ += layers.transparency;
     const S estimate = layers.scattered();
-    const bool slope = layers.carries_slope();
+    const bool slope = layers.carries_slope() || (placed.turning && estimate > 0);
     if (!(estimate > 0) && !slope) return;
     if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>)
       keep({ConductorBsdf<T>(lobes, ClosureLayers<T>::conductor_fresnel(m), at.wi), &placed,
-            estimate, slope, false});
+            estimate, slope, false},
+           at);
     else
-      keep({lobes, &placed, estimate, slope, is_bumped(placed)});
+      keep({lobes, &placed, estimate, slope, is_bumped(placed)}, at);
   }
   void add(const closures::Translucent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>& at) {
-    SurfacePoint<S> point = at;
-    point.n = placed.n;
+    const SurfacePoint<S> point = of_closure(at, placed);
     const Color<T> color = map(m.color, [](const T& c) { return max(c, T(0)); }) * placed.weight;
     const S estimate = mean_channel(value_of(color));
     if (!(estimate >= kLeastWeight) && !has_slope(color)) return;
-    keep(
-        {TranslucentBsdf<T>(color, point), &placed, estimate, has_slope(color), is_bumped(placed)});
+    const bool slope = has_slope(color) || placed.turning;
+    keep({TranslucentBsdf<T>(color, point), &placed, estimate, slope, is_bumped(placed)}, at);
   }
   void add(const closures::Transparent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>&) {
@@ -184,10 +209,31 @@ class SurfaceBsdf {
     const Vec3<S> apart = placed.n - smooth_;
     return dot(apart, apart) > 0;
   }
-  void keep(Part part) {
+  static SurfacePoint<S> of_closure(const SurfacePoint<S>& at, const PlacedClosure<T>& placed) {
+    SurfacePoint<S> point = at;
+    point.n = placed.n;
+    point.tangent = placed.tangent;
+    return point;
+  }
+  void keep(Part part, const SurfacePoint<S>& at) {
     if (count_ == kMostClosures) return;  // as Cycles leaves out what is too much
     part.n = part.from->n;
-    parts_[count_++].emplace(part);
+    [[maybe_unused]] Part& kept = parts_[count_++].emplace(part);
+    if constexpr (kTurns)
+      if (part.from->turning) turn(kept, *part.from, at);
+  }
+  void turn(Part& part, const PlacedClosure<T>& placed,
+            const SurfacePoint<S>& at) requires(kTurns) {
+    const auto frame = Frame<S>::from_normal(placed.n);
+    SurfacePoint<S> point = at;
+    point.tangent = placed.tangent;
+    const auto angle = [&](const Vec3<S>& axis) {
+      return with_value(T(dot(axis, *placed.turning)), S(0));
+    };
+    part.turning.emplace(
+        Turning{TiltedClosure<S>(values_as<Tilted<S>>(placed.closure), placed.flavour,
+                                 value_of(placed.weight), point, placed.n),
+                {angle(frame.s), angle(frame.t)}});
   }
   void choose() {
     scattered_ = 0;
@@ -225,6 +271,8 @@ class SurfaceBsdf {
             if (part.bumped) f += lost_at_terminator(b, part.n, wo);
           },
           part.bsdf);
+      if constexpr (kTurns)
+        if (part.turning) f += part.turning->slopes(part.turning->closure.value(wo));
     }
   }
 
