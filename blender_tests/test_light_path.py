@@ -13,7 +13,7 @@ SIZE = 4
 
 
 def sheet(name, x, z, kind, output):
-    """A large triangle right of x, of one shader whose colour is 0.1 + 0.1 an output of Light Path."""
+    """A large triangle right of x whose colour is 0.1 and a tenth of an output of Light Path."""
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     tree = material.node_tree

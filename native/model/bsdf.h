@@ -118,7 +118,6 @@ class PrincipledBsdf {
   /// neither of `value` nor of `sample`.
   const Color<U>& transparency() const { return layers_.transparency; }
   const Layers<T>& layers() const { return layers_; }
-  T entry_density(const Vec3<S>& wo) const requires(!kIsLanes<T>);
   /// Whether a direction leads through the geometric surface.
   mask_t<S> transmits(const Vec3<S>& wo) const { return dot(point_.ng, wo) < S(0); }
   /// True if `value` is 0 for every direction, so that a light sample would be wasted.
@@ -223,7 +222,7 @@ class PrincipledBsdf {
     const S per_cos = 1 / (4 * cos_i_);
     const auto shape = [&](const U& width2) {
       const T lobe = narrow(width2, [&](const auto& w2) {
-        return ggx_normals(r2, z2, w2) * per_cos * shadowing(tan2_i, tan2_o, w2);
+        return ggx_normals(r2, z2, w2) * per_cos * layers_.shadowing(tan2_i, tan2_o, w2);
       });
       return select(reached, lobe, T(0));
     };
@@ -257,8 +256,8 @@ class PrincipledBsdf {
             const X r2 = stretched_normal(m2.x, m2.y, stretch);
             const X tan2_i = stretched_tangent2(wi_, stretch),
                     tan2_o = stretched_tangent2(o, stretch);
-            return X(normals(r2, X(m2.z), width2) * shadowing(tan2_i, tan2_o, width2) /
-                     (4 * cos_i_));
+            return X(layers_.normals(r2, X(m2.z), width2) *
+                     layers_.shadowing(tan2_i, tan2_o, width2) / (4 * cos_i_));
           });
       f += layers_.base_reflectance(cos_m) * shape;
     }
@@ -267,32 +266,6 @@ class PrincipledBsdf {
       p += layers_.base_reflection_pick(cos_m) * ggx_normals(r2, m2.z, base_.width2) /
            (4 * cos_i_ * (1 + base_.lambda_i));
     }
-  }
-
-  /// D of what reflects and refracts.
-  template <class X, class W>
-  auto normals(const X& r2, const X& z2, const W& width2) const {
-    if constexpr (!kIsLanes<S>)
-      if (layers_.micronormals == Micronormals::kBeckmann) return beckmann_normals(r2, z2, width2);
-    return ggx_normals(r2, z2, width2);
-  }
-  template <class X, class W>
-  auto lambda(const X& tan2, const W& width2) const {
-    if constexpr (!kIsLanes<S>)
-      if (layers_.micronormals == Micronormals::kBeckmann) return beckmann_lambda(tan2, width2);
-    return ggx_lambda(tan2, width2);
-  }
-  /// Masking and shadowing, G2.
-  template <class C, class W>
-  auto shadowing(const C& tan2_i, const C& tan2_o, const W& width2) const {
-    using X = decltype(width2 * tan2_i);
-    const X i = lambda(tan2_i, width2), o = lambda(tan2_o, width2);
-    return X(X(1) / (layers_.version1 ? X((i + S(1)) * (o + S(1))) : X(i + o + S(1))));
-  }
-  /// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals of density d send to wo.
-  template <class X>
-  X refracted_flow(const X& d, const Refraction<X>& g, const uniform_t<X>& eta) const {
-    return d * g.cos_m * g.cos_o * (eta * eta) / (g.length2 * cos_i_);
   }
 
   template <bool kValue, bool kDensity>
@@ -311,8 +284,8 @@ class PrincipledBsdf {
             using N = std::decay_t<decltype(n)>;
             using X = decltype(n * wi_.x);
             const Refraction<X> g(wi_, o, n, drawn);
-            const X lobe = refracted_flow(X(normals(g.r2, g.z2, width2)), g, n) *
-                           shadowing(tan2_i, tan2_o, width2);
+            const X lobe = refracted_flow(cos_i_, X(layers_.normals(g.r2, g.z2, width2)), g, n) *
+                           layers_.shadowing(tan2_i, tan2_o, width2);
             if (layers_.bare_refraction) return lobe;
             if constexpr (std::is_same_v<X, S>)
               return X(lobe * (1 - layers_.glass.rise.value_at(g.cos_m)));
@@ -323,9 +296,10 @@ class PrincipledBsdf {
     }
     if constexpr (kDensity) {
       const Refraction<S> g(wi_, o, eta, drawn);
-      const S density = layers_.pick[kGlass] * (1 - layers_.reflected_share(g.cos_m)) *
-                        refracted_flow(S(ggx_normals(g.r2, g.z2, through_.width2)), g, eta) /
-                        (1 + through_.lambda_i);
+      const S density =
+          layers_.pick[kGlass] * (1 - layers_.reflected_share(g.cos_m)) *
+          refracted_flow(cos_i_, S(ggx_normals(g.r2, g.z2, through_.width2)), g, eta) /
+          (1 + through_.lambda_i);
       p += select(reached, density, S(0));
     }
   }

@@ -171,6 +171,16 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
   }
 }
 
+/// Density of the direction o in which light enters by refraction, whose micronormal m may be known;
+/// local frame.
+template <class X, class S>
+X entry_density(const Vec3<S>& wi, const S& cos_i, const Vec3<S>& o, const Vec3<S>* m,
+                const X& width2, const X& eta) {
+  const Refraction<X> g(wi, o, eta, m);
+  return X(refracted_flow(cos_i, X(ggx_normals(g.r2, g.z2, width2)), g, eta) /
+           (ggx_lambda(tangent2(wi), width2) + S(1)));
+}
+
 /// Refraction at a visible micronormal without Fresnel term, masking or shadowing; for skin every
 /// second time along a cosine lobe instead.
 template <class T>
@@ -197,17 +207,6 @@ inline BsdfSample<T> PrincipledBsdf<T>::enter(S u, S u1, S u2) const requires(!k
           .exists = dot(point_.ng, wo) < 0};
 }
 
-/// Density of the direction in which light enters by refraction; 0 where it is a single one, or of
-/// skin (see `entry_change`).
-template <class T>
-inline T PrincipledBsdf<T>::entry_density(const Vec3<S>& wo) const requires(!kIsLanes<T>) {
-  const T &width2 = layers_.entry_width2, &eta = layers_.entry_eta;
-  if (!layers_.has(kSubsurface) || skin_ || value_of(width2) <= S(kSingularWidth2)) return T(0);
-  const Refraction<T> g(wi_, frame_.to_local(wo), eta, nullptr);
-  return refracted_flow(T(ggx_normals(g.r2, g.z2, width2)), g, eta) /
-         (ggx_lambda(tangent2(wi_), width2) + S(1));
-}
-
 /// 1, with the relative derivative of the density of the refracted direction o: the direction is
 /// drawn from a distribution that is not divided out again. A mirror-like entry has none, and that
 /// of skin is left out: its micronormals end abruptly at the horizon, so that their image moves.
@@ -220,12 +219,8 @@ inline T PrincipledBsdf<T>::entry_change(const Vec3<S>& o, const Vec3<S>& m) con
   } else {
     if (skin_ || (!has_slope(width2) && !has_slope(eta)) || width2.v <= S(kSingularWidth2))
       return T(1);
-    const S tan2 = tangent2(wi_);
     const T density = narrow(width2, eta, [&](const auto& w2, const auto& n) {
-      const Refraction<std::decay_t<decltype(n)>> g(wi_, o, n, &m);
-      using X = std::decay_t<decltype(n)>;
-      return X(refracted_flow(X(ggx_normals(g.r2, g.z2, w2)), g, n) /
-               (ggx_lambda(tan2, w2) + S(1)));
+      return entry_density(wi_, cos_i_, o, &m, w2, n);
     });
     return density.v > 0 ? with_value(density / density.v, S(1)) : T(1);
   }

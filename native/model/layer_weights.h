@@ -61,6 +61,26 @@ struct LayerWeights {
   S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
   bool has(int lobe) const { return present[lobe]; }
+  /// D of what reflects and refracts.
+  template <class X, class W>
+  auto normals(const X& r2, const X& z2, const W& squared_width) const {
+    if constexpr (!kIsLanes<S>)
+      if (micronormals == Micronormals::kBeckmann) return beckmann_normals(r2, z2, squared_width);
+    return ggx_normals(r2, z2, squared_width);
+  }
+  template <class X, class W>
+  auto lambda(const X& tan2, const W& squared_width) const {
+    if constexpr (!kIsLanes<S>)
+      if (micronormals == Micronormals::kBeckmann) return beckmann_lambda(tan2, squared_width);
+    return ggx_lambda(tan2, squared_width);
+  }
+  /// Masking and shadowing, G2.
+  template <class C, class W>
+  auto shadowing(const C& tan2_i, const C& tan2_o, const W& squared_width) const {
+    using X = decltype(squared_width * tan2_i);
+    const X i = lambda(tan2_i, squared_width), o = lambda(tan2_o, squared_width);
+    return X(X(1) / (version1 ? X((i + S(1)) * (o + S(1))) : X(i + o + S(1))));
+  }
   bool has_top_lobe() const {
     for (int lobe = kFirstTopLobe; lobe < kLobes; ++lobe)
       if (present[lobe]) return true;

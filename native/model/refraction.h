@@ -67,6 +67,13 @@ struct Refraction {
   }
 };
 
+/// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals of density d send to wo.
+template <class X>
+X refracted_flow(const scalar_t<X>& cos_i, const X& d, const Refraction<X>& g,
+                 const uniform_t<X>& eta) {
+  return d * g.cos_m * g.cos_o * (eta * eta) / (g.length2 * cos_i);
+}
+
 /// Whether a visible micronormal refracts wi to wo; sum = wi + eta wo.
 template <class S>
 mask_t<S> refracts_into(const Vec3<S>& wi, const Vec3<S>& wo, const Vec3<S>& sum, number_t<S> eta) {

@@ -49,9 +49,10 @@ ClosureBsdf<X> made(const Closure<X>& closure, const Flavour& flavour, const X& 
 template <class S>
 TiltedClosure<S>::TiltedClosure(const Closure<X>& closure, const Flavour& flavour, S weight,
                                 const SurfacePoint<S>& at, const Vec3<S>& n)
-    : bsdf_(made<X>(closure, flavour, weight, lifted(at, tilting(n)))),
-      n_(tilting(n)),
-      smooth_(at.n) {}
+    : point_(lifted(at, tilting(n))),
+      bsdf_(made<X>(closure, flavour, weight, point_)),
+      smooth_(at.n),
+      skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {}
 
 template <class S>
 Color<Tilted<S>> TiltedClosure<S>::lost(const Vec3<X>& wo) const {
@@ -61,7 +62,7 @@ Color<Tilted<S>> TiltedClosure<S>::lost(const Vec3<X>& wo) const {
         Color<X> diffuse;
         X unused;
         b.seen_by(kDiffuseRay).value_and_density(wo, diffuse, unused);
-        return diffuse * (bump_terminator(smooth_, n_, wo) - 1);
+        return diffuse * (bump_terminator(smooth_, point_.n, wo) - 1);
       },
       bsdf_);
 }
@@ -91,7 +92,13 @@ Color<Tilted<S>> TiltedClosure<S>::value_of_drawn(const Vec3<S>& to, bool diffus
 template <class S>
 Tilted<S> TiltedClosure<S>::entry_change(const Vec3<S>& to) const {
   const auto* lobes = std::get_if<PrincipledBsdf<X>>(&bsdf_);
-  const X density = lobes ? lobes->entry_density(Vec3<X>(to)) : X(0);
+  if (!lobes || skin_) return 1;
+  const auto& layers = lobes->layers();
+  if (!layers.has(kSubsurface) || layers.entry_width2 <= kSingularWidth2) return 1;
+  const auto frame = lobe_frame(point_, visible_normal(point_));
+  const Vec3<X> wi = frame.to_local(point_.wi), wo = frame.to_local(Vec3<X>(to));
+  const X density = entry_density<X, X>(wi, clamp(wi.z, 1e-7, 1), wo, nullptr, layers.entry_width2,
+                                        layers.entry_eta);
   return density > 0 ? density / density.value() : X(1);
 }
 

@@ -31,8 +31,10 @@ class TiltedClosure {
   /// What the tilted normal takes away at the terminator.
   Color<X> lost(const Vec3<X>& wo) const;
 
+  SurfacePoint<X> point_;
   ClosureBsdf<X> bsdf_;
-  Vec3<X> n_, smooth_;
+  Vec3<X> smooth_;
+  bool skin_;
 };
 
 extern template class TiltedClosure<float>;
