@@ -155,13 +155,19 @@ class SurfaceBsdf {
   };
   struct Still {};
   struct Part {
+    /// In place: a bsdf is large.
+    template <class Bsdf, class... Arguments>
+    Part(std::in_place_type_t<Bsdf> kind, const PlacedClosure<T>& from,
+         const Arguments&... arguments)
+        : bsdf(kind, arguments...), from(&from), n(from.n) {}
+
     ClosureBsdf<T> bsdf;
     const PlacedClosure<T>* from;
-    S estimate;   ///< of what it scatters
-    bool slope;   ///< carries a derivative
-    bool bumped;  ///< its normal is not that of the surface
+    S estimate = 0;       ///< of what it scatters
+    bool slope = false;   ///< carries a derivative
+    bool bumped = false;  ///< its normal is not that of the surface
     S pick = 0;
-    Vec3<S> n{};
+    Vec3<S> n;
     std::conditional_t<kTurns, std::optional<Turning>, Still> turning{};
   };
   static constexpr S kSlopeShare =
@@ -171,21 +177,25 @@ class SurfaceBsdf {
   template <class OneClosure>
   void add(const OneClosure& m, const PlacedClosure<T>& placed, const SurfacePoint<S>& at) {
     const SurfacePoint<S> point = of_closure(at, placed);
-    PrincipledBsdf<T> lobes(
-        [&](S cos_i) { return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i); },
-        placed.flavour, point);
-    const Layers<T>& layers = lobes.layers();
+    const auto layers_of = [&](S cos_i) {
+      return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
+    };
+    if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
+      const PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
+      Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
+                                          ClosureLayers<T>::conductor_fresnel(m), at.wi);
+      judge(part, lobes.layers(), at);
+    } else {
+      Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
+                                          placed.flavour, point);
+      part.bumped = is_bumped(placed);
+      judge(part, std::get<PrincipledBsdf<T>>(part.bsdf).layers(), at);
+    }
+  }
+  void judge(Part& part, const Layers<T>& layers, const SurfacePoint<S>& at) {
     emission_ += layers.emission;
     transparency_ += layers.transparency;
-    const S estimate = layers.scattered();
-    const bool slope = layers.carries_slope() || (placed.turning && estimate > 0);
-    if (!(estimate > 0) && !slope) return;
-    if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>)
-      keep({ConductorBsdf<T>(lobes, ClosureLayers<T>::conductor_fresnel(m), at.wi), &placed,
-            estimate, slope, false},
-           at);
-    else
-      keep({lobes, &placed, estimate, slope, is_bumped(placed)}, at);
+    keep(part, layers.scattered(), layers.carries_slope(), at);
   }
   void add(const closures::Translucent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>& at) {
@@ -193,8 +203,10 @@ class SurfaceBsdf {
     const Color<T> color = map(m.color, [](const T& c) { return max(c, T(0)); }) * placed.weight;
     const S estimate = mean_channel(value_of(color));
     if (!(estimate >= kLeastWeight) && !has_slope(color)) return;
-    const bool slope = has_slope(color) || placed.turning;
-    keep({TranslucentBsdf<T>(color, point), &placed, estimate, slope, is_bumped(placed)}, at);
+    Part& part =
+        parts_[count_].emplace(std::in_place_type<TranslucentBsdf<T>>, placed, color, point);
+    part.bumped = is_bumped(placed);
+    keep(part, estimate, has_slope(color), at);
   }
   void add(const closures::Transparent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>&) {
@@ -215,12 +227,14 @@ class SurfaceBsdf {
     point.tangent = placed.tangent;
     return point;
   }
-  void keep(Part part, const SurfacePoint<S>& at) {
-    if (count_ == kMostClosures) return;  // as Cycles leaves out what is too much
-    part.n = part.from->n;
-    [[maybe_unused]] Part& kept = parts_[count_++].emplace(part);
+  void keep(Part& part, S estimate, bool slope, const SurfacePoint<S>& at) {
+    part.estimate = estimate;
+    part.slope = slope || (part.from->turning && estimate > 0);
+    const bool full = count_ == kMostClosures;  // Cycles leaves out what is too much, too
+    if (full || (!(estimate > 0) && !part.slope)) return parts_[count_].reset();
+    ++count_;
     if constexpr (kTurns)
-      if (part.from->turning) turn(kept, *part.from, at);
+      if (part.from->turning) turn(part, *part.from, at);
   }
   void turn(Part& part, const PlacedClosure<T>& placed,
             const SurfacePoint<S>& at) requires(kTurns) {
@@ -252,6 +266,8 @@ class SurfaceBsdf {
   /// What of its diffuse lobes the bumped normal n has too much; see bump_terminator.
   template <class Bsdf>
   Color<T> lost_at_terminator(const Bsdf& bsdf, const Vec3<S>& n, const Vec3<S>& wo) const {
+    if constexpr (requires { bsdf.layers(); })
+      if (!bsdf.layers().has(kDiffuse) && !bsdf.layers().has_top_lobe()) return {};
     Color<T> diffuse;
     S unused;
     bsdf.seen_by(kDiffuseRay).value_and_density(wo, diffuse, unused);
@@ -278,7 +294,7 @@ class SurfaceBsdf {
 
   Vec3<S> ng_, smooth_;
   int count_ = 0;
-  std::array<std::optional<Part>, kMostClosures> parts_;
+  std::array<std::optional<Part>, kMostClosures + 1> parts_;  ///< the last one is never kept
   Color<T> emission_{}, transparency_{};
   S scattered_ = 0;
 };
