@@ -16,6 +16,7 @@ pytestmark = pytest.mark.blender
 
 ROWS = 4
 COLOR = (0.7, 0.5, 0.2)
+TANGENT = (0.8, 0.5, 0.1)
 #: Label -> node, its settings, its inputs.
 NODES = {
     "lambert": ("Diffuse", {}, {"Color": COLOR}),
@@ -33,6 +34,31 @@ NODES = {
         {"distribution": "GGX"},
         {"Color": COLOR, "Roughness": 0.3, "IOR": 1.3},
     ),
+    "glossy beckmann": (
+        "Glossy",
+        {"distribution": "BECKMANN"},
+        {"Color": COLOR, "Roughness": 0.5},
+    ),
+    "glossy ashikhmin": (
+        "Glossy",
+        {"distribution": "ASHIKHMIN_SHIRLEY"},
+        {"Color": COLOR, "Roughness": 0.5},
+    ),
+    "glossy stretched": (
+        "Glossy",
+        {"distribution": "MULTI_GGX"},
+        {"Color": COLOR, "Roughness": 0.6, "Anisotropy": 0.7, "Rotation": 0.15, "Tangent": TANGENT},
+    ),
+    "glass beckmann": (
+        "Glass",
+        {"distribution": "BECKMANN"},
+        {"Color": COLOR, "Roughness": 0.5, "IOR": 1.4},
+    ),
+    "refraction beckmann": (
+        "Refraction",
+        {"distribution": "BECKMANN"},
+        {"Color": COLOR, "Roughness": 0.5, "IOR": 1.3},
+    ),
     "translucent": ("Translucent", {}, {"Color": COLOR}),
     "transparent": ("Transparent", {}, {"Color": COLOR}),
     "metallic": (
@@ -44,6 +70,17 @@ NODES = {
         "Metallic",
         {"fresnel_type": "PHYSICAL_CONDUCTOR"},
         {"IOR": (0.2, 2.5, 1.0), "Extinction": (3.9, 3.0, 0.5), "Roughness": 0.4},
+    ),
+    "metallic stretched": (
+        "Metallic",
+        {"fresnel_type": "F82", "distribution": "BECKMANN"},
+        {
+            "Base Color": COLOR,
+            "Edge Tint": (0.4, 0.8, 1.0),
+            "Roughness": 0.5,
+            "Anisotropy": 0.6,
+            "Tangent": TANGENT,
+        },
     ),
     "sheen": ("Sheen", {"distribution": "MICROFIBER"}, {"Color": COLOR, "Roughness": 0.4}),
     "subsurface": (
@@ -70,6 +107,12 @@ def shader(tree, label):
         setattr(node, name, value)
     for name, value in values.items():
         socket = next(item for item in node.inputs if item.name == name)
+        if name == "Tangent":
+            vector = tree.nodes.new("ShaderNodeCombineXYZ")
+            for part, number in zip(vector.inputs, value, strict=True):
+                part.default_value = number
+            tree.links.new(vector.outputs[0], socket)
+            continue
         socket.default_value = (*value, 1.0) if socket.type == "RGBA" else value
     return node
 

@@ -51,17 +51,36 @@ def test_weights_are_products_down_the_mixture() -> None:
     np.testing.assert_allclose(np.nanmean(found[0]["inputs"]["color"], (0, 1)), (0.7, 0.3, 0.1))
 
 
-def test_what_turns_a_normal_is_not_fitted() -> None:
+def _fixed() -> dict[str, str]:
+    values, _ = _read()
+    return next(item for item in values.owners.values() if item.name == "Shown").fixed
+
+
+def test_what_turns_the_normal_of_a_mirror_is_not_fitted() -> None:
     graph, output = _graph(probes.scene())
     noise = graph.node("TexNoise", {"Scale": 3.0})
     bump = graph.node("Bump", {"Strength": 0.5, "Height": noise.outputs[0]})
     diffuse = graph.node("BsdfDiffuse", {"Normal": bump.outputs[0]})
+    glossy = graph.node("BsdfAnisotropic", {"Roughness": 0.01, "Normal": bump.outputs[0]})
     graph.put(output, "Surface", diffuse.outputs[0])
-    values, _ = _read()
-    fixed = next(item for item in values.owners.values() if item.name == "Shown").fixed
-    assert "normal" in fixed["Bump.Strength"]
-    assert "normal" in fixed["Noise Texture.Scale"]
-    assert "Diffuse BSDF.Color" not in fixed
+    assert not {"Bump.Strength", "Noise Texture.Scale", "Diffuse BSDF.Color"} & set(_fixed())
+    graph.put(output, "Surface", _mixed(graph, 0.4, diffuse, glossy).outputs[0])
+    assert "normal of a mirror" in _fixed()["Bump.Strength"]
+    assert "normal of a mirror" in _fixed()["Noise Texture.Scale"]
+    assert "Diffuse BSDF.Color" not in _fixed()
+    glossy.inputs["Roughness"].default_value = 0.3
+    assert "Bump.Strength" not in _fixed()
+
+
+def test_what_turns_a_tangent_is_not_fitted() -> None:
+    graph, output = _graph(probes.scene())
+    glossy = graph.node("BsdfAnisotropic", {"Roughness": 0.4, "Anisotropy": 0.5, "Rotation": 0.1})
+    graph.put(output, "Surface", glossy.outputs[0])
+    assert "tangent" in _fixed()["Glossy BSDF.Rotation"]
+    assert "Glossy BSDF.Anisotropy" not in _fixed()
+    (found,) = _closures()
+    tangent = np.nanmean(np.abs(found["tangent"]), (0, 1))
+    assert tangent[2] < 1e-6 < tangent[0]
 
 
 def test_one_shader_on_two_ways_counts_once() -> None:

@@ -33,7 +33,7 @@ class PrincipledBsdf {
   PrincipledBsdf(const Source& material, const Flavour& flavour, const SurfacePoint<S>& point,
                  const mask_t<S>& active = true)
       : point_(point),
-        frame_(Frame<S>::from_normal(visible_normal(point))),
+        frame_(lobe_frame(point, visible_normal(point))),
         wi_(frame_.to_local(point.wi)),
         cos_i_(clamp(wi_.z, S(1e-7), S(1))),
         layers_([&]() -> Layers<T> {
@@ -45,7 +45,9 @@ class PrincipledBsdf {
         active_(active),
         skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin),
         unphysical_(flavour.evaluate_unphysical_refraction) {
-    const S tan2 = tangent2(wi_);
+    S tan2 = tangent2(wi_);
+    if constexpr (!kIsLanes<S>)
+      if (layers_.stretched) tan2 = stretched_tangent2(wi_, S(value_of(layers_.stretch)));
     const auto lambda = [tan2](const R& width2) { return ggx_lambda(tan2, width2); };
     const R singular = static_cast<R>(layers_.version1 ? kSingularWidth2V1 : kSingularWidth2);
     base_.start(layers_.width2,
@@ -73,6 +75,21 @@ class PrincipledBsdf {
     f = {};
     p = 0;
     evaluate<true, true>(wo, {}, f, p);
+  }
+
+  /// The value towards a direction that a micronormal of its own has sent there, and which may lie on
+  /// the other side of the bent normal than of the surface.
+  Color<T> value_of_drawn(const Vec3<S>& wo) const requires(!kIsLanes<T>) {
+    const Vec3<S> o = frame_.to_local(wo);
+    const Vec3<S> sum = transmits(wo) ? wi_ + o * S(value_of(layers_.eta)) : wi_ + o;
+    const S length2 = dot(sum, sum);
+    if (!(length2 > S(1e-12))) return value(wo);
+    using std::sqrt;
+    const S inverse = 1 / sqrt(length2);
+    Color<T> f{};
+    S unused = 0;
+    evaluate<true, false>(wo, {sum * (dot(sum, wi_) < S(0) ? -inverse : inverse), true}, f, unused);
+    return f;
   }
 
   /// What light that is seen by these kinds of rays alone finds of it. Shares of samples stay those of
@@ -193,11 +210,19 @@ class PrincipledBsdf {
       z2 = select(drawn.known, S(m.z * m.z), z2);
     }
     cos_m = select(reached, cos_m, S(1));
+    if constexpr (!kIsLanes<S>) {
+      if (layers_.stretched || layers_.micronormals != Micronormals::kGgx) {
+        const Vec3<S> m = drawn.known ? drawn.m : sum / sqrt(length2);
+        add_uncommon_reflection<kValue, kDensity>(o, {m.x * m.x, m.y * m.y, m.z * m.z}, cos_m, f,
+                                                  p);
+        return;
+      }
+    }
     const S tan2_i = tangent2(wi_), tan2_o = tangent2(o);
     const S per_cos = 1 / (4 * cos_i_);
     const auto shape = [&](const U& width2) {
       const T lobe = narrow(width2, [&](const auto& w2) {
-        return ggx_normals(r2, z2, w2) * per_cos * shadowing(tan2_i, tan2_o, w2);
+        return ggx_normals(r2, z2, w2) * per_cos * layers_.shadowing(tan2_i, tan2_o, w2);
       });
       return select(reached, lobe, T(0));
     };
@@ -215,18 +240,32 @@ class PrincipledBsdf {
     }
   }
 
-  /// Masking and shadowing, G2.
-  template <class W>
-  auto shadowing(const S& tan2_i, const S& tan2_o, const W& width2) const {
-    using X = decltype(width2 * tan2_i);
-    const X i = ggx_lambda(tan2_i, width2), o = ggx_lambda(tan2_o, width2);
-    return X(X(1) / (layers_.version1 ? X((i + S(1)) * (o + S(1))) : X(i + o + S(1))));
-  }
-  /// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals send to wo.
-  template <class X>
-  X refracted_flow(const Refraction<X>& g, const uniform_t<X>& width2,
-                   const uniform_t<X>& eta) const {
-    return ggx_normals(g.r2, g.z2, width2) * g.cos_m * g.cos_o * (eta * eta) / (g.length2 * cos_i_);
+  /// Of a single closure whose micronormals are not isotropic GGX ones; m2: squares of the micronormal.
+  template <bool kValue, bool kDensity>
+  void add_uncommon_reflection(const Vec3<S>& o, const Vec3<S>& m2, const S& cos_m, Color<T>& f,
+                               S& p) const {
+    if (!base_.spreads) return;
+    if constexpr (kValue) {
+      const T shape =
+          narrow(layers_.width2, layers_.stretch, [&](const auto& width2, const auto& stretch) {
+            using X = std::decay_t<decltype(width2)>;
+            if (layers_.micronormals == Micronormals::kAshikhminShirley) {
+              using std::abs;
+              return X(ashikhmin_shirley(m2, cos_m, cos_i_, S(abs(o.z)), width2, stretch));
+            }
+            const X r2 = stretched_normal(m2.x, m2.y, stretch);
+            const X tan2_i = stretched_tangent2(wi_, stretch),
+                    tan2_o = stretched_tangent2(o, stretch);
+            return X(layers_.normals(r2, X(m2.z), width2) *
+                     layers_.shadowing(tan2_i, tan2_o, width2) / (4 * cos_i_));
+          });
+      f += layers_.base_reflectance(cos_m) * shape;
+    }
+    if constexpr (kDensity) {
+      const S r2 = stretched_normal(m2.x, m2.y, S(value_of(layers_.stretch)));
+      p += layers_.base_reflection_pick(cos_m) * ggx_normals(r2, m2.z, base_.width2) /
+           (4 * cos_i_ * (1 + base_.lambda_i));
+    }
   }
 
   template <bool kValue, bool kDensity>
@@ -245,7 +284,8 @@ class PrincipledBsdf {
             using N = std::decay_t<decltype(n)>;
             using X = decltype(n * wi_.x);
             const Refraction<X> g(wi_, o, n, drawn);
-            const X lobe = refracted_flow(g, width2, n) * shadowing(tan2_i, tan2_o, width2);
+            const X lobe = refracted_flow(cos_i_, X(layers_.normals(g.r2, g.z2, width2)), g, n) *
+                           layers_.shadowing(tan2_i, tan2_o, width2);
             if (layers_.bare_refraction) return lobe;
             if constexpr (std::is_same_v<X, S>)
               return X(lobe * (1 - layers_.glass.rise.value_at(g.cos_m)));
@@ -256,8 +296,10 @@ class PrincipledBsdf {
     }
     if constexpr (kDensity) {
       const Refraction<S> g(wi_, o, eta, drawn);
-      const S density = layers_.pick[kGlass] * (1 - layers_.reflected_share(g.cos_m)) *
-                        refracted_flow(g, through_.width2, eta) / (1 + through_.lambda_i);
+      const S density =
+          layers_.pick[kGlass] * (1 - layers_.reflected_share(g.cos_m)) *
+          refracted_flow(cos_i_, S(ggx_normals(g.r2, g.z2, through_.width2)), g, eta) /
+          (1 + through_.lambda_i);
       p += select(reached, density, S(0));
     }
   }

@@ -88,6 +88,11 @@ inline void PrincipledBsdf<T>::mirror_or_refract(const Choice& choice, const S& 
     const S width2 =
         select(coat, S(coat_.width2), select(refracted, S(through_.width2), S(base_.width2)));
     m = select(mirror, m, ggx_sample_visible(wi_, S(sqrt(width2)), u1, u2));
+    if constexpr (!kIsLanes<S>)
+      if (layers_.stretched && !mirror) {
+        const S width = sqrt(width2), root = sqrt(value_of(layers_.stretch));
+        m = ggx_sample_stretched(wi_, S(width / root), S(width * root), u1, u2);
+      }
   }
   const S cos_m = dot(wi_, m);
   Mask exists = chosen & (cos_m > S(0));
@@ -166,6 +171,16 @@ inline void PrincipledBsdf<T>::weigh_singular(const Proposal& proposal, Color<T>
   }
 }
 
+/// Density of the direction o in which light enters by refraction, whose micronormal m may be known;
+/// local frame.
+template <class X, class S>
+X entry_density(const Vec3<S>& wi, const S& cos_i, const Vec3<S>& o, const Vec3<S>* m,
+                const X& width2, const X& eta) {
+  const Refraction<X> g(wi, o, eta, m);
+  return X(refracted_flow(cos_i, X(ggx_normals(g.r2, g.z2, width2)), g, eta) /
+           (ggx_lambda(tangent2(wi), width2) + S(1)));
+}
+
 /// Refraction at a visible micronormal without Fresnel term, masking or shadowing; for skin every
 /// second time along a cosine lobe instead.
 template <class T>
@@ -204,10 +219,8 @@ inline T PrincipledBsdf<T>::entry_change(const Vec3<S>& o, const Vec3<S>& m) con
   } else {
     if (skin_ || (!has_slope(width2) && !has_slope(eta)) || width2.v <= S(kSingularWidth2))
       return T(1);
-    const S tan2 = tangent2(wi_);
     const T density = narrow(width2, eta, [&](const auto& w2, const auto& n) {
-      const Refraction<std::decay_t<decltype(n)>> g(wi_, o, n, &m);
-      return refracted_flow(g, w2, n) / (ggx_lambda(tan2, w2) + S(1));
+      return entry_density(wi_, cos_i_, o, &m, w2, n);
     });
     return density.v > 0 ? with_value(density / density.v, S(1)) : T(1);
   }

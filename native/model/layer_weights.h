@@ -9,6 +9,7 @@
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
+#include "model/micronormals.h"
 #include "model/ray_kind.h"
 #include "model/top_lobes.h"
 
@@ -52,9 +53,34 @@ struct LayerWeights {
   /// by the Fresnel term at the shading normal and not at the micronormal, diffuse is Disney's.
   bool version1 = false;
   bool bare_refraction = false;  ///< that of single micronormals has no Fresnel term
-  S macro_reflected = 0;         ///< version 1: probability that glass reflects
+  /// What reflects and refracts; drawn are GGX micronormals of the same widths in any case. Lanes have
+  /// no others.
+  Micronormals micronormals = Micronormals::kGgx;
+  bool stretched = false;  ///< reflections have two widths, whose ratio is `stretch`
+  U stretch{1};
+  S macro_reflected = 0;  ///< version 1: probability that glass reflects
 
   bool has(int lobe) const { return present[lobe]; }
+  /// D of what reflects and refracts.
+  template <class X, class W>
+  auto normals(const X& r2, const X& z2, const W& squared_width) const {
+    if constexpr (!kIsLanes<S>)
+      if (micronormals == Micronormals::kBeckmann) return beckmann_normals(r2, z2, squared_width);
+    return ggx_normals(r2, z2, squared_width);
+  }
+  template <class X, class W>
+  auto lambda(const X& tan2, const W& squared_width) const {
+    if constexpr (!kIsLanes<S>)
+      if (micronormals == Micronormals::kBeckmann) return beckmann_lambda(tan2, squared_width);
+    return ggx_lambda(tan2, squared_width);
+  }
+  /// Masking and shadowing, G2.
+  template <class C, class W>
+  auto shadowing(const C& tan2_i, const C& tan2_o, const W& squared_width) const {
+    using X = decltype(squared_width * tan2_i);
+    const X i = lambda(tan2_i, squared_width), o = lambda(tan2_o, squared_width);
+    return X(X(1) / (version1 ? X((i + S(1)) * (o + S(1))) : X(i + o + S(1))));
+  }
   bool has_top_lobe() const {
     for (int lobe = kFirstTopLobe; lobe < kLobes; ++lobe)
       if (present[lobe]) return true;

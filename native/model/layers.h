@@ -8,8 +8,8 @@
 #include "model/dielectric.h"
 #include "model/diffuse.h"
 #include "model/fresnel.h"
-#include "model/ggx.h"
 #include "model/layer_weights.h"
+#include "model/micronormals.h"
 #include "model/principled.h"
 #include "model/shading_normal.h"
 #include "model/subsurface.h"
@@ -68,7 +68,13 @@ struct Layers : LayerWeights<T> {
       : cos_i_(cos_i),
         active_(true),
         compensate_(flavour.distribution == Flavour::Distribution::kMultiGgx),
-        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {}
+        skin_(flavour.subsurface == Flavour::Subsurface::kRandomWalkSkin) {
+    using Distribution = Flavour::Distribution;
+    if (flavour.distribution == Distribution::kBeckmann)
+      this->micronormals = Micronormals::kBeckmann;
+    if (flavour.distribution == Distribution::kAshikhminShirley)
+      this->micronormals = Micronormals::kAshikhminShirley;
+  }
 
   void stack(const Principled<U>& m, const U& alpha, const SurfacePoint<S>& point) {
     T w = alpha;  // what the layers above let through, one number for all channels

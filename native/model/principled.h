@@ -12,11 +12,12 @@ namespace selenite {
 
 /// What a material has beside the numbers on its sockets.
 struct Flavour {
-  enum class Distribution { kGgx, kMultiGgx };
+  enum class Distribution { kGgx, kMultiGgx, kBeckmann, kAshikhminShirley };
   enum class Version { kV1, kV2 };
   enum class Subsurface { kRandomWalk, kRandomWalkSkin };
 
-  /// Blender's "GGX" is single scattering; "Multiscatter GGX" scales it by its missing energy.
+  /// Blender's "GGX" is single scattering; "Multiscatter GGX" scales it by its missing energy. Only
+  /// closures of a mixture may have the others.
   Distribution distribution = Distribution::kMultiGgx;
   /// Which Principled node: that of Blender 3.x or that of 4.x and 5.x. Of version 1 only the
   /// distribution GGX is closed form and modelled (Multiscatter GGX is rendered as GGX), without

@@ -26,7 +26,8 @@ struct DrawnNormal {
 /// Refraction that Cycles samples as if it were singular.
 template <class R>
 bool bends_nothing(R eta) {
-  return std::abs(eta - 1) < R(1e-4);
+  using std::abs;
+  return abs(eta - 1) < R(1e-4);
 }
 
 /// Micronormal geometry of a refraction, over any scalar: the half vector depends on eta.
@@ -65,6 +66,13 @@ struct Refraction {
     cos_o = abs(by_o) * inverse;
   }
 };
+
+/// D |m.wi| |m.wo| eta^2 / (|wi + eta wo|^2 cos_i): what visible micronormals of density d send to wo.
+template <class X>
+X refracted_flow(const scalar_t<X>& cos_i, const X& d, const Refraction<X>& g,
+                 const uniform_t<X>& eta) {
+  return d * g.cos_m * g.cos_o * (eta * eta) / (g.length2 * cos_i);
+}
 
 /// Whether a visible micronormal refracts wi to wo; sum = wi + eta wo.
 template <class S>

@@ -15,7 +15,21 @@ struct SurfacePoint {
   /// The path has been scattered diffusely before: subsurface scattering is rendered as diffuse
   /// reflection, as in Cycles.
   bool after_diffuse = false;
+  Vec3<S> tangent{};  ///< of micronormals of two widths: the x axis lies in its plane; 0: none
 };
+
+/// The frame of the bent normal n.
+template <class S>
+Frame<S> lobe_frame(const SurfacePoint<S>& p, const Vec3<S>& n) {
+  if constexpr (!kIsLanes<S>) {
+    const Vec3<S> across = cross(n, p.tangent);
+    if (dot(across, across) > S(0)) {
+      const Vec3<S> y = normalize(across);
+      return {cross(y, n), y, n};
+    }
+  }
+  return Frame<S>::from_normal(n);
+}
 
 /// The shading normal, tilted towards the geometric one until the mirror image of the viewer stands
 /// at least min(0.9 cos, 0.01) above the geometric surface, cos = dot(ng, wi).

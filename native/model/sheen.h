@@ -83,9 +83,10 @@ class Sheen {
   /// n: shading normal, world frame, like wi, the viewer's direction.
   Sheen(const T& roughness, const Vec3<S>& n, const Vec3<S>& wi) : z_(n) {
     const Vec3<S> across = cross(n, wi);
+    using std::sqrt;
     const S length2 = dot(across, across);
     // Seen exactly along the normal the lobe has a direction all the same: that of Cycles' frame.
-    y_ = length2 > 0 ? across / std::sqrt(length2) : cross(n, axis_of_normal(n));
+    y_ = length2 > 0 ? across / sqrt(length2) : cross(n, axis_of_normal(n));
     x_ = cross(y_, n);
     const Cell<S> c(dot(n, wi), kNodes);
     const auto entries =

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "model/fresnel.h"
-#include "model/ggx.h"
+#include "model/micronormals.h"
 
 namespace selenite {
 namespace {

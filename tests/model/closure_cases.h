@@ -27,9 +27,18 @@ inline PlacedClosure<double> placed(const Closure<double>& closure, double weigh
   return {closure, Flavour{.evaluate_unphysical_refraction = false}, weight, n};
 }
 
+inline Mixture of(Flavour::Distribution distribution, const Closure<double>& closure,
+                  const Vec3d& tangent = {}) {
+  Mixture one{placed(closure)};
+  one[0].flavour.distribution = distribution;
+  one[0].tangent = tangent;
+  return one;
+}
+
 inline const std::vector<MixtureFamily>& mixture_families() {
   namespace c = closures;
   using Colord = Color<double>;
+  using enum Flavour::Distribution;
   static const std::vector<MixtureFamily> all{
       {"diffuse",
        [](double r) -> Mixture {
@@ -58,6 +67,35 @@ inline const std::vector<MixtureFamily>& mixture_families() {
          return {placed(c::Refraction<double>{{.9, .5, .2}, r, 1.5})};
        },
        1.5, true, false, 0.9},
+      {"glossy_beckmann",
+       [](double r) -> Mixture {
+         return of(kBeckmann, c::Glossy<double>{{.9, .5, .2}, r});
+       }},
+      {"glossy_ashikhmin_shirley",
+       [](double r) -> Mixture {
+         return of(kAshikhminShirley, c::Glossy<double>{{.9, .5, .2}, r});
+       }},
+      {"glossy_stretched",
+       [](double r) -> Mixture {
+         return of(kMultiGgx, c::Glossy<double>{{.9, .5, .2}, r, .6}, {1, 2, 0});
+       }},
+      {"glossy_ashikhmin_shirley_stretched",
+       [](double r) -> Mixture {
+         return of(kAshikhminShirley, c::Glossy<double>{{.9, .5, .2}, r, -.6}, {1, 2, 0});
+       }},
+      {"metallic_beckmann_stretched",
+       [](double r) -> Mixture {
+         return of(kBeckmann, c::Metallic<double>{{.9, .5, .2}, {.9, .4, .7}, r, .8}, {1, 2, 0});
+       }},
+      {"glass_beckmann",
+       [](double r) -> Mixture {
+         return of(kBeckmann, c::Glass<double>{{.9, .5, .2}, r, 1.5});
+       }},
+      {"refraction_beckmann",
+       [](double r) -> Mixture {
+         return of(kBeckmann, c::Refraction<double>{{.9, .5, .2}, r, 1.5});
+       },
+       1.5, false, false, 0.3},
       {"translucent",
        [](double) -> Mixture {
          return {placed(c::Translucent<double>{{.9, .5, .2}})};

@@ -146,6 +146,128 @@ INSTANTIATE_TEST_SUITE_P(Parameters, ClosureSlopes,
                          testing::Range(0, static_cast<int>(slopes().size())),
                          [](const auto& info) { return slope_name(slopes()[info.param]); });
 
+/// A mixture of one closure whose normal turns by an angle, x, about an axis, and of a diffuse one.
+std::vector<PlacedClosure<D>> turned(const PlacedClosure<D>& of, const Vec3d& n, const Vec3d& side,
+                                     double x) {
+  std::vector<PlacedClosure<D>> mixture(2);
+  mixture[0] = of;
+  mixture[0].n = n * std::cos(x) + side * std::sin(x);
+  const Vec3d way = side * std::cos(x) - n * std::sin(x);
+  const auto moving = [](double value, double slope) {
+    D d(value);
+    d.d[0] = slope;
+    return d;
+  };
+  mixture[0].turning = Vec3<D>{moving(mixture[0].n.x, way.x), moving(mixture[0].n.y, way.y),
+                               moving(mixture[0].n.z, way.z)};
+  mixture[1] = {c::Diffuse<D>{Color<D>(D(0.4)), D(0)}, Flavour{}, D(0.3), {0, 0, 1}};
+  return mixture;
+}
+
+/// A closure of random values.
+Closure<D> random_closure(ClosureKind kind, std::mt19937_64& engine) {
+  std::uniform_real_distribution<double> u;
+  Closure<D> closure = default_closure<D>(kind);
+  closure_fields(closure, [&](const Parameter& q, auto& member) {
+    const auto draw = [&](D& x) {
+      const double hi = std::min(q.fit_upper, 3.), lo = std::max(q.fit_lower, 0.1);
+      x = D(lo + (0.1 + 0.8 * u(engine)) * (hi - lo));
+    };
+    if constexpr (requires { member.r; }) {
+      for (int k = 0; k < 3; ++k) draw(member[k]);
+    } else {
+      draw(member);
+    }
+  });
+  return closure;
+}
+
+class NormalSlopes : public testing::TestWithParam<int> {
+ protected:
+  ClosureKind kind() const { return static_cast<ClosureKind>(GetParam()); }
+  bool scatters() const {
+    return kind() != ClosureKind::kTransparent && kind() != ClosureKind::kEmission;
+  }
+};
+
+TEST_P(NormalSlopes, AgreeWithFiniteDifferences) {
+  std::mt19937_64 engine(11);
+  std::uniform_real_distribution<double> u;
+  constexpr std::array kDistributions{Flavour::Distribution::kGgx, Flavour::Distribution::kMultiGgx,
+                                      Flavour::Distribution::kBeckmann,
+                                      Flavour::Distribution::kAshikhminShirley};
+  int agreed = 0, kinks = 0, moved = 0;
+  for (int i = 0; i < 600; ++i) {
+    PlacedClosure<D> of{
+        random_closure(kind(), engine), Flavour{}, D(0.2 + 0.7 * u(engine)), {0, 0, 1}};
+    of.flavour.distribution = kDistributions[static_cast<std::size_t>(i % 4)];
+    if (i % 3 == 0) of.tangent = cases::random_direction(engine);
+    const Vec3d n = normalize(Vec3d{0.5 * u(engine) - 0.25, 0.5 * u(engine) - 0.25, 1});
+    const Vec3d side = normalize(cross(n, cases::random_direction(engine)));
+    auto point = cases::flat(cases::direction(0.05 + 0.95 * u(engine)), u(engine) < 0.5);
+    point.after_diffuse = true;
+    const Vec3d wo = cases::random_direction(engine);
+    const auto value = [&](double x) {
+      const auto mixture = turned(of, n, side, x);
+      return SurfaceBsdf<D>(mixture, point).value(wo).g;
+    };
+    const D here = value(0);
+    ASSERT_TRUE(std::isfinite(here.d[0]));
+    moved += here.d[0] != 0;
+    const auto difference = [&](double h) { return (value(h).v - value(-h).v) / (2 * h); };
+    const double coarse = difference(2e-6), fine = difference(1e-6);
+    const double scale = std::abs(here.d[0]) + std::abs(here.v) + 1e-3;
+    if (std::abs(coarse - fine) > 1e-5 * scale) {
+      ++kinks;  // a node of a table, the horizon, or a normal that begins to be bent
+      continue;
+    }
+    EXPECT_NEAR(here.d[0], fine, 1e-4 * scale) << "case " << i;
+    ++agreed;
+  }
+  EXPECT_GT(agreed, 20 * kinks);
+  if (scatters()) {
+    EXPECT_GT(moved, 200);
+  }
+}
+
+/// The mean weight of samples does not move with what their density does: its derivative is that of
+/// the albedo.
+TEST_P(NormalSlopes, SamplesCarryThoseOfTheAlbedo) {
+  if (!scatters()) GTEST_SKIP() << "nothing is drawn";
+  std::mt19937_64 engine(12);
+  // Rougher refraction is off by the image of the micronormals' horizon, which moves with the normal.
+  PlacedClosure<D> of{default_closure<D>(kind()),
+                      Flavour{.evaluate_unphysical_refraction = false},
+                      D(1),
+                      {0, 0, 1}};
+  if (kind() == ClosureKind::kGlass || kind() == ClosureKind::kRefraction)
+    of.closure = kind() == ClosureKind::kGlass
+                     ? Closure<D>(c::Glass<D>{Color<D>(D(.8)), D(.3), D(1.5)})
+                     : Closure<D>(c::Refraction<D>{Color<D>(D(.8)), D(.3), D(1.5)});
+  const Vec3d n = normalize(Vec3d{0.1, 0.2, 1}), side = normalize(cross(n, Vec3d{0, 1, 0}));
+  auto point = cases::flat(kView, false);
+  point.after_diffuse = true;
+  // Weighted by a smooth function of the direction, which no sampling scheme knows.
+  const auto mean = [&](double x) {
+    // Alone: another closure's samples do not see what a lobe sends to the far side of its normal.
+    const std::vector<PlacedClosure<D>> alone{turned(of, n, side, x).front()};
+    const SurfaceBsdf<D> bsdf(alone, point);
+    const int count = 1 << 17;
+    D sum(0);
+    for (int i = 0; i < count; ++i) {
+      const auto turn = [&](double s) { return std::fmod(0.5 + s * (i + 1), 1.); };
+      if (const auto s = bsdf.sample(turn(0.8191725134), turn(0.6710436067), turn(0.5497004779)))
+        sum += s->weight.g * (1 + s->wo.x * s->wo.z);
+    }
+    return sum / static_cast<double>(count);
+  };
+  const double h = 0.02, difference = (mean(h).v - mean(-h).v) / (2 * h);
+  EXPECT_NEAR(mean(0).d[0], difference, 0.01) << difference;
+}
+INSTANTIATE_TEST_SUITE_P(Kinds, NormalSlopes,
+                         testing::Range(0, static_cast<int>(kClosureNames.size())),
+                         [](const auto& info) { return std::string(kClosureNames[info.param]); });
+
 TEST(ClosureSlopesAtZero, BlackColourAndWeightKeepTheirSlopesInSamples) {
   const double step = 0.05;
   const auto mean = [](const std::vector<PlacedClosure<D>>& mixture) {

@@ -98,64 +98,6 @@ Colord value(const Closure<double>& closure, const Vec3d& wi, const Vec3d& wo,
 }
 const Vec3d kView = cases::direction(0.6), kLight = cases::direction(0.7, 2.5);
 
-// Noise-free values of a plane under a sun of no size, rendered by Cycles 4.5.15 in 32 bits.
-TEST(Closures, AreThoseOfCycles) {
-  const Colord col{.9, .5, .2};
-  const auto multi = Flavour::Distribution::kMultiGgx, single = Flavour::Distribution::kGgx;
-  struct Row {
-    Closure<double> closure;
-    Flavour::Distribution distribution;
-    bool backfacing, through;
-    Colord value;
-  };
-  const Row rows[] = {
-      {c::Diffuse<double>{col, .4}, multi, false, false, {0.1685871, 0.08861844, 0.03472263}},
-      {c::Glossy<double>{col, .6}, multi, false, false, {0.1705832, 0.08577862, 0.03200223}},
-      {c::Glossy<double>{col, .6}, single, false, false, {0.1377657, 0.0765365, 0.0306146}},
-      {c::Glass<double>{col, .6, 1.5},
-       multi,
-       false,
-       false,
-       {0.006909681, 0.003756191, 0.001478575}},
-      {c::Glass<double>{col, .6, 1.5}, multi, false, true, {0.7157884, 0.3891118, 0.1531687}},
-      {c::Glass<double>{col, .6, 1.5}, multi, true, false, {0.1761491, 0.08729259, 0.03222443}},
-      {c::Glass<double>{col, .6, 1.5}, multi, true, true, {0.05895756, 0.02921706, 0.0107856}},
-      {c::Glass<double>{col, .6, 1.5},
-       single,
-       false,
-       false,
-       {0.006583634, 0.003657574, 0.00146303}},
-      {c::Glass<double>{col, .6, 1.5}, single, false, true, {0.6820124, 0.3788958, 0.1515583}},
-      {c::Glass<double>{col, .6, 1.5}, single, true, false, {0.1377658, 0.07653656, 0.03061462}},
-      {c::Glass<double>{col, .6, 1.5}, single, true, true, {0.04611057, 0.02561699, 0.01024679}},
-      {c::Refraction<double>{col, .6, 1.5}, single, false, true, {0.7437119, 0.4131733, 0.1652693}},
-      {c::Refraction<double>{col, .6, 1.5},
-       single,
-       true,
-       true,
-       {0.05028204, 0.02793447, 0.01117379}},
-      {c::Translucent<double>{col}, multi, false, true, {0.2291832, 0.127324, 0.05092959}},
-      {c::Metallic<double>{col, {.4, .8, 1}, .6},
-       multi,
-       false,
-       false,
-       {0.1668872, 0.08584642, 0.03244474}},
-      {c::Conductor<double>{{.2, 2.5, 1}, {3.9, 3, .5}, .6},
-       multi,
-       false,
-       false,
-       {0.1826704, 0.09103587, 0.01280726}},
-      {c::Sheen<double>{col, .4}, multi, false, false, {0.004172584, 0.002318102, 0.0009272409}},
-  };
-  for (const Row& row : rows) {
-    SCOPED_TRACE(kClosureNames[row.closure.index()]);
-    const Mixture one{{row.closure, Flavour{.distribution = row.distribution}, 1, {0, 0, 1}}};
-    const SurfaceBsdf<double> bsdf(one, cases::flat(cases::direction(.6), row.backfacing));
-    const Colord f = bsdf.value(row.through ? cases::direction(-.8, 3) : cases::direction(.7, 2.5));
-    for (int k = 0; k < 3; ++k) EXPECT_NEAR(f[k], row.value[k], 1e-5 * row.value.r);
-  }
-}
-
 TEST(Closures, PrincipledAloneIsThePrincipledBsdf) {
   std::mt19937_64 engine(5);
   std::uniform_real_distribution<double> u;

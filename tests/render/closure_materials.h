@@ -35,6 +35,14 @@ class ClosureMaterial {
     varying_.push_back({static_cast<int>(shader_.closures.size()) - 1, op, mode});
     return *this;
   }
+  /// Turns the normal of the last closure towards that of a colour, in the world, by NODE.strength.
+  ClosureMaterial& turn(const std::string& node, double strength, const Color<double>& color) {
+    const Parameter p = closures::color_parameter("", 1, "");
+    const int first = constant(node + ".strength", p, Color<double>(strength), 1);
+    constant(node + ".color", p, color, 3);
+    turning_.push_back({static_cast<int>(shader_.closures.size()) - 1, first});
+    return *this;
+  }
   Material build(const std::string& name) const {
     Shader shader = shader_;
     int next = static_cast<int>(shader.constants.size());
@@ -53,6 +61,9 @@ class ClosureMaterial {
       int& weight = shader.closures[v.closure].weight;
       weight = emit(Op::kMath, static_cast<int>(MathMode::kMultiply), {weight, number, -1});
     }
+    for (const Turning& t : turning_)
+      shader.closures[t.closure].normal =
+          emit(Op::kNormalMap, static_cast<int>(NormalMapMode::kWorld), {t.first, t.first + 1});
     Material m;
     m.name = name;
     m.constants = values_;
@@ -65,6 +76,9 @@ class ClosureMaterial {
     int closure;
     Op op;
     int mode;
+  };
+  struct Turning {
+    int closure, first;  ///< constant: the strength, the colour
   };
   int constant(const std::string& name, const Parameter& p, const Color<double>& value, int width) {
     ShaderConstant to;
@@ -82,6 +96,7 @@ class ClosureMaterial {
   Shader shader_;
   std::vector<Color<double>> values_;
   std::vector<Varying> varying_;
+  std::vector<Turning> turning_;
 };
 
 }  // namespace selenite

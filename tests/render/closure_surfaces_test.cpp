@@ -158,12 +158,14 @@ Material everything() {
   return ClosureMaterial()
       .add("Diffuse", c::Diffuse<double>{{.6, .4, .3}, .4}, .2, flavour)
       .add("Glossy", c::Glossy<double>{{.5, .6, .7}, .4}, .2)
+      .turn("Turn", .4, {.7, .4, .8})
       .add("Glass", c::Glass<double>{{.8, .7, .6}, .4, 1.45}, .2)
       .add("Refraction", c::Refraction<double>{{.7, .8, .6}, .4, 1.3}, .2)
       .add("Translucent", c::Translucent<double>{{.3, .5, .4}}, .2)
       .add("Transparent", c::Transparent<double>{{.6, .7, .8}}, .15)
       .add("Emission", c::Emission<double>{{.3, .2, .4}, .5}, .4)
       .add("Sheen", c::Sheen<double>{{.7, .8, .5}, .45}, .3)
+      .turn("Turn of sheen", .3, {.6, .5, .8})
       .add("Metallic", c::Metallic<double>{{.6, .4, .3}, {.8, .65, .5}, .4}, .2)
       .add("Conductor", c::Conductor<double>{{.6, 1.5, 1}, {3, 2, 1}, .4}, .2)
       .build("Body");
@@ -223,7 +225,9 @@ INSTANTIATE_TEST_SUITE_P(Constants, ClosureGradient,
                          testing::Range(0, static_cast<int>(constants_of_everything().size())),
                          [](const auto& info) {
                            std::string name = constants_of_everything()[info.param];
-                           std::replace(name.begin(), name.end(), '.', '_');
+                           std::replace_if(
+                               name.begin(), name.end(),
+                               [](char x) { return x == '.' || x == ' '; }, '_');
                            return name;
                          });
 

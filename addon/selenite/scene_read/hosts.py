@@ -60,6 +60,11 @@ def displacement_method(material: bpy.types.Material) -> str:
     return str(material.cycles.displacement_method)
 
 
+def bump_map_correction(material: bpy.types.Material) -> bool:
+    """Whether bent normals keep reflections above the surface; Blender 3 always does."""
+    return bool(getattr(material.cycles, "use_bump_map_correction", True))
+
+
 def light_units() -> str:
     """Which convention the numbers of a lamp follow."""
     return "v3" if is_version_3() else "v4"

@@ -24,6 +24,15 @@ TANGENT, SIGN = ".tangent ", ".sign "  # and the name of a UV map
 TABLE_SIZE = 257
 _MOST = 1e6
 
+#: Below this roughness a closure counts as a mirror for the derivatives by its normal.
+LEAST_TURNED_ROUGHNESS = 0.05
+_OF_MICRONORMALS = {"principled", "glossy", "glass", "refraction", "metallic", "conductor"}
+_TURNS_MIRROR = (
+    "it turns the normal of a mirror, by which no derivative is computed: "
+    f"set the roughness to {LEAST_TURNED_ROUGHNESS} or more"
+)
+_TURNS_TANGENT = "it turns a tangent, by which no derivative is computed"
+
 
 @dataclass(frozen=True)
 class Register:
@@ -71,7 +80,8 @@ class Closure:
     inputs: dict[str, Register]
     weight: Register | None = None
     normal: Register | None = None
-    multi_ggx: bool = False
+    tangent: Register | None = None
+    distribution: str = "GGX"
     subsurface: str = "RANDOM_WALK"
 
 
@@ -152,11 +162,36 @@ class Shader:
             for item in self.closures
         )
 
-    def behind_normals(self) -> set[str]:
-        """Names of the constants that a normal of a closure depends on: derivatives by these are
-        not computed."""
+    def fixed_directions(self) -> dict[str, str]:
+        """Names of the constants by which no derivative is computed, with the reason: what a mirror
+        shows moves with its normal, and a tangent has no slopes."""
+        mirrors = [item.normal for item in self.closures if self._mirrors(item)]
+        found = dict.fromkeys(self._behind(mirrors), _TURNS_MIRROR)
+        tangents = [item.tangent for item in self.closures]
+        return found | dict.fromkeys(self._behind(tangents), _TURNS_TANGENT)
+
+    def _mirrors(self, item: Closure) -> bool:
+        """Whether a closure reflects or refracts like a mirror."""
+        if item.kind not in _OF_MICRONORMALS:
+            return False
+        names = ["roughness"]
+        if item.kind == "principled" and self._number(item.inputs["coat_weight"]) != 0:
+            names.append("coat_roughness")
+        found = [self._number(item.inputs[name]) for name in names]
+        return any(value is not None and value < LEAST_TURNED_ROUGHNESS for value in found)
+
+    def _number(self, register: Register) -> float | None:
+        """The first number of a constant or literal; None if it varies."""
+        if register.kind == "code":
+            return None
+        if register.kind == "literal":
+            return self.literals[register.index][0]
+        return self.constants[register.index].value[0]
+
+    def _behind(self, registers: list[Register | None]) -> set[str]:
+        """Names of the constants that registers depend on."""
         found: set[str] = set()
-        left = [item.normal for item in self.closures if item.normal is not None]
+        left = [item for item in registers if item is not None]
         seen = set(left)
         while left:
             register = left.pop()
@@ -204,7 +239,8 @@ class Shader:
                     "inputs": {name: number(at) for name, at in item.inputs.items()},
                     "weight": number(item.weight),
                     "normal": number(item.normal),
-                    "multi_ggx": item.multi_ggx,
+                    "tangent": number(item.tangent),
+                    "distribution": item.distribution,
                     "subsurface": item.subsurface,
                     "flavour": self.flavour,
                     "physical_refraction": physical_refraction,

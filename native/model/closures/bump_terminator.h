@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
-#include "model/ggx.h"
+#include "model/micronormals.h"
 
 namespace selenite {
 

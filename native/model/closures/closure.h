@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -69,13 +70,39 @@ void closure_fields(AnyClosure& closure, Visit&& visit) {
   std::visit([&](auto& c) { std::decay_t<decltype(c)>::fields(c, visit); }, closure);
 }
 
+/// The same closure over another scalar, without its derivatives.
+template <class To, class T>
+Closure<To> values_as(const Closure<T>& closure) {
+  constexpr std::size_t kMostFields = 32;
+  std::array<Color<scalar_t<T>>, kMostFields> values;
+  std::size_t count = 0;
+  closure_fields(closure, [&](const Parameter&, const auto& x) {
+    if constexpr (requires { x.r; })
+      values[count++] = value_of(x);
+    else
+      values[count++] = Color<scalar_t<T>>(value_of(x));
+  });
+  auto result = default_closure<To>(static_cast<ClosureKind>(closure.index()));
+  count = 0;
+  closure_fields(result, [&](const Parameter&, auto& x) {
+    if constexpr (requires { x.r; })
+      x = Color<To>(values[count++]);
+    else
+      x = To(values[count++].r);
+  });
+  return result;
+}
+
 /// One closure of a mixture.
 template <class T>
 struct PlacedClosure {
   Closure<T> closure;
   Flavour flavour;
-  T weight{1};          ///< of its mixture, at least 0
-  Vec3<scalar_t<T>> n;  ///< its shading normal, unit, world frame, on the viewer's side
+  T weight{1};                  ///< of its mixture, at least 0
+  Vec3<scalar_t<T>> n;          ///< its shading normal, unit, world frame, on the viewer's side
+  Vec3<scalar_t<T>> tangent{};  ///< of two widths, world frame, see SurfacePoint
+  /// The normal with its derivatives, if it has any.
+  std::optional<Vec3<T>> turning{};
 };
 
 }  // namespace selenite

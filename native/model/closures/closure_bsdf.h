@@ -27,6 +27,9 @@ class ConductorBsdf {
     if (s.exists) s.weight *= fresnel(s.wo);
     return s;
   }
+  Color<T> value_of_drawn(const Vec3<S>& wo) const {
+    return mirrors_.value_of_drawn(wo) * fresnel(wo);
+  }
   ConductorBsdf seen_by(RayKinds kinds) const { return {mirrors_.seen_by(kinds), fresnel_, wi_}; }
   bool all_singular() const { return mirrors_.all_singular(); }
 
@@ -64,6 +67,12 @@ class TranslucentBsdf {
     s.density = max(-dot(n_, wo), S(0)) * kInvPi<S>;
     s.exists = s.density > 0 && dot(ng_, wo) < 0;
     return s;
+  }
+  Color<T> value_of_drawn(const Vec3<S>& wo) const {
+    Color<T> f;
+    S unused;
+    value_and_density(wo, f, unused);
+    return f;
   }
   TranslucentBsdf seen_by(RayKinds kinds) const {
     TranslucentBsdf left = *this;

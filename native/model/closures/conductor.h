@@ -6,12 +6,13 @@
 
 namespace selenite::closures {
 
-/// GGX reflection by metal of a complex index of refraction.
+/// Reflection by micronormals by metal of a complex index of refraction.
 template <class T>
 struct Conductor {
   Color<T> ior{T(2.5)};         // the node starts at 2.757, 2.513, 2.231
   Color<T> extinction{T(3.4)};  // the node starts at 3.867, 3.404, 3.009
   T roughness{0.5};
+  T anisotropy{0};
 
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
@@ -30,7 +31,8 @@ struct Conductor {
     visit(index("ior", "IOR", 2.5, "Real part of the index of refraction"), m.ior);
     visit(index("extinction", "Extinction", 3.4, "Imaginary part of the index of refraction"),
           m.extinction);
-    visit(roughness_parameter(0.5, "Square root of the GGX width"), m.roughness);
+    visit(roughness_parameter(0.5, "Square root of the micronormals' width"), m.roughness);
+    visit(anisotropy_parameter(0), m.anisotropy);
   }
 };
 

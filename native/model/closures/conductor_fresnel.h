@@ -23,13 +23,13 @@ struct ConductorFresnel {
   }
   /// Mean over the hemisphere of the Schlick curve through the values at cosine 1 and 1/7.
   Color<T> mean() const {
-    constexpr S kEdge = S(1) / 7, kQ = S(6) / 7, kQ5 = kQ * kQ * kQ * kQ * kQ;
+    const S edge_cosine = S(1) / 7, q = S(6) / 7, q5 = q * q * q * q * q;
     Color<T> f;
     for (int i = 0; i < 3; ++i)
-      f[i] = narrow(n[i], k[i], [](const auto& x, const auto& y) {
+      f[i] = narrow(n[i], k[i], [&](const auto& x, const auto& y) {
         using X = std::decay_t<decltype(x)>;
-        const X f0 = channel(x, y, S(1)), edge = channel(x, y, kEdge);
-        const X bump = (f0 + (X(1) - f0) * kQ5 - edge) * (S(7) / (kQ5 * kQ));
+        const X f0 = channel(x, y, S(1)), edge = channel(x, y, edge_cosine);
+        const X bump = (f0 + (X(1) - f0) * q5 - edge) * (S(7) / (q5 * q));
         return clamp01(X(f0 + (X(1) - f0) * (S(1) / 21) - bump * (S(1) / 126)));
       });
     return f;

@@ -6,7 +6,7 @@
 
 namespace selenite::closures {
 
-/// GGX reflection and refraction at a dielectric interface; the colour multiplies both.
+/// Reflection and refraction by micronormals at a dielectric interface; the colour multiplies both.
 template <class T>
 struct Glass {
   Color<T> color{T(1)};
@@ -17,7 +17,7 @@ struct Glass {
   static constexpr void fields(Self& m, Visit&& visit) {
     visit(color_parameter("Color", 1, "Colour of what is reflected and of what is refracted"),
           m.color);
-    visit(roughness_parameter(0, "Square root of the GGX width"), m.roughness);
+    visit(roughness_parameter(0, "Square root of the micronormals' width"), m.roughness);
     visit(ior_parameter(1.5, "Index of refraction of the inside over the outside"), m.ior);
   }
 };

@@ -6,12 +6,13 @@
 
 namespace selenite::closures {
 
-/// GGX reflection by metal of a colour at normal incidence and one near the edge.
+/// Reflection by micronormals by metal of a colour at normal incidence and one near the edge.
 template <class T>
 struct Metallic {
   Color<T> base_color{T(0.6)};  // the node starts at 0.617, 0.577, 0.540
   Color<T> edge_tint{T(0.7)};   // the node starts at 0.695, 0.726, 0.770
   T roughness{0.5};
+  T anisotropy{0};
 
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
@@ -21,7 +22,8 @@ struct Metallic {
     p = color_parameter("Edge Tint", 0.7, "Factor of the reflectance at 82 degrees");
     p.name = "edge_tint";
     visit(p, m.edge_tint);
-    visit(roughness_parameter(0.5, "Square root of the GGX width"), m.roughness);
+    visit(roughness_parameter(0.5, "Square root of the micronormals' width"), m.roughness);
+    visit(anisotropy_parameter(0), m.anisotropy);
   }
 };
 

@@ -6,7 +6,7 @@
 
 namespace selenite::closures {
 
-/// GGX refraction without Fresnel term: only total reflection lets nothing through.
+/// Refraction by micronormals without Fresnel term: only total reflection lets nothing through.
 template <class T>
 struct Refraction {
   Color<T> color{T(1)};
@@ -16,7 +16,7 @@ struct Refraction {
   template <class Self, class Visit>
   static constexpr void fields(Self& m, Visit&& visit) {
     visit(color_parameter("Color", 1, "Colour of what is refracted"), m.color);
-    visit(roughness_parameter(0, "Square root of the GGX width"), m.roughness);
+    visit(roughness_parameter(0, "Square root of the micronormals' width"), m.roughness);
     visit(ior_parameter(1.5, "Index of refraction of the inside over the outside"), m.ior);
   }
 };

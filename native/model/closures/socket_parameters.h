@@ -49,4 +49,19 @@ constexpr Parameter ior_parameter(double initial, std::string_view help) {
           .help = help};
 }
 
+/// Of a reflection of two widths.
+constexpr Parameter anisotropy_parameter(double lower) {
+  return {.name = "anisotropy",
+          .sockets = "Anisotropy",
+          .unit = "1",
+          .lower = lower,
+          .upper = 1,
+          .fit_lower = 0.9 * lower,
+          .fit_upper = 0.9,
+          .initial = 0,
+          .help =
+              "How much longer highlights are along the tangent than across, or the other way "
+              "round below 0"};
+}
+
 }  // namespace selenite::closures

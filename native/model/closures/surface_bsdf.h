@@ -8,6 +8,7 @@
 
 #include "model/closures/bump_terminator.h"
 #include "model/closures/closure_bsdf.h"
+#include "model/closures/tilted_closure.h"
 #include "model/subsurface.h"
 
 namespace selenite {
@@ -52,9 +53,12 @@ class SurfaceBsdf {
   }
   SurfaceBsdf seen_by(RayKinds kinds) const {
     SurfaceBsdf left = *this;
-    for (int i = 0; i < count_; ++i)
+    for (int i = 0; i < count_; ++i) {
       left.parts_[i]->bsdf = std::visit(
           [&](const auto& b) -> ClosureBsdf<T> { return b.seen_by(kinds); }, parts_[i]->bsdf);
+      if constexpr (kTurns)
+        if (auto& turning = left.parts_[i]->turning) turning->closure.keep(kinds);
+    }
     return left;
   }
 
@@ -75,6 +79,10 @@ class SurfaceBsdf {
     if (!s.exists) return std::nullopt;
     if (s.enters) {
       s.weight = s.weight / part.pick;
+      if constexpr (kTurns)
+        if (part.turning)
+          s.weight =
+              s.weight * (T(1) + part.turning->slopes(part.turning->closure.entry_change(s.wo)));
       return s;
     }
     if (s.singular) {
@@ -87,6 +95,9 @@ class SurfaceBsdf {
     // Cycles leaves the transmission that it has drawn as it is.
     if (const auto* lobes = std::get_if<PrincipledBsdf<T>>(&part.bsdf); lobes && part.bumped)
       f += lost_at_terminator(*lobes, part.n, s.wo);
+    if constexpr (kTurns)
+      if (part.turning)
+        f += part.turning->slopes(part.turning->closure.value_of_drawn(s.wo, s.diffuse));
     add_all_but(chosen, s.wo, f, p);
     s.weight = f / p;
     s.density = p;
@@ -129,14 +140,35 @@ class SurfaceBsdf {
   }
 
  private:
+  /// A normal has derivatives only where numbers have.
+  static constexpr bool kTurns = !std::is_same_v<T, S>;
+  struct Turning {
+    TiltedClosure<S> closure;
+    std::array<T, 2> angles;  ///< by which the normal tilts: 0, with their derivatives
+
+    T slopes(const Tilted<S>& x) const requires(kTurns) {
+      return chain(angles[0], S(0), x.slope(0)) + chain(angles[1], S(0), x.slope(1));
+    }
+    Color<T> slopes(const Color<Tilted<S>>& c) const requires(kTurns) {
+      return {slopes(c.r), slopes(c.g), slopes(c.b)};
+    }
+  };
+  struct Still {};
   struct Part {
+    /// In place: a bsdf is large.
+    template <class Bsdf, class... Arguments>
+    Part(std::in_place_type_t<Bsdf> kind, const PlacedClosure<T>& from,
+         const Arguments&... arguments)
+        : bsdf(kind, arguments...), from(&from), n(from.n) {}
+
     ClosureBsdf<T> bsdf;
     const PlacedClosure<T>* from;
-    S estimate;   ///< of what it scatters
-    bool slope;   ///< carries a derivative
-    bool bumped;  ///< its normal is not that of the surface
+    S estimate = 0;       ///< of what it scatters
+    bool slope = false;   ///< carries a derivative
+    bool bumped = false;  ///< its normal is not that of the surface
     S pick = 0;
-    Vec3<S> n{};
+    Vec3<S> n;
+    std::conditional_t<kTurns, std::optional<Turning>, Still> turning{};
   };
   static constexpr S kSlopeShare =
       S(0.1);  ///< least share of the samples, of all, with a derivative
@@ -144,32 +176,37 @@ class SurfaceBsdf {
 
   template <class OneClosure>
   void add(const OneClosure& m, const PlacedClosure<T>& placed, const SurfacePoint<S>& at) {
-    SurfacePoint<S> point = at;
-    point.n = placed.n;
-    PrincipledBsdf<T> lobes(
-        [&](S cos_i) { return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i); },
-        placed.flavour, point);
-    const Layers<T>& layers = lobes.layers();
+    const SurfacePoint<S> point = of_closure(at, placed);
+    const auto layers_of = [&](S cos_i) {
+      return ClosureLayers<T>(m, placed.weight, placed.flavour, point, cos_i);
+    };
+    if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>) {
+      const PrincipledBsdf<T> lobes(layers_of, placed.flavour, point);
+      Part& part = parts_[count_].emplace(std::in_place_type<ConductorBsdf<T>>, placed, lobes,
+                                          ClosureLayers<T>::conductor_fresnel(m), at.wi);
+      judge(part, lobes.layers(), at);
+    } else {
+      Part& part = parts_[count_].emplace(std::in_place_type<PrincipledBsdf<T>>, placed, layers_of,
+                                          placed.flavour, point);
+      part.bumped = is_bumped(placed);
+      judge(part, std::get<PrincipledBsdf<T>>(part.bsdf).layers(), at);
+    }
+  }
+  void judge(Part& part, const Layers<T>& layers, const SurfacePoint<S>& at) {
     emission_ += layers.emission;
     transparency_ += layers.transparency;
-    const S estimate = layers.scattered();
-    const bool slope = layers.carries_slope();
-    if (!(estimate > 0) && !slope) return;
-    if constexpr (std::is_same_v<OneClosure, closures::Conductor<T>>)
-      keep({ConductorBsdf<T>(lobes, ClosureLayers<T>::conductor_fresnel(m), at.wi), &placed,
-            estimate, slope, false});
-    else
-      keep({lobes, &placed, estimate, slope, is_bumped(placed)});
+    keep(part, layers.scattered(), layers.carries_slope(), at);
   }
   void add(const closures::Translucent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>& at) {
-    SurfacePoint<S> point = at;
-    point.n = placed.n;
+    const SurfacePoint<S> point = of_closure(at, placed);
     const Color<T> color = map(m.color, [](const T& c) { return max(c, T(0)); }) * placed.weight;
     const S estimate = mean_channel(value_of(color));
     if (!(estimate >= kLeastWeight) && !has_slope(color)) return;
-    keep(
-        {TranslucentBsdf<T>(color, point), &placed, estimate, has_slope(color), is_bumped(placed)});
+    Part& part =
+        parts_[count_].emplace(std::in_place_type<TranslucentBsdf<T>>, placed, color, point);
+    part.bumped = is_bumped(placed);
+    keep(part, estimate, has_slope(color), at);
   }
   void add(const closures::Transparent<T>& m, const PlacedClosure<T>& placed,
            const SurfacePoint<S>&) {
@@ -184,10 +221,33 @@ class SurfaceBsdf {
     const Vec3<S> apart = placed.n - smooth_;
     return dot(apart, apart) > 0;
   }
-  void keep(Part part) {
-    if (count_ == kMostClosures) return;  // as Cycles leaves out what is too much
-    part.n = part.from->n;
-    parts_[count_++].emplace(part);
+  static SurfacePoint<S> of_closure(const SurfacePoint<S>& at, const PlacedClosure<T>& placed) {
+    SurfacePoint<S> point = at;
+    point.n = placed.n;
+    point.tangent = placed.tangent;
+    return point;
+  }
+  void keep(Part& part, S estimate, bool slope, const SurfacePoint<S>& at) {
+    part.estimate = estimate;
+    part.slope = slope || (part.from->turning && estimate > 0);
+    const bool full = count_ == kMostClosures;  // Cycles leaves out what is too much, too
+    if (full || (!(estimate > 0) && !part.slope)) return parts_[count_].reset();
+    ++count_;
+    if constexpr (kTurns)
+      if (part.from->turning) turn(part, *part.from, at);
+  }
+  void turn(Part& part, const PlacedClosure<T>& placed,
+            const SurfacePoint<S>& at) requires(kTurns) {
+    const auto frame = Frame<S>::from_normal(placed.n);
+    SurfacePoint<S> point = at;
+    point.tangent = placed.tangent;
+    const auto angle = [&](const Vec3<S>& axis) {
+      return with_value(T(dot(axis, *placed.turning)), S(0));
+    };
+    part.turning.emplace(
+        Turning{TiltedClosure<S>(values_as<Tilted<S>>(placed.closure), placed.flavour,
+                                 value_of(placed.weight), point, placed.n),
+                {angle(frame.s), angle(frame.t)}});
   }
   void choose() {
     scattered_ = 0;
@@ -206,6 +266,8 @@ class SurfaceBsdf {
   /// What of its diffuse lobes the bumped normal n has too much; see bump_terminator.
   template <class Bsdf>
   Color<T> lost_at_terminator(const Bsdf& bsdf, const Vec3<S>& n, const Vec3<S>& wo) const {
+    if constexpr (requires { bsdf.layers(); })
+      if (!bsdf.layers().has(kDiffuse) && !bsdf.layers().has_top_lobe()) return {};
     Color<T> diffuse;
     S unused;
     bsdf.seen_by(kDiffuseRay).value_and_density(wo, diffuse, unused);
@@ -225,12 +287,14 @@ class SurfaceBsdf {
             if (part.bumped) f += lost_at_terminator(b, part.n, wo);
           },
           part.bsdf);
+      if constexpr (kTurns)
+        if (part.turning) f += part.turning->slopes(part.turning->closure.value(wo));
     }
   }
 
   Vec3<S> ng_, smooth_;
   int count_ = 0;
-  std::array<std::optional<Part>, kMostClosures> parts_;
+  std::array<std::optional<Part>, kMostClosures + 1> parts_;  ///< the last one is never kept
   Color<T> emission_{}, transparency_{};
   S scattered_ = 0;
 };

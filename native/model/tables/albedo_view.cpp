@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "model/fresnel.h"
-#include "model/ggx.h"
+#include "model/micronormals.h"
 #include "model/tables/gauss_legendre.h"
 
 namespace selenite {

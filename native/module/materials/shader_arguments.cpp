@@ -152,9 +152,15 @@ class ShaderReader {
     }
     closure.weight = value_or(row, "weight", -1);
     closure.normal = value_or(row, "normal", -1);
-    closure.flavour =
-        make_flavour(value_or(row, "multi_ggx", false), value_or(row, "flavour", std::string("v2")),
-                     value_or(row, "subsurface", std::string("RANDOM_WALK")));
+    closure.tangent = value_or(row, "tangent", -1);
+    closure.flavour = make_flavour(false, value_or(row, "flavour", std::string("v2")),
+                                   value_or(row, "subsurface", std::string("RANDOM_WALK")));
+    closure.flavour.distribution = one_of<Flavour::Distribution>(
+        "distribution", value_or(row, "distribution", std::string("GGX")),
+        {{"GGX", Flavour::Distribution::kGgx},
+         {"MULTI_GGX", Flavour::Distribution::kMultiGgx},
+         {"BECKMANN", Flavour::Distribution::kBeckmann},
+         {"ASHIKHMIN_SHIRLEY", Flavour::Distribution::kAshikhminShirley}});
     closure.flavour.evaluate_unphysical_refraction = !value_or(row, "physical_refraction", false);
     shader_.closures.push_back(std::move(closure));
   }

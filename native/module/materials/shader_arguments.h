@@ -14,8 +14,8 @@ namespace selenite {
 /// literals: [(r, g, b)]; names: [str], of attributes; textures: [index of add_texture]
 /// tables: [{values: (257, 3), low, high}]
 /// code: [{op, in: [register], mode: name or number, flags: [name], item, shift, width}]
-/// closures: [{kind, inputs: {parameter: register}, weight, normal, multi_ggx, flavour, subsurface,
-///             physical_refraction}]
+/// closures: [{kind, inputs: {parameter: register}, weight, normal, tangent, distribution, flavour,
+///             subsurface, physical_refraction}]
 ///
 /// KeyError: a name that is none of the known ones. ValueError: a number that does not fit.
 void set_shader(Material& material, const std::vector<std::shared_ptr<const Texture>>& textures,

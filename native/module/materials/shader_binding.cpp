@@ -100,9 +100,9 @@ py::list shader_values(const Scene& scene, const std::string& material, const st
     for (std::size_t i = 0; i < parameters.size(); ++i)
       inputs[py::str(std::string(parameters[i].name))] = picture(closure.inputs[i]);
     const auto kind = std::string(kClosureNames[static_cast<std::size_t>(closure.kind)]);
-    closures.append(py::dict("kind"_a = kind, "inputs"_a = inputs,
-                             "weight"_a = picture(closure.weight),
-                             "normal"_a = picture(closure.normal)));
+    closures.append(
+        py::dict("kind"_a = kind, "inputs"_a = inputs, "weight"_a = picture(closure.weight),
+                 "normal"_a = picture(closure.normal), "tangent"_a = picture(closure.tangent)));
   }
   return closures;
 }
@@ -114,7 +114,8 @@ void bind_shaders(py::class_<Scene>& scene) {
       .def("shader_values", &shader_values, "material"_a, "camera"_a, "width"_a, "height"_a,
            "by"_a = "", "places"_a = py::none(),
            "What a material's shader gives each of its closures at the centres of pixels: "
-           "[{kind, inputs: {name: (h,w,3)}, weight, normal}], NaN where another material is seen. "
+           "[{kind, inputs: {name: (h,w,3)}, weight, normal, tangent}], NaN where another material "
+           "is seen. "
            "`by`: a constant by which all is differentiated instead. `places` (h,w,2): other "
            "places, in pixels from the top left.")
       .def(

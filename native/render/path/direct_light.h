@@ -75,7 +75,7 @@ class DirectLight {
       links.shading |= 1;
       Throughput<L> through = beta.branch();
       MediaStack<L> beyond = media;
-      if (visible(path.ray.origin, path.ray.direction, hit->distance, links, random, beyond,
+      if (visible(path, path.ray.origin, path.ray.direction, hit->distance, links, random, beyond,
                   through))
         radiance.add(through, p_.emitted.lamp(i, hit->factor), lamp_weight(path, i, *hit));
     }
@@ -124,7 +124,7 @@ class DirectLight {
         henyey_greenstein(medium.values.anisotropy, dot(ray.direction, s->direction));
     MediaStack<L> beyond = media;
     if (lamp.casts_shadows &&
-        !visible(position, s->direction, s->distance, lamp.links, random, beyond, through))
+        !visible(path, position, s->direction, s->distance, lamp.links, random, beyond, through))
       return;
     const float light = s->density * choice.probability;
     const float weight =
@@ -199,8 +199,11 @@ class DirectLight {
         density = p_.lights.mesh_density(target, d, false);
         heuristic = p_.lights.mesh_density(target, d, as_cycles(scatterer.refracts(direction)));
         if (source.shader) {
-          ShadingPoint there = shading_point(on, target, direction, 0);
-          there.path.depth = path.scatterings + 1;
+          PathFacts facts = path.facts;
+          facts.kinds = 0;
+          facts.singular = false;
+          facts.depth = path.scatterings + 1;
+          const ShadingPoint there = shading_point(on, target, direction, facts);
           emitted = source.factor(source.shader->emission(there, room_));
           break;
         }
@@ -223,8 +226,8 @@ class DirectLight {
     scatterer.evaluate(direction, visible_to, value, bsdf_density);
     if (max_channel(value_of(value)) == 0 && !has_slope(value)) return;
     Throughput<L> through = beta.branch();
-    if (casts_shadows &&
-        !visible(scatterer.origin(direction), direction, distance, links, random, beyond, through))
+    if (casts_shadows && !visible(path, scatterer.origin(direction), direction, distance, links,
+                                  random, beyond, through))
       return;
     float weight = alone ? 1 : power_heuristic(heuristic, bsdf_density);
     if (choice.source == Source::kLamp)
@@ -241,8 +244,9 @@ class DirectLight {
   }
 
   /// Unoccluded part of the way to a light: the throughput after all transparent surfaces and media.
-  bool visible(const Vec3f& origin, const Vec3f& direction, float distance, const LinkedSets& links,
-               const Random& random, MediaStack<L>& media, Throughput<L>& beta) const {
+  bool visible(const Path& path, const Vec3f& origin, const Vec3f& direction, float distance,
+               const LinkedSets& links, const Random& random, MediaStack<L>& media,
+               Throughput<L>& beta) const {
     Ray ray{origin, direction, 0, distance};
     if (p_.visibility.hidden_media) media.hide_from_shadow_rays();
     const bool linked = links.shading != LinkedSets::kAll;
@@ -251,6 +255,10 @@ class DirectLight {
       media.attenuate(ray, distance, random, kShadow, beta);
       return beta.importance() > 0;
     }
+    PathFacts facts = path.facts;
+    facts.kinds = kShadowRay;
+    facts.singular = false;
+    facts.depth = path.scatterings + 1;
     for (std::uint32_t i = 0; i < kHardLimit; ++i) {
       const auto hit = p_.geometry.intersect(ray, kShadowRay);
       if (!hit) {
@@ -265,7 +273,9 @@ class DirectLight {
       media.attenuate(ray, hit->t, random, kShadow + i, beta);
       if (!unlinked) {
         media.cross(*hit, s, direction);
-        beta.multiply(material.factor(transparency(material, *hit, s, direction)));
+        facts.length = dot(s.position - origin, direction);
+        beta.multiply(material.factor(transparency(material, *hit, s, direction, facts)));
+        ++facts.transparent_depth;
       }
       if (!(beta.importance() > 0)) return false;
       const Vec3f next = s.leave(direction);
@@ -298,21 +308,21 @@ class DirectLight {
   }
   /// A point of a surface that light leaves or passes, as its shader sees it.
   ShadingPoint shading_point(const Hit& hit, const Surface& surface, const Vec3f& direction,
-                             RayKinds kinds) const {
+                             const PathFacts& facts) const {
     ShadingPoint point;
     point.geometry = &p_.geometry;
     point.hit = hit;
     point.surface = surface;
     point.wi = -direction;
-    point.path.kinds = kinds;
+    point.path = facts;
     point.camera = &camera_;
     return point;
   }
   Color<Scalar> transparency(const PreparedMaterial<L>& material, const Hit& hit,
-                             const Surface& surface, const Vec3f& direction) const {
+                             const Surface& surface, const Vec3f& direction,
+                             const PathFacts& facts) const {
     if (material.shader)
-      return material.shader->transparency(shading_point(hit, surface, direction, kShadowRay),
-                                           room_);
+      return material.shader->transparency(shading_point(hit, surface, direction, facts), room_);
     typename PreparedMaterial<L>::Room room;
     return PrincipledBsdf<Scalar>(material.at(p_.geometry, hit, room), material.flavour,
                                   point(surface, -direction))

@@ -42,6 +42,7 @@ struct Path {
   Left left;
   PathFacts facts;   ///< what shaders ask of its way; `length` and `depth` are filled in at a hit
   float length = 0;  ///< of all rays before this one
+  float near = 0;    ///< how far before the near clip plane the ray starts; not part of Ray Length
   /// Radius of a pixel on a surface: where the path starts, and by how much it grows with the length.
   float pixel = 0, pixel_growth = 0;
   bool on_film = true;  ///< what is met belongs to the film: straight from the camera, or see World

@@ -34,6 +34,7 @@ class PathTracer {
     Path path;
     path.ray = ray;
     path.from = ray.origin;
+    path.near = ray.t_min;
     if (p_.any_bump) measure_pixel(path);
     MediaStack<L> media(p_);
     if (p_.any_medium) media.locate(path.ray.origin);
@@ -97,7 +98,7 @@ class PathTracer {
           path.facts.singular = false;
           path.length += path.travelled + flight.length;
           path.refracted = path.on_film = false;
-          path.travelled = 0;
+          path.travelled = path.near = 0;
           path.ray = {path.from, deflect(path.ray.direction, cosine, random.uniform(kLobe2)), 0,
                       kInfinity};
           continue;
@@ -236,7 +237,7 @@ class PathTracer {
     path.receiver = hit.instance;
     path.on_film = path.on_film && sample->transmits && is_film_glass(values, bsdf, *drawn);
     path.from = surface.position;
-    path.travelled = 0;
+    path.travelled = path.near = 0;
     path.sealed = material.sealed && dot(sample->wo, surface.ng) < 0;
     media.leave(surface, sample->wo);
     path.ray = {surface.leave(sample->wo), sample->wo, 0, kInfinity};
@@ -284,9 +285,10 @@ class PathTracer {
     point.wi = -path.ray.direction;
     point.camera = &place_;
     point.path = path.facts;
-    point.path.length = path.travelled + hit.t;
+    const float travelled = path.travelled + hit.t;
+    point.path.length = travelled - path.near;
     point.path.depth = path.scatterings;
-    point.footprint = path.pixel + path.pixel_growth * (path.length + point.path.length);
+    point.footprint = path.pixel + path.pixel_growth * (path.length + travelled);
     return point;
   }
   /// How large the pixel is that a camera ray belongs to.

@@ -206,8 +206,9 @@ class RefractedLight {
     at.media.attenuate({at.place, direction, 0, hit.t}, hit.t, at.random, kAlongGrids, through);
     MediaStack<L> outside = at.media;
     boundary.cross(outside, beyond);
-    if (light.casts_shadows && !direct_.visible(boundary.origin(beyond), beyond, lamp->distance,
-                                                light.links, at.random, outside, through))
+    if (light.casts_shadows &&
+        !direct_.visible(at.path, boundary.origin(beyond), beyond, lamp->distance, light.links,
+                         at.random, outside, through))
       return;
     const float share = power_heuristic(by_aim, odds->by_path);
     noting(radiance, [&](Rarity& rarity) {

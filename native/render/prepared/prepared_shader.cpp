@@ -121,10 +121,21 @@ std::span<const PlacedClosure<T>> PreparedShader<T>::closures(const ShadingPoint
     to.flavour = from.flavour;
     to.weight = weight;
     to.n = smooth;
+    to.tangent = {};
+    to.turning.reset();
     if (from.normal >= 0) {
       const Colorf n = value_of(registers[from.normal]);
       const float size = std::sqrt(n.r * n.r + n.g * n.g + n.b * n.b);
       if (size > 0) to.n = Vec3f{n.r, n.g, n.b} / size;
+      if constexpr (!std::is_same_v<T, float>) {
+        // Its length changes nothing of what is across it.
+        if (const Color<T>& c = registers[from.normal]; size > 0 && has_slope(c))
+          to.turning = Vec3<T>{c.r, c.g, c.b} / size;
+      }
+    }
+    if (from.tangent >= 0) {
+      const Colorf t = value_of(registers[from.tangent]);
+      to.tangent = {t.r, t.g, t.b};
     }
     closure_fields(to.closure, Read<T>{registers, from.inputs});
   }

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "model/ggx.h"
+#include "model/micronormals.h"
 #include "model/layers.h"
 #include "model/refraction.h"
 

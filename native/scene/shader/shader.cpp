@@ -119,6 +119,7 @@ class Finisher {
       }
       require_register(closure.weight, end);
       require_register(closure.normal, end);
+      require_register(closure.tangent, end);
     }
   }
 
@@ -152,6 +153,7 @@ class Finisher {
       for (int& index : closure.inputs) renumber(index);
       renumber(closure.weight);
       renumber(closure.normal);
+      renumber(closure.tangent);
     }
     shader_.fixed = static_cast<int>(std::count(varies.begin(), varies.end(), 0));
   }
@@ -168,6 +170,7 @@ class Finisher {
         mark(closure.inputs[i], !parameters[i].diagonal);
       mark(closure.weight, true);
       mark(closure.normal, true);
+      mark(closure.tangent, true);
     }
     for (int i = static_cast<int>(shader_.instructions.size()); i-- > 0;) {
       const Instruction& code = shader_.instructions[i];

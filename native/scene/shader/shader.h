@@ -49,6 +49,7 @@ struct ShaderClosure {
   std::vector<int> inputs;  ///< one for each of the closure's `fields`, in their order
   int weight = -1;          ///< its share of the mixture, a number; -1: 1
   int normal = -1;          ///< -1: the interpolated normal
+  int tangent = -1;         ///< of two widths; -1: none
 };
 
 /// A node tree as a program: what a surface is made of at a hit. Immutable and shared.

@@ -151,6 +151,11 @@ def graph_of(material: bpy.types.Material, room: TextureRoom) -> Tree:
     tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
     read_displacement(tree, nodes.source_of(output.inputs["Displacement"]), material)
     compile_surface(tree, nodes.source_of(output.inputs["Surface"]))
+    bent = any(item.normal is not None for item in tree.shader.closures)
+    if bent and not hosts.bump_map_correction(material):
+        cause = "its Bump Map Correction is off, which leaves bent normals as they are"
+        cure = "switch on Settings > Surface > Bump Map Correction of the material"
+        tree.problems.append(Problem(tree.title, cause, cure))
     return tree
 
 
@@ -179,13 +184,12 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     for parameter in parameters.of("material"):
         if parameter.name not in volumes.PARAMETERS:
             owner.fixed[parameter.name] = "the surface is a graph of nodes: name one of its inputs"
-    turning = tree.shader.behind_normals()
+    fixed = tree.shader.fixed_directions()
     for item in tree.shader.constants:
         owner.parameters[item.parameter.name] = item.parameter
         owner.values[item.parameter.name] = item.value
         reason = nodes.why_not_writable(tree.sources[item.parameter.name], material)
-        if item.parameter.name in turning:
-            reason = reason or "it turns a normal, by which no derivative is computed"
+        reason = reason or fixed.get(item.parameter.name, "")
         if reason:
             owner.fixed[item.parameter.name] = reason
     _read_volume(material, title, read)

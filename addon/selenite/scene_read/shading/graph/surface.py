@@ -15,6 +15,7 @@ from ...shaders import Closure, Register
 from .. import nodes
 from ..nodes import Groups, Source
 from . import arithmetic, colors, images, inputs, normals, textures, vectors  # noqa: F401 - makers
+from .tangents import tangent_of
 from .tree import Tree
 
 Node = bpy.types.Node
@@ -37,7 +38,9 @@ _KINDS = {
 #: More closures at one point are refused; see native/model/closures/closure.h.
 MOST_CLOSURES = 16
 #: Inputs that act only if they are not 0, and are not modelled.
-_WITHOUT = ("Anisotropy", "Anisotropic", "Thin Film Thickness")
+_WITHOUT = ("Thin Film Thickness",)
+#: Distributions of micronormals that are rendered; SHARP is Blender 3's.
+_DISTRIBUTIONS = {"GGX", "MULTI_GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY", "SHARP"}
 _CURE = "use a Principled BSDF, or another shader that is read"
 
 
@@ -140,12 +143,20 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     distribution = getattr(node, "distribution", "GGX")
     if distribution == "SHARP":  # Blender 3
         registers["roughness"] = tree.shader.literal(0)
+        distribution = "GGX"
+    tangent = None
+    if "anisotropy" in registers and node.bl_idname != "ShaderNodeSubsurfaceScattering":
+        if tree.number_of(node, "Anisotropy", groups) == 0:
+            registers["anisotropy"] = tree.shader.literal(0)  # two widths that stay one
+        else:
+            tangent = tangent_of(tree, node, groups)
     return Closure(
         kind,
         registers,
         item.weight,
         tree.normal(node, groups),
-        multi_ggx=distribution == "MULTI_GGX",
+        tangent,
+        distribution=distribution,
         subsurface=_subsurface(node),
     )
 
@@ -164,7 +175,7 @@ def _judge(tree: Tree, node: Node, groups: Groups) -> None:
     if node.bl_idname == "ShaderNodeBsdfSheen":
         if distribution != "MICROFIBER":
             tree.refuse(node, f"{{}} has the distribution {distribution}", "set it to Microfiber")
-    elif distribution not in {"GGX", "MULTI_GGX", "SHARP"}:
+    elif distribution not in _DISTRIBUTIONS:
         tree.refuse(node, f"{{}} has the distribution {distribution}", "set it to GGX")
     if node.bl_idname == "ShaderNodeSubsurfaceScattering" and node.falloff == "BURLEY":
         tree.refuse(node, "{} has the method Christensen-Burley", "set it to Random Walk")
