@@ -20,7 +20,8 @@ def shares(ramp: bpy.types.ColorRamp, places: np.ndarray) -> np.ndarray | None:
     stops = ramp.elements
     if ramp.color_mode != "RGB" or len(stops) > MOST_STOPS:
         return None
-    # A stop at either end, of the colour beside it.
+    places = places.astype(np.float32).astype(np.float64)  # as Blender compares them
+    # A stop at either end, of the colour next to it.
     ends = np.array([0.0, *(item.position for item in stops), 1.0])
     last = len(stops) - 1
     owners = np.array([0, *range(last + 1), last])
