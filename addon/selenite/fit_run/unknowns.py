@@ -137,7 +137,7 @@ def find_parameter(
         return None
     parameter = owner.find(name)
     if parameter is None:
-        names = [item.name for item in owner.rows()]
+        names = [item.name for item in owner.listed()]
         names += [kind.parameter for kind in KINDS.values() if fields and kind.of == owner.kind]
         cause = f"a {owner.kind} has no parameter '{name}'"
         problems.append(Problem(title, cause, choice(name, names)))

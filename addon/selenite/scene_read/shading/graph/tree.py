@@ -20,6 +20,8 @@ from ..textures import TextureRoom
 Maker = Callable[["Tree", bpy.types.Node, bpy.types.NodeSocket, Groups], Register]
 #: Node type -> its maker; each family of nodes adds its own.
 MAKERS: dict[str, Maker] = {}
+#: What parts names on the command line.
+_PARTED = str.maketrans(":,=", "___")
 
 
 def maker(*names: str) -> Callable[[Maker], Maker]:
@@ -262,9 +264,9 @@ class Tree:
         node = socket.node
         within = "".join(f"{group.name}/" for group in source.groups)
         if source.stop >= 0:
-            return f"{within}{node.name}.color[{source.stop}]".replace(":", "_")
+            return f"{within}{node.name}.color[{source.stop}]".translate(_PARTED)
         alike = [item for item in node.inputs if item.name == socket.name and item.enabled]
-        text = f"{within}{node.name}.{socket.name}".replace(":", "_")
+        text = f"{within}{node.name}.{socket.name}".translate(_PARTED)
         if not socket.is_output and len(alike) > 1:
             numbers = [item.identifier for item in alike]
             text += f"[{numbers.index(socket.identifier)}]" if socket.identifier in numbers else ""
