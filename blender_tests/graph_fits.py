@@ -85,9 +85,7 @@ def _glossy(graph: Graph) -> Any:
 
 
 CASES = {
-    "tint over an image": Case(
-        _tint, {"Mix.B": (0.8, 0.5, 0.3)}, {"Mix.B": (0.5, 0.5, 0.5)}
-    ),
+    "tint over an image": Case(_tint, {"Mix.B": (0.8, 0.5, 0.3)}, {"Mix.B": (0.5, 0.5, 0.5)}),
     "two stops of a ramp": Case(
         _ramp,
         {"Color Ramp.color[0]": (0.1, 0.2, 0.6), "Color Ramp.color[1]": (0.8, 0.5, 0.15)},

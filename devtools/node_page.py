@@ -107,7 +107,7 @@ def _asked(material: bpy.types.Material, node: bpy.types.Node, output: str) -> l
     if found.problems:
         return None
     names = (
-        source.held[0].name if source.stop < 0 else "color of each stop"
+        source.place[0].name if source.stop < 0 else "color of each stop"
         for source in found.sources.values()
         if source.socket.node == node and not nodes.why_constant_fixed(source, material)
     )

@@ -153,7 +153,7 @@ def datablock(blocks: Iterable[Block], owner: Owner) -> Block | None:
 def _socket_target(source: Source | None, reason: str) -> tuple[_Target | None, str]:
     if source is None or reason:
         return None, reason
-    holder, name = source.held
+    holder, name = source.place
 
     def get() -> Values:
         value = getattr(holder, name)

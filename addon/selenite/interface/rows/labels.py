@@ -24,7 +24,9 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
             return f"{translated('Base Color')}: {translated('Image')}"
         return f"{translated(kind.use.title())}: {translated('Grid')}"
     parameter = parameters.table().get((row.kind, row.parameter))
-    return constant_label(row.parameter) if parameter is None else translated(socket_name(parameter))
+    return (
+        constant_label(row.parameter) if parameter is None else translated(socket_name(parameter))
+    )
 
 
 def constant_label(name: str) -> str:

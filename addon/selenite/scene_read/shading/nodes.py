@@ -60,7 +60,7 @@ class Source:
     stop: int = -1
 
     @property
-    def held(self) -> tuple[Any, str]:
+    def place(self) -> tuple[Any, str]:
         """What holds the value, and by which property."""
         if self.stop >= 0 and self.node is not None:
             return self.node.color_ramp.elements[self.stop], "color"
@@ -229,7 +229,7 @@ def why_constant_fixed(source: Source, owner: bpy.types.ID) -> str:
     if source.socket.type in {"INT", "BOOLEAN"}:
         return f"held by socket '{source.socket.name}' of whole numbers: unlink it"
     tree = source.socket.id_data
-    holder, name = source.held
+    holder, name = source.place
     fixed = why_tree_fixed(tree, source.groups, owner)
     return fixed or why_animated(tree, holder.path_from_id(name))
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import bpy
@@ -71,6 +71,7 @@ class _Found:
     groups: Groups
     weight: Register | None
     shut: frozenset[str] = frozenset()
+    index: int = -1  # among the closures of the shader
 
 
 @dataclass
@@ -87,18 +88,23 @@ def compile_surface(tree: Tree, source: Source) -> None:
     walk = _Walk()
     _enter(tree, source, None, walk)
     found = walk.found
-    if len(found) > MOST_CLOSURES:
+    _add_closures(tree, found)
+    for side in walk.later:
+        _read_shut(tree, side, found)
+
+
+def _add_closures(tree: Tree, found: dict[tuple[int, ...], _Found]) -> None:
+    closures = tree.shader.closures
+    number = len(closures) + len(found)
+    if number > MOST_CLOSURES:
         first = next(iter(found.values()))
-        cause = (
-            f"{{}} is one of {len(found)} shaders of one surface, of which {MOST_CLOSURES} are read"
-        )
+        cause = f"{{}} is one of {number} shaders of one surface, of which {MOST_CLOSURES} are read"
         tree.refuse(first.node, cause, "mix fewer shaders")
     for item in found.values():
         closure = _closure(tree, item)
         if closure is not None:
-            tree.shader.closures.append(closure)
-    for side in walk.later:
-        _read_shut(tree, side, found)
+            item.index = len(closures)
+            closures.append(closure)
 
 
 def _read_shut(
@@ -110,14 +116,14 @@ def _read_shut(
     with tree.tried() as problems:
         walk = _Walk()
         _enter(tree, source, weight, walk, frozenset({factor}))
-        shared = any(key in known for key in walk.found)
-        if len(tree.shader.closures) + len(walk.found) > MOST_CLOSURES or shared:
-            first = next(iter(walk.found.values()))
-            tree.refuse(first.node, "{} has a share by another way too", "give the factor a value")
-        for item in walk.found.values():
-            closure = _closure(tree, item)
-            if closure is not None:
-                tree.shader.closures.append(closure)
+        shared = {key: walk.found.pop(key) for key in known if key in walk.found}
+        _add_closures(tree, walk.found)
+        one, closures = tree.shader.literal(1), tree.shader.closures
+        for key, item in shared.items():
+            at = known[key].index
+            if at >= 0:  # it has a share by another way too
+                sum_of = tree.math("ADD", closures[at].weight or one, item.weight or one)
+                closures[at] = replace(closures[at], weight=sum_of)
     if problems:
         tree.one_sided.add(factor)
 

@@ -208,7 +208,9 @@ class Tree:
             self._constants[key] = self._new_constant(source, value, None, is_factor == "FACTOR")
         return self._constants[key]
 
-    def stops(self, node: bpy.types.Node, output: bpy.types.NodeSocket, groups: Groups) -> list[Register]:
+    def stops(
+        self, node: bpy.types.Node, output: bpy.types.NodeSocket, groups: Groups
+    ) -> list[Register]:
         """The colours of a Color Ramp's stops, constants each."""
         found = []
         for number, item in enumerate(node.color_ramp.elements):
