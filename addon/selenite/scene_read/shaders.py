@@ -20,7 +20,9 @@ from .texture_values import TextureValues
 GENERATED = ".generated"
 ISLAND = ".island"
 NORMAL = ".normal"
+POINTINESS = ".pointiness"
 TANGENT, SIGN = ".tangent ", ".sign "  # and the name of a UV map
+ALPHA = ".alpha "  # and the name of an attribute
 
 #: Rows of a table; Cycles looks ramps and curves up in as many.
 TABLE_SIZE = 257
