@@ -122,10 +122,6 @@ def of_the_instancer(material, folder):
     link(material, node(material, "UVMap", from_instancer=True).outputs["UV"], found.inputs[0])
 
 
-def alpha_of_colours(material, folder):
-    link(material, node(material, "VertexColor").outputs["Alpha"], "roughness")
-
-
 def attribute_of_the_object(material, folder):
     link(material, node(material, "Attribute", attribute_type="OBJECT").outputs["Color"])
 
@@ -161,7 +157,6 @@ def test_nodes_between_make_a_program(computed, tmp_path):
         (straight_exr, "takes the alpha of this file as Premultiplied", "pack the image"),
         (not_finite, "NaN or infinite pixels", "repair"),
         (of_the_instancer, "takes the coordinates of the instancer", "From Instancer"),
-        (alpha_of_colours, "gives the alpha of a colour attribute", "use its Color"),
         (attribute_of_the_object, "names no attribute of the geometry", "type to Geometry"),
         (uv_map_as_colour, "another kind of attribute of that name", "colour attribute"),
     ],

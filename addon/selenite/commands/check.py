@@ -148,7 +148,7 @@ def _say(report: dict[str, Any], values: SceneValues) -> None:
     for owner in values.owners.values():
         free = [name for name in owner.values if name not in owner.fixed]
         say(f"{owner.kind} '{owner.name}': can be fitted: {', '.join(free) or 'nothing'}")
-        for name in USUAL:
+        for name in () if owner.parameters else USUAL:
             if name in owner.fixed:
                 say(f"  not {name}: {owner.fixed[name]}")
         if "extinction" in owner.values:

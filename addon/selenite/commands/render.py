@@ -74,7 +74,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         size = picture_size(camera, args.width, args.height, problems)
         if camera is not None:
             view = View(camera.name, size, picture_frame(camera, args.width, args.height))
-    scene = native_scene(values, changes, problems)
+    scene = native_scene(values.without_shut(changes), changes, problems)
     if view is None:  # cannot be: native_scene raises the problem that was found
         raise BadInput(problems)
     width, height = view.size

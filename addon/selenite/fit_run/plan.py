@@ -93,6 +93,7 @@ def prepare(
     if problems:
         raise BadInput(problems)
     values.physical_refraction = request.settings.physical_refraction
+    values = values.without_shut({(item.owner, item.parameter.name) for item in unknowns})
     go_on()
     scene = build_scene(all_fields.with_fields(values, fields))
     if dark := problems_of_darkness(values, captures, unknowns, fields):

@@ -76,7 +76,7 @@ def usual_requests(scene: SceneValues, problems: list[Problem]) -> list[UnknownR
     candidates = [
         owner
         for owner in scene.owners.values()
-        if owner.kind == "material" and _fittable(owner, USUAL)
+        if owner.kind == "material" and _fittable(owner, usual_of(owner))
     ]
     if len(candidates) != 1:
         names = listed(owner.name for owner in candidates)
@@ -85,7 +85,12 @@ def usual_requests(scene: SceneValues, problems: list[Problem]) -> list[UnknownR
         problems.append(Problem("Fit", cause, cure))
         return []
     owner = candidates[0]
-    return [UnknownRequest(owner.name, name) for name in _fittable(owner, USUAL)]
+    return [UnknownRequest(owner.name, name) for name in _fittable(owner, usual_of(owner))]
+
+
+def usual_of(owner: Owner) -> Sequence[str]:
+    """Names of what is fitted of a material unless others are asked for."""
+    return owner.usual or USUAL
 
 
 def choose(
@@ -132,7 +137,7 @@ def find_parameter(
         return None
     parameter = owner.find(name)
     if parameter is None:
-        names = [item.name for item in owner.rows()]
+        names = [item.name for item in owner.listed()]
         names += [kind.parameter for kind in KINDS.values() if fields and kind.of == owner.kind]
         cause = f"a {owner.kind} has no parameter '{name}'"
         problems.append(Problem(title, cause, choice(name, names)))

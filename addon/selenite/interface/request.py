@@ -114,10 +114,12 @@ def refresh_rows(scene: bpy.types.Scene, values: SceneValues) -> None:
             kept[owner.name, row.parameter] = found | {"start": tuple(row.start)}
     rows.clear()
     for owner in values.owners.values():
-        for parameter in parameters.of(owner.kind):
+        for parameter in owner.listed():
             row = _fill(rows.add(), owner, parameter.name)
+            row.usual = parameter.name in owner.usual
             row.unit, row.help, row.width = parameter.unit, parameter.help, parameter.width
             row.reason = owner.fixed.get(parameter.name, "")
+            row.is_vector = parameter.fit_lower < 0
             show_current(row, owner.values.get(parameter.name), values.millimetres)
         for name in field_rows.offered(values, owner):
             field_rows.describe(_fill(rows.add(), owner, name), values, owner)
@@ -139,7 +141,8 @@ def show_current(
     """What stands in the scene, None where it could not be read."""
     row.value = values_text(current) if current is not None else ""
     row.value += unit_text(row.unit) if row.value else ""
-    row.is_colour = current is not None and row.width == 3 and max(current) <= 1
+    is_colour = current is not None and row.width == 3 and max(current) <= 1
+    row.is_colour = is_colour and not row.is_vector
     if row.is_colour:
         row.current = current
     if current is not None and row.parameter == "extinction":
@@ -173,7 +176,9 @@ def reset_row(row: bpy.types.PropertyGroup, owner: Owner | None, values: SceneVa
         field_rows.reset(row, values, owner)
         return
     current = owner.values.get(row.parameter) if owner is not None else None
-    parameter = parameters.table()[row.kind, row.parameter]
+    parameter = owner.find(row.parameter) if owner is not None else None
+    if parameter is None:
+        return
     row.minimum, row.maximum = parameter.fit_lower, parameter.fit_upper
     if current is not None:
         row.start = (current * 3)[:3] if len(current) == 1 else current

@@ -229,6 +229,15 @@ def corner_colors(
     return tuple(found)
 
 
+def color_attribute(mesh: bpy.types.Mesh, name: str) -> Any | None:
+    """The colour attribute of a name, "" for the one that renders; None if there is none."""
+    attributes = cast(Any, mesh.color_attributes)
+    if name:
+        return attributes.get(name)
+    index = attributes.render_color_index
+    return attributes[index] if 0 <= index < len(attributes) else None
+
+
 def animated_paths(block: bpy.types.ID) -> Iterator[tuple[str, str]]:
     """("driven" | "keyframed", data path) of everything that animates `block`."""
     data = block.animation_data

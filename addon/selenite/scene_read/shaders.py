@@ -6,7 +6,9 @@ Registers are numbered through: constants, literals, then a result for each inst
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable
+from copy import copy
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,9 @@ from .texture_values import TextureValues
 GENERATED = ".generated"
 ISLAND = ".island"
 NORMAL = ".normal"
+POINTINESS = ".pointiness"
 TANGENT, SIGN = ".tangent ", ".sign "  # and the name of a UV map
+ALPHA = ".alpha "  # and the name of an attribute
 
 #: Rows of a table; Cycles looks ramps and curves up in as many.
 TABLE_SIZE = 257
@@ -74,7 +78,8 @@ class Table:
 
 @dataclass(frozen=True)
 class Closure:
-    """`inputs`: a register for each parameter of the kind, by name."""
+    """`inputs`: a register for each parameter of the kind, by name. `shut`: names of the constants
+    all of which have to be another number before it has a share of the mixture."""
 
     kind: str
     inputs: dict[str, Register]
@@ -82,6 +87,7 @@ class Closure:
     normal: Register | None = None
     tangent: Register | None = None
     distribution: str = "GGX"
+    shut: tuple[str, ...] = ()
     subsurface: str = "RANDOM_WALK"
 
 
@@ -98,6 +104,11 @@ class Shader:
     closures: list[Closure] = field(default_factory=list)
     flavour: str = "v2"
     _known: dict[Any, Register] = field(default_factory=dict)
+
+    def copy(self) -> Shader:
+        """One that grows by itself."""
+        parts = {item.name: getattr(self, item.name) for item in fields(self)}
+        return Shader(**{name: copy(part) for name, part in parts.items()})
 
     def literal(self, *numbers: float) -> Register:
         """One number, or three."""
@@ -160,15 +171,16 @@ class Shader:
             item.kind == "emission"
             or (item.kind == "principled" and item.inputs["emission_strength"] not in zeros)
             for item in self.closures
+            if not item.shut
         )
 
     def fixed_directions(self) -> dict[str, str]:
         """Names of the constants by which no derivative is computed, with the reason: what a mirror
         shows moves with its normal, and a tangent has no slopes."""
         mirrors = [item.normal for item in self.closures if self._mirrors(item)]
-        found = dict.fromkeys(self._behind(mirrors), _TURNS_MIRROR)
+        found = dict.fromkeys(self.constants_behind(mirrors), _TURNS_MIRROR)
         tangents = [item.tangent for item in self.closures]
-        return found | dict.fromkeys(self._behind(tangents), _TURNS_TANGENT)
+        return found | dict.fromkeys(self.constants_behind(tangents), _TURNS_TANGENT)
 
     def _mirrors(self, item: Closure) -> bool:
         """Whether a closure reflects or refracts like a mirror."""
@@ -188,20 +200,62 @@ class Shader:
             return self.literals[register.index][0]
         return self.constants[register.index].value[0]
 
-    def _behind(self, registers: list[Register | None]) -> set[str]:
-        """Names of the constants that registers depend on."""
-        found: set[str] = set()
+    def constants_behind(self, registers: Iterable[Register | None]) -> set[str]:
+        """Names of the constants that these depend on."""
+        return {
+            self.constants[item.index].parameter.name
+            for item in self._behind(registers)
+            if item.kind == "constant"
+        }
+
+    def _behind(self, registers: Iterable[Register | None]) -> set[Register]:
+        """These, and all that they are computed from."""
         left = [item for item in registers if item is not None]
         seen = set(left)
         while left:
             register = left.pop()
-            if register.kind == "constant":
-                found.add(self.constants[register.index].parameter.name)
-            elif register.kind == "code":
+            if register.kind == "code":
                 inputs = {item for item in self.code[register.index].inputs if item is not None}
                 left += inputs - seen
                 seen |= inputs
-        return found
+        return seen
+
+    def without_shut(self, fitted: Collection[str]) -> Shader:
+        """The same picture for less, while no other constants than `fitted` change: without the
+        closures that have no share, and what is computed for them alone."""
+        kept = [item for item in self.closures if set(item.shut) <= set(fitted)]
+        if len(kept) == len(self.closures):
+            return self
+        asked = [
+            at
+            for item in kept
+            for at in (*item.inputs.values(), item.weight, item.normal, item.tangent)
+        ]
+        code = sorted(item.index for item in self._behind(asked) if item.kind == "code")
+        new = {at: Register("code", number) for number, at in enumerate(code)}
+
+        def moved(register: Register | None) -> Register | None:
+            is_code = register is not None and register.kind == "code"
+            return new[register.index] if register is not None and is_code else register
+
+        return replace(
+            self,
+            code=[
+                replace(self.code[at], inputs=tuple(moved(item) for item in self.code[at].inputs))
+                for at in code
+            ],
+            closures=[
+                replace(
+                    item,
+                    inputs={name: moved(at) or at for name, at in item.inputs.items()},
+                    weight=moved(item.weight),
+                    normal=moved(item.normal),
+                    tangent=moved(item.tangent),
+                )
+                for item in kept
+            ],
+            _known={},
+        )
 
     @staticmethod
     def _asks(code: Instruction, mode: str) -> bool:
@@ -250,10 +304,11 @@ class Shader:
         }
 
 
-def free_parameter(name: str, width: int, value: Values, *, factor: bool, text: str) -> Parameter:
+def free_parameter(
+    name: str, width: int, value: Values, *, factor: bool, color: bool, text: str
+) -> Parameter:
     """The row of a constant that is no parameter of a closure."""
     size = max(1.0, 2 * max(abs(number) for number in value))
-    color = width == 3
     low = 0.0 if factor or color or min(value) >= 0 else -size
     return Parameter(
         owner="material",

@@ -7,7 +7,8 @@ radians, colours linear Rec. 709, pictures (height, width, 3) float32 with row 0
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from collections.abc import Collection
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -263,7 +264,8 @@ class Owner:
 
     `values`: what Blender has now. `fixed`: parameter -> why it cannot be fitted. `datablock`: its
     name in the .blend; `name` differs from it only where two owners would have the same name.
-    `parameters`: those of this owner alone, the constants of its shader.
+    `parameters`: those of this owner alone, the constants of its shader; `usual`: which of them are
+    fitted unless others are asked for.
     """
 
     name: str
@@ -273,10 +275,17 @@ class Owner:
     values: dict[str, Values]
     fixed: dict[str, str]
     parameters: dict[str, Parameter] = field(default_factory=dict)
+    usual: tuple[str, ...] = ()
 
     def rows(self) -> list[Parameter]:
         """Its own parameters, and those of every owner of its kind."""
         return [*self.parameters.values(), *parameters.of(self.kind)]
+
+    def listed(self) -> list[Parameter]:
+        """`rows` without what its kind has and it has not: a graph is no Principled BSDF."""
+        if not self.parameters:
+            return self.rows()
+        return [row for row in self.rows() if row.name in self.values]
 
     def find(self, name: str) -> Parameter | None:
         """One of `rows`, None if there is none of that name."""
@@ -337,6 +346,19 @@ class SceneValues:
         """Keeps a warning once."""
         if text not in self.warnings:
             self.warnings.append(text)
+
+    def without_shut(self, fitted: Collection[tuple[str, str]]) -> SceneValues:
+        """The same picture for less, while `fitted` alone change, by owner and parameter."""
+        materials = [
+            replace(
+                item,
+                shader=item.shader.without_shut({name for of, name in fitted if of == item.name}),
+            )
+            if item.shader is not None
+            else item
+            for item in self.materials
+        ]
+        return replace(self, materials=materials)
 
     def triangle_count(self) -> int:
         """Triangles that are rendered, instances counted."""

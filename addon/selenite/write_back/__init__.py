@@ -19,6 +19,7 @@ from ..scene_read import view_layers
 from ..scene_read.lamps import lights
 from ..scene_read.shading import materials, volumes, world
 from ..scene_read.shading.nodes import Source
+from ..scene_read.shading.textures import EmptyRoom
 from ..scene_read.values import Owner
 from . import world_rotation
 
@@ -70,6 +71,16 @@ def write(
     for _, target, value in targets:
         target.set(value)
     return before
+
+
+def constants_of(owner: Owner) -> dict[str, Parameter]:
+    """The constants of a material's node graph as they are now, by name; none where it is gone or
+    has no graph."""
+    material = datablock(bpy.data.materials, owner)
+    if material is None or not material.use_nodes or material.node_tree is None:
+        return {}
+    graph = materials.graph_of(material, EmptyRoom()).shader
+    return {item.parameter.name: item.parameter for item in graph.constants}
 
 
 def save_copy(path: str) -> str:
@@ -142,17 +153,17 @@ def datablock(blocks: Iterable[Block], owner: Owner) -> Block | None:
 def _socket_target(source: Source | None, reason: str) -> tuple[_Target | None, str]:
     if source is None or reason:
         return None, reason
-    socket = source.socket
+    holder, name = source.place
 
     def get() -> Values:
-        value = socket.default_value
+        value = getattr(holder, name)
         return tuple(value[:3]) if hasattr(value, "__len__") else (float(value),)
 
     def put(values: Values) -> None:
         if len(values) == 1:
-            socket.default_value = values[0]
+            setattr(holder, name, values[0])
         else:  # a colour keeps its fourth channel
-            socket.default_value[:3] = values
+            getattr(holder, name)[:3] = values
 
     return _Target(get, put), ""
 

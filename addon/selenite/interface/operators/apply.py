@@ -117,6 +117,10 @@ def _put(scene: bpy.types.Scene, values: dict[Key, Values]) -> dict[Key, Values]
         row.owner: Owner(row.owner, row.kind, row.datablock, row.library, {}, {})
         for row in scene.selenite.results
     }
+    for owner in owners.values():
+        names = {name for of, name in values if of == owner.name}
+        if owner.kind == "material" and any(owner.find(name) is None for name in names):
+            owner.parameters.update(write_back.constants_of(owner))
     return write_back.write(scene, owners, values)
 
 

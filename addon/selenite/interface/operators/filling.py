@@ -67,7 +67,9 @@ def tick_usual(settings: bpy.types.PropertyGroup, owner: str) -> int:
     found = [
         row
         for row in settings.rows
-        if row.owner == owner and row.parameter in _USUAL[row.kind] and not row.reason
+        if row.owner == owner
+        and (row.usual or row.parameter in _USUAL[row.kind])
+        and not row.reason
     ]
     for row in found:
         row.enabled = True

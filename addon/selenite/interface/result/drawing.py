@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import bpy
 
-from ... import parameters
 from ..rows.fields import is_field
 from ..rows.labels import label_of, unit_text
 from ..rows.owners import ICONS as OWNERS
@@ -88,7 +87,7 @@ def _draw_value(column: bpy.types.UILayout, row: bpy.types.PropertyGroup, *, wid
     room = _NAME * (region_width(bpy.context) - _TAKEN) - _MARGIN
     parts.label(text=abbreviated(label_of(row), room), translate=False)
     right = parts.row(align=True)
-    if parameters.table()[row.kind, row.parameter].width == 3 and max(row.swatch) <= 1:
+    if row.width == 3 and not row.is_vector and max(row.swatch) <= 1:
         swatch = right.row()
         swatch.enabled = False
         swatch.prop(row, "swatch", text="")

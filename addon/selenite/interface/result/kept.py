@@ -27,6 +27,7 @@ def keep_result(scene: bpy.types.Scene) -> None:
         row.owner, row.kind, row.parameter = owner.name, owner.kind, name
         row.datablock, row.library = owner.datablock, owner.library
         row.width = unknown.parameter.width
+        row.is_vector = unknown.parameter.fit_lower < 0
         value = values[owner.name, name]
         row.start, row.value = three(unknown.start), three(value)
         row.original = three(owner.values[name])

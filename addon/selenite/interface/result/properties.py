@@ -36,6 +36,7 @@ class SeleniteResult(bpy.types.PropertyGroup):
     original: FloatVectorProperty(size=3, precision=4)
     text: StringProperty(description="Start and fitted value")
     unit: StringProperty()
+    is_vector: BoolProperty(description="The three numbers are no colour")
     sureness: EnumProperty(items=SURENESS_ITEMS, default="UNKNOWN")
     has_interval: BoolProperty(description="`low` and `high` hold the 90 % interval")
     low: FloatVectorProperty(size=3, precision=4)

@@ -23,7 +23,19 @@ def label_of(row: bpy.types.PropertyGroup) -> str:
         if kind.is_image:
             return f"{translated('Base Color')}: {translated('Image')}"
         return f"{translated(kind.use.title())}: {translated('Grid')}"
-    return translated(socket_name(parameters.table()[row.kind, row.parameter]))
+    parameter = parameters.table().get((row.kind, row.parameter))
+    return (
+        constant_label(row.parameter) if parameter is None else translated(socket_name(parameter))
+    )
+
+
+def constant_label(name: str) -> str:
+    """Of a constant of a node graph, "Mix.Factor" -> "Mix: Factor", "Ramp.color[1]" -> "Ramp: Color
+    [1]": the node by its own name, the input in the interface's language."""
+    node, _, socket = name.rpartition(".")
+    title, bracket, number = socket.partition("[")
+    title = "Color" if title == "color" else title
+    return f"{node}: {translated(title)}" + (f" [{number}" if bracket else "")
 
 
 def socket_name(parameter: Parameter) -> str:

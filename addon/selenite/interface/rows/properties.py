@@ -61,6 +61,8 @@ class SeleniteRow(bpy.types.PropertyGroup):
         description="Colour in the scene when the list was last refreshed",
     )
     is_colour: BoolProperty(description="The value is a colour and not a fixed texture")
+    is_vector: BoolProperty(description="The three numbers are no colour")
+    usual: BoolProperty(description="It is fitted unless another one is ticked")
     note: StringProperty(description="What the value means, where that needs another unit")
     reason: StringProperty(description="Why this parameter cannot be fitted")
     use_start: BoolProperty(

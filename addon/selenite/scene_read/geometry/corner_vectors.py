@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 
 from .. import hosts
-from ..shaders import GENERATED, ISLAND, NORMAL, SIGN, TANGENT
+from ..shaders import ALPHA, GENERATED, ISLAND, NORMAL, POINTINESS, SIGN, TANGENT
 from ..values import MeshValues
-from . import tangents
+from . import pointiness, tangents
 
 MeshVectors = tuple[tuple[str, np.ndarray], ...]
 
@@ -25,6 +25,12 @@ def made(mesh: bpy.types.Mesh, values: MeshValues, names: set[str]) -> MeshVecto
             found.append((name, _at_corners(_generated(mesh), values)))
         elif name == ISLAND:
             found.append((name, _at_corners(_islands(mesh), values)))
+        elif name == POINTINESS:
+            found.append((name, _at_corners(_repeated(pointiness.of(mesh)), values)))
+        elif name.startswith(ALPHA):
+            alpha = _alpha(mesh, name.removeprefix(ALPHA))
+            if alpha is not None:
+                found.append((name, _repeated(alpha)))
         elif name == NORMAL:
             found.append((name, values.corner_normals))
         elif name.startswith((TANGENT, SIGN)):
@@ -39,6 +45,27 @@ def made(mesh: bpy.types.Mesh, values: MeshValues, names: set[str]) -> MeshVecto
 
 def _at_corners(of_vertices: np.ndarray, values: MeshValues) -> np.ndarray:
     return np.ascontiguousarray(of_vertices[values.triangles.reshape(-1)], np.float32)
+
+
+def _repeated(numbers: np.ndarray) -> np.ndarray:
+    return np.repeat(np.asarray(numbers, np.float32)[:, None], 3, axis=1)
+
+
+def _alpha(mesh: bpy.types.Mesh, name: str) -> np.ndarray | None:
+    """(3m,): of a colour attribute, "" for the one that renders; 1 of an attribute without alpha.
+    None: there is no attribute of the name."""
+    mesh.calc_loop_triangles()
+    corners = hosts.whole_numbers(mesh.loop_triangles, "loops", 3).astype(np.intp)
+    vertices = np.take(hosts.corner_vertices(mesh), corners)
+    # Without the triangles that a reader of the mesh leaves out.
+    finite = np.isfinite(hosts.floats(mesh.vertices, "co", 3)).all(axis=1)
+    kept = np.repeat(finite[vertices.reshape(-1, 3)].all(axis=1), 3)
+    found = hosts.color_attribute(mesh, name)
+    if found is None:
+        return np.ones(int(kept.sum()), np.float32) if name in mesh.attributes else None
+    alpha = hosts.floats(found.data, "color", 4)[:, 3]
+    where = corners if found.domain == "CORNER" else vertices
+    return np.take(alpha, where.reshape(-1))[kept]
 
 
 def _generated(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -70,7 +97,7 @@ def _islands(mesh: bpy.types.Mesh) -> np.ndarray:
         parents[other] = one
         ranks[one] += ranks[one] == ranks[other]
     roots = np.array([root(vertex) for vertex in range(len(parents))], np.uint32)
-    return np.repeat(_random_of(roots)[:, None], 3, axis=1)
+    return _repeated(_random_of(roots))
 
 
 def _random_of(numbers: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from .graph.displacement import read_displacement
 from .graph.surface import compile_surface
 from .graph.tree import Tree
 from .nodes import Groups, Source, Unreadable
-from .textures import TextureRoom
+from .textures import EmptyRoom, TextureRoom
 
 PRINCIPLED = "ShaderNodeBsdfPrincipled"
 NO_MATERIAL = "(no material)"
@@ -71,10 +71,10 @@ def find_source(material: bpy.types.Material, parameter: Parameter) -> tuple[Sou
     if not material.use_nodes or material.node_tree is None:
         return None, "the material does not use nodes: switch on Use Nodes"
     if (parameter.owner, parameter.name) not in parameters.table():  # a constant of its graph
-        source = graph_of(material, TextureRoom()).sources.get(parameter.name)
+        source = graph_of(material, EmptyRoom()).sources.get(parameter.name)
         if source is None:
             return None, "the node is gone or feeds nothing any more: undo its change"
-        return source, nodes.why_not_writable(source, material)
+        return source, nodes.why_constant_fixed(source, material)
     found = principled_of(material)
     if isinstance(found, str):
         return None, f"the material {found}"
@@ -146,9 +146,11 @@ def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Grou
 
 
 def graph_of(material: bpy.types.Material, room: TextureRoom) -> Tree:
-    """The program of a material with nodes, or its problems."""
+    """The program of a material with nodes, or its problems; an empty one without an output."""
     output = material.node_tree.get_output_node("CYCLES")
     tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
+    if output is None:
+        return tree
     read_displacement(tree, nodes.source_of(output.inputs["Displacement"]), material)
     compile_surface(tree, nodes.source_of(output.inputs["Surface"]))
     bent = any(item.normal is not None for item in tree.shader.closures)
@@ -163,7 +165,6 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     """A material whose surface is a graph of closures."""
     title = f"Material '{material.name}'"
     library = material.library.filepath if material.library is not None else ""
-    owner = Owner(name, "material", material.name, library, {}, {})
     values = MaterialValues(
         name,
         {},
@@ -173,8 +174,11 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     )
     if material.node_tree.get_output_node("CYCLES") is None:
         problem = Problem(title, "has no Material Output node for Cycles", "add one")
+        owner = Owner(name, "material", material.name, library, {}, {})
         return MaterialRead(grey_material(name), owner, [problem], [], room)
     tree = graph_of(material, room)
+    usual = tuple(dict.fromkeys(tree.usual))
+    owner = Owner(name, "material", material.name, library, {}, {}, usual=usual)
     problems = list(tree.problems)
     if problems:  # what lies behind a node that is refused is said at once
         said = {item.object for item in problems}
@@ -188,8 +192,12 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     for item in tree.shader.constants:
         owner.parameters[item.parameter.name] = item.parameter
         owner.values[item.parameter.name] = item.value
-        reason = nodes.why_not_writable(tree.sources[item.parameter.name], material)
+        reason = nodes.why_constant_fixed(tree.sources[item.parameter.name], material)
         reason = reason or fixed.get(item.parameter.name, "")
+        if item.parameter.name in tree.one_sided:
+            reason = reason or (
+                "it leaves out a shader that cannot be rendered: set it between 0 and 1 to see why"
+            )
         if reason:
             owner.fixed[item.parameter.name] = reason
     _read_volume(material, title, read)

@@ -49,6 +49,7 @@ class Source:
     `node` is None when the value sits on `socket` itself (an unlinked input); otherwise `socket` is
     the output of `node` that feeds it. `passed`: the sockets that the value passes afterwards, the
     one that was asked for last. `unset`: nothing feeds `socket`, which passes on nothing but zeros.
+    `stop`: of a Color Ramp, the stop whose colour is meant; -1: the value of `socket` itself.
     """
 
     node: bpy.types.Node | None
@@ -56,6 +57,14 @@ class Source:
     groups: Groups
     passed: tuple[bpy.types.NodeSocket, ...] = ()
     unset: bool = False
+    stop: int = -1
+
+    @property
+    def place(self) -> tuple[Any, str]:
+        """What holds the value, and by which property."""
+        if self.stop >= 0 and self.node is not None:
+            return self.node.color_ramp.elements[self.stop], "color"
+        return self.socket, "default_value"
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -209,11 +218,20 @@ def why_not_writable(source: Source, owner: bpy.types.ID) -> str:
         return f"fed by socket '{source.socket.name}', which passes on nothing: unlink it"
     if source.conversion:
         return f"converted by {source.conversion}: link it through sockets of its own type"
+    return why_constant_fixed(source, owner)
+
+
+def why_constant_fixed(source: Source, owner: bpy.types.ID) -> str:
+    """As `why_not_writable`, for what follows in the graph is computed: a node of one value, a stop
+    and a conversion do no harm."""
+    if reason := why_owner_fixed(owner):
+        return reason
     if source.socket.type in {"INT", "BOOLEAN"}:
         return f"held by socket '{source.socket.name}' of whole numbers: unlink it"
     tree = source.socket.id_data
+    holder, name = source.place
     fixed = why_tree_fixed(tree, source.groups, owner)
-    return fixed or why_animated(tree, source.socket.path_from_id("default_value"))
+    return fixed or why_animated(tree, holder.path_from_id(name))
 
 
 def why_tree_fixed(tree: bpy.types.ID, groups: Groups, owner: bpy.types.ID) -> str:

@@ -145,6 +145,16 @@ class TextureRoom:
         return self.textures[key]
 
 
+class EmptyRoom(TextureRoom):
+    """For who only asks how a tree is linked: no image is read."""
+
+    def texture_of(
+        self, node: bpy.types.ShaderNodeTexImage, title: str, *, wants_alpha: bool
+    ) -> TextureValues:
+        """One black texel, whatever the image."""
+        return TextureValues("", np.zeros((1, 1, 3), np.float32), False, "REPEAT", "Linear")
+
+
 def typical_value(parameter: Parameter, found: MapValues) -> tuple[float, ...]:
     """A value of `parameter` that stands for the map where one is needed (to choose lights)."""
     if found.texture is None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...shaders import TABLE_SIZE, Register
 from ..nodes import Groups
+from . import ramps
 from .tree import Tree, maker
 
 Node = bpy.types.Node
@@ -45,13 +46,26 @@ def _ramp(tree: Tree, node: Node, output: Socket, groups: Groups) -> Register:
     places = np.arange(TABLE_SIZE) / (TABLE_SIZE - 1)
     colors = np.array([node.color_ramp.evaluate(float(x)) for x in places], np.float32)
     values = np.repeat(colors[:, 3:], 3, axis=1) if output.identifier == "Alpha" else colors[:, :3]
-    stepped = node.color_ramp.interpolation == "CONSTANT"
-    return tree.emit(
-        "table",
-        tree.get(node, "Fac", groups),
-        flags=("stepped",) * stepped,
-        item=tree.shader.table(values),
-    )
+    flags = ("stepped",) * (node.color_ramp.interpolation == "CONSTANT")
+    place = tree.get(node, "Fac", groups)
+    parts = None if output.identifier == "Alpha" else ramps.shares(node.color_ramp, places)
+    if parts is None:
+        return tree.emit("table", place, flags=flags, item=tree.shader.table(values))
+    stops = tree.stops(node, output, groups)
+
+    def share(of: int) -> Register:
+        item = tree.shader.table(np.repeat(parts[:, of : of + 1], 3, axis=1))
+        return tree.emit("table", place, flags=flags, item=item)
+
+    if len(stops) == 1:
+        return stops[0]
+    if len(stops) == 2:
+        return tree.emit("mix", share(1), *stops, mode="MIX")
+    found = zero = tree.shader.literal(0)
+    for number, color in enumerate(stops):
+        inputs = (share(number), color, found, zero)
+        found = tree.emit("vector_math", *inputs, mode="MULTIPLY_ADD")
+    return found
 
 
 def _curve_table(tree: Tree, node: Node, curves: list[list[int]]) -> tuple[int, tuple[str, ...]]:

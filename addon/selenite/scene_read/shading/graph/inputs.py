@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import bpy
 
-from ...shaders import ISLAND, Register
+from ...shaders import ALPHA, ISLAND, POINTINESS, Register
 from ..nodes import Groups
 from .tree import Tree, maker
 
@@ -41,6 +41,8 @@ _CAMERA = {"View Vector": "vector", "View Z Depth": "depth", "View Distance": "d
 def _geometry(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     if output.identifier == "Random Per Island":
         return tree.ask("attribute", "vector", tree.shader.name(ISLAND))
+    if output.identifier == "Pointiness":
+        return tree.ask("attribute", "vector", tree.shader.name(POINTINESS))
     if output.identifier not in _GEOMETRY:
         return tree.refuse(node, f"{{}} gives '{output.name}', which is not modelled", _BAKE)
     return tree.ask("geometry", _GEOMETRY[output.identifier])
@@ -75,8 +77,7 @@ def _uv_map(tree: Tree, node: Node, _: Socket, __: Groups) -> Register:
 @maker("VertexColor")
 def _vertex_color(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
     if output.identifier == "Alpha":
-        cause = "{} gives the alpha of a colour attribute, which is not read"
-        return tree.refuse(node, cause, "use its Color")
+        return tree.ask("attribute", "vector", tree.shader.name(ALPHA + node.layer_name))
     return tree.ask("attribute", "color", tree.shader.name(node.layer_name))
 
 
@@ -86,8 +87,7 @@ def _attribute(tree: Tree, node: Node, output: Socket, _: Groups) -> Register:
         cure = "set its type to Geometry and name an attribute"
         return tree.refuse(node, "{} names no attribute of the geometry", cure)
     if output.identifier == "Alpha":
-        cause = "{} gives the alpha of an attribute, which is not read"
-        return tree.refuse(node, cause, "use its Color")
+        return tree.ask("attribute", "vector", tree.shader.name(ALPHA + node.attribute_name))
     name = tree.shader.name(node.attribute_name)
     # A colour, or if there is none of the name a UV map: each is 0 where the mesh has none.
     zero = tree.shader.literal(0)

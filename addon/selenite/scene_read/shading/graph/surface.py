@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import bpy
@@ -42,6 +42,21 @@ _WITHOUT = ("Thin Film Thickness",)
 #: Distributions of micronormals that are rendered; SHARP is Blender 3's.
 _DISTRIBUTIONS = {"GGX", "MULTI_GGX", "BECKMANN", "ASHIKHMIN_SHIRLEY", "SHARP"}
 _CURE = "use a Principled BSDF, or another shader that is read"
+#: What is fitted of a closure unless something else is asked for.
+_USUAL = {
+    "principled": ("base_color", "roughness", "transmission", "ior"),
+    "diffuse": ("color",),
+    "glossy": ("color", "roughness"),
+    "glass": ("color", "roughness", "ior"),
+    "refraction": ("color", "roughness", "ior"),
+    "translucent": ("color",),
+    "transparent": ("color",),
+    "emission": ("strength",),
+    "subsurface": ("color",),
+    "sheen": ("color", "roughness"),
+    "metallic": ("base_color", "roughness"),
+    "conductor": ("roughness",),
+}
 
 
 @lru_cache(maxsize=1)
@@ -52,75 +67,123 @@ def closure_rows() -> dict[str, list[Parameter]]:
 
 @dataclass
 class _Found:
-    """A closure's node, and by what shares of the whole it is reached."""
+    """A closure's node, and by what shares of the whole it is reached. `shut`: the constant
+    factors of 0 or 1 that leave it none."""
 
     node: Node
     groups: Groups
     weight: Register | None
+    shut: frozenset[str] = frozenset()
+    index: int = -1  # among the closures of the shader
+
+
+@dataclass
+class _Walk:
+    """Closures that were met, and sides of a mixture to enter after all that has a share."""
+
+    found: dict[tuple[int, ...], _Found] = field(default_factory=dict)
+    later: list[tuple[Source, Register, str]] = field(default_factory=list)
 
 
 def compile_surface(tree: Tree, source: Source) -> None:
     """Fills `tree.shader` with what `source`, the Surface of an output, is linked to."""
     tree.shader.flavour = hosts.flavour()
-    found: dict[tuple[int, ...], _Found] = {}
-    _walk(tree, source, None, found)
-    if len(found) > MOST_CLOSURES:
+    walk = _Walk()
+    _enter(tree, source, None, walk)
+    found = walk.found
+    _add_closures(tree, found)
+    for side in walk.later:
+        _read_shut(tree, side, found)
+
+
+def _add_closures(tree: Tree, found: dict[tuple[int, ...], _Found]) -> None:
+    closures = tree.shader.closures
+    number = len(closures) + len(found)
+    if number > MOST_CLOSURES:
         first = next(iter(found.values()))
-        cause = (
-            f"{{}} is one of {len(found)} shaders of one surface, of which {MOST_CLOSURES} are read"
-        )
+        cause = f"{{}} is one of {number} shaders of one surface, of which {MOST_CLOSURES} are read"
         tree.refuse(first.node, cause, "mix fewer shaders")
     for item in found.values():
         closure = _closure(tree, item)
         if closure is not None:
-            tree.shader.closures.append(closure)
+            item.index = len(closures)
+            closures.append(closure)
 
 
-def _walk(
+def _read_shut(
+    tree: Tree, side: tuple[Source, Register, str], known: dict[tuple[int, ...], _Found]
+) -> None:
+    """The side of a mixture whose factor gives it no share: a fit of the factor would. What cannot
+    be rendered there is no problem, and only keeps the factor from being fitted."""
+    source, weight, factor = side
+    with tree.tried() as problems:
+        walk = _Walk()
+        _enter(tree, source, weight, walk, frozenset({factor}))
+        shared = {key: walk.found.pop(key) for key in known if key in walk.found}
+        _add_closures(tree, walk.found)
+        one, closures = tree.shader.literal(1), tree.shader.closures
+        for key, item in shared.items():
+            at = known[key].index
+            if at >= 0:  # it has a share by another way too
+                sum_of = tree.math("ADD", closures[at].weight or one, item.weight or one)
+                closures[at] = replace(closures[at], weight=sum_of)
+    if problems:
+        tree.one_sided.add(factor)
+
+
+def _enter(
     tree: Tree,
     source: Source,
     weight: Register | None,
-    found: dict[tuple[int, ...], _Found],
+    walk: _Walk,
+    shut: frozenset[str] = frozenset(),
 ) -> None:
     node, groups = source.node, source.groups
     if node is None or source.socket.type != "SHADER":
         return  # nothing: black
     if node.bl_idname in {MIX, ADD}:
-        _walk_mixture(tree, node, groups, weight, found)
+        _enter_mixture(tree, node, groups, weight, walk, shut)
         return
     key = (node.as_pointer(), *(group.as_pointer() for group in groups))
-    if key not in found:
-        found[key] = _Found(node, groups, weight)
+    known = walk.found.get(key)
+    if known is None:
+        walk.found[key] = _Found(node, groups, weight, shut)
     else:
         one = tree.shader.literal(1)
-        sum_of = (found[key].weight or one, weight or one)
-        found[key].weight = tree.math("ADD", *sum_of)
+        known.weight = tree.math("ADD", known.weight or one, weight or one)
+        known.shut &= shut
 
 
-def _walk_mixture(
+def _enter_mixture(
     tree: Tree,
     node: Node,
     groups: Groups,
     weight: Register | None,
-    found: dict[tuple[int, ...], _Found],
+    walk: _Walk,
+    shut: frozenset[str],
 ) -> None:
     shaders = [item for item in node.inputs if item.type == "SHADER"]
     sources = [nodes.source_of(item, groups) for item in shaders]
     if node.bl_idname == ADD:
         for source in sources:
-            _walk(tree, source, weight, found)
+            _enter(tree, source, weight, walk, shut)
         return
-    factor = nodes.constant(nodes.source_of(node.inputs[0], groups))
-    if factor is not None and not 0 < factor[0] < 1:  # one of the two is not there
-        _walk(tree, sources[factor[0] >= 1], weight, found)
-        return
+    value = nodes.constant(nodes.source_of(node.inputs[0], groups))
+    register = tree.value(node.inputs[0], groups)
     # Cut off even where Blender permits no other number: the factor may be linked.
     zero, one = tree.shader.literal(0), tree.shader.literal(1)
-    second = tree.math("ADD", tree.value(node.inputs[0], groups), zero, clamp=True)
+    second = tree.math("ADD", register, zero, clamp=True)
     first = tree.math("SUBTRACT", one, second)
-    for share, source in zip((first, second), sources, strict=True):
+    for side, (share, source) in enumerate(zip((first, second), sources, strict=True)):
         inner = share if weight is None else tree.math("MULTIPLY", weight, share)
-        _walk(tree, source, inner, found)
+        if value is None or 0 < value[0] < 1 or side == (value[0] >= 1):
+            _enter(tree, source, inner, walk, shut)
+        elif register.kind == "constant":
+            name = tree.shader.constants[register.index].parameter.name
+            if shut:
+                _enter(tree, source, inner, walk, shut | {name})
+            else:
+                walk.later.append((source, inner, name))
 
 
 def _closure(tree: Tree, item: _Found) -> Closure | None:
@@ -150,15 +213,31 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
             registers["anisotropy"] = tree.shader.literal(0)  # two widths that stay one
         else:
             tangent = tangent_of(tree, node, groups)
+    if not item.shut:
+        _note_usual(tree, kind, registers, rows)
     return Closure(
         kind,
         registers,
         item.weight,
         tree.normal(node, groups),
         tangent,
-        distribution=distribution,
+        distribution,
+        tuple(sorted(item.shut)),
         subsurface=_subsurface(node),
     )
+
+
+def _note_usual(
+    tree: Tree, kind: str, registers: dict[str, Register], rows: list[Parameter]
+) -> None:
+    """Inputs of a closure that are usually unknown; of a colour that is computed, the colours that
+    it is made of."""
+    widths = {row.name: row.width for row in rows}
+    for name in _USUAL[kind]:
+        found = tree.shader.constants_behind([registers[name]])
+        if registers[name].kind != "constant":
+            found &= tree.colors if widths[name] == 3 else set()
+        tree.usual += sorted(found - set(tree.usual))
 
 
 def _subsurface(node: Node) -> str:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 import bpy
@@ -19,6 +20,8 @@ from ..textures import TextureRoom
 Maker = Callable[["Tree", bpy.types.Node, bpy.types.NodeSocket, Groups], Register]
 #: Node type -> its maker; each family of nodes adds its own.
 MAKERS: dict[str, Maker] = {}
+#: What parts names on the command line.
+_PARTED = str.maketrans(":,=", "___")
 
 
 def maker(*names: str) -> Callable[[Maker], Maker]:
@@ -40,6 +43,11 @@ class Tree:
     shader: Shader = field(default_factory=Shader)
     problems: list[Problem] = field(default_factory=list)
     sources: dict[str, Source] = field(default_factory=dict)
+    #: What is usually fitted of it, by name; and the constants that are colours.
+    usual: list[str] = field(default_factory=list)
+    colors: set[str] = field(default_factory=set)
+    #: Factors one side of which is left out, as it cannot be rendered.
+    one_sided: set[str] = field(default_factory=set)
     #: Below a Bump: 1 or 2, and how many footprints beside the point all is asked for.
     shift: tuple[int, float] = (0, 0.0)
     #: What Displacement makes of the interpolated normal.
@@ -74,6 +82,18 @@ class Tree:
         if problem not in self.problems:
             self.problems.append(problem)
         return self.shader.literal(0)
+
+    @contextmanager
+    def tried(self) -> Iterator[list[Problem]]:
+        """What is added inside stays only where that finds no problem; yields the problems."""
+        outer, shader = self.problems, self.shader.copy()
+        kept = (dict(self.sources), dict(self._results), dict(self._constants), [*self.usual])
+        self.problems = found = []
+        yield found
+        self.problems = outer
+        if found:
+            self.shader = shader
+            self.sources, self._results, self._constants, self.usual = kept
 
     # ---- sockets
 
@@ -188,6 +208,20 @@ class Tree:
             self._constants[key] = self._new_constant(source, value, None, is_factor == "FACTOR")
         return self._constants[key]
 
+    def stops(
+        self, node: bpy.types.Node, output: bpy.types.NodeSocket, groups: Groups
+    ) -> list[Register]:
+        """The colours of a Color Ramp's stops, constants each."""
+        found = []
+        for number, item in enumerate(node.color_ramp.elements):
+            key = item.as_pointer()
+            if key not in self._constants:
+                source = Source(node, output, groups, stop=number)
+                value = tuple(float(channel) for channel in item.color[:3])
+                self._constants[key] = self._new_constant(source, value, None, is_factor=False)
+            found.append(self._constants[key])
+        return found
+
     def parameter(self, node: bpy.types.Node, row: Parameter, groups: Groups) -> Register:
         """An input of a closure: a constant is described as the closure describes it.
 
@@ -215,10 +249,15 @@ class Tree:
         self, source: Source, value: Values, row: Parameter | None, is_factor: bool
     ) -> Register:
         name = self._name(source)
+        is_color = source.socket.type == "RGBA"
         if row is None:
             text = f"Value of {name}"
-            row = free_parameter(name, len(value), value, factor=is_factor, text=text)
+            row = free_parameter(
+                name, len(value), value, factor=is_factor, color=is_color, text=text
+            )
         self.sources[name] = source
+        if is_color:
+            self.colors.add(name)
         return self.shader.constant(replace(row, name=name, owner="material"), value)
 
     def _name(self, source: Source) -> str:
@@ -226,8 +265,10 @@ class Tree:
         socket = source.socket
         node = socket.node
         within = "".join(f"{group.name}/" for group in source.groups)
+        if source.stop >= 0:
+            return f"{within}{node.name}.color[{source.stop}]".translate(_PARTED)
         alike = [item for item in node.inputs if item.name == socket.name and item.enabled]
-        text = f"{within}{node.name}.{socket.name}".replace(":", "_")
+        text = f"{within}{node.name}.{socket.name}".translate(_PARTED)
         if not socket.is_output and len(alike) > 1:
             numbers = [item.identifier for item in alike]
             text += f"[{numbers.index(socket.identifier)}]" if socket.identifier in numbers else ""
