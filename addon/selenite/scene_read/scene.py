@@ -13,10 +13,13 @@ from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from .baking.baked import BakeAsked
+from .baking.wanted import Baker
 from .geometry import mesh, not_rendered, shading_data
 from .geometry.bodies import judge_bodies
 from .lamps import lights
 from .lamps.frames import LampFrames
+from .options import options_of
 from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
 from .shading import materials, world
 from .shading.nodes import Unreadable
@@ -24,22 +27,28 @@ from .shading.textures import TextureRoom
 from .values import ALL_SETS, ObjectValues, SceneValues
 
 
-def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
+def read_scene(
+    scene: bpy.types.Scene,
+    *,
+    surveys: bool = True,
+    bakes: bool = True,
+    note: Callable[[str], None] | None = None,
+) -> SceneValues:
     """Reads everything that Cycles would render; changes nothing. See `reading`.
 
     surveys: False leaves out whether bodies are closed, the longest part that needs no Blender:
-    `judge_bodies` may follow in another thread.
+    `judge_bodies` may follow in another thread. note: is told how far a bake is.
     """
-    read = at_once(reading(scene))
+    read = at_once(reading(scene, bakes=bakes), note)
     if surveys:
         read.bodies = judge_bodies(read)
     return read
 
 
-def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
+def reading(scene: bpy.types.Scene, *, bakes: bool = True) -> Reading[SceneValues]:
     """Everything that Cycles would render, but not whether bodies are closed.
 
-    What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
+    bakes: False leaves images that are to be baked empty: nothing is rendered of it. What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
     NativeUnavailable, since the parameter table is native.
     """
     read = SceneValues(millimetres=millimetres(scene))
@@ -51,11 +60,16 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
+    options = options_of(scene)
+    room = TextureRoom(
+        baker=Baker() if options.bake else None,
+        approximations=[] if options.approximate else None,
+    )
     problem = yield GraphRead(
         scene,
         list(found.values()),
         lambda depsgraph, check: rendered.extend(
-            _read(scene, layer, found, depsgraph, check, read)
+            _read(scene, layer, found, depsgraph, check, room, read)
         ),
     )
     if problem is not None:
@@ -63,6 +77,11 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     # Settings of the scene are its own again.
     _judge_properties(scene, layer, rendered, read)
     _note(read, [], list(remarks(scene)))
+    if room.baker is not None and room.baker.materials:
+        _note(read, room.baker.problems(), [])
+        if bakes and not read.problems:
+            problem = yield BakeAsked(scene, room.baker, read)
+            _note(read, [] if problem is None else [problem], [])
     read.lamp_frames = LampFrames(scene, read)
     return read
 
@@ -73,6 +92,7 @@ def _read(
     found_cameras: dict[str, bpy.types.Object],
     depsgraph: bpy.types.Depsgraph,
     check: Callable[[], None],
+    room: TextureRoom,
     read: SceneValues,
 ) -> list[bpy.types.Object]:
     """Fills `read`; returns the original objects that render."""
@@ -81,7 +101,6 @@ def _read(
     lamps: list[mesh.Instance] = []
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
-    room = TextureRoom()
     instancers: set[bpy.types.Object] = set()
     faceless: list[bpy.types.Object] = []
     evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
@@ -179,6 +198,9 @@ def _read_object(
         shading_data.judge_attributes(title, read.meshes[index], name, read)
         shading_data.add_vectors(evaluated, index, name, read)
     _add_object(instance, layer, links, index, found, read)
+    if room.baker is not None and read.objects and read.objects[-1].materials is found:
+        place = len(read.objects) - 1
+        room.baker.used(instance.original, place, found, is_instance=instance.is_instance)
     return True
 
 

@@ -11,6 +11,7 @@ from ... import parameters
 from ...parameters import Parameter, Values
 from ...problems import Problem
 from .. import hosts
+from ..baking.wanted import UV_NAME, WantedMaterial
 from ..values import MaterialValues, Owner
 from . import images, nodes, textures, volumes
 from .graph.displacement import read_displacement
@@ -127,7 +128,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     for parameter in table:
         if parameter.name not in volumes.PARAMETERS:
             _read_parameter(material, node, groups, parameter, title, read)
-    if read.computed:
+    if read.computed or (read.problems and (room.baker or room.approximations is not None)):
         return read_graph(material, name, room)
     _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
@@ -145,10 +146,11 @@ def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Grou
     )
 
 
-def graph_of(material: bpy.types.Material, room: TextureRoom) -> Tree:
-    """The program of a material with nodes, or its problems."""
+def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") -> Tree:
+    """The program of a material with nodes, or its problems. name: as in `read_material`."""
     output = material.node_tree.get_output_node("CYCLES")
     tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
+    tree.baked_uv = UV_NAME + name
     read_displacement(tree, nodes.source_of(output.inputs["Displacement"]), material)
     compile_surface(tree, nodes.source_of(output.inputs["Surface"]))
     return tree
@@ -169,7 +171,10 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     if material.node_tree.get_output_node("CYCLES") is None:
         problem = Problem(title, "has no Material Output node for Cycles", "add one")
         return MaterialRead(grey_material(name), owner, [problem], [], room)
-    tree = graph_of(material, room)
+    tree = graph_of(material, room, name)
+    if tree.baked and room.baker is not None:
+        wanted = WantedMaterial(name, material.name, library, tree.shader, tree.baked)
+        room.baker.materials.append(wanted)
     problems = list(tree.problems)
     if problems:  # what lies behind a node that is refused is said at once
         said = {item.object for item in problems}

@@ -5,11 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import bpy
 
 from ....parameters import Parameter, Values
 from ....problems import Problem
+from ...baking import dependence
+from ...baking.wanted import WantedOutput
 from ...shaders import GENERATED, Register, Shader, free_parameter
 from .. import nodes
 from ..nodes import Groups, Source, Unreadable
@@ -31,6 +34,19 @@ def maker(*names: str) -> Callable[[Maker], Maker]:
     return add
 
 
+#: The cure of what can be baked.
+BAKE = "or let Cycles bake it: --bake"
+
+
+@dataclass(frozen=True)
+class _State:
+    """Lengths and contents of what a tree has made so far."""
+
+    lengths: list[int]
+    tables: tuple[dict[Any, Any], ...]
+    known: dict[Any, Register]
+
+
 @dataclass
 class Tree:
     """`title`: whose tree, for messages. `sources`: where each constant sits, by its name."""
@@ -45,6 +61,9 @@ class Tree:
     #: What Displacement makes of the interpolated normal.
     base_normal: Register | None = None
     material_index: int = 0
+    #: Outputs that are baked, and the UV map of their images.
+    baked: list[WantedOutput] = field(default_factory=list)
+    baked_uv: str = ""
     _results: dict[tuple[object, ...], Register] = field(default_factory=dict)
     _constants: dict[int, Register] = field(default_factory=dict)
 
@@ -160,20 +179,71 @@ class Tree:
         within = tuple(group.as_pointer() for group in source.groups)
         key = (node.as_pointer(), within, output.identifier, self.shift)
         if key not in self._results:
-            make = MAKERS.get(node.bl_idname)
-            if make is None:
-                cure = "unlink it, bake it into an image, or give a constant value"
-                return self.refuse(node, "{} cannot be evaluated", cure)
-            if _is_moved(node):
-                cause = "{} has a Texture Mapping in the sidebar, which is not neutral"
-                return self.refuse(node, cause, "reset it and use a Mapping node")
-            try:
-                self._results[key] = make(self, node, output, source.groups)
-            except Unreadable as error:
-                if error.problem not in self.problems:
-                    self.problems.append(error.problem)
-                return self.shader.literal(0)
+            before, told = self._state(), len(self.problems)
+            register = self._made(source)
+            if len(self.problems) > told:
+                register = self._rescued(source, told, before) or register
+            self._results[key] = register
         return self._results[key]
+
+    def _made(self, source: Source) -> Register:
+        """What the node's own maker gives. Problems are noted."""
+        node = source.node
+        assert node is not None  # noqa: S101 - see `_result`
+        make = MAKERS.get(node.bl_idname)
+        if make is None:
+            cure = "unlink it, bake it into an image, or give a constant value"
+            return self.refuse(node, "{} cannot be evaluated", cure)
+        if _is_moved(node):
+            cause = "{} has a Texture Mapping in the sidebar, which is not neutral"
+            return self.refuse(node, cause, "reset it and use a Mapping node")
+        try:
+            return make(self, node, source.socket, source.groups)
+        except Unreadable as error:
+            if error.problem not in self.problems:
+                self.problems.append(error.problem)
+            return self.shader.literal(0)
+
+    def _rescued(self, source: Source, told: int, before: _State) -> Register | None:
+        """The lookup of a baked image in place of what could not be read; None where that cannot be
+        or is not wanted: then the cure names it."""
+        node, output, groups = source.node, source.socket, source.groups
+        assert node is not None  # noqa: S101 - see `_result`
+        if not dependence.can_be_baked(node, output, groups):
+            return None
+        if self.room.baker is None:
+            for at in range(told, len(self.problems)):
+                cure = self.problems[at].cure
+                if not cure.endswith(BAKE):
+                    self.problems[at] = replace(self.problems[at], cure=f"{cure}; {BAKE}")
+            return None
+        self._go_back(before)
+        wanted = self.room.baker.output(node, output, groups)
+        self.baked.append(wanted)
+        place = self.ask("attribute", "uv", self.shader.name(self.baked_uv))
+        item = self.shader.texture(wanted.texture)
+        return self.emit("image", place, mode="FLAT", item=item)
+
+    def _state(self) -> _State:
+        """To which `_go_back` returns."""
+        kept = (self.problems, self.baked, *self.shader.lists())
+        return _State(
+            [len(item) for item in kept],
+            (dict(self.sources), dict(self._results), dict(self._constants)),
+            self.shader.known(),
+        )
+
+    def _go_back(self, before: _State) -> None:
+        """Forgets what was made since then."""
+        kept = (self.problems, self.baked, *self.shader.lists())
+        for found, length in zip(kept, before.lengths, strict=True):
+            del found[length:]
+        for found, old in zip(
+            (self.sources, self._results, self._constants), before.tables, strict=True
+        ):
+            found.clear()
+            found.update(old)
+        self.shader.forget(before.known)
 
     # ---- constants
 
