@@ -22,6 +22,7 @@ import bpy
 
 from ..paths import user_folder, why_not_folder
 from ..problems import BadInput, Failed, Problem
+from .reading.without_words import without_words
 
 #: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
 DRAWN = "selenite_drawn"
@@ -59,7 +60,8 @@ class BlenderProcess:
         self._process: subprocess.Popen[bytes] | None = None
         path = str(self.folder / "scene.blend")
         try:
-            bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
+            with without_words():
+                bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
         except RuntimeError as error:
             self.close()
             cause = f"cannot be written ({str(error).removeprefix('Error: ').strip()})"
@@ -117,6 +119,11 @@ class BlenderProcess:
             self._process.kill()
             self._process.wait()
         shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def is_copy() -> bool:
+    """Whether this process was started here, and its file is a copy."""
+    return _BAKED_VARIABLE in os.environ
 
 
 def baked_folder() -> Path:

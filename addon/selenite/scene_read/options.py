@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
 
-import bpy
+if TYPE_CHECKING:
+    import bpy
 
 
 @dataclass(frozen=True)
@@ -15,6 +18,24 @@ class ReadingOptions:
 
     bake: bool = False
     approximate: bool = False
+
+    def as_json(self) -> dict[str, Any]:
+        """A dict of plain values."""
+        return asdict(self)
+
+    @staticmethod
+    def from_json(data: object) -> ReadingOptions:
+        """The inverse. Raises ValueError, whose text says what is wrong."""
+        names = [item.name for item in fields(ReadingOptions)]
+        if not isinstance(data, Mapping) or not set(data) <= set(names):
+            raise ValueError(f"its 'reading' is {data!r}, not an object with {', '.join(names)}")
+        for key, value in data.items():
+            if not isinstance(value, bool):
+                raise ValueError(f"its '{key}' is {value!r}, not true or false")
+        return ReadingOptions(**data)
+
+    def __or__(self, other: ReadingOptions) -> ReadingOptions:
+        return ReadingOptions(self.bake or other.bake, self.approximate or other.approximate)
 
 
 def options_of(scene: bpy.types.Scene) -> ReadingOptions:

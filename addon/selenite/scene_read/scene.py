@@ -13,8 +13,10 @@ from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from .baking.approximated import ComparisonAsked
 from .baking.baked import BakeAsked
 from .baking.wanted import Baker
+from .blender_process import is_copy
 from .geometry import mesh, not_rendered, shading_data
 from .geometry.bodies import judge_bodies
 from .lamps import lights
@@ -82,6 +84,10 @@ def reading(scene: bpy.types.Scene, *, bakes: bool = True) -> Reading[SceneValue
         if bakes and not read.problems:
             problem = yield BakeAsked(scene, room.baker, read)
             _note(read, [] if problem is None else [problem], [])
+    if room.approximations:
+        _note(read, [], room.approximations)
+        if bakes and not read.problems and not is_copy():
+            yield ComparisonAsked(scene, room.approximations, read)
     read.lamp_frames = LampFrames(scene, read)
     return read
 

@@ -85,10 +85,15 @@ def _hinders(node: Node, output: Socket) -> bool:
         return True
     if kind == "ShaderNodeWireframe":
         return bool(node.use_pixel_size)
-    if kind in {"ShaderNodeTexImage", "ShaderNodeTexEnvironment"}:  # then Cycles shows magenta
-        image = node.image
-        return image is None or (image.source == "FILE" and image_is_gone(image))
-    return False
+    return is_magenta(node)
+
+
+def is_magenta(node: Node) -> bool:
+    """Whether it is an image that is missing, in whose place Cycles shows magenta."""
+    if node.bl_idname not in {"ShaderNodeTexImage", "ShaderNodeTexEnvironment"}:
+        return False
+    image = node.image
+    return image is None or (image.source == "FILE" and image_is_gone(image))
 
 
 def image_is_gone(image: bpy.types.Image) -> bool:

@@ -172,10 +172,12 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
         problem = Problem(title, "has no Material Output node for Cycles", "add one")
         return MaterialRead(grey_material(name), owner, [problem], [], room)
     tree = graph_of(material, room, name)
+    problems = list(tree.problems)
+    if problems and room.approximations is not None:
+        return _plain(material, name, problems, room)
     if tree.baked and room.baker is not None:
         wanted = WantedMaterial(name, material.name, library, tree.shader, tree.baked)
         room.baker.materials.append(wanted)
-    problems = list(tree.problems)
     if problems:  # what lies behind a node that is refused is said at once
         said = {item.object for item in problems}
         missing = images.missing_in(material.node_tree)
@@ -188,7 +190,10 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     for item in tree.shader.constants:
         owner.parameters[item.parameter.name] = item.parameter
         owner.values[item.parameter.name] = item.value
-        reason = nodes.why_not_writable(tree.sources[item.parameter.name], material)
+        source = tree.sources[item.parameter.name]
+        reason = nodes.why_not_writable(source, material)
+        if source.socket.node in tree.approximated:
+            reason = reason or "its shader is approximated: use one that is read"
         if item.parameter.name in turning:
             reason = reason or "it turns a normal, by which no derivative is computed"
         if reason:
@@ -197,6 +202,25 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     medium = {key: owner.values[key] for key in volumes.PARAMETERS if key in owner.values}
     read.values.values.update(medium)
     return read
+
+
+def _plain(
+    material: bpy.types.Material, name: str, problems: list[Problem], room: TextureRoom
+) -> MaterialRead:
+    """A diffuse material of the colour that the viewport shows, in place of one that is not read
+    at all."""
+    title = f"Material '{material.name}'"
+    library = material.library.filepath if material.library is not None else ""
+    assert room.approximations is not None  # noqa: S101 - the caller has asked
+    cause = problems[0].cause
+    room.approximations.append(
+        f"{title}: it is rendered as diffuse of its viewport colour and cannot be fitted: {cause}"
+    )
+    values = grey_material(name, tuple(material.diffuse_color[:3]))
+    reason = "the material is approximated: use nodes that are read"
+    fixed = {parameter.name: reason for parameter in parameters.of("material")}
+    owner = Owner(name, "material", material.name, library, values.values, fixed)
+    return MaterialRead(values, owner, [], [], room)
 
 
 def _source(

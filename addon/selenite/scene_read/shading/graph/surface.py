@@ -39,6 +39,8 @@ MOST_CLOSURES = 16
 #: Inputs that act only if they are not 0, and are not modelled.
 _WITHOUT = ("Anisotropy", "Anisotropic", "Thin Film Thickness")
 _CURE = "use a Principled BSDF, or another shader that is read"
+#: The cure of what the nearest shader can stand for.
+APPROXIMATE = "or let the nearest shader stand for it: --approximate"
 
 
 @lru_cache(maxsize=1)
@@ -123,10 +125,17 @@ def _walk_mixture(
 def _closure(tree: Tree, item: _Found) -> Closure | None:
     node, groups = item.node, item.groups
     kind = _KINDS.get(node.bl_idname)
+    if kind is None and tree.room.approximations is not None:
+        return _nearest(tree, item)
     if kind is None:
-        tree.refuse(node, "{} is a shader that is not modelled", _CURE)
+        tree.refuse(node, "{} is a shader that is not modelled", f"{_CURE}; {APPROXIMATE}")
         return None
+    told = len(tree.problems)
     _judge(tree, node, groups)
+    if tree.room.approximations is not None:
+        for problem in tree.problems[told:]:
+            _approximate(tree, node, f"{problem.cause}: it is rendered without that")
+        del tree.problems[told:]
     if kind == "metallic" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         kind = "conductor"
     rows = closure_rows()[kind]
@@ -148,6 +157,27 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
         multi_ggx=distribution == "MULTI_GGX",
         subsurface=_subsurface(node),
     )
+
+
+def _nearest(tree: Tree, item: _Found) -> Closure:
+    """A diffuse shader in place of one that is not modelled, of what its Color gives."""
+    node, groups = item.node, item.groups
+    color = next((x.name for x in node.inputs if x.type == "RGBA" and x.enabled), "")
+    _approximate(
+        tree,
+        node,
+        f"{nodes.describe(node)} is a shader that is not modelled: it is rendered as diffuse",
+    )
+    inputs = {row.name: tree.shader.literal(0) for row in closure_rows()["diffuse"]}
+    inputs["color"] = tree.get(node, color, groups) if color else tree.shader.literal(0.8)
+    return Closure("diffuse", inputs, item.weight, tree.base_normal)
+
+
+def _approximate(tree: Tree, node: Node, sentence: str) -> None:
+    """Notes that a node is rendered in another way."""
+    assert tree.room.approximations is not None  # noqa: S101 - the caller has asked
+    tree.approximated.append(node)
+    tree.room.approximations.append(f"{tree.title}: {sentence}; it cannot be fitted")
 
 
 def _subsurface(node: Node) -> str:

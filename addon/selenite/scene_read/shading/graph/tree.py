@@ -64,6 +64,8 @@ class Tree:
     #: Outputs that are baked, and the UV map of their images.
     baked: list[WantedOutput] = field(default_factory=list)
     baked_uv: str = ""
+    #: Nodes that another shader stands for.
+    approximated: list[bpy.types.Node] = field(default_factory=list)
     _results: dict[tuple[object, ...], Register] = field(default_factory=dict)
     _constants: dict[int, Register] = field(default_factory=dict)
 
@@ -209,6 +211,8 @@ class Tree:
         or is not wanted: then the cure names it."""
         node, output, groups = source.node, source.socket, source.groups
         assert node is not None  # noqa: S101 - see `_result`
+        if dependence.is_magenta(node):
+            return self._magenta(source, before)
         if not dependence.can_be_baked(node, output, groups):
             return None
         if self.room.baker is None:
@@ -223,6 +227,20 @@ class Tree:
         place = self.ask("attribute", "uv", self.shader.name(self.baked_uv))
         item = self.shader.texture(wanted.texture)
         return self.emit("image", place, mode="FLAT", item=item)
+
+    def _magenta(self, source: Source, before: _State) -> Register | None:
+        """What Cycles shows where an image is missing."""
+        node = source.node
+        assert node is not None  # noqa: S101 - see `_result`
+        if self.room.approximations is None:
+            return None
+        self._go_back(before)
+        self.room.approximations.append(
+            f"{self.title}: {nodes.describe(node)} is magenta, as in Cycles: its image is missing"
+        )
+        if source.socket.identifier == "Alpha":
+            return self.shader.literal(1)
+        return self.shader.literal(1, 0, 1)
 
     def _state(self) -> _State:
         """To which `_go_back` returns."""
