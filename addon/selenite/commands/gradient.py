@@ -23,9 +23,9 @@ from .scene import (
     find_constant,
     native_scene,
     open_scene,
-    reading_of,
     picture_frame,
     picture_size,
+    reading_of,
 )
 from .terminal import bar, say
 

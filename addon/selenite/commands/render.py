@@ -26,9 +26,9 @@ from .scene import (
     camera_of,
     native_scene,
     open_scene,
-    reading_of,
     picture_frame,
     picture_size,
+    reading_of,
 )
 from .terminal import say
 

@@ -24,7 +24,9 @@ SIDE, BLOCK = 128, 8
 _SAMPLES = 128
 
 
-def run(folder: Path, request: dict[str, Any], note: Callable[[float, str], None]) -> dict[str, Any]:
+def run(
+    folder: Path, request: dict[str, Any], note: Callable[[float, str], None]
+) -> dict[str, Any]:
     """Keys camera, mean and worst: differences relative to the mean of the picture by Cycles."""
     note(0.0, "comparing the approximation with Cycles")
     open_blend(str(folder / "scene.blend"), scripts=request["scripts"])

@@ -50,8 +50,9 @@ def read_scene(
 def reading(scene: bpy.types.Scene, *, bakes: bool = True) -> Reading[SceneValues]:
     """Everything that Cycles would render, but not whether bodies are closed.
 
-    bakes: False leaves images that are to be baked empty: nothing is rendered of it. What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
-    NativeUnavailable, since the parameter table is native.
+    bakes: False leaves images that are to be baked empty: nothing is rendered of it. What cannot be
+    rendered is in `problems`, what is rendered differently in `warnings`. Raises NativeUnavailable,
+    since the parameter table is native.
     """
     read = SceneValues(millimetres=millimetres(scene))
     width, height = cameras.resolution(scene)

@@ -28,7 +28,9 @@ class _Refreshes(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """At once. Ticks and bounds of rows that are known already stay."""
-        values = built(self, lambda: read_scene(context.scene, surveys=bpy.app.background, bakes=False))
+        values = built(
+            self, lambda: read_scene(context.scene, surveys=bpy.app.background, bakes=False)
+        )
         return {"CANCELLED"} if values is None else self._with(context, values)
 
     def _with(self, context: bpy.types.Context, found: SceneValues) -> set[str]:

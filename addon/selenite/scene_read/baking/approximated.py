@@ -57,8 +57,8 @@ class ComparisonRun(ProcessRun):
         if found:
             self._asked.read.warn(
                 f"{title}: approximated materials change the picture of camera "
-                f"'{found['camera']}' by {100 * found['mean']:.2g} % on average and "
-                f"{100 * found['worst']:.2g} % in the worst of its blocks, against Cycles"
+                f"'{found['camera']}' by {100 * found['mean']:.3g} % on average and "
+                f"{100 * found['worst']:.3g} % in the worst of its blocks, against Cycles"
             )
         return None
 

@@ -123,10 +123,10 @@ def _material(
                     found = stage.bake(made, size, samples, MARGIN, _EMPTY)
                 step()
                 with without_words():
-                    beside = stage.bake(made, size, samples, 0, _EMPTY, shift=0.5 / size)
+                    offset = stage.bake(made, size, samples, 0, _EMPTY, shift=0.5 / size)
             covered = found[..., 0] != _EMPTY
             pictures[at][covered] = found[covered]
-            sums[at] += _difference(found, beside)
+            sums[at] += _difference(found, offset)
     for at, pixels in enumerate(pictures):
         pixels[pixels == _EMPTY] = 0
         np.save(folder / f"output-{at}.npy", np.ascontiguousarray(pixels[::-1]))
@@ -137,11 +137,11 @@ def _material(
     }
 
 
-def _difference(found: np.ndarray, beside: np.ndarray) -> np.ndarray:
+def _difference(found: np.ndarray, offset: np.ndarray) -> np.ndarray:
     """(sum of differences, sum of values, number) at the corners of the pixels: what Cycles has
     there against what is looked up there, the mean of four pixels."""
     four = [np.roll(found, (a, b), (0, 1)) for a in (0, 1) for b in (0, 1)]
-    counts = (beside[..., 0] != _EMPTY) & np.all([item[..., 0] != _EMPTY for item in four], axis=0)
+    counts = (offset[..., 0] != _EMPTY) & np.all([item[..., 0] != _EMPTY for item in four], axis=0)
     looked_up = np.mean([item[counts] for item in four], axis=0, dtype=np.float64)
-    true = beside[counts].astype(np.float64)
+    true = offset[counts].astype(np.float64)
     return np.array([np.abs(looked_up - true).sum(), np.abs(true).sum(), counts.sum()])

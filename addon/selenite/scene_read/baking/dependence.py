@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -99,7 +99,7 @@ def is_magenta(node: Node) -> bool:
 def image_is_gone(image: bpy.types.Image) -> bool:
     """Whether the file of an image is not there."""
     path = bpy.path.abspath(image.filepath, library=image.library)
-    return not image.packed_file and not os.path.isfile(path)
+    return not image.packed_file and not Path(path).is_file()
 
 
 def is_of_instance(node: Node, output: Socket, groups: Groups) -> bool:
@@ -170,8 +170,8 @@ def _image(image: bpy.types.Image) -> str:
     facts: tuple[Any, ...] = (image.source, image.colorspace_settings.name, image.alpha_mode)
     if image.packed_file:
         facts += (hashlib.sha256(image.packed_file.data).hexdigest(),)
-    elif os.path.isfile(path):
-        found = os.stat(path)
+    elif Path(path).is_file():
+        found = Path(path).stat()
         facts += (path, found.st_mtime_ns, found.st_size)
     else:
         pixels = np.empty(len(image.pixels), np.float32)

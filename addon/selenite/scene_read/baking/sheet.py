@@ -58,7 +58,7 @@ class Stage:
         for other in self.layer.objects:
             other.select_set(other == item, view_layer=self.layer)
         self.layer.objects.active = item
-        self._blank = bpy.data.materials.new("Selenite leaves this out")
+        self._blank = bpy.data.materials.new("Selenite blank")
         self._blank.use_nodes = True
         self._picture(self._blank, 16)
 
@@ -96,11 +96,13 @@ class Stage:
         positions: where the map overlaps, or a face has no area in it."""
         mesh = self._item.data
         self._uv = uv
-        material = bpy.data.materials.new("Selenite shows positions")
+        material = bpy.data.materials.new("Selenite positions")
         material.use_nodes = True
         tree = material.node_tree
         tree.nodes.clear()
-        nodes = [tree.nodes.new(f"ShaderNode{x}") for x in ("TexCoord", "Emission", "OutputMaterial")]
+        nodes = [
+            tree.nodes.new(f"ShaderNode{x}") for x in ("TexCoord", "Emission", "OutputMaterial")
+        ]
         tree.links.new(nodes[0].outputs["Object"], nodes[1].inputs["Color"])
         tree.links.new(nodes[1].outputs[0], nodes[2].inputs["Surface"])
         empty = np.float32(-1e30)

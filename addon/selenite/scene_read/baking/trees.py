@@ -35,9 +35,7 @@ def keep_generated(evaluated: bpy.types.Mesh, mesh: bpy.types.Mesh) -> None:
 
 
 @contextmanager
-def emitting(
-    material: bpy.types.Material, output: dict[str, Any]
-) -> Iterator[bpy.types.Material]:
+def emitting(material: bpy.types.Material, output: dict[str, Any]) -> Iterator[bpy.types.Material]:
     """A material that emits `output`, for a moment, on a mesh of `keep_generated`."""
     made = material.copy()
     groups: list[bpy.types.NodeTree] = []

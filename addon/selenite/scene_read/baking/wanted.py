@@ -62,7 +62,9 @@ class Baker:
     def __init__(self) -> None:
         self.materials: list[WantedMaterial] = []
 
-    def output(self, node: bpy.types.Node, output: bpy.types.NodeSocket, groups: Groups) -> WantedOutput:
+    def output(
+        self, node: bpy.types.Node, output: bpy.types.NodeSocket, groups: Groups
+    ) -> WantedOutput:
         """A placeholder for the image of an output; see `dependence.can_be_baked`."""
         title = f"{nodes.describe(node)}, output '{output.name}'"
         # Any one pixel will do: the true ones take its place.

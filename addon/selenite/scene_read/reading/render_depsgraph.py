@@ -142,9 +142,9 @@ class GraphRender:
         self.entry = Entry()
 
     def start(self, *, waits: bool, note: Callable[[str], None] | None = None) -> None:
-        """waits: returns at the end; it is too short for a `note`. Else at once: Blender then evaluates and reads in a thread of
-        its own, and `is_running` says how long. A scene that is rendered itself is waited for, as
-        nobody must touch it meanwhile."""
+        """waits: returns at the end; it is too short for a `note`. Else at once: Blender then
+        evaluates and reads in a thread of its own, and `is_running` says how long. A scene that is
+        rendered itself is waited for, as nobody must touch it meanwhile."""
         scene = self._asked.scene
         running = next(
             (job for job in ("RENDER", "OBJECT_BAKE") if bpy.app.is_job_running(job)), ""

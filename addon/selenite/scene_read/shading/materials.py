@@ -16,7 +16,7 @@ from ..values import MaterialValues, Owner
 from . import images, nodes, textures, volumes
 from .graph.displacement import read_displacement
 from .graph.surface import compile_surface
-from .graph.tree import Tree
+from .graph.tree import Tree, offered
 from .nodes import Groups, Source, Unreadable
 from .textures import TextureRoom
 
@@ -286,7 +286,7 @@ def _read_map(
     try:
         found = read.room.read_map(source, title)
     except Unreadable as error:
-        problem = error.problem
+        problem = offered(error.problem, source)
         read.computed |= problem.object == title
         place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
         read.problems.append(_of(problem, place))

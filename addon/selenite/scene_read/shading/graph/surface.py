@@ -15,7 +15,7 @@ from ...shaders import Closure, Register
 from .. import nodes
 from ..nodes import Groups, Source
 from . import arithmetic, colors, images, inputs, normals, textures, vectors  # noqa: F401 - makers
-from .tree import Tree
+from .tree import OPTION_APPROXIMATE, Tree
 
 Node = bpy.types.Node
 
@@ -40,7 +40,7 @@ MOST_CLOSURES = 16
 _WITHOUT = ("Anisotropy", "Anisotropic", "Thin Film Thickness")
 _CURE = "use a Principled BSDF, or another shader that is read"
 #: The cure of what the nearest shader can stand for.
-APPROXIMATE = "or let the nearest shader stand for it: --approximate"
+APPROXIMATE = f"or let the nearest shader stand for it: {OPTION_APPROXIMATE}"
 
 
 @lru_cache(maxsize=1)
@@ -130,12 +130,12 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     if kind is None:
         tree.refuse(node, "{} is a shader that is not modelled", f"{_CURE}; {APPROXIMATE}")
         return None
-    told = len(tree.problems)
+    known = len(tree.problems)
     _judge(tree, node, groups)
     if tree.room.approximations is not None:
-        for problem in tree.problems[told:]:
+        for problem in tree.problems[known:]:
             _approximate(tree, node, f"{problem.cause}: it is rendered without that")
-        del tree.problems[told:]
+        del tree.problems[known:]
     if kind == "metallic" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         kind = "conductor"
     rows = closure_rows()[kind]
@@ -168,9 +168,9 @@ def _nearest(tree: Tree, item: _Found) -> Closure:
         node,
         f"{nodes.describe(node)} is a shader that is not modelled: it is rendered as diffuse",
     )
-    inputs = {row.name: tree.shader.literal(0) for row in closure_rows()["diffuse"]}
-    inputs["color"] = tree.get(node, color, groups) if color else tree.shader.literal(0.8)
-    return Closure("diffuse", inputs, item.weight, tree.base_normal)
+    given = {row.name: tree.shader.literal(0) for row in closure_rows()["diffuse"]}
+    given["color"] = tree.get(node, color, groups) if color else tree.shader.literal(0.8)
+    return Closure("diffuse", given, item.weight, tree.base_normal)
 
 
 def _approximate(tree: Tree, node: Node, sentence: str) -> None:

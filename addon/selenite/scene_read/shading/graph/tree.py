@@ -34,8 +34,10 @@ def maker(*names: str) -> Callable[[Maker], Maker]:
     return add
 
 
-#: The cure of what can be baked.
-BAKE = "or let Cycles bake it: --bake"
+OPTION_BAKE, OPTION_APPROXIMATE = "--bake", "--approximate"
+#: Cures of what can be baked, and of an image that is missing.
+BAKE = f"or let Cycles bake it: {OPTION_BAKE}"
+MAGENTA = f"or render it magenta as Cycles does: {OPTION_APPROXIMATE}"
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class Tree:
         return self.emit("math", a, b, c, mode=mode, flags=("clamp_result",) * clamp)
 
     def refuse(self, node: bpy.types.Node, cause: str, cure: str) -> Register:
-        """Notes a problem, and goes on so that all are told at once. `cause`: {} is the node."""
+        """Notes a problem, and goes on so that all are known at once. `cause`: {} is the node."""
         problem = Problem(self.title, cause.replace("{}", nodes.describe(node), 1), cure)
         if problem not in self.problems:
             self.problems.append(problem)
@@ -181,10 +183,10 @@ class Tree:
         within = tuple(group.as_pointer() for group in source.groups)
         key = (node.as_pointer(), within, output.identifier, self.shift)
         if key not in self._results:
-            before, told = self._state(), len(self.problems)
+            before, known = self._state(), len(self.problems)
             register = self._made(source)
-            if len(self.problems) > told:
-                register = self._rescued(source, told, before) or register
+            if len(self.problems) > known:
+                register = self._rescued(source, known, before) or register
             self._results[key] = register
         return self._results[key]
 
@@ -206,20 +208,15 @@ class Tree:
                 self.problems.append(error.problem)
             return self.shader.literal(0)
 
-    def _rescued(self, source: Source, told: int, before: _State) -> Register | None:
+    def _rescued(self, source: Source, known: int, before: _State) -> Register | None:
         """The lookup of a baked image in place of what could not be read; None where that cannot be
         or is not wanted: then the cure names it."""
         node, output, groups = source.node, source.socket, source.groups
         assert node is not None  # noqa: S101 - see `_result`
-        if dependence.is_magenta(node):
+        if self.room.approximations is not None and dependence.is_magenta(node):
             return self._magenta(source, before)
-        if not dependence.can_be_baked(node, output, groups):
-            return None
-        if self.room.baker is None:
-            for at in range(told, len(self.problems)):
-                cure = self.problems[at].cure
-                if not cure.endswith(BAKE):
-                    self.problems[at] = replace(self.problems[at], cure=f"{cure}; {BAKE}")
+        if self.room.baker is None or not dependence.can_be_baked(node, output, groups):
+            self.problems[known:] = [offered(item, source) for item in self.problems[known:]]
             return None
         self._go_back(before)
         wanted = self.room.baker.output(node, output, groups)
@@ -228,12 +225,11 @@ class Tree:
         item = self.shader.texture(wanted.texture)
         return self.emit("image", place, mode="FLAT", item=item)
 
-    def _magenta(self, source: Source, before: _State) -> Register | None:
+    def _magenta(self, source: Source, before: _State) -> Register:
         """What Cycles shows where an image is missing."""
         node = source.node
         assert node is not None  # noqa: S101 - see `_result`
-        if self.room.approximations is None:
-            return None
+        assert self.room.approximations is not None  # noqa: S101 - the caller has asked
         self._go_back(before)
         self.room.approximations.append(
             f"{self.title}: {nodes.describe(node)} is magenta, as in Cycles: its image is missing"
@@ -323,6 +319,20 @@ class Tree:
         while found in self.sources:
             found, number = f"{text} {number}", number + 1
         return found
+
+
+def offered(problem: Problem, source: Source) -> Problem:
+    """With the option that helps named in its cure."""
+    node = source.node
+    assert node is not None  # noqa: S101 - a value needs no cure
+    words = ""
+    if dependence.is_magenta(node):
+        words = MAGENTA
+    elif dependence.can_be_baked(node, source.socket, source.groups):
+        words = BAKE
+    if not words or problem.cure.endswith((BAKE, MAGENTA)):
+        return problem
+    return replace(problem, cure=f"{problem.cure}; {words}")
 
 
 def _is_moved(node: bpy.types.Node) -> bool:
