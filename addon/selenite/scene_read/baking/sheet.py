@@ -77,6 +77,7 @@ class Stage:
         if not inside or self._misplaced(uv) > _MISPLACED:
             with self._context():
                 bpy.ops.object.mode_set(mode="EDIT")
+            with self._context(edit_object=self._item):
                 bpy.ops.mesh.reveal()
                 bpy.ops.mesh.select_all(action="SELECT")
                 bpy.ops.uv.smart_project(angle_limit=_ANGLE, island_margin=_ISLANDS)
@@ -185,16 +186,16 @@ class Stage:
         tree.nodes.active = node
         return image
 
-    def _context(self) -> Any:  # noqa: ANN401 - a context manager of Blender's
+    def _context(self, **more: bpy.types.Object) -> Any:  # noqa: ANN401 - one of Blender's
         item = self._item
         return bpy.context.temp_override(
             scene=self.scene,
             view_layer=self.layer,
             object=item,
             active_object=item,
-            edit_object=None,
             selected_objects=[item],
             selected_editable_objects=[item],
+            **more,
         )
 
 
