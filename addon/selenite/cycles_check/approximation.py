@@ -16,6 +16,7 @@ import numpy as np
 from .. import native
 from ..scene_read.blend_file import open_blend
 from ..scene_read.build import build
+from ..scene_read.options import ReadingOptions
 from ..scene_read.scene import read_scene
 from .render import render
 
@@ -33,7 +34,8 @@ def run(
     scene = bpy.data.scenes[request["scene"]]
     if bpy.context.window is not None:
         bpy.context.window.scene = scene
-    read = read_scene(scene, surveys=False)
+    options = ReadingOptions.from_json(request["options"])
+    read = read_scene(scene, surveys=False, options=options)
     cameras = {camera.name: camera for camera in read.cameras}
     active = scene.camera.name if scene.camera is not None else ""
     if not cameras:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A process that works on a copy of the file; see `blender_process`, which starts it.
 
-Run as a script, inside Blender (`blender -b --python process_worker.py -- FOLDER`) or with the
-module bpy (`python process_worker.py FOLDER`). FOLDER holds scene.blend and request.json, whose
-"module" has a function `run(folder, request, note)`; its report goes there.
+Run as a script with a folder as its last word, inside Blender or with the module bpy. The folder
+holds scene.blend and request.json, whose "module" has a function `run(folder, request, note)`; its
+report goes there.
 """
 
 from __future__ import annotations

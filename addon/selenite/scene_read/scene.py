@@ -21,7 +21,7 @@ from .geometry import mesh, not_rendered, shading_data
 from .geometry.bodies import judge_bodies
 from .lamps import lights
 from .lamps.frames import LampFrames
-from .options import options_of
+from .options import ReadingOptions, options_of
 from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
 from .shading import materials, world
 from .shading.nodes import Unreadable
@@ -34,6 +34,7 @@ def read_scene(
     *,
     surveys: bool = True,
     bakes: bool = True,
+    options: ReadingOptions | None = None,
     note: Callable[[str], None] | None = None,
 ) -> SceneValues:
     """Reads everything that Cycles would render; changes nothing. See `reading`.
@@ -41,18 +42,20 @@ def read_scene(
     surveys: False leaves out whether bodies are closed, the longest part that needs no Blender:
     `judge_bodies` may follow in another thread. note: is told how far a bake is.
     """
-    read = at_once(reading(scene, bakes=bakes), note)
+    read = at_once(reading(scene, bakes=bakes, options=options), note)
     if surveys:
         read.bodies = judge_bodies(read)
     return read
 
 
-def reading(scene: bpy.types.Scene, *, bakes: bool = True) -> Reading[SceneValues]:
+def reading(
+    scene: bpy.types.Scene, *, bakes: bool = True, options: ReadingOptions | None = None
+) -> Reading[SceneValues]:
     """Everything that Cycles would render, but not whether bodies are closed.
 
-    bakes: False leaves images that are to be baked empty: nothing is rendered of it. What cannot be
-    rendered is in `problems`, what is rendered differently in `warnings`. Raises NativeUnavailable,
-    since the parameter table is native.
+    options: None: those of the scene. bakes: False leaves images that are to be baked empty:
+    nothing is rendered of it. What cannot be rendered is in `problems`, what is rendered
+    differently in `warnings`. Raises NativeUnavailable, since the parameter table is native.
     """
     read = SceneValues(millimetres=millimetres(scene))
     width, height = cameras.resolution(scene)
@@ -63,7 +66,7 @@ def reading(scene: bpy.types.Scene, *, bakes: bool = True) -> Reading[SceneValue
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
-    options = options_of(scene)
+    options = options_of(scene) if options is None else options
     room = TextureRoom(
         baker=Baker() if options.bake else None,
         approximations=[] if options.approximate else None,
@@ -88,7 +91,7 @@ def reading(scene: bpy.types.Scene, *, bakes: bool = True) -> Reading[SceneValue
     if room.approximations:
         _note(read, [], room.approximations)
         if bakes and not read.problems and not is_copy():
-            yield ComparisonAsked(scene, room.approximations, read)
+            yield ComparisonAsked(scene, options, room.approximations, read)
     read.lamp_frames = LampFrames(scene, read)
     return read
 

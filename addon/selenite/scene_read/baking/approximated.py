@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import pickle
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import bpy
 
 from ...problems import Problem
 from ..blender_process import WORKER, BlenderProcess, baked_folder
-from ..options import options_of
+from ..options import ReadingOptions
 from ..reading.process_run import ProcessRun
 from ..values import SceneValues
 
@@ -25,6 +26,7 @@ class ComparisonAsked:
     """A step of a reading: warns of what approximations change in a picture of the scene."""
 
     scene: bpy.types.Scene
+    options: ReadingOptions
     approximations: list[str]
     read: SceneValues
 
@@ -66,7 +68,10 @@ class ComparisonRun(ProcessRun):
         if self._known() or not self._asked.read.cameras:
             return None
         process = BlenderProcess(WORKER, "selenite-compare-")
-        process.ask({"module": _MODULE, "scene": self._asked.scene.name})
+        asked = self._asked
+        process.ask(
+            {"module": _MODULE, "scene": asked.scene.name, "options": asked.options.as_json()}
+        )
         return process
 
     def _said(self, error: Exception) -> Problem:
@@ -82,8 +87,13 @@ class ComparisonRun(ProcessRun):
 def _kept_at(asked: ComparisonAsked) -> Path | None:
     """The file of the difference; None where the scene is not as its file says."""
     path = Path(bpy.data.filepath)
-    if bpy.data.is_dirty or not bpy.data.filepath or not path.is_file():
+    # Without a window every file counts as changed.
+    changed = bpy.data.is_dirty and not bpy.app.background
+    if changed or not bpy.data.filepath or not path.is_file():
         return None
+    read = asked.read
+    values = (read.cameras, read.objects, read.lights, read.world, read.materials, read.meshes)
     facts = (path.stat().st_mtime_ns, path.stat().st_size, bpy.app.version_string)
-    words = repr((facts, asked.scene.name, options_of(asked.scene), asked.approximations))
-    return baked_folder() / f"approximated-{hashlib.sha256(words.encode()).hexdigest()[:32]}.json"
+    words = repr((facts, asked.scene.name, asked.options, asked.approximations))
+    found = hashlib.sha256(words.encode() + pickle.dumps(values))
+    return baked_folder() / f"approximated-{found.hexdigest()[:32]}.json"
