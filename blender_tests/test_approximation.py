@@ -22,7 +22,8 @@ def scene(tmp_path):
     """A saved scene with light and a camera."""
     found = bpy.context.scene
     made.camera(distance=5)
-    made.world()
+    made.world((0.1, 0.1, 0.1))
+    made.light("Key", "SUN", energy=3)
     found.render.resolution_x = found.render.resolution_y = 32
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     found.selenite.approximate = True

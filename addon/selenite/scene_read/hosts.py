@@ -120,7 +120,7 @@ def is_data(image: bpy.types.Image) -> bool:
 
 def set_linear(image: bpy.types.Image) -> None:
     """Its pixels are numbers that nothing decodes."""
-    image.colorspace_settings.name = "Non-Color"
+    cast(Any, image.colorspace_settings).name = "Non-Color"
 
 
 def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
@@ -128,7 +128,7 @@ def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
     if hasattr(tree, "interface"):  # 4.0 on
         tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
     else:
-        tree.outputs.new(kind, name)
+        cast(Any, tree).outputs.new(kind, name)
 
 
 def is_editable(block: bpy.types.ID) -> bool:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -154,7 +154,7 @@ def _settings(block: bpy.types.bpy_struct, depth: int) -> Iterator[tuple[str, st
         if isinstance(value, bpy.types.Image):
             yield name, _image(value)
         elif isinstance(value, bpy.types.Object):
-            yield name, f"{value.name_full} {[tuple(line) for line in value.matrix_world]}"
+            yield name, f"{value.name_full} {np.array(value.matrix_world).tolist()}"
         elif isinstance(value, bpy.types.ID):
             yield name, value.name_full
         elif row.type == "POINTER" and value is not None:
@@ -174,7 +174,8 @@ def _image(image: bpy.types.Image) -> str:
         found = Path(path).stat()
         facts += (path, found.st_mtime_ns, found.st_size)
     else:
-        pixels = np.empty(len(image.pixels), np.float32)
-        image.pixels.foreach_get(pixels)
+        stored = cast(Any, image.pixels)  # the stubs say one float
+        pixels = np.empty(len(stored), np.float32)
+        stored.foreach_get(pixels)
         facts += (image.name_full, tuple(image.size), hashlib.sha256(pixels.tobytes()).hexdigest())
     return repr(facts)

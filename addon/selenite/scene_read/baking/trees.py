@@ -22,14 +22,14 @@ _NOT_GENERATED = {
 }
 
 
-def keep_generated(evaluated: bpy.types.Mesh, mesh: bpy.types.Mesh) -> None:
+def keep_generated(evaluated: Any, mesh: bpy.types.Mesh) -> None:  # noqa: ANN401 - a mesh
     """`mesh` is a copy of an evaluated one, which alone knows where its vertices were before they
     were deformed."""
     undeformed = hosts.floats(evaluated.vertices, "undeformed_co", 3)
     middle = np.array(evaluated.texspace_location, np.float32)
     size = np.array(evaluated.texspace_size, np.float32)
     half = np.divide(0.5, size, out=np.zeros(3, np.float32), where=size != 0)
-    attribute = mesh.attributes.new(_GENERATED, "FLOAT_VECTOR", "POINT")
+    attribute: Any = mesh.attributes.new(_GENERATED, "FLOAT_VECTOR", "POINT")
     values = undeformed * half - (middle * half - np.float32(0.5))
     attribute.data.foreach_set("vector", np.ascontiguousarray(values).reshape(-1))
 
@@ -96,7 +96,7 @@ def _name_generated(tree: bpy.types.NodeTree, groups: list[bpy.types.NodeTree]) 
             for link in list(node.outputs["Generated"].links):
                 tree.links.new(_attribute(tree), link.to_socket)
         elif node.bl_idname.startswith("ShaderNodeTex") and node.bl_idname not in _NOT_GENERATED:
-            vector = node.inputs.get("Vector")
+            vector: bpy.types.NodeSocket | None = node.inputs.get("Vector")
             if vector is not None and not vector.is_linked:
                 tree.links.new(_attribute(tree), vector)
 

@@ -240,7 +240,7 @@ class Tree:
 
     def _state(self) -> _State:
         """To which `_go_back` returns."""
-        kept = (self.problems, self.baked, *self.shader.lists())
+        kept: tuple[list[Any], ...] = (self.problems, self.baked, *self.shader.lists())
         return _State(
             [len(item) for item in kept],
             (dict(self.sources), dict(self._results), dict(self._constants)),
@@ -249,14 +249,13 @@ class Tree:
 
     def _go_back(self, before: _State) -> None:
         """Forgets what was made since then."""
-        kept = (self.problems, self.baked, *self.shader.lists())
+        kept: tuple[list[Any], ...] = (self.problems, self.baked, *self.shader.lists())
         for found, length in zip(kept, before.lengths, strict=True):
             del found[length:]
-        for found, old in zip(
-            (self.sources, self._results, self._constants), before.tables, strict=True
-        ):
-            found.clear()
-            found.update(old)
+        tables: tuple[dict[Any, Any], ...] = (self.sources, self._results, self._constants)
+        for table, old in zip(tables, before.tables, strict=True):
+            table.clear()
+            table.update(old)
         self.shader.forget(before.known)
 
     # ---- constants
