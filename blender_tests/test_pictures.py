@@ -16,13 +16,13 @@ from drawn_panels import draw
 from pressed_buttons import Pressed
 
 from selenite import native
-from selenite.cycles_check import job as cycles_job
 from selenite.fit_run.pictures.comparison import OUTSIDE, SHOWN_OUTSIDE
 from selenite.fit_run.pictures.moments import RESULT, START, Moment, Moments
 from selenite.interface import state
 from selenite.interface.pictures import images, panel
 from selenite.interface.pictures.view import VIEW
 from selenite.interface.pictures.view_through import is_through
+from selenite.scene_read import blender_process
 from selenite.scene_read.build import build
 from selenite.scene_read.scene import read_scene
 
@@ -254,7 +254,7 @@ def test_drawn_images_stay_out_of_files_and_out_of_the_check(tmp_path, editor):
     drawn()
     image = bpy.data.images[images.COMPARISON]
     assert image.is_dirty and image.users > 0
-    assert not [item for item in cycles_job._unsaved_pictures() if "Selenite" in item.title]
+    assert not [item for item in blender_process._unsaved_pictures() if "Selenite" in item.title]
     path = tmp_path / "saved.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
     with bpy.data.libraries.load(str(path)) as (there, _):

@@ -19,7 +19,7 @@ from ..problems import BadInput, Problem, listed
 from ..scene_read.capture_request import PACKED, CaptureRequest, with_ids
 from ..scene_read.values import Owner, SceneValues
 from .capture_arguments import captures_from
-from .scene import open_scene
+from .scene import open_scene, reading_of
 from .terminal import say
 
 #: Photos are read whole and kept small: what is wrong with them does not depend on the size.
@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     from ..cycles_check import render_settings
     from ..scene_read.photos import captures_of, packed_photos
 
-    scene, values = open_scene(args.scene)
+    scene, values = open_scene(args.scene, reading_of(args))
     problems: list[Problem] = []
     dropped: dict[str, int] = {}
     paths = None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from ..paths import absolute
 from ..problems import Problem
 from .capture_arguments import add_captures
-from .render_arguments import KEPT, add_of_fits
+from .render_arguments import KEPT, add_of_fits, add_reading
 
 if TYPE_CHECKING:
     from ..fit_run.request import UnknownRequest
@@ -38,6 +38,7 @@ def add_rotate_world(parser: argparse.ArgumentParser) -> None:
     """The arguments of `selenite rotate-world`."""
     parser.add_argument("scene", metavar="SCENE.blend")
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add_reading(parser)
     add = parser.add_argument_group("settings of the renders").add_argument
     add("--height", type=int, help="pixels of the compared pictures; default: 64")
     add("--spp", type=int, help="samples per pixel of each angle; default: 64")
@@ -49,6 +50,7 @@ def add_rotate_world(parser: argparse.ArgumentParser) -> None:
 def add_lamps(parser: argparse.ArgumentParser) -> None:
     """The arguments of `selenite lamps`."""
     parser.add_argument("scene", metavar="SCENE.blend")
+    add_reading(parser)
     add = parser.add_argument_group("which image, and how many suns").add_argument
     count = "suns at most, the strongest first; default: 4"
     add("--count", type=int, default=4, metavar="N", help=count)

@@ -26,12 +26,13 @@ from ..information.conditioning import StageChoice
 from ..parameters import join_name
 from ..paths import absolute, why_not_folder
 from ..problems import BadInput, Problem, meant, problems_of
+from ..scene_read.options import options_of
 from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_arguments import captures_from
 from .environment_arguments import with_environment
 from .fit_results import deliver
-from .scene import open_scene
+from .scene import open_scene, reading_of
 from .terminal import bar, say
 
 #: Where the result folder goes without --out; a resumed run stays where it was.
@@ -89,7 +90,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
     base = (
         read_run(absolute(args.scene)) if args.scene.endswith(".json") else RunRequest(args.scene)
     )
-    scene, values = open_scene(base.scene)
+    scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
     from ..scene_read.photos import captures_of, packed_photos
 
@@ -107,6 +108,7 @@ def _new(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         captures=captures,
         settings=settings,
         stages=stages,
+        reading=options_of(scene),
     )
     if args.stages is None and args.scene.endswith(".json"):
         request = replace(request, stages=base.stages, staging=base.staging)
@@ -148,7 +150,7 @@ def _resumed(args: argparse.Namespace, problems: list[Problem]) -> Planned:
         scene=args.scene or run.request.scene,
         settings=with_overrides(run.request.settings, {"threads": args.threads}),
     )
-    scene, values = open_scene(request.scene)
+    scene, values = open_scene(request.scene, request.reading | reading_of(args))
 
     from ..scene_read.photos import packed_photos
 

@@ -25,6 +25,7 @@ from .scene import (
     open_scene,
     picture_frame,
     picture_size,
+    reading_of,
 )
 from .terminal import bar, say
 
@@ -40,7 +41,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     changes = arguments.assignments(args.set, problems)
     wanted_folder = args.out_dir is not None
     folder = arguments.output_folder(args.out_dir, problems) if wanted_folder else None
-    scene_in_blender, values = open_scene(args.scene)
+    scene_in_blender, values = open_scene(args.scene, reading_of(args))
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
     textured = _textured(values, keys, problems)

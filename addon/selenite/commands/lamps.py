@@ -10,7 +10,7 @@ from ..fit_run.answer.fitted_scene import at_result
 from ..paths import absolute
 from ..problems import BadInput, Problem
 from . import arguments
-from .scene import open_scene
+from .scene import open_scene, reading_of
 from .terminal import say, say_saved
 
 
@@ -21,7 +21,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.count < 1:
         cause, cure = f"it is {args.count}", "give a number from 1 up"
         problems.append(Problem("Argument --count", cause, cure))
-    scene, values = open_scene(args.scene)
+    scene, values = open_scene(args.scene, reading_of(args))
     if args.result is not None:
         try:
             values, _ = at_result(values, absolute(args.result))

@@ -25,7 +25,7 @@ from ..scene_read.values import SceneValues
 from . import arguments
 from .capture_arguments import captures_from
 from .fit import unknowns_of
-from .scene import find_constant, open_scene
+from .scene import find_constant, open_scene, reading_of
 from .terminal import bar, say, say_saved, table
 
 _SETTINGS = ("height", "seed", "depth", "threads", "physical_refraction")
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         settings = with_overrides(base.settings, {name: getattr(args, name) for name in _SETTINGS})
     except BadInput as error:
         problems += error.problems
-    scene, values = open_scene(base.scene)
+    scene, values = open_scene(base.scene, base.reading | reading_of(args))
 
     from ..scene_read.photos import captures_of, packed_photos
 

@@ -13,7 +13,7 @@ from . import environment_arguments as environment
 from .capture_arguments import add_captures
 from .examples import with_examples
 from .import_arguments import add_import
-from .render_arguments import KEPT, PHYSICAL, add_of_fits
+from .render_arguments import KEPT, PHYSICAL, add_of_fits, add_reading
 
 
 class Parser(argparse.ArgumentParser):
@@ -98,6 +98,7 @@ def _add_check(commands: argparse._SubParsersAction) -> None:
     parser = _command(commands, "check", ".commands.check")
     parser.add_argument("scene", metavar="SCENE.blend")
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add_reading(parser)
 
 
 def _add_view(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
@@ -112,6 +113,7 @@ def _add_view(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
         metavar="OWNER:PARAM=V[,V,V]",
         help="change a value before rendering",
     )
+    add_reading(parser)
     add = parser.add_argument_group("settings of the render").add_argument
     add("--width", type=int, help="pixels; default: the scene's")
     add("--height", type=int, help="pixels; default: the scene's")
@@ -189,6 +191,7 @@ def _add_fit(commands: argparse._SubParsersAction) -> None:
     add("--stages", metavar="FILE", help=stages)
     environment.add_environment(group)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add_reading(parser)
     add = parser.add_argument_group("settings of the fit").add_argument
     add("--preset", choices=("draft", "balanced", "accurate"), help="default: balanced")
     add("--loss", help="what is minimised; default: robust. An unknown name lists them all")
@@ -239,6 +242,7 @@ def _add_next_camera(commands: argparse._SubParsersAction) -> None:
     value = "a value to compute at; default: the fitted one, or the scene's"
     add("--set", **many, metavar="OWNER:PARAM=V[,V,V]", help=value)
     add_captures(parser.add_argument_group("photos"), "default: the captures of the scene")
+    add_reading(parser)
     add = parser.add_argument_group("settings of the renders").add_argument
     add("--height", type=int, help="pixels of the pictures that a fit would compare")
     add_of_fits(add)
@@ -256,6 +260,7 @@ def _add_trade(commands: argparse._SubParsersAction) -> None:
     add("--bounds", **many, metavar="OWNER:PARAM=LO,HI", help="of each channel")
     photo = "whose cameras and sizes count; its content does not. Default: the scene's cameras"
     add_captures(parser.add_argument_group("photos"), photo)
+    add_reading(parser)
     add = parser.add_argument_group("settings of the fits").add_argument
     add("--budget", type=float, default=300.0, metavar="SECONDS", help="in all (%(default)g)")
     add("--loss", help="of every fit; default: robust")

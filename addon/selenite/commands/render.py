@@ -28,6 +28,7 @@ from .scene import (
     open_scene,
     picture_frame,
     picture_size,
+    reading_of,
 )
 from .terminal import say
 
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if sem is not None and sem == out:
         cause, cure = "the picture goes there", "give another name to --sem"
         problems.append(Problem(f"File '{args.sem}'", cause, cure))
-    scene_in_blender, values = open_scene(args.scene)
+    scene_in_blender, values = open_scene(args.scene, reading_of(args))
     arguments.render_numbers(args, problems)
     values.physical_refraction = args.physical_refraction
     if args.result is not None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Callable
 from typing import Any
 
@@ -19,3 +20,12 @@ def add_of_fits(add: Callable[..., Any], *, depth: bool = True) -> None:
     add("--seed", type=int, help="of the random numbers; default: 0")
     add("--threads", type=int, help="0: all")
     add("--physical-refraction", action="store_true", default=None, help=PHYSICAL)
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """Of a command that reads a scene: what becomes of materials that cannot be read."""
+    add = parser.add_argument_group("materials that cannot be read").add_argument
+    bake = "Cycles bakes outputs of nodes that are not evaluated into images, kept beside the scene"
+    add("--bake", action="store_true", help=f"{bake} in selenite-fits/baked")
+    nearest = "what still cannot be read is rendered as the nearest shader, and named in a warning"
+    add("--approximate", action="store_true", help=nearest)

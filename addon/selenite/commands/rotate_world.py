@@ -12,7 +12,7 @@ from ..information.world_rotation import RotationSearch, said
 from ..problems import BadInput, Problem
 from . import arguments
 from .capture_arguments import captures_from
-from .scene import open_scene
+from .scene import open_scene, reading_of
 from .terminal import bar, say, say_saved
 
 _SETTINGS = ("height", "spp", "seed", "depth", "threads", "physical_refraction")
@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         settings = with_overrides(settings, {name: getattr(args, name) for name in _SETTINGS})
     except BadInput as error:
         problems += error.problems
-    scene, values = open_scene(args.scene)
+    scene, values = open_scene(args.scene, reading_of(args))
 
     from ..scene_read.photos import captures_of, packed_photos
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ from ..fit_run.settings import number
 from ..fit_run.unknowns import find_parameter
 from ..parameters import Parameter, Values, join_name
 from ..problems import BadInput, Problem, choice, listed, refused
+from ..scene_read.options import ReadingOptions, set_options
 from ..scene_read.values import CameraValues, Owner, SceneValues
 from .arguments import input_file, stop_if, unquoted
 from .terminal import say
@@ -24,8 +26,14 @@ _BYTES_OF_PIXEL = 72
 RENDER = ("Render", "change the size or the samples")
 
 
-def open_scene(path: str) -> tuple[Any, SceneValues]:
-    """(bpy scene, its values). Raises BadInput when the file cannot be opened."""
+def reading_of(args: argparse.Namespace) -> ReadingOptions:
+    """--bake and --approximate."""
+    return ReadingOptions(args.bake, args.approximate)
+
+
+def open_scene(path: str, options: ReadingOptions) -> tuple[Any, SceneValues]:
+    """(bpy scene, its values). options: what the scene need not have on itself. Raises BadInput
+    when the file cannot be opened."""
     problems: list[Problem] = []
     file = input_file(path, problems, "give the path of a .blend file")
     stop_if(problems)
@@ -35,7 +43,8 @@ def open_scene(path: str) -> tuple[Any, SceneValues]:
 
     addon_settings.make_known()
     scene = blend_file.open_blend(str(file))
-    values = read_scene(scene)
+    set_options(scene, options)
+    values = read_scene(scene, note=say)
     for text in (*blend_file.warnings_of_file(), *blend_file.blocked_drivers()):
         values.warn(text)
     return scene, values

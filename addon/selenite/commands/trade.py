@@ -19,7 +19,7 @@ from ..trade.start import estimate_of, trade_of
 from . import arguments
 from .capture_arguments import captures_from
 from .fit import unknowns_of
-from .scene import open_scene
+from .scene import open_scene, reading_of
 from .terminal import bar, say, table
 
 _SETTINGS = ("loss", "optimiser", "seed", "threads", "physical_refraction")
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         settings = with_overrides(settings, {name: getattr(args, name) for name in _SETTINGS})
     except BadInput as error:
         problems += error.problems
-    scene, values = open_scene(args.scene)
+    scene, values = open_scene(args.scene, reading_of(args))
 
     from ..scene_read.photos import captures_of, packed_photos
 

@@ -53,12 +53,12 @@ def run(folder: Path, request: dict[str, Any]) -> dict[str, Any]:
     begin = time.perf_counter()
     wanted = RunRequest.from_json(request["run"])
     values = {parameters.split_name(name): tuple(v) for name, v in request["values"].items()}
-    read = read_scene(scene)
+    read = read_scene(scene, options=wanted.reading)
     write_back.write(scene, read.owners, values)
     shown = [image_nodes.show(read, name, path) for name, path in request["images"].items()]
     if request.get("environment"):
         shown.append(environments.show(scene, read, request["environment"]))
-    read = read_scene(scene)
+    read = read_scene(scene, options=wanted.reading)
     problems = list(read.problems)
     captures = read_captures(
         read,

@@ -12,6 +12,7 @@ from ..json_text import read_json
 from ..parameters import Values
 from ..problems import BadInput, Problem
 from ..scene_read.capture_request import LARGEST, CaptureRequest
+from ..scene_read.options import ReadingOptions
 from .settings import FitSettings
 from .staging.request import StageRequest, stages_from_json
 
@@ -45,7 +46,7 @@ class UnknownRequest:
 class RunRequest:
     """One fit. No unknowns: the usual ones of the only material. No captures: the scene's.
     No stages: everything at once. staging: why, in a sentence, where the photos chose them; "" for
-    those that the user gave."""
+    those that the user gave. reading: what becomes of materials that cannot be read."""
 
     scene: str
     unknowns: tuple[UnknownRequest, ...] = ()
@@ -53,6 +54,7 @@ class RunRequest:
     settings: FitSettings = field(default_factory=FitSettings)
     stages: tuple[StageRequest, ...] = ()
     staging: str = ""
+    reading: ReadingOptions = field(default_factory=ReadingOptions)
 
     def as_json(self) -> dict[str, Any]:
         """A dict of plain values, schema number included."""
@@ -65,6 +67,7 @@ class RunRequest:
             "settings": self.settings.as_json(),
             "stages": [item.as_json() for item in self.stages],
             "staging": self.staging,
+            "reading": self.reading.as_json(),
         }
 
     @staticmethod
@@ -85,6 +88,7 @@ class RunRequest:
                 settings=FitSettings.from_json(data.get("settings", {})),
                 stages=_stages(data.get("stages"), title),
                 staging=_text(data, "staging", ""),
+                reading=ReadingOptions.from_json(data.get("reading", {})),
             )
         except ValueError as error:
             cure = "give a run.json as Selenite wrote it"

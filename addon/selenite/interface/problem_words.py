@@ -25,6 +25,7 @@ _CONTROLS = {
     "spp": "Samples", "height": "Height", "search": "Multi-Start", "gain": "Gain",
     "align": "Align", "response": "Response", "background": "Background", "exclude": "Exclude",
     "silhouette": "Silhouette", "resume": "Resume a Run", "stages": "Stages", "loss": "Loss",
+    "bake": "Bake Unreadable Nodes", "approximate": "Approximate Unreadable Materials",
     "preset": "Quality", "out": "Folder", "threads": "Threads", "iterations": "Iterations",
 }  # fmt: skip
 

@@ -284,6 +284,18 @@ class SeleniteSettings(bpy.types.PropertyGroup):
         description="No refraction of rough glass towards lights that no micronormal gives. "
         "Cycles has it, so leave this off to fit what Cycles renders",
     )
+    bake: BoolProperty(
+        name="Bake Unreadable Nodes",
+        default=False,
+        description="Cycles bakes outputs of nodes that Selenite does not evaluate into images, "
+        "which are kept beside the results",
+    )
+    approximate: BoolProperty(
+        name="Approximate Unreadable Materials",
+        default=False,
+        description="What still cannot be read is rendered as the nearest shader, and cannot be "
+        "fitted; a warning names it",
+    )
     picture_spp: IntProperty(
         name="Picture Samples",
         default=_DEFAULTS.picture_spp,

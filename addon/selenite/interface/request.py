@@ -13,6 +13,7 @@ from ..fit_run.request import RunRequest, UnknownRequest
 from ..fit_run.settings import FitSettings
 from ..parameters import Values
 from ..problems import BadInput, Problem
+from ..scene_read.options import options_of
 from ..scene_read.photos import captures_of
 from ..scene_read.values import Owner, SceneValues
 from . import stages
@@ -74,6 +75,7 @@ def run_request(scene: bpy.types.Scene, values: SceneValues) -> RunRequest:
         captures=captures,
         settings=fit_settings(scene),
         stages=own or stages.named_stages(scene, names, captures, problems),
+        reading=options_of(scene),
     )
     if problems:
         raise BadInput([*values.problems, *problems])

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import native
-from ..cycles_check.job import CheckJob, CheckProgress
+from ..cycles_check.job import CheckJob
 from ..cycles_check.render_settings import Contents
 from ..fit_run.job import FitJob, Progress
 from ..fit_run.overall import Overall, Shown
@@ -18,6 +18,7 @@ from ..fit_run.staging.job import StagedJob
 from ..information.job import BackgroundJob
 from ..information.job import Step as BackgroundStep
 from ..problems import Problem
+from ..scene_read.blender_process import ProcessProgress
 from ..scene_read.reading.job import ReadingJob
 from ..scene_read.values import Owner, SceneValues
 from .running.recorder import BackgroundRecorder, Closing
@@ -168,7 +169,7 @@ class Check:
 
     job: CheckJob | None = None
     scene_name: str = ""
-    progress: CheckProgress | None = None
+    progress: ProcessProgress | None = None
     message: str = ""
     lines: list[str] = field(default_factory=list)
     sheet: Path | None = None

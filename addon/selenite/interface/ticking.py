@@ -114,7 +114,7 @@ class ReadsScene(Ticking):
         except Stopped:
             goes_on = None
         if goes_on:
-            show_status(context, ENDING if job.is_stopped else "reading the scene")
+            show_status(context, ENDING if job.is_stopped else job.text() or "reading the scene")
             return {"RUNNING_MODAL"}
         READING.job = None
         show_status(context, None)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .. import native
+from .baking.wanted import UV_NAME
 from .texture_values import TextureValues
 from .values import LightValues, MapValues, MaterialValues, MeshValues, SceneValues, greyed
 
@@ -148,9 +149,11 @@ def _native_shader(
 def _wanted(
     lists: tuple[tuple[str, np.ndarray], ...], names: set[str]
 ) -> list[tuple[str, np.ndarray]]:
-    """Those that a material asks for; "" asks for the first."""
+    """Those that a material asks for; "" asks for the first, if it is the user's own."""
     return [
-        item for index, item in enumerate(lists) if item[0] in names or (index == 0 and "" in names)
+        item
+        for index, item in enumerate(lists)
+        if item[0] in names or (index == 0 and "" in names and not item[0].startswith(UV_NAME))
     ]
 
 

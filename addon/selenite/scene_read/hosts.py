@@ -123,6 +123,19 @@ def is_data(image: bpy.types.Image) -> bool:
     return bool(image.colorspace_settings.is_data)
 
 
+def set_linear(image: bpy.types.Image) -> None:
+    """Its pixels are numbers that nothing decodes."""
+    cast(Any, image.colorspace_settings).name = "Non-Color"
+
+
+def add_group_output(tree: bpy.types.NodeTree, name: str, kind: str) -> None:
+    """A new output of a node group; kind: of its socket."""
+    if hasattr(tree, "interface"):  # 4.0 on
+        tree.interface.new_socket(name, in_out="OUTPUT", socket_type=kind)
+    else:
+        cast(Any, tree).outputs.new(kind, name)
+
+
 def is_editable(block: bpy.types.ID) -> bool:
     """False for what is linked from a library; writing there is lost on reload."""
     return block.library is None and bool(getattr(block, "is_editable", True))

@@ -13,10 +13,15 @@ from .. import parameters
 from ..problems import Problem
 from . import camera as cameras
 from . import hosts, linking, properties, view_layers, visibility, volume_objects
+from .baking.approximated import ComparisonAsked
+from .baking.baked import BakeAsked
+from .baking.wanted import Baker
+from .blender_process import is_copy
 from .geometry import mesh, not_rendered, shading_data
 from .geometry.bodies import judge_bodies
 from .lamps import lights
 from .lamps.frames import LampFrames
+from .options import ReadingOptions, options_of
 from .reading.render_depsgraph import GraphRead, Reading, at_once, remarks, view_layer_of
 from .shading import materials, world
 from .shading.nodes import Unreadable
@@ -24,23 +29,33 @@ from .shading.textures import TextureRoom
 from .values import ALL_SETS, ObjectValues, SceneValues
 
 
-def read_scene(scene: bpy.types.Scene, *, surveys: bool = True) -> SceneValues:
+def read_scene(
+    scene: bpy.types.Scene,
+    *,
+    surveys: bool = True,
+    bakes: bool = True,
+    options: ReadingOptions | None = None,
+    note: Callable[[str], None] | None = None,
+) -> SceneValues:
     """Reads everything that Cycles would render; changes nothing. See `reading`.
 
     surveys: False leaves out whether bodies are closed, the longest part that needs no Blender:
-    `judge_bodies` may follow in another thread.
+    `judge_bodies` may follow in another thread. note: is told how far a bake is.
     """
-    read = at_once(reading(scene))
+    read = at_once(reading(scene, bakes=bakes, options=options), note)
     if surveys:
         read.bodies = judge_bodies(read)
     return read
 
 
-def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
+def reading(
+    scene: bpy.types.Scene, *, bakes: bool = True, options: ReadingOptions | None = None
+) -> Reading[SceneValues]:
     """Everything that Cycles would render, but not whether bodies are closed.
 
-    What cannot be rendered is in `problems`, what is rendered differently in `warnings`. Raises
-    NativeUnavailable, since the parameter table is native.
+    options: None: those of the scene. bakes: False leaves images that are to be baked empty:
+    nothing is rendered of it. What cannot be rendered is in `problems`, what is rendered
+    differently in `warnings`. Raises NativeUnavailable, since the parameter table is native.
     """
     read = SceneValues(millimetres=millimetres(scene))
     width, height = cameras.resolution(scene)
@@ -51,12 +66,17 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     found = cameras.named_cameras(scene)
     layer = view_layer_of(scene)
     rendered: list[bpy.types.Object] = []
+    options = options_of(scene) if options is None else options
+    room = TextureRoom(
+        baker=Baker() if options.bake else None,
+        approximations=[] if options.approximate else None,
+    )
     background = world.evaluate(scene, view_layers.world_of(scene, layer))
     problem = yield GraphRead(
         scene,
         list(found.values()),
         lambda depsgraph, check: rendered.extend(
-            _read(scene, layer, found, background, depsgraph, check, read)
+            _read(scene, layer, found, background, depsgraph, check, room, read)
         ),
     )
     if problem is not None:
@@ -64,6 +84,15 @@ def reading(scene: bpy.types.Scene) -> Reading[SceneValues]:
     # Settings of the scene are its own again.
     _judge_properties(scene, layer, rendered, read)
     _note(read, [], list(remarks(scene)))
+    if room.baker is not None and room.baker.materials:
+        _note(read, room.baker.problems(), [])
+        if bakes and not read.problems:
+            problem = yield BakeAsked(scene, room.baker, read)
+            _note(read, [] if problem is None else [problem], [])
+    if room.approximations:
+        _note(read, [], room.approximations)
+        if bakes and not read.problems and not is_copy():
+            yield ComparisonAsked(scene, options, room.approximations, read)
     read.lamp_frames = LampFrames(scene, read)
     return read
 
@@ -75,6 +104,7 @@ def _read(
     background: world.Evaluated,
     depsgraph: bpy.types.Depsgraph,
     check: Callable[[], None],
+    room: TextureRoom,
     read: SceneValues,
 ) -> list[bpy.types.Object]:
     """Fills `read`; returns the original objects that render."""
@@ -83,7 +113,6 @@ def _read(
     lamps: list[mesh.Instance] = []
     names: dict[tuple[str, str], str] = {}
     meshes: dict[int, int | None] = {}
-    room = TextureRoom()
     instancers: set[bpy.types.Object] = set()
     faceless: list[bpy.types.Object] = []
     evaluated = [item.original for item in depsgraph.ids if isinstance(item, bpy.types.Object)]
@@ -181,6 +210,9 @@ def _read_object(
         shading_data.judge_attributes(title, read.meshes[index], name, read)
         shading_data.add_vectors(evaluated, index, name, read)
     _add_object(instance, layer, links, index, found, read)
+    if room.baker is not None and read.objects and read.objects[-1].materials is found:
+        place = len(read.objects) - 1
+        room.baker.used(instance.original, place, found, is_instance=instance.is_instance)
     return True
 
 

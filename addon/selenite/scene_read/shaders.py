@@ -155,6 +155,18 @@ class Shader:
         self.tables.append(Table(np.asarray(values, np.float32), low, high))
         return len(self.tables) - 1
 
+    def lists(self) -> tuple[list[Any], ...]:
+        """What grows while the program is made, but for its closures."""
+        return self.constants, self.literals, self.code, self.tables, self.textures, self.names
+
+    def known(self) -> dict[Any, Register]:
+        """A copy of what instructions gave so far."""
+        return dict(self._known)
+
+    def forget(self, known: dict[Any, Register]) -> None:
+        """Goes back to such a copy; whoever calls it cuts the lists."""
+        self._known = dict(known)
+
     def attributes(self, mode: str) -> set[str]:
         """Names that are looked up, mode: "uv", "color" or "vector"."""
         found = {self.names[code.item] for code in self.code if self._asks(code, mode)}

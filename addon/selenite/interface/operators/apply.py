@@ -40,13 +40,13 @@ class SELENITE_OT_apply(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
         """Where a field is to be shown, Blender stays usable while the scene is read."""
         if not any(map(field_rows.is_field, context.scene.selenite.results)):
             return self._with(context, None)
-        return self._read(context, reading(context.scene))
+        return self._read(context, reading(context.scene, bakes=False))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """At once."""
         if not any(map(field_rows.is_field, context.scene.selenite.results)):
             return self._with(context, None)
-        values = built(self, lambda: read_scene(context.scene, surveys=False))
+        values = built(self, lambda: read_scene(context.scene, surveys=False, bakes=False))
         return {"CANCELLED"} if values is None else self._with(context, values)
 
     def _with(self, context: bpy.types.Context, found: SceneValues | None) -> set[str]:
@@ -137,7 +137,7 @@ def _refresh(context: bpy.types.Context, which: str) -> None:
     if not len(settings.rows) or not any(map(field_rows.is_field, settings.results)):
         return
     if bpy.app.background or not is_idle():
-        refresh_rows(context.scene, read_scene(context.scene, surveys=False))
+        refresh_rows(context.scene, read_scene(context.scene, surveys=False, bakes=False))
     else:
         bpy.ops.selenite.update_rows("INVOKE_DEFAULT")
 

@@ -13,6 +13,7 @@ from ...fit_run.answer.results import new_folder, write_results
 from ...fit_run.captures.render import alignments_of, gains_of
 from ...fit_run.request import RunRequest
 from ...problems import BadInput, Problem
+from ...scene_read.options import options_of
 from ...scene_read.photos import captures_of
 from ...write_back import grids as grid_objects
 from ..output_folder import output_folder
@@ -168,7 +169,8 @@ class SELENITE_OT_show_sheet(bpy.types.Operator):
 def _request(scene: bpy.types.Scene) -> RunRequest:
     """After loading a file with a result in it: the captures and settings as they are now."""
     captures = tuple(captures_of(scene))
-    return RunRequest(bpy.data.filepath, (), captures, fit_settings(scene))
+    settings = fit_settings(scene)
+    return RunRequest(bpy.data.filepath, (), captures, settings, reading=options_of(scene))
 
 
 def _folder() -> Path:

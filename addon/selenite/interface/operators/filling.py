@@ -24,7 +24,7 @@ _USUAL = {"material": USUAL, "light": ("power",), "world": ("strength",)}
 def list_parameters(scene: bpy.types.Scene) -> list[Problem]:
     """Reads the scene at once and fills the list; returns what stands in the way of a render.
     Raises NativeUnavailable."""
-    return fill(scene, read_scene(scene, surveys=bpy.app.background))
+    return fill(scene, read_scene(scene, surveys=bpy.app.background, bakes=False))
 
 
 def fill(scene: bpy.types.Scene, values: SceneValues) -> list[Problem]:

@@ -159,7 +159,7 @@ class SELENITE_OT_start(Ticking, bpy.types.Operator):
             reads, RUN.message = None, CANCELLED
         if reads:
             RUN.reading = job
-            show_status(context, RUN.shown.phase)
+            show_status(context, job.text() or RUN.shown.phase)
         elif reads is not None:
             RUN.prepare(BackgroundJob(job.value))
         return reads is not None

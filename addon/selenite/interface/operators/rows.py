@@ -24,11 +24,13 @@ class _Refreshes(ReadsScene, bpy.types.Operator):  # type: ignore[misc]
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Blender stays usable."""
-        return self._read(context, reading(context.scene))
+        return self._read(context, reading(context.scene, bakes=False))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """At once. Ticks and bounds of rows that are known already stay."""
-        values = built(self, lambda: read_scene(context.scene, surveys=bpy.app.background))
+        values = built(
+            self, lambda: read_scene(context.scene, surveys=bpy.app.background, bakes=False)
+        )
         return {"CANCELLED"} if values is None else self._with(context, values)
 
     def _with(self, context: bpy.types.Context, found: SceneValues) -> set[str]:

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...cycles_check.job import DRAWN
+from ...scene_read.blender_process import DRAWN
 
 COMPARISON, PLOTS, SHEET, CYCLES = (
     "Selenite Comparison", "Selenite Plots", "Selenite All Photos", "Selenite Check in Cycles",

@@ -27,6 +27,9 @@ class SELENITE_PT_parameters(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("selenite.refresh_rows", text="Refresh")
         row.operator("selenite.reset_rows", text="Reset")
+        column = layout.column(align=True)
+        column.prop(settings, "bake")
+        column.prop(settings, "approximate")
         for text in state.SHAPES.get(context.scene.name, ()):
             paragraph(layout.box(), context, text, "ERROR")
         if not len(settings.rows):

@@ -8,6 +8,7 @@ from dataclasses import replace
 import bpy
 
 from ...problems import Problem
+from ..baking.wanted import UV_NAME
 from ..values import MeshValues, ObjectFacts, SceneValues
 from . import corner_vectors, mesh
 
@@ -50,7 +51,8 @@ def judge_attributes(title: str, shape: MeshValues, material: str, read: SceneVa
     ]
     if values.shader is not None:
         both = values.shader.attributes("uv") & values.shader.attributes("color")
-        asked += [("UV map", name) for name in values.shader.attributes("uv") - both]
+        uv_maps = {name for name in values.shader.attributes("uv") if not name.startswith(UV_NAME)}
+        asked += [("UV map", name) for name in uv_maps - both]
         asked += [("colour attribute", name) for name in values.shader.attributes("color") - both]
     for kind, name in asked:
         _judge_attribute(title, shape, material, (kind, name), read)

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar
 import bpy
 
 from ...problems import Problem
-from .render_depsgraph import GraphRender, Reading, Stopped
+from .render_depsgraph import Job, Reading, Stopped
 
 T = TypeVar("T")
 _POLL = 0.1  # seconds
@@ -28,7 +28,7 @@ class ReadingJob(Generic[T]):
 
     def __init__(self, reading: Reading[T]) -> None:
         self._reading = reading
-        self._render: GraphRender | None = None
+        self._render: Job | None = None
         self._answer: Problem | None = None
         self._rests = False
         self.is_stopped = False
@@ -56,7 +56,7 @@ class ReadingJob(Generic[T]):
             raise Stopped
         answer, self._answer = self._answer, None
         try:
-            self._render = GraphRender(self._reading.send(answer))
+            self._render = self._reading.send(answer).job()
         except StopIteration as end:
             self.value = end.value
             return False
@@ -69,6 +69,10 @@ class ReadingJob(Generic[T]):
             raise
         self._rests = self._render.is_running()
         return True
+
+    def text(self) -> str:
+        """How far the step is that goes on; "" where nobody knows."""
+        return self._render.text() if self._render is not None else ""
 
     def cancel(self) -> None:
         """The reading ends at the next object; `step` goes on until it has."""
@@ -98,7 +102,7 @@ class ReadingJob(Generic[T]):
         self.is_stopped = True
         self._close()
 
-    def _close(self) -> GraphRender:
+    def _close(self) -> Job:
         render, self._render = self._render, None
         assert render is not None
         for handlers in _before_undo():

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import bpy
 
@@ -70,14 +70,51 @@ class GraphRead:
     read: Callable[[bpy.types.Depsgraph, Callable[[], None]], None]
     frame: int | None = None
 
+    def job(self) -> GraphRender:
+        """For who goes through the reading."""
+        return GraphRender(self)
 
-#: A reading that goes from graph to graph: it yields what it wants read, and is sent what stands in
-#: the way of that. So the same code reads at once and, in a window, while Blender stays usable.
-Reading = Generator[GraphRead, "Problem | None", T]
+
+class Job(Protocol):
+    """What a step of a reading is while it goes on: see GraphRender."""
+
+    stopped: bool
+
+    @property
+    def entry(self) -> Any:
+        """Between the threads, see Entry."""
+
+    def start(self, *, waits: bool, note: Callable[[str], None] | None = None) -> None:
+        """waits: returns at the end, and tells `note` how far it is."""
+
+    def is_running(self) -> bool:
+        """After a start that has returned at once."""
+
+    def text(self) -> str:
+        """How far it is, "" where nobody knows."""
+
+    def close(self) -> None:
+        """After the end, or without a start."""
+
+    def outcome(self) -> Problem | None:
+        """After `close`: what stood in the way."""
 
 
-def at_once(reading: Reading[T]) -> T:
-    """The outcome of a reading. What it raises is raised."""
+class Asked(Protocol):
+    """A step of a reading."""
+
+    def job(self) -> Job:
+        """What does it."""
+
+
+#: A reading that goes from step to step, mostly graphs: it yields what it wants, and is sent what
+#: stands in the way of that. So the same code reads at once and, in a window, while Blender stays
+#: usable.
+Reading = Generator[Asked, "Problem | None", T]
+
+
+def at_once(reading: Reading[T], note: Callable[[str], None] | None = None) -> T:
+    """The outcome of a reading. What it raises is raised. note: is told how far a long step is."""
     answer = None
     while True:
         try:
@@ -85,8 +122,8 @@ def at_once(reading: Reading[T]) -> T:
         except StopIteration as end:
             found: T = end.value
             return found
-        with closing(GraphRender(asked)) as render:
-            render.start(waits=True)
+        with closing(asked.job()) as render:
+            render.start(waits=True, note=note)
         answer = render.outcome()
 
 
@@ -104,10 +141,10 @@ class GraphRender:
         self._stack = ExitStack()
         self.entry = Entry()
 
-    def start(self, *, waits: bool) -> None:
-        """waits: returns at the end. Else at once: Blender then evaluates and reads in a thread of
-        its own, and `is_running` says how long. A scene that is rendered itself is waited for, as
-        nobody must touch it meanwhile."""
+    def start(self, *, waits: bool, note: Callable[[str], None] | None = None) -> None:
+        """waits: returns at the end; it is too short for a `note`. Else at once: Blender then
+        evaluates and reads in a thread of its own, and `is_running` says how long. A scene that is
+        rendered itself is waited for, as nobody must touch it meanwhile."""
         scene = self._asked.scene
         running = next(
             (job for job in ("RENDER", "OBJECT_BAKE") if bpy.app.is_job_running(job)), ""
@@ -148,6 +185,10 @@ class GraphRender:
     def is_running(self) -> bool:
         """After a start that has returned at once."""
         return self._busy is None and bool(bpy.app.is_job_running("RENDER"))
+
+    def text(self) -> str:
+        """Blender does not say how far it is."""
+        return ""
 
     def outcome(self) -> Problem | None:
         """After the end: what stood in the way. What `read` raised is raised."""

@@ -11,11 +11,12 @@ from ... import parameters
 from ...parameters import Parameter, Values
 from ...problems import Problem
 from .. import hosts
+from ..baking.wanted import UV_NAME, WantedMaterial
 from ..values import MaterialValues, Owner
 from . import images, nodes, textures, volumes
 from .graph.displacement import read_displacement
 from .graph.surface import compile_surface
-from .graph.tree import Tree
+from .graph.tree import Tree, offered
 from .nodes import Groups, Source, Unreadable
 from .textures import EmptyRoom, TextureRoom
 
@@ -127,7 +128,7 @@ def read_material(material: bpy.types.Material, name: str, room: TextureRoom) ->
     for parameter in table:
         if parameter.name not in volumes.PARAMETERS:
             _read_parameter(material, node, groups, parameter, title, read)
-    if read.computed:
+    if read.computed or (read.problems and (room.baker or room.approximations is not None)):
         return read_graph(material, name, room)
     _read_volume(material, title, read)
     read.values.values.update(read.owner.values)
@@ -145,10 +146,12 @@ def needs_graph(material: bpy.types.Material, node: bpy.types.Node, groups: Grou
     )
 
 
-def graph_of(material: bpy.types.Material, room: TextureRoom) -> Tree:
-    """The program of a material with nodes, or its problems; an empty one without an output."""
+def graph_of(material: bpy.types.Material, room: TextureRoom, name: str = "") -> Tree:
+    """The program of a material with nodes, or its problems; an empty one without an output. name:
+    as in `read_material`."""
     output = material.node_tree.get_output_node("CYCLES")
     tree = Tree(f"Material '{material.name}'", room, material_index=material.pass_index)
+    tree.baked_uv = UV_NAME + name
     if output is None:
         return tree
     read_displacement(tree, nodes.source_of(output.inputs["Displacement"]), material)
@@ -176,10 +179,15 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
         problem = Problem(title, "has no Material Output node for Cycles", "add one")
         owner = Owner(name, "material", material.name, library, {}, {})
         return MaterialRead(grey_material(name), owner, [problem], [], room)
-    tree = graph_of(material, room)
+    tree = graph_of(material, room, name)
     usual = tuple(dict.fromkeys(tree.usual))
     owner = Owner(name, "material", material.name, library, {}, {}, usual=usual)
     problems = list(tree.problems)
+    if problems and room.approximations is not None:
+        return _plain(material, name, problems, room)
+    if tree.baked and room.baker is not None:
+        wanted = WantedMaterial(name, material.name, library, tree.shader, tree.baked)
+        room.baker.materials.append(wanted)
     if problems:  # what lies behind a node that is refused is said at once
         said = {item.object for item in problems}
         missing = images.missing_in(material.node_tree)
@@ -192,7 +200,10 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     for item in tree.shader.constants:
         owner.parameters[item.parameter.name] = item.parameter
         owner.values[item.parameter.name] = item.value
-        reason = nodes.why_constant_fixed(tree.sources[item.parameter.name], material)
+        source = tree.sources[item.parameter.name]
+        reason = nodes.why_constant_fixed(source, material)
+        if source.socket.node in tree.approximated:
+            reason = reason or "its shader is approximated: use one that is read"
         reason = reason or fixed.get(item.parameter.name, "")
         if item.parameter.name in tree.one_sided:
             reason = reason or (
@@ -204,6 +215,25 @@ def read_graph(material: bpy.types.Material, name: str, room: TextureRoom) -> Ma
     medium = {key: owner.values[key] for key in volumes.PARAMETERS if key in owner.values}
     read.values.values.update(medium)
     return read
+
+
+def _plain(
+    material: bpy.types.Material, name: str, problems: list[Problem], room: TextureRoom
+) -> MaterialRead:
+    """A diffuse material of the colour that the viewport shows, in place of one that is not read
+    at all."""
+    title = f"Material '{material.name}'"
+    library = material.library.filepath if material.library is not None else ""
+    assert room.approximations is not None  # noqa: S101 - the caller has asked
+    cause = problems[0].cause
+    room.approximations.append(
+        f"{title}: it is rendered as diffuse of its viewport colour and cannot be fitted: {cause}"
+    )
+    values = grey_material(name, tuple(material.diffuse_color[:3]))
+    reason = "the material is approximated: use nodes that are read"
+    fixed = {parameter.name: reason for parameter in parameters.of("material")}
+    owner = Owner(name, "material", material.name, library, values.values, fixed)
+    return MaterialRead(values, owner, [], [], room)
 
 
 def _source(
@@ -269,7 +299,7 @@ def _read_map(
     try:
         found = read.room.read_map(source, title)
     except Unreadable as error:
-        problem = error.problem
+        problem = offered(error.problem, source)
         read.computed |= problem.object == title
         place = f"input '{label}'" if problem.object == title else f"input '{label}' of {title}"
         read.problems.append(_of(problem, place))

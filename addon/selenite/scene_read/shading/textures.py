@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ...parameters import Parameter
+from ..baking.wanted import Baker
 from ..texture_values import TextureValues
 from ..values import MapValues, greyed
 from . import images, nodes
@@ -30,6 +31,10 @@ class TextureRoom:
     textures: dict[tuple[str, bool, bool, str, str], TextureValues] = field(default_factory=dict)
     greys: dict[tuple[TextureValues, str], TextureValues] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
+    #: Notes what is baked of what cannot be read; None: nothing is.
+    baker: Baker | None = None
+    #: What stands in for something else, each a sentence; None: nothing does.
+    approximations: list[str] | None = None
 
     def read_map(self, source: Source, title: str) -> MapValues | None:
         """What a linked input looks up, None if the node is neither image nor colour attribute.

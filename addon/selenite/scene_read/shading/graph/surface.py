@@ -16,7 +16,7 @@ from .. import nodes
 from ..nodes import Groups, Source
 from . import arithmetic, colors, images, inputs, normals, textures, vectors  # noqa: F401 - makers
 from .tangents import tangent_of
-from .tree import Tree
+from .tree import OPTION_APPROXIMATE, Tree
 
 Node = bpy.types.Node
 
@@ -57,6 +57,8 @@ _USUAL = {
     "metallic": ("base_color", "roughness"),
     "conductor": ("roughness",),
 }
+#: The cure of what the nearest shader can stand for.
+APPROXIMATE = f"or let the nearest shader stand for it: {OPTION_APPROXIMATE}"
 
 
 @lru_cache(maxsize=1)
@@ -189,10 +191,17 @@ def _enter_mixture(
 def _closure(tree: Tree, item: _Found) -> Closure | None:
     node, groups = item.node, item.groups
     kind = _KINDS.get(node.bl_idname)
+    if kind is None and tree.room.approximations is not None:
+        return _nearest(tree, item)
     if kind is None:
-        tree.refuse(node, "{} is a shader that is not modelled", _CURE)
+        tree.refuse(node, "{} is a shader that is not modelled", f"{_CURE}; {APPROXIMATE}")
         return None
+    known = len(tree.problems)
     _judge(tree, node, groups)
+    if tree.room.approximations is not None:
+        for problem in tree.problems[known:]:
+            _approximate(tree, node, f"{problem.cause}: it is rendered without that")
+        del tree.problems[known:]
     if kind == "metallic" and node.fresnel_type == "PHYSICAL_CONDUCTOR":
         kind = "conductor"
     rows = closure_rows()[kind]
@@ -238,6 +247,27 @@ def _note_usual(
         if registers[name].kind != "constant":
             found &= tree.colors if widths[name] == 3 else set()
         tree.usual += sorted(found - set(tree.usual))
+
+
+def _nearest(tree: Tree, item: _Found) -> Closure:
+    """A diffuse shader in place of one that is not modelled, of what its Color gives."""
+    node, groups = item.node, item.groups
+    color = next((x.name for x in node.inputs if x.type == "RGBA" and x.enabled), "")
+    _approximate(
+        tree,
+        node,
+        f"{nodes.describe(node)} is a shader that is not modelled: it is rendered as diffuse",
+    )
+    given = {row.name: tree.shader.literal(0) for row in closure_rows()["diffuse"]}
+    given["color"] = tree.get(node, color, groups) if color else tree.shader.literal(0.8)
+    return Closure("diffuse", given, item.weight, tree.base_normal, shut=tuple(sorted(item.shut)))
+
+
+def _approximate(tree: Tree, node: Node, sentence: str) -> None:
+    """Notes that a node is rendered in another way."""
+    assert tree.room.approximations is not None  # noqa: S101 - the caller has asked
+    tree.approximated.append(node)
+    tree.room.approximations.append(f"{tree.title}: {sentence}; it cannot be fitted")
 
 
 def _subsurface(node: Node) -> str:

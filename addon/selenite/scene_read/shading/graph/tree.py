@@ -6,11 +6,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import bpy
 
 from ....parameters import Parameter, Values
 from ....problems import Problem
+from ...baking import dependence
+from ...baking.wanted import WantedOutput
 from ...shaders import GENERATED, Register, Shader, free_parameter
 from .. import nodes
 from ..nodes import Groups, Source, Unreadable
@@ -34,6 +37,21 @@ def maker(*names: str) -> Callable[[Maker], Maker]:
     return add
 
 
+OPTION_BAKE, OPTION_APPROXIMATE = "--bake", "--approximate"
+#: Cures of what can be baked, and of an image that is missing.
+BAKE = f"or let Cycles bake it: {OPTION_BAKE}"
+MAGENTA = f"or render it magenta as Cycles does: {OPTION_APPROXIMATE}"
+
+
+@dataclass(frozen=True)
+class _State:
+    """Lengths and contents of what a tree has made so far."""
+
+    lengths: list[int]
+    tables: tuple[dict[Any, Any], ...]
+    known: dict[Any, Register]
+
+
 @dataclass
 class Tree:
     """`title`: whose tree, for messages. `sources`: where each constant sits, by its name."""
@@ -53,6 +71,11 @@ class Tree:
     #: What Displacement makes of the interpolated normal.
     base_normal: Register | None = None
     material_index: int = 0
+    #: Outputs that are baked, and the UV map of their images.
+    baked: list[WantedOutput] = field(default_factory=list)
+    baked_uv: str = ""
+    #: Nodes that another shader stands for.
+    approximated: list[bpy.types.Node] = field(default_factory=list)
     _results: dict[tuple[object, ...], Register] = field(default_factory=dict)
     _constants: dict[int, Register] = field(default_factory=dict)
 
@@ -77,7 +100,7 @@ class Tree:
         return self.emit("math", a, b, c, mode=mode, flags=("clamp_result",) * clamp)
 
     def refuse(self, node: bpy.types.Node, cause: str, cure: str) -> Register:
-        """Notes a problem, and goes on so that all are told at once. `cause`: {} is the node."""
+        """Notes a problem, and goes on so that all are known at once. `cause`: {} is the node."""
         problem = Problem(self.title, cause.replace("{}", nodes.describe(node), 1), cure)
         if problem not in self.problems:
             self.problems.append(problem)
@@ -180,20 +203,80 @@ class Tree:
         within = tuple(group.as_pointer() for group in source.groups)
         key = (node.as_pointer(), within, output.identifier, self.shift)
         if key not in self._results:
-            make = MAKERS.get(node.bl_idname)
-            if make is None:
-                cure = "unlink it, bake it into an image, or give a constant value"
-                return self.refuse(node, "{} cannot be evaluated", cure)
-            if _is_moved(node):
-                cause = "{} has a Texture Mapping in the sidebar, which is not neutral"
-                return self.refuse(node, cause, "reset it and use a Mapping node")
-            try:
-                self._results[key] = make(self, node, output, source.groups)
-            except Unreadable as error:
-                if error.problem not in self.problems:
-                    self.problems.append(error.problem)
-                return self.shader.literal(0)
+            before, known = self._state(), len(self.problems)
+            register = self._made(source)
+            if len(self.problems) > known:
+                register = self._rescued(source, known, before) or register
+            self._results[key] = register
         return self._results[key]
+
+    def _made(self, source: Source) -> Register:
+        """What the node's own maker gives. Problems are noted."""
+        node = source.node
+        assert node is not None  # noqa: S101 - see `_result`
+        make = MAKERS.get(node.bl_idname)
+        if make is None:
+            cure = "unlink it, bake it into an image, or give a constant value"
+            return self.refuse(node, "{} cannot be evaluated", cure)
+        if _is_moved(node):
+            cause = "{} has a Texture Mapping in the sidebar, which is not neutral"
+            return self.refuse(node, cause, "reset it and use a Mapping node")
+        try:
+            return make(self, node, source.socket, source.groups)
+        except Unreadable as error:
+            if error.problem not in self.problems:
+                self.problems.append(error.problem)
+            return self.shader.literal(0)
+
+    def _rescued(self, source: Source, known: int, before: _State) -> Register | None:
+        """The lookup of a baked image in place of what could not be read; None where that cannot be
+        or is not wanted: then the cure names it."""
+        node, output, groups = source.node, source.socket, source.groups
+        assert node is not None  # noqa: S101 - see `_result`
+        if self.room.approximations is not None and dependence.is_magenta(node):
+            return self._magenta(source, before)
+        if self.room.baker is None or not dependence.can_be_baked(node, output, groups):
+            self.problems[known:] = [offered(item, source) for item in self.problems[known:]]
+            return None
+        self._go_back(before)
+        wanted = self.room.baker.output(node, output, groups)
+        self.baked.append(wanted)
+        place = self.ask("attribute", "uv", self.shader.name(self.baked_uv))
+        item = self.shader.texture(wanted.texture)
+        return self.emit("image", place, mode="FLAT", item=item)
+
+    def _magenta(self, source: Source, before: _State) -> Register:
+        """What Cycles shows where an image is missing."""
+        node = source.node
+        assert node is not None  # noqa: S101 - see `_result`
+        assert self.room.approximations is not None  # noqa: S101 - the caller has asked
+        self._go_back(before)
+        self.room.approximations.append(
+            f"{self.title}: {nodes.describe(node)} is magenta, as in Cycles: its image is missing"
+        )
+        if source.socket.identifier == "Alpha":
+            return self.shader.literal(1)
+        return self.shader.literal(1, 0, 1)
+
+    def _state(self) -> _State:
+        """To which `_go_back` returns."""
+        kept: tuple[list[Any], ...] = (self.problems, self.baked, *self.shader.lists())
+        return _State(
+            [len(item) for item in kept],
+            (dict(self.sources), dict(self._results), dict(self._constants)),
+            self.shader.known(),
+        )
+
+    def _go_back(self, before: _State) -> None:
+        """Forgets what was made since then."""
+        kept: tuple[list[Any], ...] = (self.problems, self.baked, *self.shader.lists())
+        for found, length in zip(kept, before.lengths, strict=True):
+            del found[length:]
+        tables: tuple[dict[Any, Any], ...] = (self.sources, self._results, self._constants)
+        for table, old in zip(tables, before.tables, strict=True):
+            table.clear()
+            table.update(old)
+        self.shader.forget(before.known)
 
     # ---- constants
 
@@ -276,6 +359,20 @@ class Tree:
         while found in self.sources:
             found, number = f"{text} {number}", number + 1
         return found
+
+
+def offered(problem: Problem, source: Source) -> Problem:
+    """With the option that helps named in its cure."""
+    node = source.node
+    assert node is not None  # noqa: S101 - a value needs no cure
+    words = ""
+    if dependence.is_magenta(node):
+        words = MAGENTA
+    elif dependence.can_be_baked(node, source.socket, source.groups):
+        words = BAKE
+    if not words or problem.cure.endswith((BAKE, MAGENTA)):
+        return problem
+    return replace(problem, cure=f"{problem.cure}; {words}")
 
 
 def _is_moved(node: bpy.types.Node) -> bool:

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Another Blender process that works on a copy of the file, polled from here.
+
+The copy makes sure that the user's scene stays as it is, whatever happens; the other process, that
+Blender stays usable meanwhile and survives a crash.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..paths import user_folder, why_not_folder
+from ..problems import BadInput, Failed, Problem
+from .reading.without_words import without_words
+
+#: Key of images that the panel draws for itself: no picture of the scene, and always unsaved.
+DRAWN = "selenite_drawn"
+#: Where baked images are kept, in that of the results of a file; and the variable that says it to
+#: a process whose file is a copy.
+_BAKED, _BAKED_VARIABLE = "//selenite-fits/baked", "SELENITE_BAKED"
+#: Runs a module of the add-on: see process_worker.
+WORKER = Path(__file__).with_name("process_worker.py")
+
+
+class ProcessFailed(Failed):
+    """The other process met an error, or ended without a word."""
+
+
+@dataclass(frozen=True)
+class ProcessProgress:
+    """State of the other process at one moment."""
+
+    running: bool
+    fraction: float
+    text: str
+
+
+class BlenderProcess:
+    """Start, poll, result. `close` ends the process and removes its folder."""
+
+    def __init__(self, worker: Path, prefix: str) -> None:
+        """Saves the copy as scene.blend in `folder`; the scene may change afterwards. Raises
+        BadInput."""
+        problems = _unsaved_pictures()
+        if problems:
+            raise BadInput(problems)
+        self.folder = Path(tempfile.mkdtemp(prefix=prefix))
+        self._worker = worker
+        self._process: subprocess.Popen[bytes] | None = None
+        path = str(self.folder / "scene.blend")
+        try:
+            with without_words():
+                bpy.ops.wm.save_as_mainfile(filepath=path, copy=True, check_existing=False)
+        except RuntimeError as error:
+            self.close()
+            cause = f"cannot be written ({str(error).removeprefix('Error: ').strip()})"
+            cure = "make room on the disk of temporary files"
+            raise BadInput(Problem(f"File '{path}'", cause, cure)) from error
+
+    def ask(self, request: Mapping[str, Any]) -> None:
+        """Writes request.json for the worker."""
+        asked = {
+            **request,
+            "scripts": _runs_scripts(),
+            # for the checkout and the legacy add-on, which are not where Python looks
+            "python_path": [*sys.path, str(Path(__file__).resolve().parents[2])],
+        }
+        (self.folder / "request.json").write_text(json.dumps(asked), encoding="utf-8")
+
+    def start(self) -> None:
+        """Returns at once."""
+        with (self.folder / "log.txt").open("wb") as log:
+            self._process = subprocess.Popen(
+                [*_blender(self._worker), str(self.folder)],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                env={**os.environ, _BAKED_VARIABLE: str(baked_folder())},
+            )
+
+    def progress(self) -> ProcessProgress:
+        """Cheap, at any time."""
+        running = self._process is not None and self._process.poll() is None
+        try:
+            written = json.loads((self.folder / "progress.json").read_text(encoding="utf-8"))
+        except OSError:
+            return ProcessProgress(running, 0.0, "starting Blender")
+        return ProcessProgress(running, written["fraction"], written["text"])
+
+    def result(self) -> dict[str, Any]:
+        """Waits for the end. Raises ProcessFailed and BadInput."""
+        status = self._process.wait() if self._process is not None else None
+        path = self.folder / "report.json"
+        if not path.is_file():
+            log = self.folder / "log.txt"
+            last = log.read_text(errors="replace").splitlines()[-3:] if log.is_file() else []
+            raise ProcessFailed(f"Blender ended with status {status}: {' / '.join(last)}")
+        report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if "problems" in report:
+            raise BadInput([Problem(**item) for item in report["problems"]])
+        if "error" in report:
+            raise ProcessFailed(report["error"])
+        return report
+
+    def close(self) -> None:
+        """Ends the process if it still runs; nothing of it remains. May be called twice."""
+        if self._process is not None and self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def is_copy() -> bool:
+    """Whether this process was started here, and its file is a copy."""
+    return _BAKED_VARIABLE in os.environ
+
+
+def baked_folder() -> Path:
+    """Where baked images are kept: beside the results of a saved file, else in the user's own
+    folder, or where neither can be written with the temporary files."""
+    if inherited := os.environ.get(_BAKED_VARIABLE):
+        return Path(inherited)
+    folder = user_folder() / "baked"
+    if bpy.data.filepath:
+        folder = Path(bpy.path.abspath(_BAKED)).absolute()
+    return Path(tempfile.gettempdir()) / "selenite-baked" if why_not_folder(folder) else folder
+
+
+def _blender(worker: Path) -> list[str]:
+    """This Blender without a window, or this Python with its module bpy, up to the folder."""
+    if not bpy.app.binary_path:
+        return [sys.executable, "-P", str(worker)]
+    trust = "-y" if _runs_scripts() else "-Y"
+    words = [bpy.app.binary_path, "-b", "--factory-startup", trust, "-noaudio"]
+    return [*words, "--python-exit-code", "1", "--python", str(worker), "--"]
+
+
+def _runs_scripts() -> bool:
+    """Whether scripts of the file (drivers) run here: only then they run there."""
+    trusted = bpy.context.preferences.filepaths.use_scripts_auto_execute
+    return bool(bpy.app.binary_path and trusted and not bpy.app.autoexec_fail)
+
+
+def _unsaved_pictures() -> list[Problem]:
+    """The copy would show what is on disk instead of them."""
+    return [
+        Problem(
+            f"Image '{image.name}'",
+            "its pixels were changed and are not saved, so a copy of the file lacks them",
+            "save or pack it",
+        )
+        for image in bpy.data.images
+        if image.type not in {"RENDER_RESULT", "COMPOSITING"}
+        if image.is_dirty and image.users > 0 and not image.get(DRAWN)
+    ]

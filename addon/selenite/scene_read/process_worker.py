@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A process that works on a copy of the file; see `blender_process`, which starts it.
+
+Run as a script with a folder as its last word, inside Blender or with the module bpy. The folder
+holds scene.blend and request.json, whose "module" has a function `run(folder, request, note)`; its
+report goes there.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import sys
+import traceback
+from pathlib import Path
+from typing import Any
+
+
+def _write(path: Path, data: dict[str, Any]) -> None:
+    """Appears complete or not at all: the other process reads at any time."""
+    partial = path.with_suffix(".partial")
+    partial.write_text(json.dumps(data), encoding="utf-8")
+    partial.replace(path)
+
+
+def main(folder: Path) -> int:
+    """Leaves report.json, with the key "error" or "problems" if it went wrong."""
+    request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
+    # What this Python lacks comes from the parent's: the add-on, and what it brings along.
+    sys.path.extend(item for item in request["python_path"] if item not in sys.path)
+    from selenite.problems import BadInput
+
+    def note(fraction: float, text: str) -> None:
+        _write(folder / "progress.json", {"fraction": fraction, "text": text})
+
+    try:
+        work = importlib.import_module(request["module"])
+        report, status = work.run(folder, request, note), 0
+    except BadInput as error:
+        report, status = {"problems": [item.as_json() for item in error.problems]}, 2
+    except Exception as error:
+        traceback.print_exc()
+        report, status = {"error": f"{type(error).__name__}: {error}"}, 1
+    _write(folder / "report.json", report)
+    return status
+
+
+if __name__ == "__main__":
+    words = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
+    status = main(Path(words[0]))
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)  # bpy can hang in its own destructors
