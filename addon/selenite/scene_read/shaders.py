@@ -7,8 +7,7 @@ Registers are numbered through: constants, literals, then a result for each inst
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable
-from copy import copy
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -104,11 +103,6 @@ class Shader:
     closures: list[Closure] = field(default_factory=list)
     flavour: str = "v2"
     _known: dict[Any, Register] = field(default_factory=dict)
-
-    def copy(self) -> Shader:
-        """One that grows by itself."""
-        parts = {item.name: getattr(self, item.name) for item in fields(self)}
-        return Shader(**{name: copy(part) for name, part in parts.items()})
 
     def literal(self, *numbers: float) -> Register:
         """One number, or three."""

@@ -50,6 +50,7 @@ class _State:
     lengths: list[int]
     tables: tuple[dict[Any, Any], ...]
     known: dict[Any, Register]
+    closures: list[Any]
 
 
 @dataclass
@@ -109,14 +110,12 @@ class Tree:
     @contextmanager
     def tried(self) -> Iterator[list[Problem]]:
         """What is added inside stays only where that finds no problem; yields the problems."""
-        outer, shader = self.problems, self.shader.copy()
-        kept = (dict(self.sources), dict(self._results), dict(self._constants), [*self.usual])
+        outer, before = self.problems, self._state()
         self.problems = found = []
         yield found
         self.problems = outer
         if found:
-            self.shader = shader
-            self.sources, self._results, self._constants, self.usual = kept
+            self._go_back(before)
 
     # ---- sockets
 
@@ -260,16 +259,17 @@ class Tree:
 
     def _state(self) -> _State:
         """To which `_go_back` returns."""
-        kept: tuple[list[Any], ...] = (self.problems, self.baked, *self.shader.lists())
+        kept: tuple[list[Any], ...] = (self.problems, self.baked, self.usual, *self.shader.lists())
         return _State(
             [len(item) for item in kept],
             (dict(self.sources), dict(self._results), dict(self._constants)),
             self.shader.known(),
+            [*self.shader.closures],
         )
 
     def _go_back(self, before: _State) -> None:
         """Forgets what was made since then."""
-        kept: tuple[list[Any], ...] = (self.problems, self.baked, *self.shader.lists())
+        kept: tuple[list[Any], ...] = (self.problems, self.baked, self.usual, *self.shader.lists())
         for found, length in zip(kept, before.lengths, strict=True):
             del found[length:]
         tables: tuple[dict[Any, Any], ...] = (self.sources, self._results, self._constants)
@@ -277,6 +277,7 @@ class Tree:
             table.clear()
             table.update(old)
         self.shader.forget(before.known)
+        self.shader.closures[:] = before.closures
 
     # ---- constants
 
