@@ -88,7 +88,8 @@ class Tree:
         """What is added inside stays only where that finds no problem; yields the problems."""
         outer, shader = self.problems, self.shader.copy()
         kept = (dict(self.sources), dict(self._results), dict(self._constants), [*self.usual])
-        self.problems = found = []
+        found: list[Problem] = []
+        self.problems = found
         yield found
         self.problems = outer
         if found:
