@@ -43,6 +43,7 @@ def glaze(graph: Any) -> Any:
 
 def main() -> None:
     import graph_fits
+
     from selenite import native
     from selenite.scene_read import build
     from selenite.scene_read.scene import read_scene
