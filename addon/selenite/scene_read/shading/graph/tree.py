@@ -111,7 +111,8 @@ class Tree:
     def tried(self) -> Iterator[list[Problem]]:
         """What is added inside stays only where that finds no problem; yields the problems."""
         outer, before = self.problems, self._state()
-        self.problems = found = []
+        found: list[Problem] = []
+        self.problems = found
         yield found
         self.problems = outer
         if found:
