@@ -16,7 +16,7 @@ from selenite.scene_read.shading import panorama
 from selenite.scene_read.shading.panorama import sizes
 from selenite.scene_read.shading.world import evaluate
 
-pytestmark = [pytest.mark.blender, pytest.mark.blender34]
+pytestmark = pytest.mark.blender
 
 EFFORT = parity.Effort(samples=32, seeds=4, native_samples=256, rounds=1)
 SIZE = 32
@@ -262,6 +262,7 @@ def test_what_is_constant_or_a_plain_image_is_read_as_before(world):
     assert not values.world.backdrops
 
 
+@pytest.mark.blender34
 def test_the_strength_of_a_lone_background_stays_a_parameter(world):
     _gradient(world)
     values = made.read()
@@ -296,6 +297,7 @@ def test_the_camera_sees_a_colour_of_its_own_and_the_rest_stays_fitted(world):
     assert not _said(values)
 
 
+@pytest.mark.blender34
 def test_one_strength_scales_what_camera_and_light_samples_see(world):
     _camera_in_color(world)
     values = made.read()
@@ -338,6 +340,7 @@ def test_two_sun_discs_are_refused_by_name(world):
 # ---- what it leaves behind
 
 
+@pytest.mark.blender34
 def test_nothing_is_left_in_the_file(world):
     _in_group(world)
     before = sorted((type(item).__name__, item.name, item.users) for item in bpy.data.user_map())
@@ -349,6 +352,7 @@ def test_nothing_is_left_in_the_file(world):
     assert world.background.inputs["Strength"].default_value == pytest.approx(0.8)
 
 
+@pytest.mark.blender34
 def test_it_is_evaluated_once_until_something_changes(world, monkeypatch):
     _gradient(world)
     scene = bpy.context.scene

@@ -272,15 +272,16 @@ def test_relative_path(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["nothing", "moved", "stretched", "uv"])
-def test_environment_that_is_not_turned_only(kind):
+def test_environment_that_is_not_turned_only_is_evaluated(kind):
     pixels = np.ones((4, 8, 3), np.float32)
+    pixels[0] = 3  # at the zenith
     texture = made.environment(made.world(), pixels)
     tree = bpy.context.scene.world.node_tree
     mapping = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeMapping")
     if kind == "nothing":
         tree.links.remove(mapping.inputs["Vector"].links[0])
     elif kind == "moved":
-        mapping.inputs["Location"].default_value = (0, 0, 1)
+        mapping.inputs["Location"].default_value = (0, 0, 9)
     elif kind == "stretched":
         mapping.inputs["Scale"].default_value = (1, 1, -1)
     else:
@@ -288,6 +289,16 @@ def test_environment_that_is_not_turned_only(kind):
         tree.links.new(coordinates.outputs["UV"], texture.inputs["Vector"])
     made.triangle()
     made.camera()
-    (problem,) = made.read().problems
-    assert problem.object == "World 'Studio'"
-    assert problem.cure
+    values = made.read()
+    assert not values.problems
+    assert any("evaluated by Cycles" in text for text in values.warnings)
+    assert "evaluated by Cycles" in values.owners["World"].fixed["rotation"]
+    image = values.world.image
+    # The middles of the first and the last row of the image; Cycles joins these at the poles.
+    top, bottom = image[len(image) // 8].mean(), image[-len(image) // 8].mean()
+    if kind in {"nothing", "uv"}:  # one direction for all
+        assert image.shape == (1, 1, 3)
+    elif kind == "moved":  # all look at the zenith
+        assert image.min() > 1.9
+    else:
+        assert (top, bottom) == pytest.approx((1, 3), abs=0.02)

@@ -51,9 +51,9 @@ def _is_arithmetic(node: bpy.types.Node) -> bool:
 
 def _scene(material: MaterialValues) -> SceneValues:
     """A triangle that fills the one pixel of a camera."""
-    points = np.float32([(-9, -9, 0), (9, -9, 0), (0, 9, 0)])
-    facing = np.tile(np.float32([(0, 0, 1)]), (3, 1))
-    mesh = MeshValues(_NAME, points, np.int32([(0, 1, 2)]), facing, np.zeros(1, np.int32))
+    points = np.array([(-9, -9, 0), (9, -9, 0), (0, 9, 0)], np.float32)
+    facing = np.tile(np.array([(0, 0, 1)], np.float32), (3, 1))
+    mesh = MeshValues(_NAME, points, np.array([(0, 1, 2)], np.int32), facing, np.zeros(1, np.int32))
     above = np.eye(4)
     above[2, 3] = 5
     camera = CameraValues(

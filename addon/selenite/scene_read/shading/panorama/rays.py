@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import bpy
@@ -23,7 +23,7 @@ _SPATIAL = {
     "ShaderNodeWireframe",
 }
 #: Of a Math node, what two numbers give.
-_MATH = {
+_MATH: dict[str, Callable[[float, float], float]] = {
     "ADD": lambda a, b: a + b,
     "SUBTRACT": lambda a, b: a - b,
     "MULTIPLY": lambda a, b: a * b,

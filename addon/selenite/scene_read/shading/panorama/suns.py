@@ -48,7 +48,7 @@ def find(output: bpy.types.Node, rays: Rays, title: str) -> Disc | None:
     cure = "switch off the Sun Disc and add a sun lamp"
     if len(skies) > 1:
         raise Unreadable(title, f"{len(skies)} of its Sky Textures have a sun disc", cure)
-    vector = first.node.inputs.get("Vector")
+    vector: bpy.types.NodeSocket | None = first.node.inputs.get("Vector")
     if vector is not None and nodes.link_of(vector) is not None:
         cause = f"{nodes.describe(first.node)} has a sun disc, and a Vector that moves it"
         raise Unreadable(title, cause, cure)
