@@ -23,7 +23,7 @@ from selenite.scene_read.reading.render_depsgraph import Stopped
 from selenite.scene_read.scene import read_scene, reading
 from selenite.scene_read.values import SceneValues
 
-pytestmark = [pytest.mark.blender, pytest.mark.usefixtures("addon")]
+pytestmark = [pytest.mark.blender, pytest.mark.blender34, pytest.mark.usefixtures("addon")]
 
 SIDE = 96
 
