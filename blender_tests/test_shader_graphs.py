@@ -148,17 +148,17 @@ def test_a_lone_principled_bsdf_stays_as_it_is() -> None:
 def test_all_that_is_not_read_is_told_at_once() -> None:
     graph, output = _graph(probes.scene())
     toon, hair = graph.node("BsdfToon"), graph.node("BsdfHair")
-    beckmann = graph.node("BsdfAnisotropic", distribution="BECKMANN")
+    ashikhmin = graph.node("BsdfSheen", distribution="ASHIKHMIN")
     sky = graph.node("AmbientOcclusion")
-    graph.put(beckmann, "Color", sky.outputs[0])
+    graph.put(ashikhmin, "Color", sky.outputs[0])
     inner = _mixed(graph, 0.5, toon, hair)
-    graph.put(output, "Surface", _mixed(graph, 0.5, inner, beckmann).outputs[0])
+    graph.put(output, "Surface", _mixed(graph, 0.5, inner, ashikhmin).outputs[0])
     values, _ = _read()
     causes = sorted(item.cause for item in values.problems if item.object == "Material 'Shown'")
     assert causes == [
         "node 'Ambient Occlusion' (Ambient Occlusion) cannot be evaluated",
-        "node 'Glossy BSDF' (Glossy BSDF) has the distribution BECKMANN",
         "node 'Hair BSDF' (Hair BSDF) is a shader that is not modelled",
+        "node 'Sheen BSDF' (Sheen BSDF) has the distribution ASHIKHMIN",
         "node 'Toon BSDF' (Toon BSDF) is a shader that is not modelled",
     ]
     assert all(item.cure for item in values.problems)

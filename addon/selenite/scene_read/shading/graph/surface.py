@@ -215,6 +215,7 @@ def _closure(tree: Tree, item: _Found) -> Closure | None:
     distribution = getattr(node, "distribution", "GGX")
     if distribution == "SHARP":  # Blender 3
         registers["roughness"] = tree.shader.literal(0)
+    if distribution not in _DISTRIBUTIONS or distribution == "SHARP":  # sheen has others
         distribution = "GGX"
     tangent = None
     if "anisotropy" in registers and node.bl_idname != "ShaderNodeSubsurfaceScattering":
