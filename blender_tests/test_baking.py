@@ -109,7 +109,10 @@ def test_a_baked_image_is_read_again_until_the_graph_changes(scene, monkeypatch)
 
 
 def test_a_normal_of_nodes_that_are_not_read_is_baked(scene, tmp_path):
-    material = made.material("Body", roughness=0.4)
+    material = made.material("Body", roughness=1.0)
+    # Blender 3 does not keep reflections above the surface where a normal is tilted.
+    inputs = made.principled(material).inputs
+    next(x for x in inputs if x.name in {"Specular", "Specular IOR Level"}).default_value = 0.0
     tree = material.node_tree
     bump = tree.nodes.new("ShaderNodeBump")
     bump.inputs["Distance"].default_value = 0.2
