@@ -17,6 +17,7 @@ _NOT_HASHED = {
     "use_custom_color", "label", "inputs", "outputs", "internal_links", "node_tree", "interface",
     "warning_propagation", "color_tag", "panel_states",
 }  # fmt: skip
+_DEPTH = 3  # a curve's points are that deep below the node
 
 
 def of_world(world: bpy.types.World, scene: bpy.types.Scene) -> str:
@@ -72,12 +73,14 @@ def _sockets(node: bpy.types.Node) -> list[object]:
     ]
 
 
-def _values(struct: Any, depth: int = 3) -> list[object]:  # noqa: ANN401 - any bpy struct
+def _values(struct: Any, depth: int = _DEPTH) -> list[object]:  # noqa: ANN401 - any bpy struct
     """Properties of a node, and of ramps and curves that it holds."""
     found: list[object] = []
     for item in struct.bl_rna.properties:
         name = item.identifier
-        if name in _NOT_HASHED or (depth == 3 and name.startswith("bl_")):
+        # The elements of a ramp have names that a node has for the editor.
+        of_node = depth == _DEPTH and (name in _NOT_HASHED or name.startswith("bl_"))
+        if of_node or name == "rna_type":
             continue
         value = getattr(struct, name, None)
         if item.type == "COLLECTION":
