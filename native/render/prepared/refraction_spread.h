@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "model/micronormals.h"
 #include "model/layers.h"
+#include "model/micronormals.h"
 #include "model/refraction.h"
 
 namespace selenite {
