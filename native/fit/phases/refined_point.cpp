@@ -26,20 +26,20 @@ void RefinedPoint::gather(const Observation& derivatives, double weight) {
 }
 
 Estimate RefinedPoint::estimate_here() const {
-  return estimate(problem->unknowns, reparametrization(), u, equations, with_held(others));
+  return estimate(problem->unknowns, reparametrization(), u, equations, with_fixed(others));
 }
 
-OtherPasses RefinedPoint::with_held(OtherPasses with) const {
-  with.known.resize(std::max(with.known.size(), held.size()));
-  for (std::size_t i = 0; i < held.size(); ++i)
-    if (held[i]) with.known[i] = held[i];
+OtherPasses RefinedPoint::with_fixed(OtherPasses with) const {
+  with.known.resize(std::max(with.known.size(), fixed.size()));
+  for (std::size_t i = 0; i < fixed.size(); ++i)
+    if (fixed[i]) with.known[i] = fixed[i];
   return with;
 }
 
 std::optional<Vector> RefinedPoint::offset_of_free() const {
   std::optional<Vector> there = offset_point(problem->unknowns, x);
-  for (std::size_t i = 0; there && i < held.size(); ++i)
-    if (held[i]) (*there)[static_cast<Eigen::Index>(i)] = held[i]->value;
+  for (std::size_t i = 0; there && i < fixed.size(); ++i)
+    if (fixed[i]) (*there)[static_cast<Eigen::Index>(i)] = fixed[i]->value;
   if (there == x) return std::nullopt;
   return there;
 }
@@ -100,7 +100,7 @@ bool RefinedPoint::is_roughness(int k) const {
 }
 
 void RefinedPoint::members(SavedState& state) {
-  state(gauss_newton, equations, u, x, gain_slopes, others, held, report);
+  state(gauss_newton, equations, u, x, gain_slopes, others, fixed, report);
 }
 
 }  // namespace selenite

@@ -22,9 +22,9 @@ struct RefinedPoint {
   /// The step of the pass that has just been seen; notes what it says of the misfit.
   Estimate end_pass();
   Estimate estimate_here() const;
-  /// What other passes say, with what is held.
-  OtherPasses with_held(OtherPasses others) const;
-  /// See `offset_point`, without what is held.
+  /// What other passes say, with what is fixed.
+  OtherPasses with_fixed(OtherPasses others) const;
+  /// See `offset_point`, without what is fixed.
   std::optional<Vector> offset_of_free() const;
   /// `derivatives` of a photo at the present values join the instruments and the slopes of its gain;
   /// `weight`: their samples in units of those of an iteration.
@@ -53,7 +53,7 @@ struct RefinedPoint {
   Vector x;
   GainSlopes gain_slopes;
   OtherPasses others;
-  std::vector<std::optional<Known>> held;  ///< values that stay; empty: none
+  std::vector<std::optional<Known>> fixed;  ///< values that stay; empty: none
   TrustReport report;
 };
 

@@ -29,9 +29,9 @@ Refinement::Refinement(const Problem& problem, const GaussNewton* optimiser, Poi
       iteration_spp_(iteration_spp) {}
 
 void Refinement::hold(const std::vector<AbsentWeight>& absent) {
-  point_.held.resize(absent.empty() ? 0 : static_cast<std::size_t>(point_.x.size()));
+  point_.fixed.resize(absent.empty() ? 0 : static_cast<std::size_t>(point_.x.size()));
   for (const auto& [component, confidence] : absent)
-    point_.held[static_cast<std::size_t>(component)] = Known{0, confidence};
+    point_.fixed[static_cast<std::size_t>(component)] = Known{0, confidence};
 }
 
 /// Of the seeds of residuals; the next one is that of the derivatives.
@@ -138,7 +138,7 @@ void Refinement::end_offset() {
   for (Eigen::Index k = 0; k < u.size(); ++k)
     moved.squared.push_back(point_.x[k] != suspended_->x[k]);
   const Estimate seen =
-      estimate(unknowns, reparametrization, u, point_.equations, point_.with_held(moved));
+      estimate(unknowns, reparametrization, u, point_.equations, point_.with_fixed(moved));
   point_.others.known = known_from_offset(
       suspended_->x, point_.report.components, point_.x,
       unknowns.project(reparametrization.to_values(u + seen.step)), seen.components);

@@ -186,15 +186,8 @@ class Tree:
         else:
             register = self._result(source)
         for kind in kinds:
-            register = self._converted(register, before, kind)
+            register = _converted(self, register, before, kind)
             before = kind
-        return register
-
-    def _converted(self, register: Register, before: str, kind: str) -> Register:
-        if kind in {"float", "int"} and before in {"color", "vector"}:
-            register = self.emit("luminance" if before == "color" else "mean", register)
-        if kind == "int" and before != "int":
-            register = self.emit("truncate", register)
         return register
 
     def _result(self, source: Source) -> Register:
@@ -234,7 +227,8 @@ class Tree:
         node, output, groups = source.node, source.socket, source.groups
         assert node is not None  # noqa: S101 - see `_result`
         if self.room.approximations is not None and dependence.is_magenta(node):
-            return self._magenta(source, before)
+            self._go_back(before)
+            return _magenta(self, source)
         if self.room.baker is None or not dependence.can_be_baked(node, output, groups):
             self.problems[known:] = [offered(item, source) for item in self.problems[known:]]
             return None
@@ -244,19 +238,6 @@ class Tree:
         place = self.ask("attribute", "uv", self.shader.name(self.baked_uv))
         item = self.shader.texture(wanted.texture)
         return self.emit("image", place, mode="FLAT", item=item)
-
-    def _magenta(self, source: Source, before: _State) -> Register:
-        """What Cycles shows where an image is missing."""
-        node = source.node
-        assert node is not None  # noqa: S101 - see `_result`
-        assert self.room.approximations is not None  # noqa: S101 - the caller has asked
-        self._go_back(before)
-        self.room.approximations.append(
-            f"{self.title}: {nodes.describe(node)} is magenta, as in Cycles: its image is missing"
-        )
-        if source.socket.identifier == "Alpha":
-            return self.shader.literal(1)
-        return self.shader.literal(1, 0, 1)
 
     def _state(self) -> _State:
         """To which `_go_back` returns."""
@@ -385,3 +366,24 @@ def _is_moved(node: bpy.types.Node) -> bool:
     neutral = (*mapping.translation, *mapping.rotation) == (0.0,) * 6
     axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
     return not (neutral and axes and tuple(mapping.scale) == (1.0, 1.0, 1.0))
+
+
+def _converted(tree: Tree, register: Register, before: str, kind: str) -> Register:
+    if kind in {"float", "int"} and before in {"color", "vector"}:
+        register = tree.emit("luminance" if before == "color" else "mean", register)
+    if kind == "int" and before != "int":
+        register = tree.emit("truncate", register)
+    return register
+
+
+def _magenta(tree: Tree, source: Source) -> Register:
+    """What Cycles shows where an image is missing."""
+    node = source.node
+    assert node is not None  # noqa: S101 - see `_result`
+    assert tree.room.approximations is not None  # noqa: S101 - the caller has asked
+    tree.room.approximations.append(
+        f"{tree.title}: {nodes.describe(node)} is magenta, as in Cycles: its image is missing"
+    )
+    if source.socket.identifier == "Alpha":
+        return tree.shader.literal(1)
+    return tree.shader.literal(1, 0, 1)
