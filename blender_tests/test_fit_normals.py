@@ -105,7 +105,7 @@ def photo_by_cycles(path):
 def test_strength_is_found_in_a_photo_by_cycles(
     empty_scene, tmp_path, capsys, make, node, truth, start
 ):
-    """Within 2 %, and within the interval of 95 % that the fit reports."""
+    """Within 2 %, and within the interval of 90 % that the fit reports."""
     # Nothing of Blender is held, as the command opens another file.
     board(tmp_path, make).nodes[node].inputs["Strength"].default_value = truth
     photo = photo_by_cycles(tmp_path / "photo.exr")
@@ -121,6 +121,6 @@ def test_strength_is_found_in_a_photo_by_cycles(
     assert status == 0, report
     row = report["parameters"][name]
     assert row["value"] == pytest.approx(truth, rel=0.02), row
-    low, high = row["interval"]
+    low, high = row["interval_90"]
     assert low <= truth <= high, row
     assert high - low < 0.1, row
