@@ -42,7 +42,7 @@ def glaze(graph: Any) -> Any:
 
 
 def main() -> None:
-    import graph_fits
+    import graph_fits  # type: ignore[import-not-found]  # of blender_tests
 
     from selenite import native
     from selenite.scene_read import build
@@ -53,6 +53,7 @@ def main() -> None:
     graph_fits.photographed(case, folder, size=SIZE, samples=SAMPLES)
     image = native.image()
     cycles = image.read(str(folder / "Front.exr"))[0]
+    assert bpy.context.scene is not None  # noqa: S101 - of the case
     scene = build.build(read_scene(bpy.context.scene))
     ours = native.core().render(scene, "Front", SIZE, SIZE, SAMPLES, seed=1, threads=2).image
 

@@ -45,15 +45,6 @@ LEFT_OUT = (
     "PointInfo",
     "Squeeze",
 )
-#: What depends on the ray that meets the surface; no image can hold that.
-OF_VIEW = {
-    "ShaderNodeFresnel",
-    "ShaderNodeLayerWeight",
-    "ShaderNodeLightPath",
-    "ShaderNodeCameraData",
-    "ShaderNodeLightFalloff",
-    "ShaderNodeScript",
-}
 
 
 @dataclass
@@ -95,6 +86,7 @@ def _asked(material: bpy.types.Material, node: bpy.types.Node, output: str) -> l
     from selenite.scene_read.shading.textures import EmptyRoom
 
     tree = material.node_tree
+    assert tree is not None  # noqa: S101 - it has nodes
     socket = next(item for item in node.outputs if item.identifier == output)
     end = tree.get_output_node("CYCLES").inputs["Surface"]
     if socket.type == "SHADER":
@@ -119,12 +111,13 @@ def _choices(node: bpy.types.Node) -> Iterator[tuple[bpy.types.Property, str, st
     base = bpy.types.ShaderNode.bl_rna.properties
     for item in node.bl_rna.properties:
         if item.type == "ENUM" and not item.is_readonly and item.identifier not in base:
-            for value in item.enum_items:
+            for value in item.enum_items:  # type: ignore[attr-defined]
                 yield item, value.identifier, value.name
 
 
 def row_of(kind: str) -> Row | None:
     """How the node is read; None: not at all."""
+    from selenite.scene_read.baking.dependence import NOT_BAKED
     from selenite.scene_read.shading.graph import surface, tree
 
     title = getattr(bpy.types, kind).bl_rna.name
@@ -134,20 +127,21 @@ def row_of(kind: str) -> Row | None:
         return None
     material = bpy.data.materials.new("Page")
     material.use_nodes = True
-    nodes = material.node_tree.nodes
+    assert material.node_tree is not None  # noqa: S101 - it has nodes
+    links, nodes = material.node_tree.links, material.node_tree.nodes
     nodes.clear()
     nodes.new("ShaderNodeOutputMaterial")
     nodes.new("ShaderNodeEmission").name = "Emission"
     node = nodes.new(kind)
     node.name = "Page"
-    if kind == "ShaderNodeAttribute":
+    if isinstance(node, bpy.types.ShaderNodeAttribute):
         node.attribute_name = "Col"
     if kind == "ShaderNodeBump":
         noise = nodes.new("ShaderNodeTexNoise")
-        material.node_tree.links.new(noise.outputs[0], node.inputs["Height"])
+        links.new(noise.outputs[0], node.inputs["Height"])
     if hasattr(node, "distribution"):  # one that is read, for a start
         node.distribution = "MICROFIBER" if "Sheen" in kind else "GGX"
-    row = Row(title, baked=kind not in OF_VIEW and kind not in surface._KINDS)
+    row = Row(title, baked=kind not in NOT_BAKED and kind not in surface._KINDS)
     titles = {item.identifier: item.name for item in node.outputs if item.enabled}
     for name, title in titles.items():
         found = _asked(material, node, name)
@@ -173,6 +167,7 @@ def row_of(kind: str) -> Row | None:
 
 def table() -> list[str]:
     """Lines of Markdown: a table for each family, and what is not read."""
+    from selenite.scene_read.baking.dependence import NOT_BAKED
     from selenite.scene_read.shading.graph import tree
 
     families: dict[str, list[Row]] = {title: [] for title in (*FAMILIES.values(), NOT_READ)}
@@ -181,7 +176,7 @@ def table() -> list[str]:
         if row is None:
             title = getattr(bpy.types, kind).bl_rna.name
             is_shader = kind.startswith("ShaderNodeBsdf") or kind == "ShaderNodeHoldout"
-            baked = kind not in OF_VIEW and not is_shader and kind != "ShaderNodeShaderToRGB"
+            baked = kind not in NOT_BAKED and not is_shader
             families[NOT_READ].append(Row(title, baked=baked))
             continue
         made = tree.MAKERS.get(kind)

@@ -25,6 +25,10 @@ _OF_VIEW = {
     "ShaderNodeLightFalloff",
     "ShaderNodeCameraData",
 }
+#: Nodes that Cycles evaluates in no bake.
+_NEVER = {"ShaderNodeScript", "ShaderNodeShaderToRGB"}
+#: Nodes none of whose outputs can be baked.
+NOT_BAKED = _OF_VIEW | _NEVER
 _OUTPUTS_OF_VIEW = {
     ("ShaderNodeTexCoord", "Reflection"),
     ("ShaderNodeTexCoord", "Camera"),
@@ -32,8 +36,6 @@ _OUTPUTS_OF_VIEW = {
     ("ShaderNodeNewGeometry", "Incoming"),
     ("ShaderNodeNewGeometry", "Backfacing"),
 }
-#: Nodes that Cycles evaluates in no bake.
-_NEVER = {"ShaderNodeScript", "ShaderNodeShaderToRGB"}
 #: Nodes whose value differs from instance to instance of one object.
 _OF_INSTANCE = {
     "ShaderNodeObjectInfo",
@@ -81,7 +83,7 @@ def can_be_baked(node: Node, output: Socket, groups: Groups) -> bool:
 
 def _hinders(node: Node, output: Socket) -> bool:
     kind = node.bl_idname
-    if kind in _OF_VIEW or kind in _NEVER or (kind, output.identifier) in _OUTPUTS_OF_VIEW:
+    if kind in NOT_BAKED or (kind, output.identifier) in _OUTPUTS_OF_VIEW:
         return True
     if kind == "ShaderNodeWireframe":
         return bool(node.use_pixel_size)

@@ -251,7 +251,7 @@ def _view(output: bpy.types.Node, rays: Rays, title: str) -> _View:
 
 
 def _require_evaluable(output: bpy.types.Node, rays: Rays, title: str) -> None:
-    missing = images.missing_in(output.id_data)
+    missing = images.missing_in(output.id_data)  # type: ignore[arg-type]
     if missing:
         raise Unreadable(*_parts(missing[0]))
     panorama.require_direction_only(output, rays, title)
@@ -322,8 +322,10 @@ def _shown(
             kinds, np.array(view.color, np.float32).reshape(1, 1, 3), np.eye(3), False
         )
     if view.image is not None:
-        image = _environment_image(view.image.node, title, warnings)
-        to_map = _to_map(view.image.node, view.image.groups, title)
+        node = view.image.node
+        assert isinstance(node, bpy.types.ShaderNodeTexEnvironment)  # noqa: S101 - a plain image
+        image = _environment_image(node, title, warnings)
+        to_map = _to_map(node, view.image.groups, title)
         return BackdropValues(kinds, image, to_map, False)
     seen = found.get(view.rays.name)
     if seen is None:

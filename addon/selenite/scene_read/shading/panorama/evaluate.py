@@ -128,9 +128,10 @@ class _Studio:
     def panorama(self, size: tuple[int, int], samples: int, width: float) -> np.ndarray:
         """The whole sphere; width: that of the pixel filter."""
         data = self._camera.data
+        assert isinstance(data, bpy.types.Camera)  # noqa: S101 - as `_studio` gives it
         data.type = "PANO"
         # The property has moved to the camera itself in 5.0.
-        holder = data if hasattr(data, "panorama_type") else data.cycles
+        holder = data if hasattr(data, "panorama_type") else data.cycles  # type: ignore[attr-defined]
         holder.panorama_type = "EQUIRECTANGULAR"
         self._camera.rotation_euler = (math.pi / 2, 0, -math.pi / 2)
         return self._render(size, samples, width)
@@ -138,6 +139,7 @@ class _Studio:
     def towards(self, disc: suns.Disc) -> np.ndarray:
         """A square picture of all within the radius of a disc."""
         data = self._camera.data
+        assert isinstance(data, bpy.types.Camera)  # noqa: S101 - as `_studio` gives it
         data.type = "PERSP"
         data.sensor_fit, data.sensor_width = "HORIZONTAL", 1.0
         data.lens = 0.5 / math.tan(disc.radius)
@@ -172,7 +174,7 @@ def _studio(scene: bpy.types.Scene, world: bpy.types.World, title: str) -> Itera
         made.camera, made.world = camera, world
         made.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         try:
-            made.render.engine = "CYCLES"
+            made.render.engine = "CYCLES"  # type: ignore[assignment]
         except TypeError as error:
             cause = "its nodes can be evaluated by Cycles alone, which is switched off"
             cure = "switch on the add-on Cycles Render Engine in the preferences"

@@ -87,7 +87,7 @@ def _values(struct: Any, depth: int = _DEPTH) -> list[object]:  # noqa: ANN401 -
             found.append((name, [_values(one, depth - 1) for one in value] if depth else None))
         elif item.type == "POINTER":
             if isinstance(value, bpy.types.Object):
-                found.append((name, value.name, [tuple(row) for row in value.matrix_world]))
+                found.append((name, value.name, np.array(value.matrix_world).tolist()))
             elif value is None or isinstance(value, bpy.types.ID):
                 found.append((name, getattr(value, "name", None)))
             elif depth:
