@@ -29,6 +29,7 @@ FAMILIES = {
     "arithmetic": "Numbers and vectors",
     "vectors": "Spaces and directions",
     "normals": "Normals",
+    "tangents": "Normals",
 }
 NOT_READ = "Not read"
 #: Outputs, containers and nodes of worlds, volumes, hair and other renderers, or of old versions.
